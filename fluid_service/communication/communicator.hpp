@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace copepod::fluid {
+
+/// The ranks of the fluid service. All MPI calls of the project are behind this class and NeighbourExchange.
+///
+/// Every wait polls with a back-off that soon sleeps, so a waiting rank does not burn its core, and watches for a failure
+/// report: a rank that throws calls `report_failure`, and every other rank's wait then throws PeerFailed with that
+/// report instead of deadlocking.
+class Communicator {
+ public:
+  virtual ~Communicator() = default;
+  [[nodiscard]] virtual int rank() const = 0;
+  [[nodiscard]] virtual int size() const = 0;
+
+  virtual void broadcast(std::span<std::byte> data) = 0;                ///< from rank 0
+  virtual void sum_to_leader(std::span<std::int64_t> values) = 0;       ///< exact; result on rank 0 only
+  virtual void sum_to_all(std::span<std::int64_t> values) = 0;          ///< exact
+  virtual void max_to_all(std::span<std::int64_t> values) = 0;
+
+  /// One message to and one from each named peer; both sides name each other and know the sizes.
+  struct Message {
+    int peer = 0;
+    std::span<const std::byte> send;
+    std::span<std::byte> receive;
+  };
+  /// Starts the exchange; buffers must live until the returned function has been called, which waits for completion.
+  [[nodiscard]] virtual std::function<void()> start_exchange(std::span<const Message> messages) = 0;
+};
+
+/// One rank, no messages: for unit tests and in-process use.
+class SelfCommunicator final : public Communicator {
+ public:
+  [[nodiscard]] int rank() const override { return 0; }
+  [[nodiscard]] int size() const override { return 1; }
+  void broadcast(std::span<std::byte>) override {}
+  void sum_to_leader(std::span<std::int64_t>) override {}
+  void sum_to_all(std::span<std::int64_t>) override {}
+  void max_to_all(std::span<std::int64_t>) override {}
+  [[nodiscard]] std::function<void()> start_exchange(std::span<const Message>) override {
+    return [] {};
+  }
+};
+
+}  // namespace copepod::fluid

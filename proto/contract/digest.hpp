@@ -1,0 +1,30 @@
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+namespace copepod {
+
+/// 64-bit mixing function (finaliser of splitmix64, Steele et al. 2014): every input bit affects every output bit.
+constexpr std::uint64_t mix_bits(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+  return x ^ (x >> 31);
+}
+
+/// Digest of a sequence: feed values in order. For states that are spread over ranks, digest each cell with its global
+/// index and add the results modulo 2^64, so that the decomposition does not matter.
+class Digest {
+ public:
+  constexpr explicit Digest(std::uint64_t seed = 0) : state_(mix_bits(seed)) {}
+  constexpr void add(std::uint64_t value) { state_ = mix_bits(state_ ^ value); }
+  constexpr void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
+  constexpr void add(float value) { add(std::uint64_t{std::bit_cast<std::uint32_t>(value)}); }
+  [[nodiscard]] constexpr std::uint64_t value() const { return state_; }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace copepod

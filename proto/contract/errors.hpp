@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "contract/exit_code.hpp"
+
+namespace copepod {
+
+/// Where and why a run ended early; travels between processes as a Failure message.
+/// Messages follow "problem (why). What to do.".
+struct FailureReport {
+  ExitCode code = ExitCode::solver_failed;
+  std::string component;        ///< "coupler", "fluid", "body" or a component's own name
+  std::string host;
+  int rank = 0;
+  std::int64_t step = -1;       ///< coupling step, −1 before the first
+  std::string reason;           ///< one sentence that names problem, cause and remedy
+};
+
+/// Base of all errors that end a run. `what()` is the reason; rank and step are filled in where they are known.
+class Error : public std::runtime_error {
+ public:
+  Error(ExitCode code, const std::string& reason, int rank = 0, std::int64_t step = -1)
+      : std::runtime_error(reason), code_(code), rank_(rank), step_(step) {}
+  [[nodiscard]] ExitCode code() const { return code_; }
+  [[nodiscard]] int rank() const { return rank_; }
+  [[nodiscard]] std::int64_t step() const { return step_; }
+
+ private:
+  ExitCode code_;
+  int rank_;
+  std::int64_t step_;
+};
+
+/// The case asks for something impossible or contradictory.
+class CaseError : public Error {
+ public:
+  explicit CaseError(const std::string& reason) : Error(ExitCode::bad_case, reason) {}
+};
+
+/// A solver cannot go on: diverged, NaN, coinciding bodies.
+class SolverError : public Error {
+ public:
+  explicit SolverError(const std::string& reason, int rank = 0, std::int64_t step = -1)
+      : Error(ExitCode::solver_failed, reason, rank, step) {}
+};
+
+/// Output or a checkpoint could not be written or read.
+class StorageError : public Error {
+ public:
+  explicit StorageError(const std::string& reason) : Error(ExitCode::storage_failed, reason) {}
+};
+
+/// The peer refused us, or we it: version, role, key, capability.
+class Refused : public Error {
+ public:
+  explicit Refused(const std::string& reason) : Error(ExitCode::refused, reason) {}
+};
+
+/// A component died, froze or hung.
+class ComponentLost : public Error {
+ public:
+  explicit ComponentLost(const std::string& reason, std::int64_t step = -1)
+      : Error(ExitCode::component_lost, reason, 0, step) {}
+};
+
+/// Nobody answered before the deadline.
+class DeadlinePassed : public Error {
+ public:
+  explicit DeadlinePassed(const std::string& reason, std::int64_t step = -1)
+      : Error(ExitCode::deadline_passed, reason, 0, step) {}
+};
+
+/// A failure that a peer reported in a Failure message; keeps the peer's report unchanged.
+class PeerFailed : public Error {
+ public:
+  explicit PeerFailed(FailureReport report)
+      : Error(report.code, report.reason, report.rank, report.step), report_(std::move(report)) {}
+  [[nodiscard]] const FailureReport& report() const { return report_; }
+
+ private:
+  FailureReport report_;
+};
+
+}  // namespace copepod

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+namespace copepod {
+
+/// State of motion of all bodies at the start of a step; SI units, world frame.
+/// Structure of arrays: one column per body, bodies in the order of the setup, so that a message is a memcpy.
+struct Kinematics {
+  std::int64_t step = 0;
+  Eigen::Matrix3Xd position_m;                   ///< centre of mass p_WB, shape (3, bodies)
+  Eigen::Matrix4Xd orientation_wxyz;             ///< unit quaternion q_WB, shape (4, bodies)
+  Eigen::Matrix3Xd velocity_m_per_s;             ///< v_WB, shape (3, bodies)
+  Eigen::Matrix3Xd angular_velocity_rad_per_s;   ///< w_WB, shape (3, bodies)
+
+  [[nodiscard]] Eigen::Index bodies() const { return position_m.cols(); }
+  void resize(Eigen::Index bodies) {
+    position_m.resize(3, bodies);
+    orientation_wxyz.resize(4, bodies);
+    velocity_m_per_s.resize(3, bodies);
+    angular_velocity_rad_per_s.resize(3, bodies);
+  }
+};
+
+/// Hydrodynamic force on, and torque about the centre of mass of, every body during step `step`; world frame.
+struct Loads {
+  std::int64_t step = 0;
+  Eigen::Matrix3Xd force_N;      ///< shape (3, bodies)
+  Eigen::Matrix3Xd torque_N_m;   ///< shape (3, bodies)
+
+  [[nodiscard]] Eigen::Index bodies() const { return force_N.cols(); }
+  void resize(Eigen::Index bodies) {
+    force_N.resize(3, bodies);
+    torque_N_m.resize(3, bodies);
+  }
+};
+
+/// What the coupler applies to the bodies during step `step`: loads that are constant over the step, and driving
+/// forces sampled at the nodes inside the step which the body solver asked for (BodySolver::driving_nodes).
+struct AppliedLoads {
+  Loads hydrodynamic;              ///< after load averaging
+  Eigen::Matrix3Xd driving_N;      ///< shape (3, nodes × bodies): node 0 of all bodies, then node 1, …
+};
+
+}  // namespace copepod
