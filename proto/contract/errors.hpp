@@ -73,6 +73,15 @@ class DeadlinePassed : public Error {
       : Error(ExitCode::deadline_passed, reason, 0, step) {}
 };
 
+/// A signal asked us to stop; `signal` is SIGINT or SIGTERM.
+class Interrupted : public Error {
+ public:
+  explicit Interrupted(int signal, std::int64_t step = -1)
+      : Error(static_cast<ExitCode>(128 + signal), "stopped by signal " + std::to_string(signal) +
+                                                       " (somebody asked for it). Run again to start over.",
+              0, step) {}
+};
+
 /// A failure that a peer reported in a Failure message; keeps the peer's report unchanged.
 class PeerFailed : public Error {
  public:
