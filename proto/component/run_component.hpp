@@ -1,0 +1,22 @@
+#pragma once
+
+#include "contract/component.hpp"
+
+namespace copepod {
+
+/// Turns a solver into a service: reads the command line, connects to the coupler, answers it until the run
+/// ends.
+///
+/// Command line: `--endpoint E --session TOKEN [--log-file F] [--log-level L]`, or `--capabilities`, which
+/// prints the capabilities as JSON. The solver is made on, and called from, the calling thread only; a second
+/// thread answers the coupler's pings and never touches the solver. Exceptions of the solver become a Failure
+/// message.
+///
+/// MPI programs call this on rank 0 only; `make_solver` captures what it needs of the communicator.
+/// @return exit code of the process (contract/exit_code.hpp)
+int run_fluid_component(int argc, char** argv, const FluidComponent& component);
+
+/// The same for a body solver.
+int run_body_component(int argc, char** argv, const BodyComponent& component);
+
+}  // namespace copepod

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "contract/fluid_setup.hpp"
+#include "contract/fluid_solver.hpp"
+#include "remote/link.hpp"
+
+namespace copepod {
+
+/// A fluid solver in another process. Legal calls are those of FluidSolver, errors those of Link.
+///
+/// `exchange` returns when the loads have arrived; the service then does its bulk update by itself, so
+/// `advance` sends nothing. A bulk update that fails is thrown by whichever call waits next.
+class RemoteFluid final : public FluidSolver {
+ public:
+  /// Sends the setup and waits until the service has built its solver.
+  /// @param first_step  step of the first exchange, 0 unless a checkpoint is restored
+  RemoteFluid(Link& link, const FluidSetup& setup, std::int64_t first_step);
+
+  void exchange(const Kinematics& kinematics, Loads& loads) override;
+  void advance() override {}
+  void save(const std::string& path) override;
+  void restore(const std::string& path) override;
+  SolverSummary summarise() override;
+
+ private:
+  remote::Exchange& exchange_;
+  Eigen::Index bodies_;
+  std::int64_t next_step_;
+};
+
+}  // namespace copepod
