@@ -1,0 +1,261 @@
+#include "conversion/decoder.hpp"
+
+#include <vector>
+
+#include <google/protobuf/arena.h>
+
+#include "conversion/arrays.hpp"
+#include "conversion/enumerations.hpp"
+#include "conversion/limits.hpp"
+#include "conversion/setup_conversion.hpp"
+#include "copepod/v1/envelope.pb.h"
+
+namespace copepod::conversion {
+
+using session::Header;
+using session::MessageKind;
+
+namespace {
+
+MessageKind kind_of(const v1::Envelope& envelope) {
+  using Case = v1::Envelope::BodyCase;
+  switch (envelope.body_case()) {
+    case Case::kHello:
+      return MessageKind::hello;
+    case Case::kWelcome:
+      return MessageKind::welcome;
+    case Case::kRefusal:
+      return MessageKind::refusal;
+    case Case::kFluidSetup:
+      return MessageKind::fluid_setup;
+    case Case::kBodySetup:
+      return MessageKind::body_setup;
+    case Case::kConfigured:
+      return MessageKind::configured;
+    case Case::kKinematics:
+      return MessageKind::kinematics;
+    case Case::kLoads:
+      return MessageKind::loads;
+    case Case::kAppliedLoads:
+      return MessageKind::applied_loads;
+    case Case::kKinematicsRequest:
+      return MessageKind::kinematics_request;
+    case Case::kSave:
+      return MessageKind::save;
+    case Case::kSaved:
+      return MessageKind::saved;
+    case Case::kRestore:
+      return MessageKind::restore;
+    case Case::kRestored:
+      return MessageKind::restored;
+    case Case::kSummarise:
+      return MessageKind::summarise;
+    case Case::kSummary:
+      return MessageKind::summary;
+    case Case::kFinish:
+      return MessageKind::finish;
+    case Case::kFinished:
+      return MessageKind::finished;
+    case Case::kPing:
+      return MessageKind::ping;
+    case Case::kPong:
+      return MessageKind::pong;
+    case Case::kAbort:
+      return MessageKind::abort;
+    case Case::kFailure:
+      return MessageKind::failure;
+    case Case::BODY_NOT_SET:
+      return MessageKind::none;
+  }
+  return MessageKind::none;
+}
+
+const std::string& read_text(const std::string& text, const char* name) {
+  require_at_most(text.size(), kLimits.string_bytes, name);
+  return text;
+}
+
+Capabilities read_capabilities(const v1::Capabilities& wire) {
+  require_at_most(static_cast<std::size_t>(wire.features_size()), kLimits.features, "features");
+  Capabilities capabilities;
+  capabilities.name = read_text(wire.name(), "capabilities.name");
+  capabilities.version = read_text(wire.version(), "capabilities.version");
+  for (const std::string& feature : wire.features())
+    capabilities.features.insert(read_text(feature, "feature"));
+  return capabilities;
+}
+
+/// Codes of other builds must not turn into nonsense, nor a failure into success.
+ExitCode read_exit_code(int code) {
+  switch (static_cast<ExitCode>(code)) {
+    case ExitCode::bad_case:
+    case ExitCode::refused:
+    case ExitCode::component_lost:
+    case ExitCode::solver_failed:
+    case ExitCode::storage_failed:
+    case ExitCode::deadline_passed:
+    case ExitCode::interrupted:
+    case ExitCode::terminated:
+      return static_cast<ExitCode>(code);
+    case ExitCode::finished:
+      break;
+  }
+  return ExitCode::solver_failed;
+}
+
+}  // namespace
+
+/// The message lives in an arena whose first block grows to what the largest message so far needed, so that a
+/// stream of messages of one size allocates nothing.
+struct Decoder::Buffers {
+  std::vector<char> block = std::vector<char>(16 * 1024);
+  std::unique_ptr<google::protobuf::Arena> arena;
+  v1::Envelope* envelope = nullptr;
+  Header header;
+  MessageKind kind = MessageKind::none;
+
+  void make_arena() {
+    google::protobuf::ArenaOptions options;
+    options.initial_block = block.data();
+    options.initial_block_size = block.size();
+    arena = std::make_unique<google::protobuf::Arena>(options);
+  }
+
+  void renew() {
+    const std::size_t used = arena ? arena->SpaceAllocated() : 0;
+    if (!arena || used > block.size()) {
+      arena.reset();
+      if (used > block.size()) block = std::vector<char>(2 * used);
+      make_arena();
+    } else {
+      arena->Reset();
+    }
+    envelope = google::protobuf::Arena::CreateMessage<v1::Envelope>(arena.get());
+  }
+};
+
+Decoder::Decoder() : buffers_(std::make_unique<Buffers>()) {}
+Decoder::~Decoder() = default;
+
+MessageKind Decoder::parse(std::span<const std::byte> bytes) {
+  buffers_->kind = MessageKind::none;
+  require_at_most(bytes.size(), kLimits.message_bytes, "the message");
+  buffers_->renew();
+  v1::Envelope& envelope = *buffers_->envelope;
+  if (!envelope.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    throw MalformedMessage(std::to_string(bytes.size()) + " bytes are no Envelope");
+  }
+  const MessageKind kind = kind_of(envelope);
+  if (kind == MessageKind::none) throw MalformedMessage("the Envelope is empty or holds an unknown message");
+  buffers_->header = {
+      envelope.protocol_major(), envelope.protocol_minor(), envelope.session_id(), envelope.epoch(),
+      envelope.sequence(),       envelope.attempt(),        envelope.step()};
+  // A Hello of another version must be readable, so that it can be refused with a reason.
+  if (envelope.protocol_major() != session::kProtocolMajor && kind != MessageKind::hello &&
+      kind != MessageKind::refusal) {
+    throw MalformedMessage("it is of protocol version " + std::to_string(envelope.protocol_major()) +
+                           ", not " + std::to_string(session::kProtocolMajor));
+  }
+  return buffers_->kind = kind;
+}
+
+MessageKind Decoder::kind() const { return buffers_->kind; }
+const Header& Decoder::header() const { return buffers_->header; }
+
+void Decoder::read(session::Hello& hello) const {
+  const v1::Hello& wire = buffers_->envelope->hello();
+  hello.role = from_wire(wire.role(), session::Role::body, "role");
+  hello.lane = from_wire(wire.lane(), session::Lane::control, "lane");
+  hello.versions = {wire.versions().major(), wire.versions().minor_min(), wire.versions().minor_max()};
+  hello.session_token = read_text(wire.session_token(), "session_token");
+  hello.capabilities = read_capabilities(wire.capabilities());
+  hello.host = read_text(wire.host(), "host");
+  hello.pid = wire.pid();
+  hello.ranks = wire.ranks();
+  hello.instance = wire.instance();
+}
+
+void Decoder::read(session::Welcome& welcome) const {
+  const v1::Welcome& wire = buffers_->envelope->welcome();
+  welcome = {wire.minor(), wire.session_id(), wire.epoch()};
+}
+
+void Decoder::read(session::Refusal& refusal) const {
+  refusal.reason = read_text(buffers_->envelope->refusal().reason(), "reason");
+}
+
+void Decoder::read(FluidSetup& setup) const { conversion::read(buffers_->envelope->fluid_setup(), setup); }
+void Decoder::read(BodySetup& setup) const { conversion::read(buffers_->envelope->body_setup(), setup); }
+
+void Decoder::read(session::Configured& configured) const {
+  const Doubles& nodes = buffers_->envelope->configured().driving_nodes();
+  require_at_most(static_cast<std::size_t>(nodes.size()), kLimits.driving_nodes, "driving_nodes");
+  require_finite(nodes.data(), nodes.size(), "driving_nodes");
+  configured.driving_nodes.assign(nodes.begin(), nodes.end());
+}
+
+void Decoder::read(Kinematics& kinematics, Eigen::Index bodies) const {
+  const v1::Kinematics& wire = buffers_->envelope->kinematics();
+  kinematics.step = header().step;
+  read_array(wire.position_m(), bodies, "position_m", kinematics.position_m);
+  read_array(wire.orientation_wxyz(), bodies, "orientation_wxyz", kinematics.orientation_wxyz);
+  read_array(wire.velocity_m_per_s(), bodies, "velocity_m_per_s", kinematics.velocity_m_per_s);
+  read_array(wire.angular_velocity_rad_per_s(), bodies, "angular_velocity_rad_per_s",
+             kinematics.angular_velocity_rad_per_s);
+}
+
+void Decoder::read(Loads& loads, Eigen::Index bodies) const {
+  const v1::Loads& wire = buffers_->envelope->loads();
+  loads.step = header().step;
+  read_array(wire.force_n(), bodies, "force_N", loads.force_N);
+  read_array(wire.torque_n_m(), bodies, "torque_N_m", loads.torque_N_m);
+}
+
+void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index driving_nodes) const {
+  const v1::AppliedLoads& wire = buffers_->envelope->applied_loads();
+  applied.hydrodynamic.step = header().step;
+  read_array(wire.force_n(), bodies, "force_N", applied.hydrodynamic.force_N);
+  read_array(wire.torque_n_m(), bodies, "torque_N_m", applied.hydrodynamic.torque_N_m);
+  read_array(wire.driving_n(), bodies * driving_nodes, "driving_N", applied.driving_N);
+}
+
+void Decoder::read(session::CheckpointPath& path) const {
+  const bool saves = kind() == MessageKind::save;
+  path.path =
+      read_text(saves ? buffers_->envelope->save().path() : buffers_->envelope->restore().path(), "path");
+}
+
+void Decoder::read(SolverSummary& summary) const {
+  const v1::Summary& wire = buffers_->envelope->summary();
+  require_at_most(wire.seconds().size(), kLimits.timers, "seconds");
+  summary.digest = wire.digest();
+  summary.cell_updates = wire.cell_updates();
+  summary.ranks = static_cast<int>(wire.ranks());
+  summary.seconds.clear();
+  for (const auto& [phase, seconds] : wire.seconds()) summary.seconds[read_text(phase, "phase")] = seconds;
+}
+
+void Decoder::read(session::Ping& ping) const { ping.stamp_ns = buffers_->envelope->ping().stamp_ns(); }
+
+void Decoder::read(session::Pong& pong) const {
+  const v1::Pong& wire = buffers_->envelope->pong();
+  pong.stamp_ns = wire.stamp_ns();
+  pong.step = wire.step();
+  pong.phase = from_wire(wire.phase(), session::Phase::finishing, "phase");
+  pong.progress = wire.progress();
+  pong.received_sequence = wire.received_sequence();
+  pong.replied_sequence = wire.replied_sequence();
+}
+
+void Decoder::read(FailureReport& failure) const {
+  const bool aborts = kind() == MessageKind::abort;
+  const v1::Failure& wire = aborts ? buffers_->envelope->abort().failure() : buffers_->envelope->failure();
+  failure.code = read_exit_code(wire.code());
+  failure.component = read_text(wire.component(), "component");
+  failure.host = read_text(wire.host(), "host");
+  failure.rank = wire.rank();
+  failure.step = wire.step();
+  failure.reason = read_text(wire.reason(), "reason");
+}
+
+}  // namespace copepod::conversion

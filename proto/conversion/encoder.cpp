@@ -1,0 +1,207 @@
+#include "conversion/encoder.hpp"
+
+#include <stdexcept>
+#include <vector>
+
+#include "conversion/arrays.hpp"
+#include "conversion/enumerations.hpp"
+#include "conversion/limits.hpp"
+#include "conversion/setup_conversion.hpp"
+#include "conversion/text.hpp"
+#include "copepod/v1/envelope.pb.h"
+
+namespace copepod::conversion {
+
+using session::Header;
+using session::MessageKind;
+
+namespace {
+
+Header at_step(Header header, std::int64_t step) {
+  header.step = step;
+  return header;
+}
+
+void write_capabilities(const Capabilities& capabilities, v1::Capabilities& wire) {
+  wire.set_name(capabilities.name);
+  wire.set_version(capabilities.version);
+  wire.clear_features();
+  for (const std::string& feature : capabilities.features) wire.add_features(feature);
+}
+
+void write_failure(const FailureReport& failure, v1::Failure& wire) {
+  wire.set_code(static_cast<int>(failure.code));
+  wire.set_component(as_utf8(failure.component, kLimits.string_bytes));
+  wire.set_host(as_utf8(failure.host, kLimits.string_bytes));
+  wire.set_rank(failure.rank);
+  wire.set_step(failure.step);
+  wire.set_reason(as_utf8(failure.reason, kLimits.string_bytes));
+}
+
+}  // namespace
+
+struct Encoder::Buffers {
+  v1::Envelope envelope;  ///< never cleared: the body of the last message is overwritten in place
+  std::vector<std::byte> bytes;
+};
+
+Encoder::Encoder() : buffers_(std::make_unique<Buffers>()) {}
+Encoder::~Encoder() = default;
+
+Bytes Encoder::serialise(const Header& header) {
+  v1::Envelope& envelope = buffers_->envelope;
+  envelope.set_protocol_major(header.protocol_major);
+  envelope.set_protocol_minor(header.protocol_minor);
+  envelope.set_session_id(header.session_id);
+  envelope.set_epoch(header.epoch);
+  envelope.set_sequence(header.sequence);
+  envelope.set_attempt(header.attempt);
+  envelope.set_step(header.step);
+  const std::size_t size = envelope.ByteSizeLong();
+  require_at_most(size, kLimits.message_bytes, "the message");
+  std::vector<std::byte>& bytes = buffers_->bytes;
+  if (bytes.size() < size) bytes.resize(size);
+  envelope.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(bytes.data()));
+  return {bytes.data(), size};
+}
+
+Bytes Encoder::encode(const Header& header, const session::Hello& hello) {
+  v1::Hello& wire = *buffers_->envelope.mutable_hello();
+  wire.set_role(to_wire<v1::Role>(hello.role));
+  wire.set_lane(to_wire<v1::Lane>(hello.lane));
+  wire.mutable_versions()->set_major(hello.versions.major);
+  wire.mutable_versions()->set_minor_min(hello.versions.minor_min);
+  wire.mutable_versions()->set_minor_max(hello.versions.minor_max);
+  wire.set_session_token(hello.session_token);
+  write_capabilities(hello.capabilities, *wire.mutable_capabilities());
+  wire.set_host(hello.host);
+  wire.set_pid(hello.pid);
+  wire.set_ranks(hello.ranks);
+  wire.set_instance(hello.instance);
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const session::Welcome& welcome) {
+  v1::Welcome& wire = *buffers_->envelope.mutable_welcome();
+  wire.set_minor(welcome.minor);
+  wire.set_session_id(welcome.session_id);
+  wire.set_epoch(welcome.epoch);
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const session::Refusal& refusal) {
+  buffers_->envelope.mutable_refusal()->set_reason(as_utf8(refusal.reason, kLimits.string_bytes));
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const FluidSetup& setup) {
+  write(setup, *buffers_->envelope.mutable_fluid_setup());
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const BodySetup& setup) {
+  write(setup, *buffers_->envelope.mutable_body_setup());
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const session::Configured& configured) {
+  assign(*buffers_->envelope.mutable_configured()->mutable_driving_nodes(), configured.driving_nodes.data(),
+         static_cast<Eigen::Index>(configured.driving_nodes.size()));
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const Kinematics& kinematics) {
+  v1::Kinematics& wire = *buffers_->envelope.mutable_kinematics();
+  assign(*wire.mutable_position_m(), kinematics.position_m);
+  assign(*wire.mutable_orientation_wxyz(), kinematics.orientation_wxyz);
+  assign(*wire.mutable_velocity_m_per_s(), kinematics.velocity_m_per_s);
+  assign(*wire.mutable_angular_velocity_rad_per_s(), kinematics.angular_velocity_rad_per_s);
+  return serialise(at_step(header, kinematics.step));
+}
+
+Bytes Encoder::encode(const Header& header, const Loads& loads) {
+  v1::Loads& wire = *buffers_->envelope.mutable_loads();
+  assign(*wire.mutable_force_n(), loads.force_N);
+  assign(*wire.mutable_torque_n_m(), loads.torque_N_m);
+  return serialise(at_step(header, loads.step));
+}
+
+Bytes Encoder::encode(const Header& header, const AppliedLoads& applied) {
+  v1::AppliedLoads& wire = *buffers_->envelope.mutable_applied_loads();
+  assign(*wire.mutable_force_n(), applied.hydrodynamic.force_N);
+  assign(*wire.mutable_torque_n_m(), applied.hydrodynamic.torque_N_m);
+  assign(*wire.mutable_driving_n(), applied.driving_N);
+  return serialise(at_step(header, applied.hydrodynamic.step));
+}
+
+Bytes Encoder::encode(const Header& header, const SolverSummary& summary) {
+  v1::Summary& wire = *buffers_->envelope.mutable_summary();
+  wire.Clear();
+  wire.set_digest(summary.digest);
+  wire.set_cell_updates(summary.cell_updates);
+  wire.set_ranks(static_cast<std::uint32_t>(summary.ranks));
+  for (const auto& [phase, seconds] : summary.seconds) (*wire.mutable_seconds())[phase] = seconds;
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const session::Ping& ping) {
+  buffers_->envelope.mutable_ping()->set_stamp_ns(ping.stamp_ns);
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, const session::Pong& pong) {
+  v1::Pong& wire = *buffers_->envelope.mutable_pong();
+  wire.set_stamp_ns(pong.stamp_ns);
+  wire.set_step(pong.step);
+  wire.set_phase(to_wire<v1::Phase>(pong.phase));
+  wire.set_progress(pong.progress);
+  wire.set_received_sequence(pong.received_sequence);
+  wire.set_replied_sequence(pong.replied_sequence);
+  return serialise(at_step(header, pong.step));
+}
+
+Bytes Encoder::encode(const Header& header, const FailureReport& failure) {
+  write_failure(failure, *buffers_->envelope.mutable_failure());
+  return serialise(at_step(header, failure.step));
+}
+
+Bytes Encoder::encode_abort(const Header& header, const FailureReport& failure) {
+  write_failure(failure, *buffers_->envelope.mutable_abort()->mutable_failure());
+  return serialise(at_step(header, failure.step));
+}
+
+Bytes Encoder::encode(const Header& header, MessageKind kind, const session::CheckpointPath& path) {
+  require_at_most(path.path.size(), kLimits.string_bytes, "the path");
+  if (kind == MessageKind::save) buffers_->envelope.mutable_save()->set_path(path.path);
+  if (kind == MessageKind::restore) buffers_->envelope.mutable_restore()->set_path(path.path);
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const Header& header, MessageKind kind) {
+  v1::Envelope& envelope = buffers_->envelope;
+  switch (kind) {
+    case MessageKind::kinematics_request:
+      envelope.mutable_kinematics_request();
+      break;
+    case MessageKind::saved:
+      envelope.mutable_saved();
+      break;
+    case MessageKind::restored:
+      envelope.mutable_restored();
+      break;
+    case MessageKind::summarise:
+      envelope.mutable_summarise();
+      break;
+    case MessageKind::finish:
+      envelope.mutable_finish();
+      break;
+    case MessageKind::finished:
+      envelope.mutable_finished();
+      break;
+    default:
+      throw std::logic_error(std::string(name_of(kind)) + " has fields: encode it with them");
+  }
+  return serialise(header);
+}
+
+}  // namespace copepod::conversion

@@ -1,0 +1,75 @@
+#include "session/liveness.hpp"
+
+#include <cmath>
+
+namespace copepod::session {
+
+Liveness on_ping(Liveness liveness, double now_s) {
+  liveness.last_ping_s = now_s;
+  if (liveness.unanswered_since_s < 0) liveness.unanswered_since_s = now_s;
+  return liveness;
+}
+
+Liveness on_pong(Liveness liveness, const Pong& pong, double now_s) {
+  const Pong& before = liveness.pong;
+  const bool moved = pong.step != before.step || pong.phase != before.phase ||
+                     pong.progress != before.progress || pong.received_sequence != before.received_sequence ||
+                     pong.replied_sequence != before.replied_sequence;
+  if (moved) liveness.last_change_s = now_s;
+  liveness.pong = pong;
+  liveness.unanswered_since_s = -1;
+  return liveness;
+}
+
+Liveness on_request(Liveness liveness, double now_s) {
+  liveness.last_change_s = now_s;
+  return liveness;
+}
+
+Liveness on_look(Liveness liveness, bool connected, const Patience& patience, double now_s) {
+  const bool was_away = now_s - liveness.attention_s > patience.pause_s;
+  if (was_away) {
+    liveness.last_change_s = now_s;
+    if (liveness.unanswered_since_s >= 0) liveness.unanswered_since_s = now_s;
+  }
+  liveness.attention_s = now_s;
+  if (connected) liveness.disconnected_since_s = -1;
+  if (!connected && liveness.disconnected_since_s < 0) liveness.disconnected_since_s = now_s;
+  return liveness;
+}
+
+Health judge(const Liveness& liveness, bool work_due, const Patience& patience, double now_s) {
+  const bool disconnected = liveness.disconnected_since_s >= 0;
+  if (disconnected && now_s - liveness.disconnected_since_s > patience.disconnected_s)
+    return Health::disconnected;
+  const bool unanswered = liveness.unanswered_since_s >= 0;
+  if (unanswered && now_s - liveness.unanswered_since_s > patience.silence_s) return Health::silent;
+  const bool busy = work_due || liveness.pong.phase != Phase::waiting;
+  if (busy && now_s - liveness.last_change_s > patience.progress_deadline_s) return Health::hung;
+  return Health::fine;
+}
+
+bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_s) {
+  return now_s - liveness.last_ping_s >= patience.ping_every_s;
+}
+
+std::string describe(Health health, const Liveness& liveness, double now_s) {
+  const auto seconds_since = [now_s](double then_s) {
+    return std::to_string(std::lround(now_s - then_s)) + " s";
+  };
+  switch (health) {
+    case Health::fine:
+      return "is fine";
+    case Health::disconnected:
+      return "is gone (its connection broke and did not come back: the process died or was killed)";
+    case Health::silent:
+      return "is frozen (no answer to a ping for " + seconds_since(liveness.unanswered_since_s) +
+             ": the process is suspended or its host unreachable)";
+    case Health::hung:
+      return "hangs (it answers pings but has been " + std::string(name_of(liveness.pong.phase)) +
+             " without progress for " + seconds_since(liveness.last_change_s) + ")";
+  }
+  return "is in an unknown condition";
+}
+
+}  // namespace copepod::session

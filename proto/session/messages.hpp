@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "contract/capabilities.hpp"
+#include "session/role.hpp"
+#include "session/version.hpp"
+
+namespace copepod::session {
+
+/// First message of a component on each of its lanes; fields as in handshake.proto.
+struct Hello {
+  Role role = Role::fluid;
+  Lane lane = Lane::data;
+  VersionRange versions;
+  std::string session_token;
+  Capabilities capabilities;
+  std::string host;
+  std::int64_t pid = 0;
+  std::uint32_t ranks = 1;
+  std::uint64_t instance = 0;  ///< random, the same on both lanes of a component
+};
+
+struct Welcome {
+  std::uint32_t minor = 0;
+  std::uint64_t session_id = 0;
+  std::uint64_t epoch = 0;
+};
+
+struct Refusal {
+  std::string reason;
+};
+
+/// Answer to a setup: the solver exists.
+struct Configured {
+  std::vector<double> driving_nodes;  ///< bodies only: fractions of a step, ascending, the first 0
+};
+
+/// What a component is doing, for people and for telling progress from a standstill.
+enum class Phase { greeting, waiting, configuring, exchanging, advancing, checkpointing, finishing };
+
+constexpr std::string_view name_of(Phase phase) {
+  switch (phase) {
+    case Phase::greeting:
+      return "greeting";
+    case Phase::waiting:
+      return "waiting";
+    case Phase::configuring:
+      return "configuring";
+    case Phase::exchanging:
+      return "exchanging";
+    case Phase::advancing:
+      return "advancing";
+    case Phase::checkpointing:
+      return "checkpointing";
+    case Phase::finishing:
+      return "finishing";
+  }
+  return "unknown";
+}
+
+struct Ping {
+  std::uint64_t stamp_ns = 0;  ///< monotonic clock of the coupler
+};
+
+struct Pong {
+  std::uint64_t stamp_ns = 0;  ///< of the Ping
+  std::int64_t step = -1;
+  Phase phase = Phase::greeting;
+  std::uint64_t progress = 0;
+  std::uint64_t received_sequence = 0;
+  std::uint64_t replied_sequence = 0;
+};
+
+/// Body of Save and Restore.
+struct CheckpointPath {
+  std::string path;
+};
+
+}  // namespace copepod::session
