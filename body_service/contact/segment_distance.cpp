@@ -1,0 +1,38 @@
+#include "contact/segment_distance.hpp"
+
+#include <algorithm>
+
+namespace copepod::body {
+
+namespace {
+
+/// Place s ∈ [−1, 1] on the segment c ± h that is nearest to a point.
+double nearest_place(const Eigen::Vector3d& centre, const Eigen::Vector3d& half,
+                     const Eigen::Vector3d& point) {
+  const double squared_length = half.squaredNorm();
+  if (squared_length == 0.0) return 0.0;
+  return std::clamp(half.dot(point - centre) / squared_length, -1.0, 1.0);
+}
+
+}  // namespace
+
+double segment_distance_m(const CoreSegment& first, const CoreSegment& second) {
+  const Eigen::Vector3d& h1 = first.half_W_m;
+  const Eigen::Vector3d& h2 = second.half_W_m;
+  const Eigen::Vector3d d = second.centre_W_m - first.centre_W_m;
+
+  // Nearest points of the two infinite lines; parallel lines have many, any of which serves as a start.
+  const double a = h1.squaredNorm();
+  const double b = h1.dot(h2);
+  const double e = h2.squaredNorm();
+  const double determinant = a * e - b * b;
+  double s = 0.0;
+  if (determinant > 1e-14 * a * e) s = std::clamp((e * h1.dot(d) - b * h2.dot(d)) / determinant, -1.0, 1.0);
+
+  // The end of one segment may be nearest to an inner point of the other: project there and back.
+  const double t = nearest_place(second.centre_W_m, h2, first.centre_W_m + s * h1);
+  s = nearest_place(first.centre_W_m, h1, second.centre_W_m + t * h2);
+  return (d + t * h2 - s * h1).norm();
+}
+
+}  // namespace copepod::body

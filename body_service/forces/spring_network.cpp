@@ -1,0 +1,91 @@
+#include "forces/spring_network.hpp"
+
+#include <Eigen/Geometry>
+
+#include "contract/errors.hpp"
+#include "model/rotation.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+void check(const SpringSpecification& spring, std::size_t index, int bodies) {
+  const std::string name = "spring " + std::to_string(index);
+  const auto exists = [bodies](int body) { return body >= 0 && body < bodies; };
+  if (!exists(spring.body_A) || !exists(spring.body_B)) {
+    throw CaseError(name + " connects bodies " + std::to_string(spring.body_A) + " and " +
+                    std::to_string(spring.body_B) + " (there are " + std::to_string(bodies) +
+                    " bodies, counted from 0). Correct the indices.");
+  }
+  if (spring.body_A == spring.body_B) {
+    throw CaseError(name + " connects body " + std::to_string(spring.body_A) +
+                    " to itself (it could do no work). Connect two bodies.");
+  }
+  if (!(spring.stiffness_N_per_m >= 0.0) || !(spring.damping_N_s_per_m >= 0.0) ||
+      !(spring.rest_length_m >= 0.0)) {
+    throw CaseError(name +
+                    " has a negative stiffness, damping or rest length (it would create energy, or is no "
+                    "length). Use 0 or more.");
+  }
+}
+
+}  // namespace
+
+SpringNetwork::SpringNetwork(const BodySetup& setup) {
+  for (const auto& body : setup.bodies) names_.push_back(body.name);
+  for (const auto& spring : setup.springs) {
+    check(spring, springs_.size(), static_cast<int>(setup.bodies.size()));
+    springs_.push_back({spring.body_A,
+                        spring.body_B,
+                        {spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m},
+                        !spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0),
+                        spring.anchor_A_m,
+                        spring.anchor_B_m});
+  }
+}
+
+void SpringNetwork::add_loads(const BodyBlock& block, const MotionState& state, const Eigen::Matrix3Xd& w,
+                              Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const {
+  for (const int index : block.springs) {
+    const Spring& spring = springs_[index];
+    const Eigen::Index A = spring.body_A - block.first;
+    const Eigen::Index B = spring.body_B - block.first;
+    if (spring.anchored) {
+      add_anchored(spring, A, B, state, w, force_N, torque_N_m);
+      continue;
+    }
+    const Eigen::Vector3d f_A_W_N =
+        this->force_N(spring, state.position_m.col(B) - state.position_m.col(A),
+                      state.velocity_m_per_s.col(B) - state.velocity_m_per_s.col(A));
+    force_N.col(A) += f_A_W_N;
+    force_N.col(B) -= f_A_W_N;
+  }
+}
+
+void SpringNetwork::add_anchored(const Spring& spring, Eigen::Index A, Eigen::Index B,
+                                 const MotionState& state, const Eigen::Matrix3Xd& w,
+                                 Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const {
+  const Eigen::Vector3d r_A_W_m = rotation_matrix(state.orientation_wxyz.col(A)) * spring.anchor_A_m;
+  const Eigen::Vector3d r_B_W_m = rotation_matrix(state.orientation_wxyz.col(B)) * spring.anchor_B_m;
+  const Eigen::Vector3d d_AB_W_m = (state.position_m.col(B) - state.position_m.col(A)) + (r_B_W_m - r_A_W_m);
+  const Eigen::Vector3d ddot_AB_W_m_per_s = (state.velocity_m_per_s.col(B) + w.col(B).cross(r_B_W_m)) -
+                                            (state.velocity_m_per_s.col(A) + w.col(A).cross(r_A_W_m));
+  const Eigen::Vector3d f_A_W_N = this->force_N(spring, d_AB_W_m, ddot_AB_W_m_per_s);
+  force_N.col(A) += f_A_W_N;
+  force_N.col(B) -= f_A_W_N;
+  torque_N_m.col(A) += r_A_W_m.cross(f_A_W_N);
+  torque_N_m.col(B) -= r_B_W_m.cross(f_A_W_N);
+}
+
+Eigen::Vector3d SpringNetwork::force_N(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
+                                       const Eigen::Vector3d& ddot_AB_W_m_per_s) const {
+  if (d_AB_W_m.isZero(0.0)) {
+    throw SolverError("the ends of the spring between bodies '" + names_[spring.body_A] + "' and '" +
+                      names_[spring.body_B] +
+                      "' coincide (its force has no direction). Give it a longer rest "
+                      "length, a higher stiffness, or start its ends apart.");
+  }
+  return spring_force_N(spring.law, d_AB_W_m, ddot_AB_W_m_per_s);
+}
+
+}  // namespace copepod::body

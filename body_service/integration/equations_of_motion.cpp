@@ -1,0 +1,52 @@
+#include "integration/equations_of_motion.hpp"
+
+#include <algorithm>
+
+#include "constraints/motion_constraint.hpp"
+#include "model/rotation.hpp"
+
+namespace copepod::body {
+
+// The order of the members matters: model and springs check the setup before it is cut into blocks.
+EquationsOfMotion::EquationsOfMotion(const BodySetup& setup, Eigen::Index preferred_block_bodies)
+    : model_(setup),
+      springs_(setup),
+      blocks_(independent_blocks(model_.bodies(), setup.springs, preferred_block_bodies)) {
+  angular_velocity_rad_per_s_.resize(3, longest_block());
+}
+
+Eigen::Index EquationsOfMotion::longest_block() const {
+  Eigen::Index longest = 0;
+  for (const auto& block : blocks_) longest = std::max(longest, block.bodies);
+  return longest;
+}
+
+void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node,
+                                 const MotionState& state, MotionState& rate) {
+  const Eigen::Index first = block.first;
+  const Eigen::Index bodies = block.bodies;
+  // Forces are summed where the accelerations will be, and torques where dL/dt is.
+  auto& force_N = rate.velocity_m_per_s;
+  auto& torque_N_m = rate.angular_momentum_N_m_s;
+
+  force_N.leftCols(bodies) = applied.hydrodynamic.force_N.middleCols(first, bodies) +
+                             applied.driving_N.middleCols(node * model_.bodies() + first, bodies) +
+                             model_.weight_N().middleCols(first, bodies);
+  torque_N_m.leftCols(bodies) = applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
+  for (Eigen::Index i = 0; i < bodies; ++i) {
+    angular_velocity_rad_per_s_.col(i) = model_.angular_velocity_rad_per_s(
+        first + i, state.orientation_wxyz.col(i), state.angular_momentum_N_m_s.col(i));
+  }
+  springs_.add_loads(block, state, angular_velocity_rad_per_s_, force_N, torque_N_m);
+
+  rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
+  for (Eigen::Index i = 0; i < bodies; ++i) {
+    const Eigen::Index body = first + i;
+    constrain_loads(model_.motion(body), model_.axis(body), force_N.col(i), torque_N_m.col(i));
+    force_N.col(i) *= model_.inverse_mass_per_kg(body);
+    rate.orientation_wxyz.col(i) =
+        orientation_rate(angular_velocity_rad_per_s_.col(i), state.orientation_wxyz.col(i));
+  }
+}
+
+}  // namespace copepod::body

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "contract/exchange.hpp"
+#include "forces/spring_network.hpp"
+#include "model/body_block.hpp"
+#include "model/body_model.hpp"
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// The Newton-Euler equations of all bodies, evaluated block by block:
+///   dx/dt = v,   m dv/dt = F,   dq/dt = 1/2 (0, ω) ⊗ q,   dL/dt = τ                        (B9), (B10)
+/// with F and τ the sums of hydrodynamic load, driving force, weight and springs, less what constraints
+/// balance.
+class EquationsOfMotion {
+ public:
+  /// @param preferred_block_bodies  see independent_blocks
+  EquationsOfMotion(const BodySetup& setup, Eigen::Index preferred_block_bodies);
+
+  [[nodiscard]] const BodyModel& model() const { return model_; }
+  [[nodiscard]] const std::vector<BodyBlock>& blocks() const { return blocks_; }
+
+  /// Bodies of the longest block: what a work array must hold.
+  [[nodiscard]] Eigen::Index longest_block() const;
+
+  /// Rate of change of a block's state.
+  /// @param node   which of the driving samples applies
+  /// @param state  of the block's bodies, column 0 is body block.first
+  /// @param rate   overwritten, same columns
+  /// @throws SolverError if the ends of a spring coincide
+  void evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node,
+                const MotionState& state, MotionState& rate);
+
+ private:
+  BodyModel model_;
+  SpringNetwork springs_;
+  std::vector<BodyBlock> blocks_;
+  Eigen::Matrix3Xd angular_velocity_rad_per_s_;  ///< of the bodies of the block in work
+};
+
+}  // namespace copepod::body

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "contract/body_setup.hpp"
+#include "contract/exchange.hpp"
+#include "integration/equations_of_motion.hpp"
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// Advances the bodies of one block by one step.
+class TimeIntegrator {
+ public:
+  TimeIntegrator() = default;
+  TimeIntegrator(const TimeIntegrator&) = delete;
+  TimeIntegrator& operator=(const TimeIntegrator&) = delete;
+  virtual ~TimeIntegrator() = default;
+
+  /// See BodySolver::driving_nodes.
+  [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
+
+  /// @param state  of all bodies; the block's columns are advanced by one step, the others neither read nor
+  /// written
+  /// @throws SolverError if the ends of a spring coincide
+  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, MotionState& state) = 0;
+};
+
+/// @param equations  must outlive the integrator
+std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations,
+                                                     double step_s);
+
+}  // namespace copepod::body

@@ -1,0 +1,10 @@
+#include "component/run_component.hpp"
+#include "rigid_body_solver.hpp"
+
+int main(int argc, char** argv) {
+  using copepod::body::RigidBodySolver;
+  return copepod::run_body_component(
+      argc, argv, {copepod::body::rigid_body_capabilities(), [](const copepod::BodySetup& setup) {
+                     return std::make_unique<RigidBodySolver>(setup);
+                   }});
+}

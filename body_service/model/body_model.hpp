@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "contract/body_setup.hpp"
+#include "model/motion_state.hpp"
+#include "model/rotation.hpp"
+
+namespace copepod::body {
+
+/// What does not change about the bodies during a run; SI units, one entry or column per body.
+class BodyModel {
+ public:
+  /// @throws CaseError naming the body if a mass, shape, orientation or axis makes no sense
+  explicit BodyModel(const BodySetup& setup);
+
+  [[nodiscard]] Eigen::Index bodies() const { return inverse_mass_per_kg_.size(); }
+  [[nodiscard]] const std::string& name(Eigen::Index body) const { return names_[body]; }
+  [[nodiscard]] const Shape& shape(Eigen::Index body) const { return shapes_[body]; }
+  [[nodiscard]] MotionKind motion(Eigen::Index body) const { return motions_[body]; }
+  [[nodiscard]] Eigen::Vector3d axis(Eigen::Index body) const { return axis_.col(body); }
+  [[nodiscard]] double inverse_mass_per_kg(Eigen::Index body) const { return inverse_mass_per_kg_[body]; }
+
+  /// Gravity less buoyancy of every body [N], shape (3, bodies).
+  [[nodiscard]] const Eigen::Matrix3Xd& weight_N() const { return weight_N_; }
+
+  /// Angular velocity that belongs to an angular momentum,
+  ///   ω = R I_B⁻¹ Rᵀ L                                                                 (B11)
+  [[nodiscard]] Eigen::Vector3d angular_velocity_rad_per_s(Eigen::Index body, const Eigen::Vector4d& q_WB,
+                                                           const Eigen::Vector3d& L_W_N_m_s) const {
+    // An isotropic tensor commutes with every rotation: spheres need no rotation matrix.
+    if (isotropic_[body] != 0) return inverse_inertia_.col(body).cwiseProduct(L_W_N_m_s);
+    const Eigen::Matrix3d R_WB = rotation_matrix(q_WB);
+    return R_WB * inverse_inertia_.col(body).cwiseProduct(R_WB.transpose() * L_W_N_m_s);
+  }
+
+  /// State of motion at the start of the run.
+  [[nodiscard]] const MotionState& initial_state() const { return initial_; }
+
+ private:
+  void add(Eigen::Index body, const BodySpecification& specification, const BodySetup& setup);
+
+  std::vector<std::string> names_;
+  std::vector<Shape> shapes_;
+  std::vector<MotionKind> motions_;
+  std::vector<std::uint8_t> isotropic_;  ///< 1: the inertia that answers to torques is a multiple of unity
+  Eigen::Matrix3Xd axis_;
+  Eigen::VectorXd inverse_mass_per_kg_;
+  Eigen::Matrix3Xd inverse_inertia_;  ///< diagonal of I_B⁻¹ [1/(kg m²)]
+  Eigen::Matrix3Xd weight_N_;
+  MotionState initial_;
+};
+
+}  // namespace copepod::body

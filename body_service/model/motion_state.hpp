@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace copepod::body {
+
+/// State of motion of a row of bodies, or its rate of change; SI units, world frame, one column per body.
+///
+/// The rotation is carried as angular momentum: it changes by torques only (B9), so that torque-free motion
+/// keeps it to the last bit and the gyroscopic term ω × Iω needs no code of its own. A body whose rotation
+/// does not answer to torques (fixed, prescribed) has unit inertia here, so the column then holds its angular
+/// velocity.
+struct MotionState {
+  Eigen::Matrix3Xd position_m;
+  Eigen::Matrix4Xd orientation_wxyz;
+  Eigen::Matrix3Xd velocity_m_per_s;
+  Eigen::Matrix3Xd angular_momentum_N_m_s;
+
+  [[nodiscard]] Eigen::Index bodies() const { return position_m.cols(); }
+  void resize(Eigen::Index bodies) {
+    position_m.resize(3, bodies);
+    orientation_wxyz.resize(4, bodies);
+    velocity_m_per_s.resize(3, bodies);
+    angular_momentum_N_m_s.resize(3, bodies);
+  }
+};
+
+/// Force and torque on every body of a row; world frame, one column per body.
+struct BodyLoads {
+  Eigen::Matrix3Xd force_N;
+  Eigen::Matrix3Xd torque_N_m;
+
+  void resize(Eigen::Index bodies) {
+    force_N.resize(3, bodies);
+    torque_N_m.resize(3, bodies);
+  }
+};
+
+}  // namespace copepod::body

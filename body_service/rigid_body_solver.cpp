@@ -1,0 +1,141 @@
+#include "rigid_body_solver.hpp"
+
+#include <chrono>
+#include <cmath>
+
+#include "contract/digest.hpp"
+#include "contract/errors.hpp"
+#include "model/case_digest.hpp"
+#include "storage/state_file.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+/// Bodies that are integrated together: their state and work arrays fit into a core's second-level cache.
+constexpr Eigen::Index preferred_block_bodies = 256;
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Zero times a sum of products is NaN as soon as one number is inf or NaN, and vectorises where a test does
+/// not.
+template <typename Columns>
+bool all_finite(const Columns& columns) {
+  return (columns * 0.0).sum() == 0.0;
+}
+
+/// @throws SolverError naming the first body of a block whose state is not finite
+void check_finite(const BodyBlock& block, const BodyModel& model, const MotionState& state,
+                  std::int64_t step) {
+  const auto finite = [&state](Eigen::Index first, Eigen::Index bodies) {
+    return all_finite(state.position_m.middleCols(first, bodies)) &&
+           all_finite(state.orientation_wxyz.middleCols(first, bodies)) &&
+           all_finite(state.velocity_m_per_s.middleCols(first, bodies)) &&
+           all_finite(state.angular_momentum_N_m_s.middleCols(first, bodies));
+  };
+  if (finite(block.first, block.bodies)) return;
+  for (Eigen::Index body = block.first; body < block.first + block.bodies; ++body) {
+    if (finite(body, 1)) continue;
+    throw SolverError(
+        "the motion of body '" + model.name(body) +
+            "' is not finite (its loads are not, or the step is too long for its springs). Look at the "
+            "loads of the last steps, or use a shorter step.",
+        0, step);
+  }
+}
+
+void check_step(double step_s) {
+  if (step_s > 0.0 && std::isfinite(step_s)) return;
+  throw CaseError("step_s " + std::to_string(step_s) + " (time must go on). Use a positive step.");
+}
+
+}  // namespace
+
+Capabilities rigid_body_capabilities() {
+  return {"Copepod rigid bodies",
+          COPEPOD_VERSION,
+          {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
+           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "springs:anchors",
+           "gravity", "checkpoint"}};
+}
+
+RigidBodySolver::RigidBodySolver(const BodySetup& setup)
+    : case_digest_(case_digest(setup)),
+      equations_(setup, preferred_block_bodies),
+      integrator_(make_time_integrator(setup.integrator, equations_, setup.step_s)),
+      driving_nodes_(static_cast<Eigen::Index>(integrator_->driving_nodes().size())),
+      overlap_check_(equations_.model(), setup.periodic_length_m),
+      state_(equations_.model().initial_state()) {
+  check_step(setup.step_s);
+  overlap_check_.check(state_, step_);
+}
+
+std::vector<double> RigidBodySolver::driving_nodes() const { return integrator_->driving_nodes(); }
+
+void RigidBodySolver::kinematics(Kinematics& kinematics) {
+  kinematics.step = step_;
+  kinematics.resize(state_.bodies());
+  kinematics.position_m = state_.position_m;
+  kinematics.orientation_wxyz = state_.orientation_wxyz;
+  kinematics.velocity_m_per_s = state_.velocity_m_per_s;
+  for (Eigen::Index body = 0; body < state_.bodies(); ++body) {
+    kinematics.angular_velocity_rad_per_s.col(body) = equations_.model().angular_velocity_rad_per_s(
+        body, state_.orientation_wxyz.col(body), state_.angular_momentum_N_m_s.col(body));
+  }
+}
+
+void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
+  check_loads(applied);
+  const auto start = Clock::now();
+  integrate(applied);
+  ++step_;
+  integration_s_ += seconds_since(start);
+
+  const auto integrated = Clock::now();
+  overlap_check_.check(state_, step_);
+  contact_s_ += seconds_since(integrated);
+  kinematics(next);
+}
+
+void RigidBodySolver::check_loads(const AppliedLoads& applied) const {
+  const auto bodies = state_.bodies();
+  if (applied.hydrodynamic.step != step_) {
+    throw SolverError("loads of step " + std::to_string(applied.hydrodynamic.step) + " arrived in step " +
+                          std::to_string(step_) + " (steps must follow each other). Send them in order.",
+                      0, step_);
+  }
+  if (applied.hydrodynamic.force_N.cols() != bodies || applied.hydrodynamic.torque_N_m.cols() != bodies ||
+      applied.driving_N.cols() != driving_nodes_ * bodies) {
+    throw SolverError("loads have the wrong shape (expected forces and torques of " + std::to_string(bodies) +
+                          " bodies and driving forces at " + std::to_string(driving_nodes_) +
+                          " nodes). Send one column per body, and per node and body.",
+                      0, step_);
+  }
+}
+
+void RigidBodySolver::integrate(const AppliedLoads& applied) {
+  for (const auto& block : equations_.blocks()) {
+    integrator_->advance(block, applied, state_);
+    check_finite(block, equations_.model(), state_, step_);
+  }
+}
+
+void RigidBodySolver::save(const std::string& path) { write_state(path, {case_digest_, step_}, state_); }
+
+void RigidBodySolver::restore(const std::string& path) {
+  step_ = read_state(path, case_digest_, state_);
+  overlap_check_.check(state_, step_);
+}
+
+SolverSummary RigidBodySolver::summarise() {
+  SolverSummary summary;
+  summary.digest = state_digest(step_, state_);
+  summary.seconds = {{"integrate", integration_s_}, {"contact", contact_s_}};
+  return summary;
+}
+
+}  // namespace copepod::body

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+
+#include "contact/overlap_check.hpp"
+#include "contract/body_setup.hpp"
+#include "contract/body_solver.hpp"
+#include "contract/capabilities.hpp"
+#include "integration/equations_of_motion.hpp"
+#include "integration/time_integrator.hpp"
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// What RigidBodySolver can do, for the component's Hello.
+Capabilities rigid_body_capabilities();
+
+/// Rigid spheres and capsules with springs, gravity and constraints; the theory is in docs/theory_bodies.md.
+class RigidBodySolver final : public BodySolver {
+ public:
+  /// @throws CaseError if the setup makes no sense, SolverError if bodies overlap at the start
+  explicit RigidBodySolver(const BodySetup& setup);
+
+  [[nodiscard]] std::vector<double> driving_nodes() const override;
+  void kinematics(Kinematics& kinematics) override;
+  void step(const AppliedLoads& applied, Kinematics& next) override;
+  void save(const std::string& path) override;
+  void restore(const std::string& path) override;
+  SolverSummary summarise() override;
+
+ private:
+  void check_loads(const AppliedLoads& applied) const;
+  void integrate(const AppliedLoads& applied);
+
+  std::uint64_t case_digest_;  ///< of the setup: a saved state fits this case only
+  EquationsOfMotion equations_;
+  std::unique_ptr<TimeIntegrator> integrator_;
+  Eigen::Index driving_nodes_;  ///< how many
+  OverlapCheck overlap_check_;
+  MotionState state_;
+  std::int64_t step_ = 0;
+  double integration_s_ = 0.0;
+  double contact_s_ = 0.0;
+};
+
+}  // namespace copepod::body

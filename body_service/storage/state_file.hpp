@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// What a saved state belongs to.
+struct StateLabel {
+  std::uint64_t case_digest = 0;
+  std::int64_t step = 0;
+};
+
+/// Writes a state to a new file, complete and on disk when it returns; an interrupted write leaves no file
+/// `path`.
+///
+/// Layout, 64-bit little-endian words: magic "COPEBODY", version, case digest, step, bodies; then position (3
+/// words per body), orientation (4), velocity (3) and angular momentum (3), each body by body; last the
+/// digest of all words before.
+/// @throws StorageError
+void write_state(const std::string& path, const StateLabel& label, const MotionState& state);
+
+/// Reads what `write_state` wrote, bit for bit.
+/// @param case_digest  of the case at hand
+/// @param state        must have the case's number of bodies; overwritten
+/// @return the step before which the state was saved
+/// @throws StorageError if the file is missing, truncated, damaged, of another version or of another case
+std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state);
+
+}  // namespace copepod::body

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "contract/body_setup.hpp"
+#include "contract/body_solver.hpp"
+
+namespace copepod::body {
+
+/// A bead of the paper: radius 4 µm, mass 5.44e-13 kg.
+inline BodySpecification bead(const std::string& name, const Eigen::Vector3d& position_m) {
+  BodySpecification body;
+  body.name = name;
+  body.shape = {ShapeKind::sphere, 4e-6, 0.0};
+  body.mass_kg = 5.44e-13;
+  body.position_m = position_m;
+  return body;
+}
+
+/// A capsule of the paper, its axis along the world's z axis: radius 4 µm, cylinder length 8 µm.
+inline BodySpecification capsule(const std::string& name, const Eigen::Vector3d& position_m) {
+  BodySpecification body = bead(name, position_m);
+  body.shape = {ShapeKind::capsule, 4e-6, 8e-6};
+  return body;
+}
+
+inline BodySetup setup_of(std::vector<BodySpecification> bodies, double step_s,
+                          Integrator integrator = Integrator::runge_kutta_4) {
+  BodySetup setup;
+  setup.step_s = step_s;
+  setup.integrator = integrator;
+  setup.bodies = std::move(bodies);
+  return setup;
+}
+
+/// Zero loads of the right shape for a solver's first step.
+inline AppliedLoads no_loads(const BodySolver& solver, Eigen::Index bodies) {
+  AppliedLoads applied;
+  applied.hydrodynamic.resize(bodies);
+  applied.hydrodynamic.force_N.setZero();
+  applied.hydrodynamic.torque_N_m.setZero();
+  applied.driving_N.setZero(3, static_cast<Eigen::Index>(solver.driving_nodes().size()) * bodies);
+  return applied;
+}
+
+/// Takes `steps` steps under loads that `change` may set before each.
+inline Kinematics advance(BodySolver& solver, std::int64_t steps,
+                          const std::function<void(AppliedLoads&)>& change = {}) {
+  Kinematics state;
+  solver.kinematics(state);
+  AppliedLoads applied = no_loads(solver, state.bodies());
+  for (std::int64_t i = 0; i < steps; ++i) {
+    applied.hydrodynamic.step = state.step;
+    if (change) change(applied);
+    solver.step(applied, state);
+  }
+  return state;
+}
+
+}  // namespace copepod::body
