@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "bodies/body_map.hpp"
+
+namespace copepod::fluid {
+
+/// A fluid cell next to a body, with its links into that body.
+struct BoundaryCell {
+  std::int64_t cell = 0;         ///< index in the layout
+  Cell position{};               ///< domain cell, of this rank
+  std::uint32_t directions = 0;  ///< bit α set: x_f + e_α is covered by the body
+  bool border = false;           ///< touches another rank's populations (GhostExchange::interior)
+};
+
+/// Links of each body: lists of boundary cells that are rebuilt only near changed cells.
+class BoundaryLinks {
+ public:
+  BoundaryLinks(const BodyMap& map, const PopulationLayout& layout, const Box& interior);
+
+  /// Rebuilds the lists of every body that can have a link near `map.changed()`.
+  void rebuild_changed();
+  [[nodiscard]] std::span<const BoundaryCell> of_body(std::size_t body) const { return cells_[body]; }
+
+ private:
+  void rebuild(std::size_t body);
+
+  const BodyMap& map_;
+  const PopulationLayout& layout_;
+  Box interior_;
+  std::vector<std::vector<BoundaryCell>> cells_;
+};
+
+}  // namespace copepod::fluid

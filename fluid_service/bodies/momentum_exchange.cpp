@@ -1,0 +1,71 @@
+#include "bodies/momentum_exchange.hpp"
+
+#include <bit>
+#include <cmath>
+#include <string>
+
+#include "contract/errors.hpp"
+#include "lattice/moments_of_cell.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+/// Larger than any population of a flow that makes sense; also catches NaN when negated.
+constexpr double absurd_population = 1e3;
+
+[[noreturn]] void throw_diverged(const Cell& cell) {
+  throw SolverError(
+      "the flow diverged beside a body at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) +
+      ", " + std::to_string(cell[2]) +
+      ") (a population is not finite or far too large). Use a larger relaxation time, weaker forces, or "
+      "coupling.load_averaging: two_step for light bodies.");
+}
+
+}  // namespace
+
+template <class T>
+void exchange_momentum(const T* populations, const PopulationLayout& layout, Placement placement,
+                       const Domain& domain, const LatticeBody& body, std::span<const BoundaryCell> cells,
+                       std::span<std::int64_t, load_components> loads, ReflectedPopulations<T>& reflected) {
+  for (const BoundaryCell& boundary : cells) {
+    const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
+    const Eigen::Vector3d u = body.surface_velocity(r);
+    const double density = 1.0 + excess_density_of_cell(populations, layout, boundary.cell, placement);
+    auto& target = boundary.border ? reflected.border : reflected.interior;
+    std::int64_t force[3] = {0, 0, 0};
+    for (std::uint32_t bits = boundary.directions; bits != 0; bits &= bits - 1) {
+      const int alpha = std::countr_zero(bits);
+      const auto& e = d3q19::e[alpha];
+      const T leaving = populations[layout.location(boundary.cell, alpha, placement)];
+      const double eu = e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
+      const T returning =
+          static_cast<T>(static_cast<double>(leaving) - 6.0 * d3q19::weight(alpha) * density * eu);
+      const double exchanged = static_cast<double>(leaving) + static_cast<double>(returning);
+      if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
+      const std::int64_t fixed = fixed_point::from_double(exchanged);
+      for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
+      // The population that leaves the solid cell x_f + e_α towards x_f.
+      target.push_back(
+          {layout.location(boundary.cell + layout.neighbour(alpha), d3q19::opposite(alpha), placement),
+           returning});
+    }
+    const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
+                         fixed_point::to_double(force[2])};
+    for (int axis = 0; axis < 3; ++axis) loads[static_cast<std::size_t>(axis)] += force[axis];
+    loads[3] += fixed_point::from_double(r[1] * f[2] - r[2] * f[1]);
+    loads[4] += fixed_point::from_double(r[2] * f[0] - r[0] * f[2]);
+    loads[5] += fixed_point::from_double(r[0] * f[1] - r[1] * f[0]);
+  }
+}
+
+template void exchange_momentum<float>(const float*, const PopulationLayout&, Placement, const Domain&,
+                                       const LatticeBody&, std::span<const BoundaryCell>,
+                                       std::span<std::int64_t, load_components>,
+                                       ReflectedPopulations<float>&);
+template void exchange_momentum<double>(const double*, const PopulationLayout&, Placement, const Domain&,
+                                        const LatticeBody&, std::span<const BoundaryCell>,
+                                        std::span<std::int64_t, load_components>,
+                                        ReflectedPopulations<double>&);
+
+}  // namespace copepod::fluid

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstring>
+
+#include "kernel/stream_collide.hpp"
+
+// The loop around `collide`, compiled once per instruction set (stream_collide_avx2.cpp,
+// stream_collide_baseline.cpp). `Isa` is a tag type of the including file: it keeps the instantiations of
+// different instruction sets apart.
+
+namespace copepod::fluid {
+
+template <class T, int width>
+using Pack [[gnu::vector_size(sizeof(T) * width)]] = T;
+
+template <class Isa, class T>
+struct StreamCollideLoop {
+  static constexpr int width = Isa::vector_bytes / static_cast<int>(sizeof(T));
+  using V = Pack<T, width>;
+
+  /// The 19 slots of a row's first cell; slot α is read as direction α or ᾱ (Placement).
+  using Row = T * [d3q19::directions];
+
+  template <bool streamed, bool has_force, class U>
+  [[gnu::always_inline]] static void update(T* const (&row)[d3q19::directions], std::int64_t z,
+                                            const CollisionConstants<T>& constants) {
+    U g[d3q19::directions];
+    // Home: the slot that receives α afterwards holds ᾱ now. Streamed: the other way round.
+#pragma GCC unroll 19
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      std::memcpy(&g[streamed ? alpha : d3q19::opposite(alpha)], row[alpha] + z, sizeof(U));
+    collide<has_force>(g, constants);
+#pragma GCC unroll 19
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
+  }
+
+  template <bool streamed, bool has_force>
+  static void rows(T* populations, const PopulationLayout& layout, const Box& region,
+                   const CollisionConstants<T>& constants) {
+    const std::int64_t length = region.extent(2);
+    for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
+      for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
+        const std::int64_t first = layout.cell(x, y, region.low[2]);
+        Row row;
+#pragma GCC unroll 19
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          row[alpha] = populations + layout.slot(alpha) + first + (streamed ? 0 : layout.neighbour(alpha));
+        std::int64_t z = 0;
+        for (; z + width <= length; z += width) update<streamed, has_force, V>(row, z, constants);
+        for (; z < length; ++z) update<streamed, has_force, T>(row, z, constants);
+      }
+  }
+
+  static void run(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
+                  const CollisionConstants<T>& constants, bool has_force) {
+    const bool streamed = placement == Placement::streamed;
+    if (streamed && has_force) return rows<true, true>(populations, layout, region, constants);
+    if (streamed) return rows<true, false>(populations, layout, region, constants);
+    if (has_force) return rows<false, true>(populations, layout, region, constants);
+    return rows<false, false>(populations, layout, region, constants);
+  }
+};
+
+}  // namespace copepod::fluid

@@ -1,0 +1,252 @@
+#include "solver/lattice_boltzmann.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "contract/digest.hpp"
+#include "contract/errors.hpp"
+#include "kernel/equilibrium.hpp"
+#include "kernel/relaxation.hpp"
+#include "lattice/moments_of_cell.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+std::vector<LatticeBody> make_bodies(const FluidSetup& setup, const LatticeUnits& units) {
+  std::vector<LatticeBody> bodies;
+  for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, units);
+  return bodies;
+}
+
+}  // namespace
+
+template <class T>
+LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& communicator)
+    : setup_(setup),
+      communicator_(communicator),
+      units_(setup),
+      domain_(setup, units_),
+      partition_(domain_.cells(), communicator.size()),
+      layout_(partition_.block(communicator.rank()), sizeof(T)),
+      populations_(static_cast<std::size_t>(layout_.values())),
+      constants_(collision_constants<T>(setup.collision,
+                                        units_.relaxation_time(setup.kinematic_viscosity_m2_per_s),
+                                        units_.body_force_lu(setup.body_force_N_per_m3))),
+      has_force_(!setup.body_force_N_per_m3.isZero(0.0)),
+      stream_collide_(choose_stream_collide<T>().update),
+      ghosts_(domain_, partition_, layout_, communicator),
+      map_(domain_, layout_, make_bodies(setup, units_)),
+      links_(map_, layout_, ghosts_.interior()),
+      refill_(domain_, partition_, layout_, communicator),
+      load_sums_(setup.bodies.size() * load_components),
+      output_(setup, communicator) {}
+
+template <class T>
+void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
+  if (kinematics.bodies() != static_cast<Eigen::Index>(setup_.bodies.size()))
+    throw SolverError("kinematics of " + std::to_string(kinematics.bodies()) + " bodies (the setup named " +
+                      std::to_string(setup_.bodies.size()) + "). Send all bodies in the order of the setup.");
+  for (Eigen::Index b = 0; b < kinematics.bodies(); ++b)
+    map_.bodies()[static_cast<std::size_t>(b)].move(kinematics, b, units_);
+  if (map_.update()) links_.rebuild_changed();
+}
+
+template <class T>
+void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
+  timer_.start();
+  mapped_ = kinematics;
+  map_bodies(kinematics);
+  timer_.book(Phase::map);
+  refill_(populations_.data(), placement_, map_);
+  map_.accept_fresh_cells();
+  timer_.book(Phase::refill);
+
+  std::fill(load_sums_.begin(), load_sums_.end(), 0);
+  reflected_.clear();
+  for (std::size_t b = 0; b < map_.bodies().size(); ++b)
+    exchange_momentum<T>(
+        populations_.data(), layout_, placement_, domain_, map_.bodies()[b], links_.of_body(b),
+        std::span<std::int64_t, load_components>(&load_sums_[b * load_components], load_components),
+        reflected_);
+  timer_.book(Phase::momentum);
+  communicator_.sum_to_leader(load_sums_);
+  report_loads(kinematics, loads);
+  timer_.book(Phase::reduce);
+}
+
+/// Sums to SI units. A body that a symmetry plane cuts was seen only in part: what the plane's symmetry
+/// forbids is zero (force normal to it, torque along it), the rest counts twice.
+template <class T>
+void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& loads) {
+  loads.step = kinematics.step;
+  loads.resize(kinematics.bodies());
+  double force_factor[3] = {1.0, 1.0, 1.0};
+  double torque_factor[3] = {1.0, 1.0, 1.0};
+  for (int plane = 0; plane < 3; ++plane) {
+    if (!domain_.symmetric(plane)) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      force_factor[axis] *= axis == plane ? 0.0 : 2.0;
+      torque_factor[axis] *= axis == plane ? 2.0 : 0.0;
+    }
+  }
+  for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
+    const std::int64_t* sums = &load_sums_[static_cast<std::size_t>(b) * load_components];
+    for (int axis = 0; axis < 3; ++axis) {
+      loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[axis]) * force_factor[axis]);
+      loads.torque_N_m(axis, b) =
+          units_.torque_N_m(fixed_point::to_double(sums[3 + axis]) * torque_factor[axis]);
+    }
+  }
+}
+
+template <class T>
+void LatticeBoltzmann<T>::apply(const std::vector<ReflectedPopulation<T>>& reflected) {
+  T* populations = populations_.data();
+  for (const auto& [location, value] : reflected) populations[location] = value;
+}
+
+template <class T>
+void LatticeBoltzmann<T>::update(const Box& region) {
+  stream_collide_(populations_.data(), layout_, placement_, region, constants_, has_force_);
+}
+
+template <class T>
+void LatticeBoltzmann<T>::advance() {
+  timer_.start();
+  ghosts_.start(populations_.data(), placement_);
+  timer_.book(Phase::halo);
+  apply(reflected_.interior);
+  timer_.book(Phase::reflect);
+  update(ghosts_.interior());
+  timer_.book(Phase::bulk);
+  ghosts_.finish(populations_.data(), placement_);
+  timer_.book(Phase::halo);
+  apply(reflected_.border);
+  timer_.book(Phase::reflect);
+  for (const Box& slab : ghosts_.border()) update(slab);
+  placement_ = other(placement_);
+  ++step_;
+  timer_.book(Phase::bulk);
+  check_rows();
+  timer_.book(Phase::check);
+  output_.after_step(step_, [this] { return fields(); });
+  timer_.book(Phase::output);
+}
+
+/// Looks at every 256th row, another one in each step, so that every cell is seen within 256 steps.
+template <class T>
+void LatticeBoltzmann<T>::check_rows() const {
+  constexpr std::int64_t interval = 256;
+  const Box& block = layout_.block();
+  const std::int64_t rows = block.extent(0) * block.extent(1);
+  for (std::int64_t row = step_ % interval; row < rows; row += interval)
+    for (std::int64_t z = 0; z < block.extent(2); ++z)
+      check_cell({row / block.extent(1), row % block.extent(1), z});
+}
+
+template <class T>
+void LatticeBoltzmann<T>::check_cell(const Cell& local) const {
+  constexpr double largest_excess_density = 0.5;
+  constexpr double largest_momentum = 0.4;
+  const std::int64_t cell = layout_.cell(local[0], local[1], local[2]);
+  if (map_.owner(cell) != BodyMap::fluid) return;
+  const CellMoments m = moments_of_cell(populations_.data(), layout_, cell, placement_);
+  if (std::abs(m.excess_density) < largest_excess_density && m.momentum.norm() < largest_momentum) return;
+  const Cell& low = layout_.block().low;
+  throw SolverError(
+      "the flow diverged at cell (" + std::to_string(low[0] + local[0]) + ", " +
+          std::to_string(low[1] + local[1]) + ", " + std::to_string(low[2] + local[2]) + ") (density " +
+          std::to_string(1.0 + m.excess_density) + ", momentum " + std::to_string(m.momentum.norm()) +
+          " in lattice units). Use a larger relaxation time, collision: trt, or a shorter step.",
+      communicator_.rank(), step_ - 1);
+}
+
+template <class T>
+FieldBlock LatticeBoltzmann<T>::fields() const {
+  const Box& block = layout_.block();
+  FieldBlock result{.box = block, .density_kg_per_m3 = {}, .velocity_m_per_s = {}, .body = {}};
+  const auto cells = static_cast<std::size_t>(block.volume());
+  result.density_kg_per_m3.reserve(cells);
+  result.velocity_m_per_s.reserve(3 * cells);
+  result.body.reserve(cells);
+  // Half of the force that the collision added belongs to the next half step [Guo, Zheng, Shi 2002].
+  const Eigen::Vector3d half_force = 0.5 * units_.body_force_lu(setup_.body_force_N_per_m3);
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+        const std::int64_t cell = layout_.cell(Cell{x, y, z});
+        const std::int32_t owner = map_.owner(cell);
+        Eigen::Vector3d velocity;
+        double density = 1.0;
+        if (owner > BodyMap::fluid) {
+          const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(owner - 1)];
+          velocity = body.surface_velocity(domain_.from_position(body.position, {x, y, z}));
+        } else {
+          const CellMoments m = moments_of_cell(populations_.data(), layout_, cell, placement_);
+          density += m.excess_density;
+          velocity = (m.momentum - half_force) / density;
+        }
+        result.density_kg_per_m3.push_back(units_.density_kg_per_m3(density));
+        for (int axis = 0; axis < 3; ++axis)
+          result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
+        result.body.push_back(owner);
+      }
+  return result;
+}
+
+template <class T>
+double LatticeBoltzmann<T>::excess_mass_lu() const {
+  const Box& block = layout_.block();
+  double mass = 0.0;
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+        const std::int64_t cell = layout_.cell(Cell{x, y, z});
+        if (map_.owner(cell) == BodyMap::fluid)
+          mass += excess_density_of_cell(populations_.data(), layout_, cell, placement_);
+      }
+  return mass;
+}
+
+/// Sum modulo 2^64 of a digest per fluid cell, each seeded with the cell's domain index.
+template <class T>
+std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {
+  const Box& block = layout_.block();
+  const Cell& cells = domain_.cells();
+  std::uint64_t sum = 0;
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+        const std::int64_t cell = layout_.cell(Cell{x, y, z});
+        if (map_.owner(cell) != BodyMap::fluid) continue;
+        Digest digest(static_cast<std::uint64_t>((x * cells[1] + y) * cells[2] + z));
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          digest.add(populations_[static_cast<std::size_t>(layout_.location(cell, alpha, placement_))]);
+        sum += digest.value();
+      }
+  return sum;
+}
+
+template <class T>
+SolverSummary LatticeBoltzmann<T>::summarise() {
+  SolverSummary summary;
+  auto digest = static_cast<std::int64_t>(digest_of_block());
+  communicator_.sum_to_leader({&digest, 1});
+  summary.digest = static_cast<std::uint64_t>(digest);
+  summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
+  summary.ranks = communicator_.size();
+  summary.seconds = timer_.seconds();
+  return summary;
+}
+
+template class LatticeBoltzmann<float>;
+template class LatticeBoltzmann<double>;
+
+std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Communicator& communicator) {
+  if (setup.precision == Precision::single_precision)
+    return std::make_unique<LatticeBoltzmann<float>>(setup, communicator);
+  return std::make_unique<LatticeBoltzmann<double>>(setup, communicator);
+}
+
+}  // namespace copepod::fluid

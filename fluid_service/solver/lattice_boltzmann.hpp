@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "bodies/boundary_links.hpp"
+#include "bodies/momentum_exchange.hpp"
+#include "bodies/refill.hpp"
+#include "boundary/ghost_exchange.hpp"
+#include "contract/fluid_solver.hpp"
+#include "kernel/equilibrium.hpp"
+#include "kernel/stream_collide.hpp"
+#include "lattice/huge_array.hpp"
+#include "solver/field_output.hpp"
+#include "solver/phase_timer.hpp"
+
+namespace copepod::fluid {
+
+/// One rank's share of the lattice Boltzmann fluid. Every method is collective: called on all ranks with the
+/// same arguments; loads and summaries are valid on rank 0.
+///
+/// One step, with populations stored in place (lattice/population_layout.hpp):
+///   exchange: map bodies -> refill uncovered cells -> links -> momentum exchange -> sum the loads
+///   advance:  ghost populations -> reflected populations -> stream and collide
+template <class T>
+class LatticeBoltzmann final : public FluidSolver {
+ public:
+  LatticeBoltzmann(const FluidSetup& setup, Communicator& communicator);
+
+  void exchange(const Kinematics& kinematics, Loads& loads) override;
+  void advance() override;
+  void save(const std::string& path) override;
+  void restore(const std::string& path) override;
+  SolverSummary summarise() override;
+
+  [[nodiscard]] const Domain& domain() const { return domain_; }
+  [[nodiscard]] std::int64_t step() const { return step_; }
+  /// Macroscopic fields of this rank's block, SI units.
+  [[nodiscard]] FieldBlock fields() const;
+  /// Mass of this rank's fluid cells above that of the fluid at rest, lattice units.
+  [[nodiscard]] double excess_mass_lu() const;
+  /// The populations themselves, for initial conditions of validation cases:
+  /// sets every cell to the equilibrium of the given excess density and velocity (lattice units).
+  template <class Flow>
+  void initialise(const Flow& flow);
+
+ private:
+  void map_bodies(const Kinematics& kinematics);
+  void report_loads(const Kinematics& kinematics, Loads& loads);
+  void apply(const std::vector<ReflectedPopulation<T>>& reflected);
+  void update(const Box& region);
+  void check_rows() const;
+  void check_cell(const Cell& local) const;
+  [[nodiscard]] std::uint64_t digest_of_block() const;
+
+  FluidSetup setup_;
+  Communicator& communicator_;
+  LatticeUnits units_;
+  Domain domain_;
+  BlockPartition partition_;
+  PopulationLayout layout_;
+  HugeArray<T> populations_;
+  CollisionConstants<T> constants_;
+  bool has_force_;
+  StreamCollide<T> stream_collide_;
+  GhostExchange<T> ghosts_;
+  BodyMap map_;
+  BoundaryLinks links_;
+  Refill<T> refill_;
+  ReflectedPopulations<T> reflected_;
+  std::vector<std::int64_t> load_sums_;
+  Kinematics mapped_;  ///< of the last exchange; a restart maps it again before it goes on
+  Placement placement_ = Placement::home;
+  std::int64_t step_ = 0;  ///< steps completed
+  PhaseTimer timer_;
+  FieldOutputSchedule output_;
+};
+
+/// The rank solver for the precision that the setup asks for.
+std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Communicator& communicator);
+
+template <class T>
+template <class Flow>
+void LatticeBoltzmann<T>::initialise(const Flow& flow) {
+  const Box& block = layout_.block();
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+        double velocity[3];
+        const double excess_density = flow(Cell{x, y, z}, velocity);
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          populations_[static_cast<std::size_t>(
+              layout_.location(layout_.cell(Cell{x, y, z}), alpha, placement_))] =
+              static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));
+      }
+}
+
+}  // namespace copepod::fluid

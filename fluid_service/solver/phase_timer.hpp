@@ -1,0 +1,36 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <string>
+
+namespace copepod::fluid {
+
+/// Phases of a step, in the order in which they happen.
+enum class Phase { map, refill, links, momentum, reduce, halo, reflect, bulk, check, output };
+
+/// Wall time per phase: each call books the time since the previous one.
+class PhaseTimer {
+ public:
+  void start() { last_ = Clock::now(); }
+  void book(Phase phase) {
+    const auto now = Clock::now();
+    seconds_[static_cast<int>(phase)] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+  [[nodiscard]] std::map<std::string, double> seconds() const {
+    static constexpr const char* names[] = {"map",  "refill",  "links", "momentum", "reduce",
+                                            "halo", "reflect", "bulk",  "check",    "output"};
+    std::map<std::string, double> result;
+    for (int i = 0; i < phases; ++i) result[names[i]] = seconds_[i];
+    return result;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int phases = static_cast<int>(Phase::output) + 1;
+  Clock::time_point last_ = Clock::now();
+  double seconds_[phases] = {};
+};
+
+}  // namespace copepod::fluid

@@ -1,0 +1,2 @@
+# Sources of the lattice Boltzmann solver: lattice/, kernel/, boundary/, bodies/ and solver/.
+set(FLUID_SOLVER_SOURCES)
