@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include <zmq.hpp>
+
+namespace copepod::transport {
+
+/// Tells what happens to the connections of a socket: ZeroMQ reports it on a second, inner socket.
+class ConnectionMonitor {
+ public:
+  enum class Event { none, opened, closed, other };
+
+  /// @param name  unique in the context
+  ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name);
+  ConnectionMonitor(const ConnectionMonitor&) = delete;
+  ConnectionMonitor& operator=(const ConnectionMonitor&) = delete;
+  ~ConnectionMonitor();
+
+  /// The next event, if any, without waiting.
+  /// @param descriptor  of the connection it is about
+  Event next(int& descriptor);
+
+  /// For polling.
+  [[nodiscard]] void* handle() { return socket_.handle(); }
+
+ private:
+  zmq::socket_t& watched_;
+  zmq::socket_t socket_;
+};
+
+}  // namespace copepod::transport

@@ -1,0 +1,57 @@
+#include "transport/endpoint.hpp"
+
+#include <charconv>
+#include <sys/un.h>
+
+#include "contract/errors.hpp"
+
+namespace copepod::transport {
+
+namespace {
+
+constexpr std::string_view kIpc = "ipc://";
+constexpr std::string_view kTcp = "tcp://";
+
+void check_ipc(const std::string& endpoint) {
+  const std::string path = endpoint.substr(kIpc.size());
+  constexpr std::size_t longest = sizeof(sockaddr_un::sun_path) - 1;
+  if (path.empty() || path.front() != '/') {
+    throw CaseError("The endpoint " + endpoint +
+                    " is not usable (its path is not absolute). Write ipc:///path.");
+  }
+  if (path.size() > longest) {
+    throw CaseError("The endpoint " + endpoint + " is not usable (its path has " +
+                    std::to_string(path.size()) + " bytes, sockets allow " + std::to_string(longest) +
+                    "). Use a shorter run directory.");
+  }
+}
+
+void check_tcp(const std::string& endpoint) {
+  const std::size_t colon = endpoint.rfind(':');
+  const std::string host = endpoint.substr(kTcp.size(), colon - kTcp.size());
+  const std::string port = colon < kTcp.size() ? "" : endpoint.substr(colon + 1);
+  int number = 0;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
+  const bool is_port =
+      error == std::errc{} && end == port.data() + port.size() && number > 0 && number < 65536;
+  if (host.empty() || !is_port) {
+    throw CaseError("The endpoint " + endpoint +
+                    " is not usable (no host or no port). Write tcp://host:port.");
+  }
+}
+
+}  // namespace
+
+std::string ipc_path(const std::string& endpoint) {
+  return endpoint.starts_with(kIpc) ? endpoint.substr(kIpc.size()) : std::string{};
+}
+
+void check_endpoint(const std::string& endpoint) {
+  if (endpoint.starts_with(kIpc)) return check_ipc(endpoint);
+  if (endpoint.starts_with(kTcp)) return check_tcp(endpoint);
+  throw CaseError("The endpoint '" + endpoint +
+                  "' is not usable (neither ipc:// nor tcp://). Write ipc:///path or "
+                  "tcp://host:port.");
+}
+
+}  // namespace copepod::transport

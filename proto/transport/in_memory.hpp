@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "transport/dealer.hpp"
+#include "transport/router.hpp"
+
+namespace copepod::transport {
+
+/// A wire inside one process, for tests: any number of dealers and one router, each end used by its own
+/// thread.
+class InMemoryWire {
+ public:
+  InMemoryWire();
+  ~InMemoryWire();
+
+  std::unique_ptr<Router> make_router();
+  std::unique_ptr<Dealer> make_dealer(const std::string& name);
+
+  /// Breaks or mends the connection of a dealer, as a network or a killed process would.
+  void disconnect(const std::string& name);
+  void reconnect(const std::string& name);
+
+  /// Loses the next message in that direction, as a connection that breaks would.
+  void lose_next_to(const std::string& name);
+  void lose_next_from(const std::string& name);
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;  // owners: the wire and its ends
+};
+
+}  // namespace copepod::transport

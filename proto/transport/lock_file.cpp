@@ -1,0 +1,51 @@
+#include "transport/lock_file.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "contract/errors.hpp"
+
+namespace copepod::transport {
+
+namespace {
+
+std::string owner_of(int descriptor) {
+  std::array<char, 32> text{};
+  const ssize_t size = pread(descriptor, text.data(), text.size() - 1, 0);
+  std::string owner(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  while (!owner.empty() && owner.back() == '\n') owner.pop_back();
+  return owner.empty() ? "unknown" : owner;
+}
+
+}  // namespace
+
+LockFile::LockFile(const std::string& path)
+    : path_(path), descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+  if (descriptor_ < 0) {
+    throw Refused("The lock file " + path + " cannot be opened (" + std::strerror(errno) +
+                  "). Choose a directory that exists and that you may write.");
+  }
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    const std::string owner = owner_of(descriptor_);
+    close(descriptor_);
+    throw Refused("The address is taken (the coupler with process id " + owner + " holds " + path +
+                  "). Wait for it to end, or use another run directory.");
+  }
+  const std::string pid = std::to_string(getpid()) + "\n";
+  const bool written = ftruncate(descriptor_, 0) == 0 &&
+                       pwrite(descriptor_, pid.data(), pid.size(), 0) == static_cast<ssize_t>(pid.size());
+  if (!written) {
+    close(descriptor_);
+    throw Refused("The lock file " + path + " cannot be written (is the disk full?). Free some space.");
+  }
+}
+
+// The file stays: removing it would let a third process lock a new file of the same name beside a second one
+// that waits on the old.
+LockFile::~LockFile() { close(descriptor_); }
+
+}  // namespace copepod::transport

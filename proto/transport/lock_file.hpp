@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+namespace copepod::transport {
+
+/// Keeps a second coupler from an ipc path that a living one uses: ZeroMQ would take the path over without a
+/// word. The kernel drops the lock when its process ends, however it ends, so what a dead coupler left behind
+/// is no obstacle.
+class LockFile {
+ public:
+  /// @throws Refused if a living process holds the lock (its pid is named) or the file cannot be made
+  explicit LockFile(const std::string& path);
+  LockFile(const LockFile&) = delete;
+  LockFile& operator=(const LockFile&) = delete;
+  ~LockFile();
+
+ private:
+  std::string path_;
+  int descriptor_;
+};
+
+}  // namespace copepod::transport

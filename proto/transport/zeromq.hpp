@@ -1,0 +1,22 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "transport/dealer.hpp"
+#include "transport/patient_wait.hpp"
+#include "transport/router.hpp"
+
+namespace copepod::transport {
+
+/// Binds a ROUTER socket. For ipc the path is guarded by a lock file beside it.
+/// @throws Refused if the address is taken or cannot be bound, CaseError if it makes no sense
+std::unique_ptr<Router> bind_router(const std::string& endpoint, WaitPolicy policy);
+
+/// Connects a DEALER socket; the coupler need not be there yet.
+/// @param name  how the coupler's socket tells its peers apart: unique among them
+/// @throws CaseError if the address makes no sense
+std::unique_ptr<Dealer> connect_dealer(const std::string& endpoint, const std::string& name,
+                                       WaitPolicy policy);
+
+}  // namespace copepod::transport

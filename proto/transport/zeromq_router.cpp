@@ -1,0 +1,156 @@
+#include <map>
+#include <optional>
+#include <set>
+
+#include <zmq.hpp>
+
+#include "contract/errors.hpp"
+#include "transport/connection_monitor.hpp"
+#include "transport/endpoint.hpp"
+#include "transport/lock_file.hpp"
+#include "transport/zeromq.hpp"
+
+namespace copepod::transport {
+
+namespace {
+
+constexpr int kLingerMs = 1000;                        ///< for the last messages of a coupler that ends
+constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes; larger ones break the connection
+
+/// Which connection, by file descriptor, each peer spoke on last, and which connections stand.
+class ConnectionBook {
+ public:
+  void opened(int descriptor) { standing_.insert(descriptor); }
+
+  void closed(int descriptor) {
+    standing_.erase(descriptor);
+    // The kernel will give the number away again: nobody may seem connected by it.
+    for (auto& [peer, last] : last_) {
+      if (last == descriptor) last = -1;
+    }
+  }
+
+  void spoke(const std::string& peer, int descriptor) {
+    const auto found = last_.find(peer);
+    if (found == last_.end()) {
+      last_.emplace(peer, descriptor);
+    } else {
+      found->second = descriptor;
+    }
+  }
+
+  [[nodiscard]] bool connected(const std::string& peer) const {
+    const auto found = last_.find(peer);
+    return found != last_.end() && standing_.contains(found->second);
+  }
+
+ private:
+  std::set<int> standing_;
+  std::map<std::string, int> last_;
+};
+
+class ZeroMqRouter final : public Router {
+ public:
+  ZeroMqRouter(const std::string& endpoint, WaitPolicy policy)
+      : lock_(lock_for(endpoint)),
+        policy_(policy),
+        context_(1),
+        socket_(context_, zmq::socket_type::router),
+        monitor_(context_, socket_, "router-monitor") {
+    socket_.set(zmq::sockopt::linger, kLingerMs);
+    socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
+    socket_.set(zmq::sockopt::router_mandatory, true);  // sending to nobody is an error, not a silent loss
+    socket_.set(zmq::sockopt::router_handover, true);   // a peer that comes back keeps its name
+    socket_.set(zmq::sockopt::sndtimeo, 1000);
+    try {
+      socket_.bind(endpoint);
+    } catch (const zmq::error_t& error) {
+      throw Refused("The address " + endpoint + " cannot be bound (" + error.what() +
+                    "). Free it or choose another one.");
+    }
+  }
+
+  bool receive(Frame& frame, Duration wait) override {
+    if (try_for_a_while(policy_, wait, [&] { return receive_now(frame); })) return true;
+    zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0}, {monitor_.handle(), 0, ZMQ_POLLIN, 0}};
+    try {
+      zmq::poll(items, 2, std::chrono::duration_cast<std::chrono::milliseconds>(wait));
+    } catch (const zmq::error_t& error) {
+      if (error.num() != EINTR) throw;
+    }
+    read_monitor();
+    return receive_now(frame);
+  }
+
+  bool send(const std::string& peer, Bytes bytes) override {
+    try {
+      if (!socket_.send(zmq::const_buffer(peer.data(), peer.size()), zmq::send_flags::sndmore)) return false;
+      return socket_.send(zmq::const_buffer(bytes.data(), bytes.size()), zmq::send_flags::none).has_value();
+    } catch (const zmq::error_t& error) {
+      if (error.num() == EHOSTUNREACH) return false;
+      throw;
+    }
+  }
+
+  bool connected(const std::string& peer) override {
+    read_monitor();
+    return book_.connected(peer);
+  }
+
+ private:
+  static std::optional<LockFile> lock_for(const std::string& endpoint) {
+    check_endpoint(endpoint);
+    const std::string path = ipc_path(endpoint);
+    if (path.empty()) return std::nullopt;
+    return std::optional<LockFile>(std::in_place, path + ".lock");
+  }
+
+  /// Takes frames (peer, message); whatever has another shape is no message of ours.
+  bool receive_now(Frame& frame) {
+    if (!socket_.recv(peer_, zmq::recv_flags::dontwait)) return false;
+    if (!peer_.more()) return false;
+    static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
+    const bool has_two_parts = !message_.more();
+    while (message_.more()) static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
+    if (!has_two_parts) return false;
+    frame.peer.assign(static_cast<const char*>(peer_.data()), peer_.size());
+    book_.spoke(frame.peer, zmq_msg_get(message_.handle(), ZMQ_SRCFD));
+    fill(frame, message_.data(), message_.size());
+    return true;
+  }
+
+  void read_monitor() {
+    int descriptor = -1;
+    for (;;) {
+      switch (monitor_.next(descriptor)) {
+        case ConnectionMonitor::Event::none:
+          return;
+        case ConnectionMonitor::Event::opened:
+          book_.opened(descriptor);
+          break;
+        case ConnectionMonitor::Event::closed:
+          book_.closed(descriptor);
+          break;
+        case ConnectionMonitor::Event::other:
+          break;
+      }
+    }
+  }
+
+  std::optional<LockFile> lock_;
+  WaitPolicy policy_;
+  zmq::context_t context_;
+  zmq::socket_t socket_;
+  ConnectionMonitor monitor_;
+  ConnectionBook book_;
+  zmq::message_t peer_;
+  zmq::message_t message_;
+};
+
+}  // namespace
+
+std::unique_ptr<Router> bind_router(const std::string& endpoint, WaitPolicy policy) {
+  return std::make_unique<ZeroMqRouter>(endpoint, policy);
+}
+
+}  // namespace copepod::transport
