@@ -1,0 +1,1 @@
+"""The Copepod command: prepares the machine, starts the three processes of a run, watches them, shows the result."""

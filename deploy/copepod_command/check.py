@@ -1,0 +1,88 @@
+"""`copepod check`: everything about a case that can be known before it runs."""
+
+import json
+import os
+import shutil
+import subprocess
+
+from copepod_command import build, components, exit_codes, speed
+from copepod_command.checkout import program
+from copepod_command.errors import Stop
+from copepod_command.plan import request_plan
+from copepod_command.stages import elapsed_text
+
+
+def check(options):
+    """Prints the key figures of a case that can run; errors end in Stop(2)."""
+    build.ensure_programs()
+    plan = request_plan(options)
+    components.check_replacements(options, plan)
+    rows = [(note["what"], note["value"]) for note in plan.notes]
+    rows += _estimate_rows(plan)
+    width = max((len(name) for name, _ in rows), default=0) + 2
+    print(f"{options.case}: {plan.name}, {plan.steps} steps")
+    for name, value in rows:
+        print(f"  {name:<{width}}{value}")
+    for warning in [*plan.warnings, *_resource_warnings(plan)]:
+        print(f"warning: {warning}")
+    lacking = _lacking_features(options, plan)
+    for problem in lacking:
+        print(f"error: {problem}")
+    if lacking:
+        raise Stop(exit_codes.BAD_CASE)
+    print("ok")
+    return exit_codes.FINISHED
+
+
+def _estimate_rows(plan):
+    """Memory and time of the run."""
+    rows = []
+    memory = plan.estimate.get("memory_bytes")
+    if memory:
+        rows.append(("memory", f"{memory / 2**20:.0f} MiB"))
+    updates = plan.estimate.get("cell_updates")
+    if updates:
+        precision = plan.case.get("fluid", {}).get("precision", "double")
+        mlups = speed.remembered(precision, plan.fluid_ranks)
+        rows.append(("time", f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last "
+                             f"{precision} run on {plan.fluid_ranks} rank(s)" if mlups else
+                     f"unknown: no {precision} run on {plan.fluid_ranks} rank(s) was made here yet"))
+    return rows
+
+
+def _resource_warnings(plan):
+    warnings = []
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if plan.estimate.get("memory_bytes", 0) > 0.9 * memory:
+        warnings.append(f"the run needs {plan.estimate['memory_bytes'] / 2**30:.1f} GiB (this machine has "
+                        f"{memory / 2**30:.1f} GiB). Use fewer cells, symmetry_planes or precision: single.")
+    cores = len(os.sched_getaffinity(0))
+    if plan.fluid_ranks > cores:
+        warnings.append(f"{plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
+                        f"Use --ranks {cores}.")
+    return warnings
+
+
+def _lacking_features(options, plan):
+    """What the case needs and a component says it cannot do, as sentences."""
+    problems = []
+    for role, own, planned in (("fluid", options.fluid, plan.fluid_command), ("body", options.body, plan.body_command)):
+        command = components.chosen_command(own, planned) or [str(program(f"{role}_service"))]
+        announced = _capabilities(command)
+        for feature in plan.requires.get(role, []):
+            if announced is not None and feature not in announced.get("features", []):
+                problems.append(f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
+                                f"Change the case, or use another --{role} component.")
+    return problems
+
+
+def _capabilities(command):
+    """What `command --capabilities` prints, or None if it says nothing that can be read."""
+    if shutil.which(command[0]) is None:
+        return None
+    try:
+        answer = subprocess.run([*command, "--capabilities"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                stderr=subprocess.DEVNULL, text=True, timeout=20)
+        return json.loads(answer.stdout)
+    except (OSError, ValueError, subprocess.TimeoutExpired):
+        return None

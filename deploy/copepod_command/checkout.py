@@ -1,0 +1,24 @@
+"""Where things are: this checkout, its build folder, the programs."""
+
+import os
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+BUILD = ROOT / "build"
+PROGRAMS = ("coupler", "fluid_service", "body_service")
+
+
+def chosen_programs():
+    """Folder of ready-made programs named by COPEPOD_BIN_DIR, or None; with it nothing is installed or built."""
+    folder = os.environ.get("COPEPOD_BIN_DIR")
+    return Path(folder).resolve() if folder else None
+
+
+def program(name):
+    """Path of one of PROGRAMS."""
+    return (chosen_programs() or BUILD / "bin") / name
+
+
+def called_as():
+    """How the user called this command, for messages that tell what to type next."""
+    return os.environ.get("COPEPOD_CALLED_AS", "deploy/copepod")

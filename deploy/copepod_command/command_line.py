@@ -1,0 +1,89 @@
+"""The command line: subcommands and their options."""
+
+import argparse
+
+from copepod_command import check, run, setup, suite
+from copepod_command.checkout import called_as
+
+_EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
+70 a solver failed, 73 storage failed, 74 deadline passed, 130/143 stopped by a signal"""
+
+
+def parse(arguments):
+    """Options with `action` set to the function that carries them out. Exits with 2 on a bad command line."""
+    arguments, ctest_arguments = _split_at_dashes(arguments)
+    parser = argparse.ArgumentParser(prog=called_as(), description="Couples fluids and rigid bodies: one command.",
+                                     epilog=_EXIT_CODES)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_run(commands)
+    _add_check(commands)
+    _add_test(commands)
+    _add_setup(commands)
+    options = parser.parse_args(arguments)
+    if ctest_arguments and options.command != "test":
+        parser.error(f"{options.command} takes nothing after --")
+    options.ctest_arguments = ctest_arguments
+    return options
+
+
+def _split_at_dashes(arguments):
+    if "--" in arguments:
+        place = arguments.index("--")
+        return arguments[:place], arguments[place + 1:]
+    return arguments, []
+
+
+def _add_run(commands):
+    parser = commands.add_parser("run", help="run a case", epilog=_EXIT_CODES,
+                                 description="Runs a case: builds what is missing, starts and watches the three "
+                                             "processes, ends with the result table.")
+    _add_case(parser)
+    parser.add_argument("--out", metavar="DIR", help="run directory (default: runs/<case>, with a number if that exists)")
+    parser.add_argument("--resume", action="store_true", help="go on with the run in --out, or with the case's latest")
+    parser.add_argument("--restarts", type=_count, default=0, metavar="N",
+                        help="start again up to N times when a component is lost (default: 0)")
+    parser.set_defaults(action=run.run)
+
+
+def _add_check(commands):
+    parser = commands.add_parser("check", help="validate a case without running it", epilog=_EXIT_CODES,
+                                 description="Checks a case and prints its key figures, estimates and warnings.")
+    _add_case(parser)
+    parser.set_defaults(action=check.check)
+
+
+def _add_case(parser):
+    """The options that change what the case is."""
+    parser.add_argument("case", metavar="CASE.yaml")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of the case")
+    parser.add_argument("--ranks", type=_positive_count, metavar="N", help="MPI ranks of the fluid service")
+    parser.add_argument("--fluid", metavar="CMD", help="command that replaces the fluid service")
+    parser.add_argument("--body", metavar="CMD", help="command that replaces the body service")
+
+
+def _add_test(commands):
+    parser = commands.add_parser("test", help="build and run the test suite", usage=f"{called_as()} test [-- CTEST ARGS]",
+                                 description="Builds everything and runs ctest; arguments after -- go to ctest, "
+                                             "for example: -- -L unit")
+    parser.set_defaults(action=suite.test)
+
+
+def _add_setup(commands):
+    parser = commands.add_parser("setup", help="install packages and build, nothing else")
+    parser.add_argument("--ci", action="store_true", help="also what .ci/run needs: clang-format, clang-tidy, gcovr")
+    parser.add_argument("--packages-only", action="store_true", help="do not build")
+    parser.set_defaults(action=setup.setup)
+
+
+def _count(text):
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError("must not be negative")
+    return value
+
+
+def _positive_count(text):
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError("must be at least 1")
+    return value

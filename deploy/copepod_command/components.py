@@ -1,0 +1,71 @@
+"""Command line and environment of the three processes of a run."""
+
+import os
+import shlex
+import shutil
+from pathlib import Path
+
+from copepod_command import exit_codes
+from copepod_command.checkout import program
+from copepod_command.errors import Stop
+from copepod_command.plan import case_arguments
+
+MARK = "COPEPOD_RUN"   # in the environment of every process of a run, so that none can get lost
+COMPONENT = "COPEPOD_COMPONENT"   # says which one it belongs to
+
+_STARTERS = ("mpirun", "mpiexec", "srun")
+
+
+def coupler_command(options, directory, endpoint, session, resume):
+    command = [str(program("coupler")), "--run", *case_arguments(options), "--out", str(directory),
+               "--endpoint", endpoint, "--session", session, "--log-file", str(directory / "logs" / "coupler.log")]
+    return command + (["--resume"] if resume else [])
+
+
+def fluid_command(options, plan, directory, endpoint, session):
+    """Our fluid service, or the command that replaces it; started by mpirun unless it brings its own starter."""
+    own = chosen_command(options.fluid, plan.fluid_command)
+    command = (own or [str(program("fluid_service"))]) + _connection("fluid", directory, endpoint, session)
+    if own and (plan.fluid_ranks == 1 or Path(own[0]).name in _STARTERS):
+        return command
+    return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command]
+
+
+def body_command(options, plan, directory, endpoint, session):
+    own = chosen_command(options.body, plan.body_command)
+    return (own or [str(program("body_service"))]) + _connection("body", directory, endpoint, session)
+
+
+def chosen_command(option, planned):
+    """The replacing command as a list: --fluid or --body of the command line, else the case's, else None."""
+    return shlex.split(option) if option is not None else planned
+
+
+def check_replacements(options, plan):
+    """Raises Stop(2) if a replacing command cannot be found, before anything is started."""
+    for key, option, planned in (("fluid", options.fluid, plan.fluid_command), ("body", options.body, plan.body_command)):
+        command = chosen_command(option, planned)
+        if command is not None and (not command or shutil.which(command[0]) is None):
+            raise Stop(exit_codes.BAD_CASE, f"the {key} component {' '.join(command) or '(empty command)'} cannot be "
+                                            "started (no such program). Give its path, or put it in PATH.")
+
+
+def _connection(name, directory, endpoint, session):
+    return ["--endpoint", endpoint, "--session", session,
+            "--log-file", str(directory / "logs" / f"{name}.log")]
+
+
+def environment(mark, scratch, ranks):
+    """Environment of all three processes: the mark, and Open MPI's settings unless the user made them."""
+    settings = {
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
+        "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
+        "OMPI_MCA_odls_base_sigkill_timeout": "0",   # when a rank died, mpirun need not wait to end the others
+    }
+    if ranks + 2 > len(os.sched_getaffinity(0)):
+        # Cores are shared with the coupler and the bodies: ranks must neither be bound to one core nor spin there.
+        settings["OMPI_MCA_hwloc_base_binding_policy"] = "none"
+        settings["OMPI_MCA_mpi_yield_when_idle"] = "1"
+    return {**settings, **os.environ, MARK: mark}

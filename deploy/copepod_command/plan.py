@@ -1,0 +1,75 @@
+"""What the coupler makes of a case file before anything is started: `coupler --plan`."""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+
+from copepod_command import exit_codes
+from copepod_command.checkout import program
+from copepod_command.errors import Stop
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The answer of `coupler --plan`, see docs/protocol for its keys."""
+
+    name: str
+    steps: int
+    case: dict
+    case_yaml: str
+    fluid_ranks: int
+    fluid_command: list   # None: our own fluid service
+    body_command: list    # None: our own body service
+    transport: str        # "ipc" or "tcp://host:port"
+    requires: dict
+    estimate: dict
+    warnings: list
+    notes: list
+
+
+def case_arguments(options):
+    """Arguments that the coupler needs to see the case as the user wants it."""
+    arguments = [options.case]
+    for setting in options.set:
+        arguments += ["--set", setting]
+    if options.ranks is not None:
+        arguments += ["--ranks", str(options.ranks)]
+    return arguments
+
+
+def _service_arguments(options):
+    arguments = []
+    if options.fluid is not None:
+        arguments += ["--fluid", options.fluid]
+    if options.body is not None:
+        arguments += ["--body", options.body]
+    return arguments
+
+
+def request_plan(options):
+    """Asks the coupler. Raises Stop(2) after passing on its list of errors if the case is bad."""
+    command = [str(program("coupler")), "--plan", *case_arguments(options), *_service_arguments(options)]
+    answer = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    sys.stderr.write(answer.stderr)
+    if answer.returncode == exit_codes.BAD_CASE:
+        raise Stop(exit_codes.BAD_CASE)
+    if answer.returncode != 0:
+        raise Stop(exit_codes.SOLVER_FAILED, f"coupler --plan ended with code {answer.returncode} "
+                                             "(a defect: it should name what is wrong with the case). Please report it.")
+    return parse_plan(answer.stdout)
+
+
+def parse_plan(text):
+    """Plan from the coupler's JSON. Raises Stop(70) if it is not what the coupler promises."""
+    try:
+        plan = json.loads(text)
+        services = plan["services"]
+        return Plan(name=plan["name"], steps=int(plan["steps"]), case=plan["case"], case_yaml=plan["case_yaml"],
+                    fluid_ranks=int(services["fluid"]["ranks"]), fluid_command=services["fluid"].get("command"),
+                    body_command=services["body"].get("command"), transport=services["transport"],
+                    requires=plan.get("requires", {}), estimate=plan.get("estimate", {}),
+                    warnings=plan.get("warnings", []), notes=plan.get("notes", []))
+    except (ValueError, KeyError, TypeError) as problem:
+        raise Stop(exit_codes.SOLVER_FAILED, f"the answer of coupler --plan cannot be read ({problem!r}; is it of "
+                                             "another version?). Build coupler and command from one checkout.") from None

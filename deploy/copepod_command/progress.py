@@ -1,0 +1,109 @@
+"""How far a run is: a bar that is redrawn on a terminal, a plain line every few seconds elsewhere."""
+
+import os
+import time
+
+LINE_EVERY_S = 5.0
+_WIDEST_BAR = 40
+
+
+def for_stream(stream, cells):
+    """The display that suits `stream`; `cells` is the number of cells per step, for the speed in MLUPS."""
+    if stream.isatty() and os.environ.get("TERM", "dumb") != "dumb":
+        return TerminalProgress(stream, cells)
+    return PlainProgress(stream, cells)
+
+
+def speed_text(steps_per_s, cells):
+    """«412 steps/s, 101 MLUPS» (million lattice cell updates per second)."""
+    text = f"{_three_digits(steps_per_s)} steps/s"
+    return f"{text}, {_three_digits(steps_per_s * cells / 1e6)} MLUPS" if cells else text
+
+
+def _three_digits(value):
+    if value >= 100:
+        return f"{value:.0f}"
+    return f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+def clock_text(seconds):
+    """Time left: «0:07», «12:31», «3:04:00»."""
+    seconds = int(max(seconds, 0) + 0.5)
+    hours, minutes = seconds // 3600, seconds % 3600 // 60
+    return f"{hours}:{minutes:02d}:{seconds % 60:02d}" if hours else f"{minutes}:{seconds % 60:02d}"
+
+
+class PlainProgress:
+    """Lines for logs and pipes: every phase, a step line every few seconds and for the last step."""
+
+    def __init__(self, stream, cells, clock=time.monotonic):
+        self._stream = stream
+        self._cells = cells
+        self._clock = clock
+        self._next = 0.0
+
+    def phase(self, name):
+        self._write(name)
+
+    def step(self, event):
+        now = self._clock()
+        if now < self._next and event["step"] != event["steps"]:
+            return
+        self._next = now + LINE_EVERY_S
+        percent = 100.0 * event["step"] / max(event["steps"], 1)
+        self._write(f"step {event['step']} of {event['steps']} ({percent:.0f} %), "
+                    f"{speed_text(event['steps_per_s'], self._cells)}, {clock_text(event['remaining_s'])} left")
+
+    def close(self):
+        pass
+
+    def _write(self, text):
+        self._stream.write(f"copepod: {text}\n")
+        self._stream.flush()
+
+
+class TerminalProgress:
+    """One line, redrawn in place, never wider than the terminal."""
+
+    def __init__(self, stream, cells):
+        self._stream = stream
+        self._cells = cells
+        unicode_works = (stream.encoding or "").lower().replace("-", "") == "utf8"
+        self._full, self._empty = ("━", "╌") if unicode_works else ("#", ".")
+        self._drawn = False
+
+    def phase(self, name):
+        if not self._drawn:   # once there is a bar it stays
+            self._draw(f"copepod: {name} …")
+
+    def step(self, event):
+        self._drawn = True
+        self._draw(self.line(event, self._width()))
+
+    def close(self):
+        """Leaves the last state of the bar standing."""
+        self._stream.write("\n")
+        self._stream.flush()
+
+    def line(self, event, width):
+        """The bar with its figures in at most `width` columns; what does not fit is left out from the right."""
+        share = min(event["step"] / max(event["steps"], 1), 1.0)
+        head = f"{100 * share:3.0f} % "
+        figures = [f"step {event['step']}/{event['steps']}", f"{clock_text(event['remaining_s'])} left",
+                   speed_text(event["steps_per_s"], self._cells)]
+        while figures and len(head) + len("  ".join(figures)) + 12 > width:
+            figures.pop()
+        tail = "  ".join(["", *figures])
+        columns = min(_WIDEST_BAR, width - len(head) - len(tail))
+        full = int(share * max(columns, 0))
+        return (head + self._full * full + self._empty * (columns - full) + tail)[:width]
+
+    def _width(self):
+        try:
+            return os.get_terminal_size(self._stream.fileno()).columns - 1
+        except OSError:
+            return 79
+
+    def _draw(self, text):
+        self._stream.write(f"\r{text[:self._width()]}\033[K")
+        self._stream.flush()

@@ -1,0 +1,98 @@
+"""The folder of a run: chosen without ever overwriting one, locked while it is in use."""
+
+import fcntl
+import json
+import os
+import re
+from pathlib import Path
+
+from copepod_command import exit_codes
+from copepod_command.checkout import called_as
+from copepod_command.errors import Stop
+
+
+class RunDirectory:
+    """A run's folder, held by this command; the lock lives on the folder itself and leaves no file."""
+
+    def __init__(self, path, resumed):
+        self.path = Path(path).absolute()
+        self.resumed = resumed
+        self._descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(self._descriptor)
+            raise Stop(exit_codes.BAD_CASE, f"{path} is in use (another copepod runs there). "
+                                            "Wait for it, or choose another --out.") from None
+        (self.path / "logs").mkdir(exist_ok=True)
+
+    def close(self):
+        os.close(self._descriptor)
+
+    def summary(self):
+        """summary.json, or None if there is none that can be read."""
+        try:
+            return json.loads((self.path / "summary.json").read_text())
+        except (OSError, ValueError):
+            return None
+
+    def has_checkpoint(self):
+        folder = self.path / "checkpoints"
+        return folder.is_dir() and any(folder.iterdir())
+
+
+def create(name, out):
+    """New folder: `out` if given, else runs/<name>, runs/<name>-2, … in the current directory.
+
+    Raises Stop(2) if `out` exists and is not empty.
+    """
+    if out is not None:
+        path = Path(out)
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            raise Stop(exit_codes.BAD_CASE, f"{out} exists already (a run is never overwritten). "
+                                            "Go on with it by --resume, or choose another --out.")
+        _make(path, exist_ok=True)
+        return RunDirectory(path, resumed=False)
+    for number in range(1, 100000):
+        path = Path("runs") / _numbered(name, number)
+        try:
+            _make(path, exist_ok=False)
+            return RunDirectory(path, resumed=False)
+        except FileExistsError:
+            continue
+    raise Stop(exit_codes.BAD_CASE, f"runs/ holds 100000 runs of {name} (no free number). Remove some.")
+
+
+def reopen(name, out):
+    """Folder of the run to go on with: `out`, or the latest runs/<name>-N. Raises Stop(2) if there is none."""
+    path = Path(out) if out is not None else _latest(name)
+    if path is None or not (path / "case.yaml").exists():
+        where = out if out is not None else f"runs/{name}"
+        raise Stop(exit_codes.BAD_CASE, f"{where} holds no run that could be resumed (no case.yaml). "
+                                        f"Start it without --resume, or see: {called_as()} run --help")
+    return RunDirectory(path, resumed=True)
+
+
+def _make(path, exist_ok):
+    try:
+        path.mkdir(parents=True, exist_ok=exist_ok)
+    except FileExistsError:
+        raise
+    except OSError as problem:
+        raise Stop(exit_codes.STORAGE_FAILED, f"{path} cannot be made ({problem.strerror}). "
+                                              "Choose another --out.") from None
+
+
+def _numbered(name, number):
+    return name if number == 1 else f"{name}-{number}"
+
+
+def _latest(name):
+    """Highest numbered runs/<name>-N that holds a case."""
+    pattern = re.compile(re.escape(name) + r"(?:-(\d+))?")
+    found = []
+    for path in Path("runs").glob(f"{name}*"):
+        match = pattern.fullmatch(path.name)
+        if match and (path / "case.yaml").exists():
+            found.append((int(match.group(1) or 1), path))
+    return max(found)[1] if found else None

@@ -1,0 +1,13 @@
+"""`copepod setup`: prepares the machine and builds, and does nothing else; for containers and continuous integration."""
+
+from copepod_command import build, exit_codes, packages
+
+
+def setup(options):
+    if options.ci:
+        packages.ensure(packages.BUILD_AND_RUN + packages.CONTINUOUS_INTEGRATION)
+    if options.packages_only:
+        packages.ensure()
+    else:
+        build.ensure_everything()
+    return exit_codes.FINISHED

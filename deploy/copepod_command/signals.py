@@ -1,0 +1,39 @@
+"""Ctrl-C and its relatives while a run is on: recorded, and readable on a file descriptor."""
+
+import os
+import signal
+
+
+class SignalRecorder:
+    """Context in which SIGINT, SIGTERM and SIGHUP only leave a note; ignored signals (nohup) stay ignored."""
+
+    def __init__(self):
+        self.received = []
+
+    def __enter__(self):
+        self.descriptor, self._writing_end = os.pipe()
+        for end in (self.descriptor, self._writing_end):
+            os.set_blocking(end, False)
+        self._former_wakeup = signal.set_wakeup_fd(self._writing_end, warn_on_full_buffer=False)
+        self._former = {}
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                self._former[number] = signal.signal(number, self._note)
+        return self
+
+    def __exit__(self, *_):
+        for number, handler in self._former.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(self._former_wakeup)
+        os.close(self.descriptor)
+        os.close(self._writing_end)
+
+    def drain(self):
+        """Empties the descriptor."""
+        try:
+            os.read(self.descriptor, 4096)
+        except BlockingIOError:
+            pass
+
+    def _note(self, number, frame):
+        self.received.append(number)

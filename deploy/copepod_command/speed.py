@@ -1,0 +1,32 @@
+"""Remembers how fast this machine ran, for the time estimates of `copepod check`."""
+
+import json
+
+from copepod_command.checkout import BUILD
+
+_FILE = BUILD / "measured_speed.json"
+
+
+def remember(summary):
+    """Keeps MLUPS by precision and ranks of a finished run."""
+    mlups = summary.get("mlups")
+    if not mlups:
+        return
+    speeds = _read()
+    speeds.setdefault(summary.get("precision", ""), {})[str(summary.get("ranks", 1))] = mlups
+    try:
+        _FILE.write_text(json.dumps(speeds, indent=2) + "\n")
+    except OSError:   # a read-only checkout; only an estimate is lost
+        pass
+
+
+def remembered(precision, ranks):
+    """MLUPS of the last run with this precision and number of ranks, or None."""
+    return _read().get(precision, {}).get(str(ranks))
+
+
+def _read():
+    try:
+        return json.loads(_FILE.read_text())
+    except (OSError, ValueError):
+        return {}

@@ -1,0 +1,14 @@
+"""`copepod test`: builds everything and runs the test suite."""
+
+import os
+import subprocess
+
+from copepod_command import build
+from copepod_command.checkout import ROOT
+
+
+def test(options):
+    """Exit code of ctest, which writes the summary itself."""
+    build.ensure_everything()
+    jobs = str(len(os.sched_getaffinity(0)))
+    return subprocess.run(["ctest", "--preset", "release", "-j", jobs, *options.ctest_arguments], cwd=ROOT).returncode

@@ -1,0 +1,171 @@
+"""Waits for the three processes of a run and the coupler's events until it is clear how the run ended."""
+
+import os
+import selectors
+import time
+from dataclasses import dataclass, replace
+
+from copepod_command import cleanup, exit_codes
+from copepod_command.components import COMPONENT, MARK
+from copepod_command.events import EventReader
+from copepod_command.outcome import Failure, describe_exit, failure_of_event, judge
+
+# How long to wait for a second opinion once something went wrong; together with the three seconds that stopping
+# may take, everything is over within five.
+_AFTER_KILL_S = 0.4      # the coupler may know the step
+_AFTER_EXIT_S = 1.5      # the coupler has, or is about to get, the component's own Failure
+_AFTER_REPORT_S = 0.2    # a complete report: nothing more will come
+_AFTER_LOSS_S = 1.5      # the coupler lost a component: mpirun may still tell which rank died, and how
+_AFTER_FINISH_S = 10.0   # services say goodbye
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Exactly one of the three is set."""
+
+    summary: str = ""
+    failure: Failure = None
+    signal: int = 0
+
+
+class Watch:
+    """One attempt of a run, from the start of its processes to its ending."""
+
+    def __init__(self, processes, events, signals, display, ranks, mark):
+        """`processes`: started Process objects; `events`: descriptor of the coupler's stdout."""
+        self._host = os.uname().nodename
+        self._signals = signals
+        self._display = display
+        self._ranks = ranks
+        self._mark = mark
+        self._reader = EventReader()
+        self._alive = {process.name: process for process in processes}
+        self._exits = []
+        self._reported = None
+        self._summary = ""
+        self._deadline = None
+        self._output_open = True
+        self.phase = ""
+        self.last_step = -1
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(events, selectors.EVENT_READ, self._read_events)
+        self._selector.register(signals.descriptor, selectors.EVENT_READ, lambda _: signals.drain())
+        for process in processes:
+            self._selector.register(process.descriptor, selectors.EVENT_READ,
+                                    lambda _, process=process: self._note_exit(process))
+
+    def wait(self):
+        """Ending of the run; processes may still be alive then."""
+        while True:
+            ending = self._ending()
+            if ending is not None:
+                return ending
+            self._turn(self._time_left())
+
+    def wait_for_coupler(self, patience_s, checkpoint_patience_s):
+        """After a signal: until the coupler has closed its files, longer if it writes a checkpoint."""
+        start = time.monotonic()
+        signals_so_far = len(self._signals.received)
+        while "coupler" in self._alive and len(self._signals.received) == signals_so_far:
+            patience = checkpoint_patience_s if self.phase == "checkpointing" else patience_s
+            left = start + patience - time.monotonic()
+            if left <= 0:
+                return
+            self._turn(min(left, 0.1))
+
+    def close(self):
+        self._selector.close()
+
+    def _turn(self, timeout_s):
+        for key, _ in self._selector.select(timeout_s):
+            key.data(key.fileobj)
+
+    def _time_left(self):
+        return None if self._deadline is None else max(0.0, self._deadline - time.monotonic())
+
+    def _decide_within(self, seconds):
+        deadline = time.monotonic() + seconds
+        self._deadline = deadline if self._deadline is None else min(self._deadline, deadline)
+
+    def _ending(self):
+        if self._signals.received:
+            return Ending(signal=self._signals.received[0])
+        if self._summary and not self._alive and all(exit.code == 0 and not exit.signal for exit in self._exits):
+            return Ending(summary=self._summary)
+        if self._deadline is not None and time.monotonic() >= self._deadline:
+            return Ending(failure=self._failure())
+        return None
+
+    def _read_events(self, descriptor):
+        received = os.read(descriptor, 65536)
+        if not received:
+            self._selector.unregister(descriptor)
+            self._output_open = False
+            if "coupler" not in self._alive:
+                self._decide_within(_AFTER_REPORT_S if not self._summary else _AFTER_FINISH_S)
+        for event in self._reader.feed(received):
+            self._take(event)
+
+    def _take(self, event):
+        kind = event["event"]
+        if kind == "phase":
+            self.phase = event["phase"]
+            self._display.phase(self.phase)
+        elif kind == "progress":
+            self.last_step = event["step"]
+            self._display.step(event)
+        elif kind == "failure":
+            self._reported = failure_of_event(event, self._host)
+            self._decide_within(_AFTER_LOSS_S if self._is_loss_without_cause() else _AFTER_REPORT_S)
+        elif kind == "finished":
+            self._summary = event["summary"]
+
+    def _is_loss_without_cause(self):
+        """Whether the coupler only knows that a component went silent, while its exit may tell more."""
+        return (self._reported.code == exit_codes.COMPONENT_LOST
+                and self._reported.component not in [exit.component for exit in self._exits]
+                and not any(exit.signal for exit in self._exits) and not self._stopped_processes())
+
+    def _note_exit(self, process):
+        returncode = process.returncode
+        if returncode is None:
+            return
+        self._selector.unregister(process.descriptor)
+        del self._alive[process.name]
+        exit = describe_exit(process.name, returncode, process.tail(), self._host, self._ranks)
+        self._exits.append(exit)
+        if self._summary:
+            self._decide_within(_AFTER_FINISH_S)
+        elif exit.signal:
+            self._decide_within(_AFTER_KILL_S)
+        elif self._reported is not None:   # the report has set the deadline; its component's end needs no more
+            if process.name == self._reported.component:
+                self._decide_within(_AFTER_REPORT_S)
+        elif exit.code or process.name == "coupler" or self.phase != "finishing":
+            self._decide_within(_AFTER_EXIT_S if self._output_open else _AFTER_REPORT_S)
+
+    def _failure(self):
+        if self._summary:
+            return self._failure_after_finish()
+        failure = judge(self._reported, self._exits, self.last_step, self._host)
+        if failure.code == exit_codes.COMPONENT_LOST:
+            for component, rank in self._stopped_processes():
+                if component == failure.component:
+                    return replace(failure, rank=rank, reason="frozen: its process is stopped (SIGSTOP or a debugger).")
+        return failure
+
+    def _failure_after_finish(self):
+        bad = next((exit for exit in self._exits if exit.code or exit.signal), None)
+        if bad is not None:
+            return judge(None, [bad], self.last_step, self._host)
+        return Failure(exit_codes.COMPONENT_LOST, next(iter(self._alive)), self._host, "0", self.last_step,
+                       f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished.")
+
+    def _stopped_processes(self):
+        """(component, rank) of every process of the run that a signal has stopped."""
+        stopped = []
+        for pid in cleanup.marked_processes(f"{MARK}={self._mark}"):
+            if cleanup.process_state(pid) == "T":
+                variables = cleanup.environment_of(pid)
+                stopped.append((variables.get(COMPONENT, ""), variables.get("OMPI_COMM_WORLD_RANK", "0")))
+        return stopped

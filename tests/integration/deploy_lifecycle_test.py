@@ -1,0 +1,193 @@
+"""The life of a run under `copepod run`, with components that have no physics: every way to end, and what is left."""
+
+import json
+import os
+import signal
+import time
+import unittest
+
+from copepod_session import FAKES, CommandTest
+
+LONG = {"name": "tiny", "steps": 3000, "step_s": 0.01, "ranks": 2}
+
+
+class RunLifecycle(CommandTest):
+
+    def case(self, **changes):
+        path = self.folder / "case.yaml"
+        path.write_text(json.dumps({**LONG, **changes}))
+        return path.name
+
+    def start_long_run(self, *arguments, **changes):
+        session = self.start("run", self.case(**changes), *arguments)
+        session.wait_for("copepod: step 0 of")
+        time.sleep(0.3)
+        return session
+
+    def test_finished_run_prints_table_and_returns_zero(self):
+        session = self.start("run", self.case(steps=5, summary={"mlups": 12.5}))
+        self.assert_ends(session, 0, within_s=10)
+        self.assertIn("12.5 MLUPS", "".join(session.stdout))
+        self.assertIn("results in runs/tiny", "".join(session.stdout))
+        self.assertTrue((self.folder / "runs/tiny/summary.json").exists())
+
+    def test_bad_case_shows_every_error_and_leaves_nothing(self):
+        session = self.start("run", self.case(errors=["radius is zero (…). Give one.", "unknown key «fluit» (…). …"]))
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("case.yaml:1: error: radius", session.stderr[0])
+        self.assertIn("case.yaml:2: error: unknown", session.stderr[1])
+        self.assertFalse((self.folder / "runs").exists())
+
+    def test_missing_replacement_is_found_before_anything_starts(self):
+        session = self.start("run", self.case(), "--fluid", "no_such_solver --fast")
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("no_such_solver", session.last_line)
+        self.assertFalse((self.folder / "runs").exists())
+
+    def assert_loss(self, session, component, rank):
+        self.assert_ends(session, 69, within_s=5)
+        self.assertIn(f"{component} on host {os.uname().nodename}, rank {rank}, at step ", session.last_line)
+        self.assertIn("signal 9, SIGKILL", session.last_line)
+        provenance = json.loads((self.folder / "runs/tiny/provenance.json").read_text())
+        self.assertEqual(provenance["exit_code"], 69)
+        self.assertIn(f"rank {rank}", provenance["exit_reason"])
+
+    def test_killed_coupler(self):
+        session = self.start_long_run()
+        session.kill(signal.SIGKILL, "coupler")
+        self.assert_loss(session, "coupler", "0")
+
+    def test_killed_body_service(self):
+        session = self.start_long_run()
+        session.kill(signal.SIGKILL, "body")
+        self.assert_loss(session, "body service", "0")
+
+    def test_killed_fluid_rank(self):
+        session = self.start_long_run()
+        session.kill(signal.SIGKILL, "fluid", rank="1")
+        self.assert_loss(session, "fluid service", "1")
+
+    def test_killed_fluid_rank_that_the_coupler_does_not_notice(self):
+        session = self.start_long_run(reports=False)
+        session.kill(signal.SIGKILL, "fluid", rank="1")
+        self.assert_loss(session, "fluid service", "1")
+
+    def test_killed_mpirun(self):
+        session = self.start_long_run()
+        session.kill(signal.SIGKILL, "fluid")
+        self.assert_loss(session, "fluid service", "0-1")
+
+    def test_frozen_component_is_named_once_the_coupler_reports_it(self):
+        session = self.start_long_run("--fluid", f"{FAKES}/fluid_service", "--ranks", "1")
+        session.kill(signal.SIGSTOP, "body")
+        session.kill(signal.SIGKILL, "fluid")
+        self.assert_ends(session, 69, within_s=5)
+
+    def test_component_that_fails_by_itself_keeps_its_exit_code(self):
+        session = self.start("run", self.case(reports=False, ranks=1), "--fluid", f"{FAKES}/fluid_service --fail-with 70")
+        self.assertEqual(session.end(), 70)
+        self.assertIn("fluid service", session.last_line)
+        self.assertIn("density is not a number (diverged). Use a smaller step", session.last_line)
+        self.assert_nothing_left(session)
+
+    def test_rank_that_fails_by_itself_keeps_its_exit_code(self):
+        session = self.start("run", self.case(reports=False), "--fluid", f"{FAKES}/fluid_service --fail-with 73")
+        self.assertEqual(session.end(), 73)
+        self.assert_nothing_left(session)
+
+    def test_stubborn_component_is_killed(self):
+        session = self.start_long_run("--body", f"{FAKES}/body_service --stubborn")
+        session.kill(signal.SIGKILL, "coupler")
+        self.assert_ends(session, 69, within_s=5)
+
+    def test_ctrl_c_keeps_the_run_directory(self):
+        session = self.start_long_run()
+        os.killpg(session.process.pid, signal.SIGINT)
+        self.assert_ends(session, 130, within_s=5)
+        self.assertIn("stopped by Ctrl-C", session.last_line)
+        provenance = json.loads((self.folder / "runs/tiny/provenance.json").read_text())
+        self.assertEqual(provenance["exit_code"], 130)
+
+    def test_sigterm(self):
+        session = self.start_long_run()
+        session.process.send_signal(signal.SIGTERM)
+        self.assert_ends(session, 143, within_s=5)
+
+    def test_killed_command_takes_everything_along(self):
+        session = self.start_long_run("--body", f"{FAKES}/body_service --stubborn")
+        session.process.kill()
+        session.end()
+        deadline = time.monotonic() + 5
+        while session.processes() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(0.3)   # the folders go last
+        self.assert_nothing_left(session)
+
+    def test_second_run_gets_a_number(self):
+        for expected in ("runs/tiny", "runs/tiny-2", "runs/tiny-3"):
+            self.assert_ends(self.start("run", self.case(steps=1)), 0, within_s=10)
+            self.assertTrue((self.folder / expected / "summary.json").exists())
+
+    def test_existing_out_is_never_overwritten(self):
+        self.assert_ends(self.start("run", self.case(steps=1), "--out", "here"), 0, within_s=10)
+        session = self.start("run", self.case(steps=1), "--out", "here")
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("--resume", session.last_line)
+
+    def test_two_commands_cannot_share_a_directory(self):
+        self.start_long_run("--out", "here")
+        second = self.start("run", "case.yaml", "--out", "here", "--resume")
+        self.assertEqual(second.end(), 2)
+        self.assertIn("in use", second.last_line)
+
+    def test_resume_goes_on_in_the_latest_directory(self):
+        for _ in range(2):
+            self.assert_ends(self.start("run", self.case(steps=1)), 0, within_s=10)
+        self.assert_ends(self.start("run", self.case(steps=1), "--resume"), 0, within_s=10)
+        self.assertTrue((self.folder / "runs/tiny-2/resumed").exists())
+        self.assertFalse((self.folder / "runs/tiny-3").exists())
+
+    def test_resume_of_nothing_is_an_error(self):
+        session = self.start("run", self.case(), "--resume")
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("no run that could be resumed", session.last_line)
+
+    def test_restart_goes_on_from_the_checkpoint(self):
+        session = self.start("run", self.case(steps=100, checkpoint_at=5), "--restarts", "1")
+        session.wait_for("copepod: step 0 of")
+        time.sleep(0.5)
+        session.kill(signal.SIGKILL, "body")
+        session.wait_for("starting again from the last checkpoint")
+        self.assertEqual(session.end(), 0, "".join(session.stderr))
+        self.assertTrue((self.folder / "runs/tiny/resumed").exists())
+        self.assert_nothing_left(session)
+
+    def test_last_line_tells_how_to_go_on(self):
+        session = self.start_long_run("--set", "extra=1", checkpoint_at=5)
+        session.kill(signal.SIGKILL, "body")
+        self.assert_ends(session, 69, within_s=5)
+        self.assertIn("run case.yaml --out runs/tiny --set extra=1 --resume", session.last_line)
+
+    def test_run_directory_with_a_long_name(self):
+        out = self.folder / ("long_" * 30)
+        self.assert_ends(self.start("run", self.case(steps=2), "--out", out), 0, within_s=10)
+
+    def test_command_works_through_a_symbolic_link(self):
+        from copepod_session import COMMAND
+        (self.folder / "linked").symlink_to(COMMAND)
+        import subprocess
+        environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}
+        answer = subprocess.run(["./linked", "check", self.case()], cwd=self.folder, env=environment,
+                                stdout=subprocess.PIPE, text=True)
+        self.assertEqual(answer.returncode, 0)
+        self.assertIn("relaxation time", answer.stdout)
+
+    def test_check_refuses_what_a_component_cannot_do(self):
+        session = self.start("check", self.case(requires=["collision:bgk", "collision:cumulant"]))
+        self.assertEqual(session.end(), 2)
+        self.assertIn("collision:cumulant", "".join(session.stdout))
+        self.assertNotIn("«collision:bgk»", "".join(session.stdout))
+
+
+if __name__ == "__main__":
+    unittest.main()

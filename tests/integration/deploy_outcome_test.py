@@ -1,0 +1,104 @@
+"""How the ending of a run is judged from the coupler's report and the exits of the processes."""
+
+import unittest
+
+import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_command.outcome import Exit, Failure, describe_exit, failure_of_event, judge
+
+KILLED_RANK = """--------------------------------------------------------------------------
+Primary job  terminated normally, but 1 process returned
+a non-zero exit code. Per user-direction, the job has been aborted.
+--------------------------------------------------------------------------
+--------------------------------------------------------------------------
+mpirun noticed that process rank 3 with PID 4711 on node sea exited on signal 9 (Killed).
+--------------------------------------------------------------------------
+"""
+FAILED_RANK = """[12:00:01] solver failed
+--------------------------------------------------------------------------
+mpirun detected that one or more processes exited with non-zero status, thus causing
+the job to be terminated. The first process to do so was:
+
+  Process name: [[24499,1],2]
+  Exit code:    70
+--------------------------------------------------------------------------
+"""
+LOST_FLUID = Failure(69, "fluid", "sea", "0", 123, "connection closed.")
+
+
+class DescribeExit(unittest.TestCase):
+
+    def test_mpirun_tells_rank_host_and_signal_of_a_killed_rank(self):
+        exit = describe_exit("fluid", 137, KILLED_RANK, "here", ranks=4)
+        self.assertEqual((exit.signal, exit.rank, exit.host), (9, "3", "sea"))
+
+    def test_message_may_be_broken_over_lines_by_long_host_names(self):
+        broken = KILLED_RANK.replace(" on node sea exited", " on node\n sea\n exited")
+        self.assertEqual(describe_exit("fluid", 137, broken, "here", ranks=4).rank, "3")
+
+    def test_mpirun_tells_rank_and_code_of_a_failed_rank(self):
+        exit = describe_exit("fluid", 70, FAILED_RANK, "here", ranks=4)
+        self.assertEqual((exit.signal, exit.code, exit.rank), (0, 70, "2"))
+
+    def test_killed_mpirun_took_all_ranks_along(self):
+        exit = describe_exit("fluid", -9, "", "here", ranks=4)
+        self.assertEqual((exit.signal, exit.rank, exit.host), (9, "0-3", "here"))
+
+    def test_success_is_success_whatever_the_log_says(self):
+        exit = describe_exit("fluid", 0, FAILED_RANK, "here", ranks=4)
+        self.assertEqual((exit.signal, exit.code), (0, 0))
+
+
+class Judge(unittest.TestCase):
+
+    def test_report_of_a_failed_solver_is_taken_as_it_is(self):
+        reported = Failure(70, "fluid", "sea", "2", 55, "diverged at cell (1, 2, 3).")
+        verdict = judge(reported, [Exit("fluid", code=70, rank="2")], 54, "here")
+        self.assertEqual(verdict, reported)
+
+    def test_exit_by_a_signal_is_more_precise_than_a_lost_connection(self):
+        verdict = judge(LOST_FLUID, [Exit("coupler", code=69), Exit("fluid", signal=9, rank="1", host="sea")], 120, "here")
+        self.assertEqual((verdict.code, verdict.component, verdict.rank, verdict.step), (69, "fluid", "1", 123))
+        self.assertIn("SIGKILL", verdict.reason)
+
+    def test_lost_connection_stands_when_nobody_was_killed(self):
+        self.assertEqual(judge(LOST_FLUID, [Exit("coupler", code=69)], 120, "here"), LOST_FLUID)
+
+    def test_report_without_a_step_gets_the_last_known_one(self):
+        verdict = judge(Failure(70, "body", "sea", "0", -1, "overlap."), [], 17, "here")
+        self.assertEqual(verdict.step, 17)
+
+    def test_services_that_gave_up_mean_a_frozen_coupler(self):
+        verdict = judge(None, [Exit("body", code=69), Exit("fluid", code=69)], 17, "here")
+        self.assertEqual((verdict.code, verdict.component), (69, "coupler"))
+
+    def test_killed_coupler_is_to_blame_although_services_gave_up_too(self):
+        verdict = judge(None, [Exit("coupler", signal=9, host="sea"), Exit("body", code=69)], 17, "here")
+        self.assertEqual((verdict.code, verdict.component, verdict.rank), (69, "coupler", "0"))
+
+    def test_first_failure_counts_and_not_the_killing_that_followed(self):
+        verdict = judge(None, [Exit("body", code=70, output="overlap of a and b"), Exit("fluid", signal=9)], 17, "here")
+        self.assertEqual((verdict.code, verdict.component), (70, "body"))
+        self.assertIn("overlap of a and b", verdict.reason)
+
+    def test_unknown_exit_code_means_a_lost_component(self):
+        verdict = judge(None, [Exit("fluid", code=1, output="Traceback\nImportError: no such thing")], -1, "here")
+        self.assertEqual(verdict.code, 69)
+        self.assertIn("ImportError", verdict.reason)
+        self.assertIn("before the first step", verdict.sentence())
+
+    def test_component_that_ends_quietly_before_the_run_is_lost(self):
+        verdict = judge(None, [Exit("body", code=0)], 17, "here")
+        self.assertEqual((verdict.code, verdict.component), (69, "body"))
+
+    def test_mpiruns_own_words_are_not_the_last_words_of_a_component(self):
+        verdict = judge(None, [describe_exit("fluid", 70, FAILED_RANK, "here", 4)], 17, "here")
+        self.assertIn("solver failed", verdict.reason)
+        self.assertNotIn("----", verdict.reason)
+
+    def test_event_becomes_a_failure_with_our_host_if_it_names_none(self):
+        failure = failure_of_event({"event": "failure", "code": 65, "component": "body", "reason": "no."}, "here")
+        self.assertEqual((failure.code, failure.host, failure.rank, failure.step), (65, "here", "0", -1))
+
+
+if __name__ == "__main__":
+    unittest.main()

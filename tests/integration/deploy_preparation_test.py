@@ -1,0 +1,118 @@
+"""Setting up a machine: packages and the build, with stand-ins for dpkg-query, apt-get, cmake and ninja."""
+
+import os
+import shutil
+import subprocess
+import unittest
+
+from copepod_session import ROOT, CommandTest
+
+DPKG_QUERY = """#!/bin/sh
+for package in "$@"; do case $package in -*) ;; *) [ -e "$STATE/$package" ] && echo "$package installed" ;; esac; done
+exit 0
+"""
+APT_GET = """#!/bin/sh
+echo "apt-get $*" >> "$STATE/calls"
+[ -e "$STATE/broken" ] && exit 100
+for word in "$@"; do case $word in -*|install|update|DPkg*) ;; *) : > "$STATE/$word" ;; esac; done
+"""
+CMAKE = """#!/bin/sh
+echo "cmake $*" >> "$STATE/calls"
+mkdir -p build && echo "CMAKE_HOME_DIRECTORY:INTERNAL=$PWD" > build/CMakeCache.txt && : > build/build.ninja
+"""
+NINJA = """#!/bin/sh
+echo "ninja $*" >> "$STATE/calls"
+if [ -e "$STATE/compile_error" ]; then
+    echo "[0/2] compiling a.cpp"; echo "FAILED: a.o"; echo "a.cpp:1: error: this is wrong"; exit 1
+fi
+if [ -e build/bin/coupler ]; then echo "ninja: no work to do."; exit 0; fi
+mkdir -p build/bin && echo '#!/bin/sh' > build/bin/coupler && echo 'exit 2' >> build/bin/coupler && chmod +x build/bin/coupler
+echo "[1/1] linking coupler"
+"""
+
+
+class Preparation(CommandTest):
+    """`copepod run` in a checkout that holds the command only."""
+
+    def setUp(self):
+        super().setUp()
+        self.state = self.folder / "state"
+        self.tools = self.folder / "tools"
+        self.checkout = self.folder / "checkout"
+        for folder in (self.state, self.tools, self.checkout):
+            folder.mkdir()
+        shutil.copytree(ROOT / "deploy", self.checkout / "deploy", ignore=shutil.ignore_patterns("__pycache__"))
+        for name, text in (("dpkg-query", DPKG_QUERY), ("apt-get", APT_GET), ("cmake", CMAKE), ("ninja", NINJA)):
+            (self.tools / name).write_text(text)
+            (self.tools / name).chmod(0o755)
+
+    def run_command(self, user=None):
+        """`copepod run` of a case that the stand-in coupler refuses, so that only the preparation happens."""
+        environment = {"PATH": f"{self.tools}:/usr/bin:/bin", "STATE": str(self.state)}
+        return subprocess.run([self.checkout / "deploy/copepod", "run", "case.yaml"], cwd=self.checkout, env=environment,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, user=user)
+
+    def calls(self):
+        path = self.state / "calls"
+        return path.read_text() if path.exists() else ""
+
+    def install_everything(self):
+        from copepod_command.packages import BUILD_AND_RUN
+        for package in BUILD_AND_RUN:
+            (self.state / package).touch()
+
+    @unittest.skipIf(os.geteuid() != 0, "installs as root")
+    def test_root_installs_what_is_missing_and_builds(self):
+        self.install_everything()
+        (self.state / "libzmq3-dev").unlink()
+        answer = self.run_command()
+        self.assertEqual(answer.returncode, 2, answer.stderr)   # the stand-in coupler's
+        self.assertRegex(self.calls(), r"install -y --no-install-recommends libzmq3-dev\n")
+        self.assertIn("copepod: installing 1 Debian packages", answer.stderr)
+        self.assertIn("copepod: configuring … 0 s", answer.stderr)
+        self.assertRegex(answer.stderr, r"copepod: building \(log: .*build.log\) … 0 s")
+
+    def test_second_time_is_quiet(self):
+        self.install_everything()
+        self.run_command()
+        answer = self.run_command()
+        self.assertEqual(answer.stderr, "")
+
+    @unittest.skipIf(os.geteuid() != 0, "changes to another user")
+    def test_without_root_the_exact_command_is_printed(self):
+        self.install_everything()
+        (self.state / "libzmq3-dev").unlink()
+        (self.state / "ninja-build").unlink()
+        self.folder.chmod(0o755)
+        answer = self.run_command(user="nobody")
+        self.assertEqual(answer.returncode, 2)
+        self.assertEqual(answer.stderr.splitlines()[-1], "copepod: 2 Debian packages are missing (only root can install "
+                                                         "them). Run: sudo apt-get install -y ninja-build libzmq3-dev")
+        self.assertEqual(self.calls(), "")
+
+    @unittest.skipIf(os.geteuid() != 0, "installs as root")
+    def test_failing_installation_says_where_to_look(self):
+        (self.state / "broken").touch()
+        answer = self.run_command()
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("packages.log", answer.stderr.splitlines()[-1])
+
+    def test_failing_build_shows_the_compilers_words(self):
+        self.install_everything()
+        (self.state / "compile_error").touch()
+        answer = self.run_command()
+        self.assertEqual(answer.returncode, 1)
+        self.assertIn("a.cpp:1: error: this is wrong", answer.stderr)
+        self.assertIn("build.log", answer.stderr.splitlines()[-1])
+        self.assertIn("a.cpp:1: error", (self.checkout / "build/build.log").read_text())
+
+    def test_moved_checkout_is_configured_anew(self):
+        self.install_everything()
+        self.run_command()
+        self.checkout = self.checkout.rename(self.folder / "elsewhere")
+        self.run_command()
+        self.assertEqual(self.calls().count("cmake --fresh --preset release"), 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

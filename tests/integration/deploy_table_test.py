@@ -1,0 +1,58 @@
+"""The result table at the end of a run."""
+
+import unittest
+
+import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_command.table import number_text, result_table
+
+SWIMMER = {"name": "swimmer", "u_swim_lattice": 9.1234e-6, "u_swim_m_per_s": 1.2087e-2, "d1_cells": 2.5312, "d2_cells": 3.8,
+           "sin_dphi": 0.94, "mean_arm_cells": [16.1, 15.9], "K": 0.0045, "u_GA_lattice": 8.9e-6, "error_percent": 1.0,
+           "efficiency": 5.2e-4, "Re_swim": 6.5e-3, "Re_bodies": {"swimmer_trailing": 0.066}}
+SUMMARY = {"case": "design_a", "status": "finished", "steps": 196812, "step_s": 7.548e-10, "wall_s": 1234.5, "mlups": 45.67,
+           "ranks": 2, "precision": "single", "digest": "00ff", "swimmers": [SWIMMER],
+           "timing": {"fluid_s": 1200.0, "body_s": 1.0, "coupler_s": 2.0, "exchange_wait_s": 3.0, "coupling_overhead": 0.0123}}
+
+
+class ResultTable(unittest.TestCase):
+
+    def row(self, text, summary=SUMMARY):
+        """The one line of the table that holds `text`."""
+        lines = [line for line in result_table(summary, "runs/a").splitlines() if text in line]
+        self.assertEqual(len(lines), 1, lines)
+        return lines[0].split()
+
+    def test_speed_names_precision_and_ranks(self):
+        self.assertEqual(self.row("MLUPS"), "speed 45.7 MLUPS, single precision, 2 rank(s)".split())
+
+    def test_overhead_is_in_percent(self):
+        self.assertEqual(self.row("coupling overhead"), "coupling overhead 1.23 %".split())
+
+    def test_wall_time_is_for_people(self):
+        self.assertIn("20 min 35 s", " ".join(self.row("wall time")))
+
+    def test_swimmers_have_four_digits_and_units(self):
+        self.assertEqual(self.row("u_swim"), "swimming speed u_swim 9.123e-06 cells/step".split())
+        self.assertEqual(self.row("mean arms"), "mean arms 16.1 15.9 cells".split())
+        self.assertEqual(self.row("Re of swimmer_trailing")[-1], "0.066")
+
+    def test_published_values_stand_beside_ours(self):
+        published = {"u_swim_lattice": 9.05e-6, "d1_cells": 2.53, "Re_bodies": {"swimmer_trailing": 0.059}}
+        summary = {**SUMMARY, "swimmers": [{**SWIMMER, "published": published}]}
+        self.assertEqual(self.row("u_swim", summary)[-3:], ["9.123e-06", "9.05e-06", "cells/step"])
+        self.assertEqual(self.row("Re of swimmer_trailing", summary)[-2:], ["0.066", "0.059"])
+        self.assertEqual(self.row("d2", summary)[-2:], ["3.8", "cells"])
+
+    def test_run_without_swimmers_or_timing_has_a_table_too(self):
+        table = result_table({"case": "box", "status": "finished", "steps": 3, "wall_s": 0.5}, "runs/box")
+        self.assertIn("0.50 s", table)
+        self.assertNotIn("None", table)
+
+    def test_lines_fit_on_a_page(self):
+        self.assertLess(max(map(len, result_table(SUMMARY, "runs/a").splitlines())), 100)
+
+    def test_numbers(self):
+        self.assertEqual([number_text(value) for value in (0.000123456, 12, None, [1.0, 2.5])], ["0.0001235", "12", "-", "1 2.5"])
+
+
+if __name__ == "__main__":
+    unittest.main()
