@@ -13,8 +13,9 @@ namespace copepod {
 /// message.
 ///
 /// MPI programs call this on rank 0 only; `make_solver` captures what it needs of the communicator.
+/// @param ranks  number of processes of the component, for messages to people
 /// @return exit code of the process (contract/exit_code.hpp)
-int run_fluid_component(int argc, char** argv, const FluidComponent& component);
+int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks = 1);
 
 /// The same for a body solver.
 int run_body_component(int argc, char** argv, const BodyComponent& component);

@@ -68,6 +68,7 @@ class Link {
   [[nodiscard]] remote::Exchange& exchange() { return *exchange_; }
 
  private:
+  double connect_deadline_s_;
   std::unique_ptr<transport::Router> router_;
   std::unique_ptr<remote::Parties> parties_;
   std::unique_ptr<remote::Exchange> exchange_;

@@ -17,6 +17,7 @@ Liveness on_pong(Liveness liveness, const Pong& pong, double now_s) {
                      pong.replied_sequence != before.replied_sequence;
   if (moved) liveness.last_change_s = now_s;
   liveness.pong = pong;
+  liveness.last_pong_s = now_s;
   liveness.unanswered_since_s = -1;
   return liveness;
 }
@@ -47,6 +48,14 @@ Health judge(const Liveness& liveness, bool work_due, const Patience& patience, 
   const bool busy = work_due || liveness.pong.phase != Phase::waiting;
   if (busy && now_s - liveness.last_change_s > patience.progress_deadline_s) return Health::hung;
   return Health::fine;
+}
+
+bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, const Patience& patience) {
+  if (liveness.last_pong_s - sent_s < patience.resend_s) return false;
+  const bool request_lost =
+      liveness.pong.phase == Phase::waiting && liveness.pong.received_sequence < sequence;
+  const bool reply_lost = liveness.pong.replied_sequence >= sequence;
+  return request_lost || reply_lost;
 }
 
 bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_s) {

@@ -24,8 +24,9 @@ struct Liveness {
   double last_ping_s = -1e300;
   double unanswered_since_s = -1;    ///< oldest ping without a pong; negative: none
   double disconnected_since_s = -1;  ///< negative: connected
-  double last_change_s = 0.0;        ///< when step, phase or progress last moved, or a request was sent
-  Pong pong;                         ///< newest
+  double last_pong_s = -1e300;
+  double last_change_s = 0.0;  ///< when step, phase or progress last moved, or a request was sent
+  Pong pong;                   ///< newest
 };
 
 enum class Health { fine, disconnected, silent, hung };
@@ -45,6 +46,10 @@ Liveness on_look(Liveness liveness, bool connected, const Patience& patience, do
 
 /// @param work_due  the component has a request to answer
 Health judge(const Liveness& liveness, bool work_due, const Patience& patience, double now_s);
+
+/// Whether the open request, or its reply, got lost with a connection: the newest pong, later than the
+/// request by `resend_s`, tells that the component waits for a request, or has answered it.
+bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, const Patience& patience);
 
 bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_s);
 

@@ -13,6 +13,9 @@ struct WaitPolicy {
       0};  ///< first try again and again, giving the core away in between; then sleep in the kernel
 };
 
+/// Of the lanes that the exchange of every step goes through.
+inline constexpr WaitPolicy kDataLanePolicy{std::chrono::microseconds(50)};
+
 /// Tries until something is there or the time for trying is over.
 /// @param attempt  returns true when it got something
 template <class Attempt>

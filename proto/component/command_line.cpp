@@ -1,0 +1,50 @@
+#include "component/command_line.hpp"
+
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "contract/exit_code.hpp"
+
+namespace copepod::component {
+
+std::string capabilities_as_json(session::Role role, const Capabilities& capabilities) {
+  const nlohmann::json json = {{"name", capabilities.name},
+                               {"version", capabilities.version},
+                               {"role", std::string(name_of(role))},
+                               {"features", capabilities.features}};
+  return json.dump();
+}
+
+ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
+                                     const Capabilities& capabilities) {
+  Options options;
+  bool only_capabilities = false;
+  CLI::App app{capabilities.name + ", a " + std::string(name_of(role)) + " component of Copepod"};
+  app.add_flag("--capabilities", only_capabilities, "Print what this component can do as JSON and exit");
+  app.add_option("--endpoint", options.endpoint, "Address of the coupler: ipc:///path or tcp://host:port");
+  app.add_option("--session", options.session_token, "Token of the run")->envname("COPEPOD_SESSION");
+  app.add_option("--log-file", options.log_file, "Where to log; standard error if not given");
+  app.add_option("--log-level", options.log_level, "How much to log")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
+  app.add_option("--orphan-after", options.orphan_after_s, "End after so many seconds without the coupler")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--connect-deadline", options.connect_deadline_s, "Wait so many seconds for the coupler")
+      ->check(CLI::PositiveNumber);
+  try {
+    app.parse(argc, argv);
+    const bool complete = !options.endpoint.empty() && !options.session_token.empty();
+    if (!only_capabilities && !complete) throw CLI::RequiredError("--endpoint and --session");
+  } catch (const CLI::ParseError& error) {
+    const bool asked_for_help = app.exit(error) == 0;
+    return {std::nullopt, asked_for_help ? 0 : static_cast<int>(ExitCode::bad_case)};
+  }
+  if (only_capabilities) {
+    std::cout << capabilities_as_json(role, capabilities) << std::endl;
+    return {std::nullopt, 0};
+  }
+  return {options, 0};
+}
+
+}  // namespace copepod::component

@@ -1,0 +1,96 @@
+#include "component/run_component.hpp"
+
+#include <array>
+#include <iostream>
+#include <random>
+#include <unistd.h>
+
+#include <spdlog/spdlog.h>
+
+#include "component/command_line.hpp"
+#include "component/control_lane.hpp"
+#include "component/log.hpp"
+#include "component/served_body.hpp"
+#include "component/served_fluid.hpp"
+#include "component/server.hpp"
+#include "transport/zeromq.hpp"
+
+namespace copepod {
+
+namespace {
+
+using namespace component;
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown host";
+}
+
+std::uint64_t random_number() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32U) | device();
+}
+
+session::Hello introduce(session::Role role, const Capabilities& capabilities, int ranks,
+                         const Options& options) {
+  session::Hello hello;
+  hello.role = role;
+  hello.session_token = options.session_token;
+  hello.capabilities = capabilities;
+  hello.host = host_name();
+  hello.pid = getpid();
+  hello.ranks = static_cast<std::uint32_t>(ranks);
+  hello.instance = random_number();
+  return hello;
+}
+
+/// Names by which the coupler's socket tells the lanes of all components apart.
+std::string lane_name(const session::Hello& hello, session::Lane lane) {
+  return std::string(name_of(hello.role)) + "-" + std::to_string(hello.instance) + "-" +
+         std::string(name_of(lane));
+}
+
+ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks, const Options& options) {
+  const auto vitals = std::make_shared<Vitals>();
+  const auto log = open_log(options, solver.role(), 0, vitals);
+  const session::Hello hello = introduce(solver.role(), capabilities, ranks, options);
+  log->info("{} {} connects to {} as {}.", capabilities.name, capabilities.version, options.endpoint,
+            name_of(solver.role()));
+  const auto data_lane = transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::data),
+                                                   transport::kDataLanePolicy);
+  const ControlLane control_lane(
+      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::control), {}), *vitals,
+      *log, hello, {options.orphan_after_s, 3.0});
+  Server server(*data_lane, solver, *vitals, *log, hello, options.connect_deadline_s);
+  const ExitCode code = server.run();
+  log->info("Ending with exit code {}.", static_cast<int>(code));
+  return code;
+}
+
+int run(int argc, char** argv, ServedSolver& solver, const Capabilities& capabilities, int ranks) {
+  const ParsedCommandLine parsed = parse_command_line(argc, argv, solver.role(), capabilities);
+  if (!parsed.options) return parsed.exit_code;
+  try {
+    return static_cast<int>(serve(solver, capabilities, ranks, *parsed.options));
+  } catch (const Error& error) {
+    std::cerr << "error: " << error.what() << std::endl;
+    return static_cast<int>(error.code());
+  } catch (const std::exception& error) {
+    std::cerr << "error: " << error.what() << std::endl;
+    return static_cast<int>(ExitCode::solver_failed);
+  }
+}
+
+}  // namespace
+
+int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks) {
+  ServedFluid solver(component);
+  return run(argc, argv, solver, component.capabilities, ranks);
+}
+
+int run_body_component(int argc, char** argv, const BodyComponent& component) {
+  ServedBody solver(component);
+  return run(argc, argv, solver, component.capabilities, 1);
+}
+
+}  // namespace copepod

@@ -1,0 +1,204 @@
+#include "component/server.hpp"
+
+#include <chrono>
+
+#include "component/stop_request.hpp"
+
+namespace copepod::component {
+
+using session::Action;
+using session::Header;
+using session::LocalEvent;
+using session::MessageKind;
+using session::Phase;
+using session::State;
+using session::Work;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+constexpr std::chrono::milliseconds kSlice{100};  ///< how soon a waiting component notices a stop request
+constexpr double kRepeatHello_s = 1.0;
+
+Phase phase_of(Work work) {
+  switch (work) {
+    case Work::make_solver:
+      return Phase::configuring;
+    case Work::write_state:
+    case Work::read_state:
+      return Phase::checkpointing;
+    case Work::say_goodbye:
+      return Phase::finishing;
+    default:
+      return Phase::exchanging;
+  }
+}
+
+bool has_ended(State state) {
+  return state == State::done || state == State::failed || state == State::orphaned;
+}
+
+}  // namespace
+
+Server::Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, spdlog::logger& log,
+               const session::Hello& hello, double connect_deadline_s)
+    : dealer_(dealer),
+      solver_(solver),
+      vitals_(vitals),
+      log_(log),
+      hello_(hello),
+      connect_deadline_s_(connect_deadline_s) {
+  hello_.lane = session::Lane::data;
+  session_.role = solver.role();
+}
+
+ExitCode Server::run() noexcept {
+  try {
+    greet();
+    serve();
+  } catch (const Error& error) {
+    exit_code_ = error.code();
+    log_.error("{}", error.what());
+  } catch (const std::exception& error) {
+    exit_code_ = ExitCode::solver_failed;
+    log_.error("{}", error.what());
+  }
+  return exit_code_;
+}
+
+/// Repeats the Hello, since it is the one message that nobody is waiting for yet.
+void Server::greet() {
+  const auto start = Clock::now();
+  const auto deadline = start + std::chrono::duration<double>(connect_deadline_s_);
+  for (std::uint32_t attempt = 0; session_.state == State::connected; ++attempt) {
+    if (Clock::now() > deadline) {
+      throw DeadlinePassed("The coupler did not answer for " +
+                           std::to_string(static_cast<int>(connect_deadline_s_)) +
+                           " s (it is not running, or at another address). Start it, or correct --endpoint.");
+    }
+    Header first = header(0);
+    first.attempt = attempt;
+    send(handshake_.encode(first, hello_));
+    if (wait_for_message(kRepeatHello_s)) handle(frame_);
+    if (session_.state == State::orphaned) return;
+  }
+}
+
+void Server::serve() {
+  while (!has_ended(session_.state)) {
+    if (wait_for_message(kRepeatHello_s)) handle(frame_);
+  }
+}
+
+/// @return true if `frame_` holds a message; false after `seconds`, or once the process was asked to stop
+bool Server::wait_for_message(double seconds) {
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  do {
+    if (stop_request().load() != 0) {
+      log_.warn("Stopping (the coupler is gone or has aborted the run).");
+      session_ = on_event(session_, LocalEvent::coupler_lost).session;
+      exit_code_ = static_cast<ExitCode>(stop_request().load());
+      return false;
+    }
+    if (dealer_.receive(frame_, kSlice)) return true;
+  } while (Clock::now() < end);
+  return false;
+}
+
+void Server::handle(const transport::Frame& frame) {
+  try {
+    const MessageKind kind = decoder_.parse(frame.bytes());
+    const session::Outcome outcome = on_message(session_, kind, decoder_.header());
+    session_ = outcome.session;
+    act(outcome.action);
+  } catch (const Error& error) {
+    fail(report(error.code(), error.what(), error.rank(), error.step()));
+  } catch (const std::bad_alloc&) {
+    fail(report(ExitCode::solver_failed,
+                "Memory ran out (the case is too large). Use more hosts or a smaller domain.", 0, -1));
+  } catch (const std::exception& error) {
+    fail(report(ExitCode::solver_failed, error.what(), 0, -1));
+  }
+}
+
+void Server::act(const Action& action) {
+  switch (action.kind) {
+    case Action::Kind::ignore:
+      log_.warn("Ignored a {}: {}.", name_of(decoder_.kind()), action.reason);
+      return;
+    case Action::Kind::repeat_reply:
+      send(last_reply_);
+      return;
+    case Action::Kind::refuse:
+      fail(report(ExitCode::refused, action.reason, 0, -1));
+      return;
+    case Action::Kind::work:
+      do_work(action);
+      return;
+  }
+}
+
+void Server::do_work(const Action& action) {
+  if (action.work == Work::accept_welcome) {
+    session::Welcome welcome;
+    decoder_.read(welcome);
+    session_ = welcomed(session_, welcome);
+    vitals_.phase = Phase::waiting;
+    log_.info("Welcomed by the coupler, protocol {}.{}.", session::kProtocolMajor, welcome.minor);
+    return;
+  }
+  if (action.work == Work::end_process) {
+    session::Refusal refusal;
+    decoder_.read(refusal);
+    throw Refused(refusal.reason);
+  }
+  const Header request = decoder_.header();
+  vitals_.received_sequence = request.sequence;
+  vitals_.step = request.step;
+  vitals_.phase = phase_of(action.work);
+  Header reply = header(request.sequence);
+  reply.step = request.step;
+  const bool says_goodbye = action.work == Work::say_goodbye;
+  last_reply_ = says_goodbye ? replies_.encode(reply, MessageKind::finished)
+                             : solver_.perform(action.work, decoder_, reply, replies_);
+  send(last_reply_);
+  vitals_.replied_sequence = request.sequence;
+  if (says_goodbye) return;
+  vitals_.phase = Phase::advancing;
+  solver_.follow_up(action.work);
+  session_ = on_event(session_, LocalEvent::work_done).session;
+  vitals_.phase = Phase::waiting;
+}
+
+void Server::send(std::span<const std::byte> bytes) {
+  if (!dealer_.send(bytes)) {
+    throw ComponentLost("The coupler takes no more messages (its queue is full). Look at the coupler's log.",
+                        vitals_.step.load());
+  }
+}
+
+FailureReport Server::report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const {
+  const std::int64_t current_step = vitals_.step.load();
+  return {code, std::string(name_of(session_.role)), hello_.host,
+          rank, step >= 0 ? step : current_step,     reason};
+}
+
+/// Tells the coupler and ends. A stop request that made the solver throw is no failure of the solver.
+void Server::fail(const FailureReport& report) {
+  const bool stopping = stop_request().load() != 0;
+  exit_code_ = stopping ? static_cast<ExitCode>(stop_request().load()) : report.code;
+  log_.error("{}", report.reason);
+  const bool was_greeted = session_.state != State::connected && session_.session_id != 0;
+  session_.state = State::failed;
+  if (!stopping && was_greeted) send(handshake_.encode(header(0), report));
+}
+
+Header Server::header(std::uint64_t sequence) const {
+  Header header;
+  header.session_id = session_.session_id;
+  header.epoch = session_.epoch;
+  header.sequence = sequence;
+  return header;
+}
+
+}  // namespace copepod::component

@@ -1,0 +1,56 @@
+#include "remote/link.hpp"
+
+#include "remote/exchange.hpp"
+#include "transport/zeromq.hpp"
+
+namespace copepod {
+
+using session::MessageKind;
+using session::Role;
+
+namespace {
+
+session::Patience patience_of(const LinkSettings& settings) {
+  session::Patience patience;
+  patience.silence_s = settings.silence_s;
+  patience.progress_deadline_s = settings.progress_deadline_s;
+  return patience;
+}
+
+}  // namespace
+
+Link::Link(const LinkSettings& settings)
+    : Link(settings, transport::bind_router(settings.endpoint, transport::kDataLanePolicy)) {}
+
+Link::Link(const LinkSettings& settings, std::unique_ptr<transport::Router> router)
+    : connect_deadline_s_(settings.connect_deadline_s),
+      router_(std::move(router)),
+      parties_(std::make_unique<remote::Parties>()),
+      exchange_(std::make_unique<remote::Exchange>(*router_, *parties_, settings.session,
+                                                   patience_of(settings), settings.stop_signal)) {}
+
+Link::~Link() = default;
+
+void Link::await_components() { exchange_->await_components(connect_deadline_s_); }
+
+const Capabilities& Link::fluid_capabilities() const { return parties_->of(Role::fluid).hello.capabilities; }
+const Capabilities& Link::body_capabilities() const { return parties_->of(Role::body).hello.capabilities; }
+
+void Link::finish() {
+  for (const Role role : {Role::fluid, Role::body}) {
+    const std::int64_t step = parties_->of(role).session.step;
+    exchange_->ask(role, MessageKind::finish, step,
+                   [](conversion::Encoder& encoder, const session::Header& header) {
+                     return encoder.encode(header, MessageKind::finish);
+                   });
+  }
+}
+
+void Link::abort(const FailureReport& report) noexcept {
+  try {
+    exchange_->abort(report);
+  } catch (...) {  // the run is over already; components notice by themselves that the coupler is gone
+  }
+}
+
+}  // namespace copepod

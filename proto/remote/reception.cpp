@@ -1,0 +1,86 @@
+#include "remote/reception.hpp"
+
+#include <chrono>
+#include <optional>
+#include <random>
+
+#include "contract/errors.hpp"
+#include "conversion/limits.hpp"
+#include "session/handshake.hpp"
+
+namespace copepod::remote {
+
+using session::Hello;
+using session::Lane;
+using session::MessageKind;
+
+namespace {
+
+std::uint64_t random_number() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32U) | device();
+}
+
+/// Grows from one coupler to the next, on one machine.
+std::uint64_t microseconds_since_1970() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+}
+
+std::optional<Hello> read_hello(conversion::Decoder& decoder, const transport::Frame& frame) {
+  if (frame.size > conversion::kLimits.hello_bytes) return std::nullopt;
+  try {
+    if (decoder.parse(frame.bytes()) != MessageKind::hello) return std::nullopt;
+    Hello hello;
+    decoder.read(hello);
+    return hello;
+  } catch (const conversion::MalformedMessage&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+Reception::Reception(transport::Router& router, Parties& parties, std::string session_token)
+    : router_(router),
+      parties_(parties),
+      session_token_(std::move(session_token)),
+      session_id_(random_number()),
+      epoch_(microseconds_since_1970()) {}
+
+void Reception::handle(const transport::Frame& frame, double now_s) {
+  const std::optional<Hello> hello = read_hello(decoder_, frame);
+  if (!hello) return;
+  const auto verdict = judge_hello(*hello, {{}, session_token_, is_role_taken(*hello)});
+  if (verdict.accepted()) return admit(*hello, frame.peer, *verdict.minor, now_s);
+  refuse(frame.peer, verdict.reason);
+  if (!verdict.is_stranger) throw Refused(verdict.reason);
+}
+
+/// Both lanes of a component carry the same instance number; whoever comes second with another one is another
+/// component.
+bool Reception::is_role_taken(const Hello& hello) const {
+  const Party& party = parties_.of(hello.role);
+  const bool is_known = !party.data_peer.empty() || !party.control_peer.empty();
+  return is_known && party.hello.instance != hello.instance;
+}
+
+void Reception::admit(const Hello& hello, const std::string& peer, std::uint32_t minor, double now_s) {
+  Party& party = parties_.of(hello.role);
+  const bool is_first = party.data_peer.empty() && party.control_peer.empty();
+  const bool on_data_lane = hello.lane == Lane::data;
+  if (is_first || on_data_lane) party.hello = hello;
+  (on_data_lane ? party.data_peer : party.control_peer) = peer;
+  if (is_first) {
+    party.session = greet(party.session, session_id_, epoch_);
+    party.liveness.attention_s = now_s;
+    party.liveness.last_change_s = now_s;
+  }
+  router_.send(peer, encoder_.encode(session::Header{}, session::Welcome{minor, session_id_, epoch_}));
+}
+
+void Reception::refuse(const std::string& peer, const std::string& reason) {
+  router_.send(peer, encoder_.encode(session::Header{}, session::Refusal{reason}));
+}
+
+}  // namespace copepod::remote
