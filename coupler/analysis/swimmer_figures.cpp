@@ -1,0 +1,80 @@
+#include "analysis/swimmer_figures.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "config/expand.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Efficiency after Lighthill [paper, eq. (31)]: 6π η r_eff u² over the mean driving power; r_eff is the sum of the radii.
+std::optional<double> efficiency(const SwimmerFigures& figures, const std::array<double, 3>& radii_m, double power_W,
+                                 const FluidCase& fluid) {
+  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
+  if (viscosity_Pa_s == 0.0 || power_W == 0.0) return {};
+  const double effective_radius_m = radii_m[0] + radii_m[1] + radii_m[2];
+  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * figures.u_swim_m_per_s * figures.u_swim_m_per_s / power_W;
+}
+
+}  // namespace
+
+double rounded_omega_per_step(std::int64_t period_steps) {
+  const double omega = 2.0 * pi / static_cast<double>(period_steps);
+  const double unit = std::pow(10.0, std::floor(std::log10(omega)) - 1.0);
+  return std::round(omega / unit) * unit;
+}
+
+double equivalent_radius_m(const Bead& bead) { return 0.25 * (extent_along_m(bead) + extent_across_m(bead)); }
+
+double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m) {
+  const double sum = radii_m[0] + radii_m[1] + radii_m[2];
+  const double both = mean_arms_m[0] + mean_arms_m[1];
+  const double arms = 1.0 / (mean_arms_m[0] * mean_arms_m[0]) + 1.0 / (mean_arms_m[1] * mean_arms_m[1]) - 1.0 / (both * both);
+  return 3.0 * radii_m[0] * radii_m[1] * radii_m[2] / (2.0 * sum * sum) * arms;
+}
+
+double rest_length_m(const Swimmer& swimmer) {
+  double length = swimmer.rest_gap_m[0] + swimmer.rest_gap_m[1];
+  for (const Bead& bead : swimmer.beads) length += extent_along_m(bead);
+  return length;
+}
+
+SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimmer, const Case& the_case) {
+  const auto& [arm1, arm2] = measured.arms;
+  const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
+  std::array<double, 3> radii_m{};
+  for (std::size_t bead = 0; bead < 3; ++bead) radii_m[bead] = equivalent_radius_m(swimmer.beads[bead]);
+
+  SwimmerFigures figures;
+  figures.u_swim_m_per_s = measured.displacement_m / period_s;
+  figures.sin_dphi = std::sin(arm1.phase_rad - arm2.phase_rad);
+  figures.K_per_m = geometrical_factor_per_m(radii_m, {arm1.mean_m, arm2.mean_m});
+
+  const auto complete = [&](OmegaFigures& at, double omega_rad_per_s, double power_W) {
+    at.omega_rad_per_s = omega_rad_per_s;
+    // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
+    at.u_GA_m_per_s = figures.K_per_m * arm1.amplitude_m * arm2.amplitude_m * omega_rad_per_s * figures.sin_dphi;
+    at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
+    at.efficiency = efficiency(figures, radii_m, power_W, the_case.fluid);
+  };
+  complete(figures.exact, 2.0 * pi / period_s, measured.mean_power_W);
+  complete(figures.as_in_paper, rounded_omega_per_step(swimmer.stroke.period_steps) / the_case.step_s,
+           measured.mean_power_rounded_omega_W);
+
+  const double viscosity = the_case.fluid.kinematic_viscosity_m2_per_s;
+  if (viscosity > 0.0) {
+    figures.Re_swim = figures.u_swim_m_per_s * rest_length_m(swimmer) / viscosity;
+    constexpr std::array<std::size_t, 3> velocity_in_paper{1, 0, 2};
+    for (std::size_t bead = 0; bead < 3; ++bead) {
+      const double length_m = extent_along_m(swimmer.beads[bead]);
+      figures.Re_bodies[bead] = measured.max_speed_m_per_s[bead] * length_m / viscosity;
+      figures.Re_bodies_as_in_paper[bead] = measured.max_speed_m_per_s[velocity_in_paper[bead]] * length_m / viscosity;
+    }
+  }
+  return figures;
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "contract/body_setup.hpp"
+
+namespace copepod::coupler {
+
+/// Unit vector of a body's own z axis (a capsule's axis) in the world frame.
+Eigen::Vector3d body_axis(const BodySpecification& body);
+
+/// Half of the body's extent along each world axis [m]: r + |d_i| L/2 for a capsule along d.
+Eigen::Vector3d half_extents_m(const BodySpecification& body);
+
+/// Volume [m³]: 4/3 π r³ + π r² L.
+double volume_m3(const Shape& shape);
+
+/// Distance between the surfaces of two bodies, B shifted by `shift_m` [m]; negative where they overlap.
+double surface_distance_m(const BodySpecification& A, const BodySpecification& B, const Eigen::Vector3d& shift_m);
+
+}  // namespace copepod::coupler

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "config/case.hpp"
+#include "config/value.hpp"
+
+namespace copepod::coupler {
+
+/// The case with every default spelled out; reading it again gives the same case, bit for bit.
+/// A parameter set that was chosen stays as a label only: its values are written where they belong.
+Value resolved(const Case& the_case);
+
+}  // namespace copepod::coupler

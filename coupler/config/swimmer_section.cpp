@@ -1,0 +1,51 @@
+#include "config/names.hpp"
+#include "config/sections.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+Bead read_bead(Reader bead) {
+  Bead result;
+  result.shape = read_shape(bead);
+  const bool capsule = result.shape.kind == ShapeKind::capsule;
+  result.orientation = bead.choice("orientation", orientation_names,
+                                   capsule ? std::nullopt : std::optional(BeadOrientation::parallel));
+  return result;
+}
+
+Stroke read_stroke(Reader stroke) {
+  Stroke result;
+  result.amplitude_N = stroke.number("amplitude_N", Range::any);
+  result.period_steps = stroke.integer("period_steps", Range::positive);
+  result.phase_lag_steps = stroke.integer("phase_lag_steps", Range::not_negative);
+  result.cycles = stroke.integer("cycles", Range::positive);
+  return result;
+}
+
+}  // namespace
+
+Swimmer read_swimmer(Reader swimmer) {
+  Swimmer result;
+  result.name = swimmer.text("name");
+  result.center_m = swimmer.numbers("center_m", 3);
+  result.axis = read_direction(swimmer, "axis", Eigen::Vector3d::UnitZ());
+  const std::size_t beads = swimmer.size("beads");
+  if (beads == 3) {
+    for (std::size_t i = 0; i < 3; ++i) result.beads[i] = read_bead(swimmer.item("beads", i));
+  } else {
+    swimmer.problems().error(swimmer.path_of("beads"), swimmer.path_of("beads") + " has " + std::to_string(beads) +
+                                                           " entries (a swimmer has three). List trailing, middle and leading bead.");
+  }
+  result.bead_mass_kg = swimmer.number("bead_mass_kg", Range::positive);
+  const Eigen::Vector2d gaps = swimmer.numbers("rest_gap_m", 2);
+  result.rest_gap_m = {gaps[0], gaps[1]};
+  {
+    Reader spring = swimmer.section("spring");
+    result.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::positive);
+    result.damping_N_s_per_m = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
+  }
+  result.stroke = read_stroke(swimmer.section("stroke"));
+  return result;
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,121 @@
+#include "config/yaml_text.hpp"
+
+#include <set>
+
+#include <yaml-cpp/yaml.h>
+
+#include "config/problems.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Aliases make a small file into a huge tree; no honest case comes near this.
+constexpr std::size_t most_values = 2'000'000;
+
+class Conversion {
+ public:
+  Conversion(std::string source, LineNumbers lines) : source_(std::move(source)), lines_(lines) {}
+
+  Value convert(const YAML::Node& node) {
+    if (++values_ > most_values) {
+      throw CaseInvalid(origin(node.Mark()), "the case has more than 2000000 values (aliases multiply them). "
+                                             "Write fewer bodies or no nested aliases.");
+    }
+    Value value;
+    value.origin = origin(node.Mark());
+    switch (node.Type()) {
+      case YAML::NodeType::Scalar:
+        value.kind = Value::Kind::scalar;
+        value.text = node.Scalar();
+        break;
+      case YAML::NodeType::Sequence:
+        value.kind = Value::Kind::sequence;
+        for (const YAML::Node& item : node) value.items.push_back(convert(item));
+        break;
+      case YAML::NodeType::Map:
+        value.kind = Value::Kind::mapping;
+        convert_entries(node, value);
+        break;
+      case YAML::NodeType::Null:
+      case YAML::NodeType::Undefined:
+        break;
+    }
+    return value;
+  }
+
+  [[nodiscard]] Origin origin(const YAML::Mark& mark) const {
+    return {source_, lines_ == LineNumbers::kept ? mark.line + 1 : 0};
+  }
+
+ private:
+  void convert_entries(const YAML::Node& node, Value& value) {
+    std::set<std::string> seen;
+    for (const auto& pair : node) {
+      const Origin key_origin = origin(pair.first.Mark());
+      if (!pair.first.IsScalar()) {
+        throw CaseInvalid(key_origin, "a key is a list or a mapping (keys are plain words). Write `key: value`.");
+      }
+      const std::string& key = pair.first.Scalar();
+      if (!seen.insert(key).second) {
+        throw CaseInvalid(key_origin, "key '" + key + "' appears twice in one section (only one can count). "
+                                      "Remove one of them.");
+      }
+      value.entries.push_back({key, key_origin, convert(pair.second)});
+    }
+  }
+
+  std::string source_;
+  LineNumbers lines_;
+  std::size_t values_ = 0;
+};
+
+bool is_plain_list(const Value& value) {
+  for (const Value& item : value.items) {
+    if (item.kind != Value::Kind::scalar) return false;
+  }
+  return true;
+}
+
+void emit(YAML::Emitter& out, const Value& value) {
+  switch (value.kind) {
+    case Value::Kind::null:
+      out << YAML::Null;
+      break;
+    case Value::Kind::scalar:
+      out << value.text;
+      break;
+    case Value::Kind::sequence:
+      out << (is_plain_list(value) ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
+      for (const Value& item : value.items) emit(out, item);
+      out << YAML::EndSeq;
+      break;
+    case Value::Kind::mapping:
+      out << YAML::Block << YAML::BeginMap;
+      for (const Value::Entry& entry : value.entries) {
+        out << YAML::Key << entry.key << YAML::Value;
+        emit(out, entry.value);
+      }
+      out << YAML::EndMap;
+      break;
+  }
+}
+
+}  // namespace
+
+Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines) {
+  Conversion conversion(source, lines);
+  try {
+    return conversion.convert(YAML::Load(text));
+  } catch (const YAML::Exception& error) {
+    throw CaseInvalid(conversion.origin(error.mark),
+                      "this is not valid YAML (" + error.msg + "). Look at indentation, brackets and colons here.");
+  }
+}
+
+std::string to_yaml(const Value& value) {
+  YAML::Emitter out;
+  emit(out, value);
+  return std::string(out.c_str()) + "\n";
+}
+
+}  // namespace copepod::coupler

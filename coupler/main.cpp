@@ -1,0 +1,12 @@
+#include <iostream>
+
+#include "run/program.hpp"
+#include "run/remote_components.hpp"
+#include "run/stop_signal.hpp"
+
+int main(int argc, char** argv) {
+  using namespace copepod::coupler;
+  return run_program(argc, argv, std::cout, std::cerr, [](const Options& options) {
+    return std::make_unique<RemoteComponents>(options.endpoint, options.session, stop_signal());
+  });
+}

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "contract/exchange.hpp"
+
+namespace copepod::coupler {
+
+/// What one step looked like, seen before the bodies move on; SI units, world frame, all of step `step`.
+struct StepRecord {
+  std::int64_t step = 0;
+  const Kinematics& kinematics;          ///< at the start of the step
+  const Loads& raw;                      ///< as the fluid told them
+  const Loads& applied;                  ///< after averaging: what acts on the bodies
+  const Eigen::Matrix3Xd& driving_N;     ///< (3, nodes × bodies); the first `bodies` columns are those at the step's start
+};
+
+/// Looks at a run and never changes it; all output of a run is made by observers.
+class Observer {
+ public:
+  Observer() = default;
+  Observer(const Observer&) = delete;
+  Observer& operator=(const Observer&) = delete;
+  virtual ~Observer() = default;
+
+  /// Called once per step, in order.
+  virtual void observe(const StepRecord& record) = 0;
+
+  /// Called once after the last step, with the state at its end and the loads and forces that led there.
+  virtual void finish(const StepRecord& last) = 0;
+};
+
+/// Hands every record to several observers, in order.
+class Observers final : public Observer {
+ public:
+  /// @param observer  must outlive this object
+  void add(Observer& observer) { observers_.push_back(&observer); }
+  void observe(const StepRecord& record) override {
+    for (Observer* observer : observers_) observer->observe(record);
+  }
+  void finish(const StepRecord& last) override {
+    for (Observer* observer : observers_) observer->finish(last);
+  }
+
+ private:
+  std::vector<Observer*> observers_;
+};
+
+}  // namespace copepod::coupler

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "observers/observer.hpp"
+
+namespace copepod::coupler {
+
+/// Writes trajectory.csv: one row per body and sample, doubles as the shortest text that reads back to the same bits.
+///
+/// Columns: step, time_s, body, position, orientation (w, x, y, z), velocity, angular velocity, then the hydrodynamic
+/// force and torque that were applied (after averaging), then the driving force at the start of the step. Rows are
+/// written for every `every_steps`-th step, for the first and for the last; the row of the last step holds the state at
+/// the end of the run and the loads of the step that led there. Positions are not folded back into a periodic domain.
+///
+/// Only whole lines reach the file, at least once a second, so a run that crashes leaves a readable file.
+class TrajectoryWriter final : public Observer {
+ public:
+  /// @param every_steps  0: first and last step only
+  /// @throws StorageError if the file cannot be written
+  TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s, std::int64_t every_steps);
+  ~TrajectoryWriter() override;
+
+  void observe(const StepRecord& record) override;
+  void finish(const StepRecord& last) override;
+
+ private:
+  void append_rows(const StepRecord& record);
+  void flush();
+
+  std::string path_;
+  std::vector<std::string> body_names_;
+  double step_s_;
+  std::int64_t every_steps_;
+  std::int64_t last_written_ = -1;
+  int file_ = -1;
+  std::string buffer_;
+  std::chrono::steady_clock::time_point flushed_;
+};
+
+}  // namespace copepod::coupler

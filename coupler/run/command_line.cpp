@@ -1,0 +1,104 @@
+#include "run/command_line.hpp"
+
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "contract/errors.hpp"
+#include "run/build_info.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// JSON is YAML: a list of words that any --set can carry.
+std::string as_list(const std::string& command) { return nlohmann::json(split_command(command)).dump(); }
+
+std::string joined(int argc, const char* const* argv) {
+  std::string line;
+  for (int i = 0; i < argc; ++i) line += (i == 0 ? "" : " ") + std::string(argv[i]);
+  return line;
+}
+
+void require(const std::string& value, const char* option) {
+  if (value.empty()) {
+    throw CaseError(std::string("--run needs ") + option + " (the deploy command gives it). Use deploy/copepod run CASE.yaml.");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> split_command(const std::string& command) {
+  std::vector<std::string> words;
+  std::string word;
+  bool inside = false;
+  char quote = 0;
+  for (std::size_t i = 0; i < command.size(); ++i) {
+    const char c = command[i];
+    if (c == '\\' && quote != '\'' && i + 1 < command.size()) {
+      word += command[++i];
+      inside = true;
+    } else if (quote != 0) {
+      if (c == quote) quote = 0;
+      else word += c;
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+      inside = true;
+    } else if (c == ' ' || c == '\t') {
+      if (inside) words.push_back(word);
+      word.clear();
+      inside = false;
+    } else {
+      word += c;
+      inside = true;
+    }
+  }
+  if (quote != 0) throw CaseError("'" + command + "' opens a quote that never closes (where does the word end?). Close it.");
+  if (inside) words.push_back(word);
+  return words;
+}
+
+Options parse_command_line(int argc, const char* const* argv) {
+  CLI::App app{"Copepod coupler: holds the coupling algorithm between a fluid and a body service."};
+  Options options;
+  std::string plan;
+  std::string run;
+  std::string fluid;
+  std::string body;
+  int ranks = 0;
+  app.set_version_flag("--version", build_info().version);
+  auto* plan_option = app.add_option("--plan", plan, "Check a case file and print it, resolved, as JSON");
+  app.add_option("--run", run, "Run a case file")->excludes(plan_option);
+  app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")->expected(1)->take_all();
+  app.add_option("--ranks", ranks, "Processes of the fluid service")->check(CLI::PositiveNumber);
+  app.add_option("--fluid", fluid, "Command that starts another fluid component");
+  app.add_option("--body", body, "Command that starts another body component");
+  app.add_option("--out", options.out, "Run directory");
+  app.add_option("--endpoint", options.endpoint, "Where the components connect: ipc:///path or tcp://host:port");
+  app.add_option("--session", options.session, "Token that the components must show");
+  app.add_option("--log-file", options.log_file, "Log file");
+  app.add_flag("--resume", options.resume, "Continue from the newest checkpoint of the run directory");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {   // --help, --version
+    app.exit(success, std::cout, std::cerr);
+    return options;
+  } catch (const CLI::ParseError& error) {
+    throw CaseError(std::string(error.what()) + " (the command line makes no sense). See --help.");
+  }
+  if (plan.empty() && run.empty()) throw CaseError("neither --plan nor --run is given (nothing to do). See --help.");
+  options.action = run.empty() ? Options::Action::plan : Options::Action::run;
+  options.case_file = run.empty() ? plan : run;
+  options.command_line = joined(argc, argv);
+  if (ranks > 0) options.overrides.push_back("services.fluid.ranks=" + std::to_string(ranks));
+  if (!fluid.empty()) options.overrides.push_back("services.fluid.command=" + as_list(fluid));
+  if (!body.empty()) options.overrides.push_back("services.body.command=" + as_list(body));
+  if (options.action == Options::Action::run) {
+    require(options.out, "--out");
+    require(options.endpoint, "--endpoint");
+    require(options.session, "--session");
+  }
+  return options;
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace copepod::coupler {
+
+/// What the coupler was asked to do.
+struct Options {
+  enum class Action { plan, run, nothing };   ///< nothing: --help or --version said it all
+
+  Action action = Action::nothing;
+  std::string case_file;
+  std::vector<std::string> overrides;         ///< of --set, --ranks, --fluid and --body, as "key.path=value"
+  std::string out;                            ///< run directory
+  std::string endpoint;
+  std::string session;
+  std::string log_file;
+  bool resume = false;
+  std::string command_line;                   ///< all arguments, for the provenance
+};
+
+/// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.
+/// @throws CaseError if a quote is not closed
+std::vector<std::string> split_command(const std::string& command);
+
+/// @throws CaseError (exit code 2) if the arguments make no sense
+Options parse_command_line(int argc, const char* const* argv);
+
+}  // namespace copepod::coupler

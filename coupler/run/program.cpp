@@ -1,0 +1,108 @@
+#include "run/program.hpp"
+
+#include <optional>
+
+#include <nlohmann/json.hpp>
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/sinks/null_sink.h>
+#include <spdlog/spdlog.h>
+
+#include "config/load_case.hpp"
+#include "config/problems.hpp"
+#include "config/resolved.hpp"
+#include "config/yaml_text.hpp"
+#include "run/events.hpp"
+#include "run/plan.hpp"
+#include "run/provenance.hpp"
+#include "run/run_case.hpp"
+#include "run/run_directory.hpp"
+#include "run/stop_signal.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+void start_log(const std::string& file) {
+  std::shared_ptr<spdlog::logger> logger;
+  try {
+    logger = file.empty() ? spdlog::create<spdlog::sinks::null_sink_mt>("")
+                          : std::make_shared<spdlog::logger>("coupler", std::make_shared<spdlog::sinks::basic_file_sink_mt>(file));
+  } catch (const spdlog::spdlog_ex& error) {
+    throw StorageError(file + " cannot be written (" + error.what() + "). Choose another --log-file.");
+  }
+  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e %^%l%$ coupler %v");
+  logger->flush_on(spdlog::level::info);
+  spdlog::set_default_logger(logger);
+}
+
+/// What an exception says about who failed, where and why.
+FailureReport report_of(const Error& error, std::int64_t step) {
+  FailureReport report;
+  if (const auto* peer = dynamic_cast<const PeerFailed*>(&error)) {
+    report = peer->report();
+  } else {
+    report = {error.code(), "coupler", host_name(), error.rank(), error.step(), error.what()};
+  }
+  if (report.step < 0) report.step = step;
+  return report;
+}
+
+int run_plan(const Options& options, std::ostream& out) {
+  out << make_plan(load_case(options.case_file, options.overrides)).dump() << std::endl;
+  return static_cast<int>(ExitCode::finished);
+}
+
+int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components) {
+  Events events(out);
+  events.phase("starting");
+  const LoadedCase loaded = load_case(options.case_file, options.overrides);
+  const RunDirectory directory(options.out);
+  start_log(options.log_file);
+  for (const std::string& warning : loaded.warnings) spdlog::warn(warning);
+  write_atomically(directory.resolved_case(), to_yaml(resolved(loaded.content)));
+  Provenance provenance(directory, options.command_line, loaded.content.services.fluid_ranks, options.resume);
+  provenance.write_start();
+
+  const std::unique_ptr<Components> components = make_components(options);
+  CaseRun run(loaded, directory, *components, events, stop_signal());
+  FailureReport failure;
+  try {
+    run.run([&](const Capabilities& fluid, const Capabilities& body) {
+      provenance.set_components(fluid, body);
+      provenance.write_start();
+    });
+    provenance.write_end(ExitCode::finished, "");
+    events.finished(directory.summary().string());
+    return static_cast<int>(ExitCode::finished);
+  } catch (const Error& error) {
+    failure = report_of(error, run.step());
+  } catch (const std::exception& error) {
+    failure = {ExitCode::solver_failed, "coupler", host_name(), 0, run.step(),
+               std::string(error.what()) + " (an error that the coupler did not expect). Please report it with the run's logs."};
+  }
+  components->abort(failure);
+  spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step, failure.reason);
+  events.failure(failure);
+  provenance.write_end(failure.code, failure.reason);
+  return static_cast<int>(failure.code);
+}
+
+}  // namespace
+
+int run_program(int argc, const char* const* argv, std::ostream& out, std::ostream& err, const MakeComponents& make_components) {
+  try {
+    const Options options = parse_command_line(argc, argv);
+    if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
+    if (options.action == Options::Action::plan) return run_plan(options, out);
+    watch_signals();
+    return run_case(options, out, make_components);
+  } catch (const CaseInvalid& invalid) {
+    for (const std::string& line : invalid.lines()) err << line << '\n';
+    err << std::flush;
+    return static_cast<int>(ExitCode::bad_case);
+  } catch (const Error& error) {
+    err << "coupler: error: " << error.what() << std::endl;
+    return static_cast<int>(error.code());
+  }
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,66 @@
+#include "run/provenance.hpp"
+
+#include <array>
+#include <chrono>
+#include <ctime>
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "run/build_info.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Now, as "2012-05-03T14:15:16Z".
+std::string utc_now() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text.data();
+}
+
+}  // namespace
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
+  return name.data();
+}
+
+Provenance::Provenance(const RunDirectory& directory, std::string command_line, int fluid_ranks, bool resumed)
+    : directory_(directory),
+      command_line_(std::move(command_line)),
+      fluid_ranks_(fluid_ranks),
+      resumed_(resumed),
+      start_(utc_now()) {}
+
+void Provenance::set_components(const Capabilities& fluid, const Capabilities& body) {
+  components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};
+}
+
+void Provenance::write_start() { write("running", -1, "", ""); }
+
+void Provenance::write_end(ExitCode code, const std::string& reason) {
+  write(code == ExitCode::finished ? "finished" : "failed", static_cast<int>(code), reason, utc_now());
+}
+
+void Provenance::write(const std::string& status, int code, const std::string& reason, const std::string& end) {
+  using nlohmann::ordered_json;
+  const BuildInfo& build = build_info();
+  ordered_json components = ordered_json::object();
+  for (const auto& [role, name] : components_) components[role] = name;
+  const ordered_json content = {
+      {"version", build.version},       {"git_revision", build.git_revision}, {"compiler", build.compiler},
+      {"build_type", build.build_type}, {"host", host_name()},                {"fluid_ranks", fluid_ranks_},
+      {"command_line", command_line_},  {"resumed", resumed_},                {"components", components},
+      {"start", start_},                {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
+      {"status", status},               {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
+      {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
+  write_atomically(directory_.provenance(),
+                   content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,32 @@
+#include "run/remote_components.hpp"
+
+#include "remote/remote_body.hpp"
+#include "remote/remote_fluid.hpp"
+
+namespace copepod::coupler {
+
+RemoteComponents::RemoteComponents(const std::string& endpoint, const std::string& session,
+                                   const std::atomic<int>& stop_signal) {
+  settings_.endpoint = endpoint;
+  settings_.session = session;
+  settings_.stop_signal = &stop_signal;
+}
+
+void RemoteComponents::connect() {
+  link_.emplace(settings_);
+  link_->await_components();
+}
+
+std::unique_ptr<FluidSolver> RemoteComponents::make_fluid(const FluidSetup& setup, std::int64_t first_step) {
+  return std::make_unique<RemoteFluid>(*link_, setup, first_step);
+}
+
+std::unique_ptr<BodySolver> RemoteComponents::make_body(const BodySetup& setup, std::int64_t first_step) {
+  return std::make_unique<RemoteBody>(*link_, setup, first_step);
+}
+
+void RemoteComponents::abort(const FailureReport& report) noexcept {
+  if (link_) link_->abort(report);
+}
+
+}  // namespace copepod::coupler

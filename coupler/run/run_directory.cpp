@@ -1,0 +1,59 @@
+#include "run/run_directory.hpp"
+
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "contract/errors.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, int error) {
+  throw StorageError(path.string() + " cannot be written (" + std::strerror(error) +
+                     "). Choose another --out folder, or free space.");
+}
+
+void write_all(int file, const std::string& content, const std::filesystem::path& path) {
+  std::size_t written = 0;
+  while (written < content.size()) {
+    const ssize_t count = ::write(file, content.data() + written, content.size() - written);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail(path, errno);
+    written += static_cast<std::size_t>(count);
+  }
+  if (::fsync(file) != 0) fail(path, errno);
+}
+
+}  // namespace
+
+void write_atomically(const std::filesystem::path& path, const std::string& content) {
+  const std::filesystem::path temporary = path.string() + ".tmp";
+  const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file < 0) fail(path, errno);
+  try {
+    write_all(file, content, path);
+  } catch (...) {
+    ::close(file);
+    ::unlink(temporary.c_str());
+    throw;
+  }
+  ::close(file);
+  if (::rename(temporary.c_str(), path.c_str()) != 0) {
+    const int error = errno;
+    ::unlink(temporary.c_str());
+    fail(path, error);
+  }
+}
+
+RunDirectory::RunDirectory(const std::filesystem::path& root) : root_(std::filesystem::absolute(root)) {
+  std::error_code error;
+  std::filesystem::create_directories(root_ / "logs", error);
+  if (error) {
+    throw StorageError(root_.string() + " cannot be created (" + error.message() + "). Choose another --out folder.");
+  }
+}
+
+}  // namespace copepod::coupler

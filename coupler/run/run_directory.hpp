@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace copepod::coupler {
+
+/// Writes a file so that it is either the old or the new one, never half: temporary file, sync, rename.
+/// @throws StorageError
+void write_atomically(const std::filesystem::path& path, const std::string& content);
+
+/// The folder that a run writes to, and where things lie in it (docs: "The run directory").
+class RunDirectory {
+ public:
+  /// Creates the folder and logs/ in it if they are missing.
+  /// @throws StorageError if that fails
+  explicit RunDirectory(const std::filesystem::path& root);
+
+  [[nodiscard]] const std::filesystem::path& root() const { return root_; }
+  [[nodiscard]] std::filesystem::path resolved_case() const { return root_ / "case.yaml"; }
+  [[nodiscard]] std::filesystem::path provenance() const { return root_ / "provenance.json"; }
+  [[nodiscard]] std::filesystem::path trajectory() const { return root_ / "trajectory.csv"; }
+  [[nodiscard]] std::filesystem::path summary() const { return root_ / "summary.json"; }
+
+ private:
+  std::filesystem::path root_;   ///< absolute
+};
+
+}  // namespace copepod::coupler

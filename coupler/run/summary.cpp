@@ -1,0 +1,81 @@
+#include "run/summary.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+#include "config/names.hpp"
+#include "contract/digest.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+using nlohmann::ordered_json;
+
+template <typename Matrix>
+void add_all(Digest& digest, const Matrix& matrix) {
+  for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+    for (Eigen::Index row = 0; row < matrix.rows(); ++row) digest.add(matrix(row, column));
+  }
+}
+
+std::string hexadecimal(std::uint64_t value) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+  return text.data();
+}
+
+double phase_s(const SolverSummary& solver, const std::string& phase) {
+  const auto found = solver.seconds.find(phase);
+  return found == solver.seconds.end() ? 0.0 : found->second;
+}
+
+/// Time that a solver worked, without what its ranks waited for the coupler.
+double busy_s(const SolverSummary& solver) {
+  double sum = 0.0;
+  for (const auto& [phase, seconds] : solver.seconds) sum += phase.starts_with("wait") ? 0.0 : seconds;
+  return sum;
+}
+
+}  // namespace
+
+std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, const Kinematics& kinematics) {
+  Digest digest;
+  digest.add(fluid.digest);
+  digest.add(body.digest);
+  digest.add(static_cast<std::uint64_t>(kinematics.step));
+  add_all(digest, kinematics.position_m);
+  add_all(digest, kinematics.orientation_wxyz);
+  add_all(digest, kinematics.velocity_m_per_s);
+  add_all(digest, kinematics.angular_velocity_rad_per_s);
+  return digest.value();
+}
+
+ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const SolverSummary& fluid, const SolverSummary& body,
+                          const Kinematics& kinematics, const RunTiming& timing, const ordered_json& swimmers) {
+  const double own_s = timing.loop_s - timing.fluid_wait_s - timing.body_wait_s;
+  ordered_json summary;
+  summary["case"] = the_case.name;
+  summary["parameter_set"] = the_case.parameter_set.empty() ? ordered_json(nullptr) : ordered_json(the_case.parameter_set);
+  summary["status"] = "finished";
+  summary["steps"] = steps_done;
+  summary["step_s"] = the_case.step_s;
+  summary["cell_size_m"] = the_case.fluid.cell_size_m > 0.0 ? ordered_json(the_case.fluid.cell_size_m) : ordered_json(nullptr);
+  summary["wall_s"] = timing.loop_s;
+  summary["mlups"] = timing.loop_s > 0.0 ? static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
+  summary["ranks"] = fluid.ranks;
+  summary["precision"] = name_of(precision_names, the_case.fluid.precision);
+  summary["digest"] = hexadecimal(run_digest(fluid, body, kinematics));
+  summary["timing"] = {{"fluid_s", phase_s(fluid, "bulk")},
+                       {"body_s", busy_s(body)},
+                       {"coupler_s", own_s},
+                       {"exchange_wait_s", timing.fluid_wait_s},
+                       {"body_wait_s", timing.body_wait_s},
+                       {"coupling_overhead", timing.loop_s > 0.0 ? 1.0 - busy_s(fluid) / timing.loop_s : 0.0}};
+  summary["phases_s"] = {{"fluid", fluid.seconds}, {"body", body.seconds}};
+  summary["swimmers"] = swimmers;
+  return summary;
+}
+
+}  // namespace copepod::coupler

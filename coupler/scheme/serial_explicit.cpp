@@ -1,0 +1,46 @@
+#include "scheme/serial_explicit.hpp"
+
+#include <utility>
+
+#include "contract/errors.hpp"
+
+namespace copepod::coupler {
+
+SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
+                               LoadAveraging averaging, Observer& observer)
+    : fluid_(fluid),
+      body_(body),
+      driving_(driving),
+      averaging_(averaging),
+      observer_(observer),
+      nodes_(body.driving_nodes()) {
+  body_.kinematics(kinematics_);
+  step_ = kinematics_.step;
+}
+
+void SerialExplicit::run(std::int64_t stop, const std::atomic<int>* stop_signal) {
+  while (step_ < stop) {
+    if (stop_signal != nullptr && stop_signal->load() != 0) throw Interrupted(stop_signal->load(), step_);
+
+    // Map the bodies to the lattice; hydrodynamic forces on them.
+    fluid_watch_.time([&] { fluid_.exchange(kinematics_, loads_); });
+    averaging_.apply(loads_, applied_.hydrodynamic);
+
+    // External forces.
+    driving_.sample(step_, nodes_, applied_.driving_N);
+    observer_.observe({step_, kinematics_, loads_, applied_.hydrodynamic, applied_.driving_N});
+
+    // Time step of the rigid bodies; meanwhile a fluid service streams and collides.
+    body_watch_.time([&] { body_.step(applied_, next_); });
+    fluid_watch_.time([&] { fluid_.advance(); });
+
+    std::swap(kinematics_, next_);
+    ++step_;
+  }
+}
+
+void SerialExplicit::finish() {
+  observer_.finish({step_, kinematics_, loads_, applied_.hydrodynamic, applied_.driving_N});
+}
+
+}  // namespace copepod::coupler

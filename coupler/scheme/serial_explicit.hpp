@@ -1,0 +1,60 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "contract/body_solver.hpp"
+#include "contract/exchange.hpp"
+#include "contract/fluid_solver.hpp"
+#include "driving/driving_protocol.hpp"
+#include "observers/observer.hpp"
+#include "scheme/load_averaging.hpp"
+#include "scheme/stopwatch.hpp"
+
+namespace copepod::coupler {
+
+/// Serial explicit coupling of one fluid and one body solver [paper, Algorithm 2]: fluid and bodies take turns, each
+/// once per step, and nothing is iterated.
+///
+/// Legal call order: construct -> [restore] -> run -> { run }*; solvers, driving and observer must outlive the scheme.
+/// An exception of a solver leaves the scheme unusable.
+class SerialExplicit {
+ public:
+  SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving, LoadAveraging averaging,
+                 Observer& observer);
+
+  /// Advances to the start of step `stop`.
+  /// @param stop_signal  not zero: ends with Interrupted before the next step; may be nullptr
+  /// @throws Interrupted, and whatever a solver or observer throws
+  void run(std::int64_t stop, const std::atomic<int>* stop_signal);
+
+  /// Tells the observer that this was the end.
+  void finish();
+
+  /// Step that comes next, and the state of motion at its start.
+  [[nodiscard]] std::int64_t step() const { return step_; }
+  [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
+
+  /// Seconds spent waiting for each solver.
+  [[nodiscard]] double fluid_wait_s() const { return fluid_watch_.seconds(); }
+  [[nodiscard]] double body_wait_s() const { return body_watch_.seconds(); }
+
+ private:
+  FluidSolver& fluid_;
+  BodySolver& body_;
+  const DrivingProtocol& driving_;
+  LoadAverage averaging_;
+  Observer& observer_;
+  std::vector<double> nodes_;
+
+  std::int64_t step_ = 0;
+  Kinematics kinematics_;
+  Kinematics next_;
+  Loads loads_;
+  AppliedLoads applied_;
+  Stopwatch fluid_watch_;
+  Stopwatch body_watch_;
+};
+
+}  // namespace copepod::coupler
