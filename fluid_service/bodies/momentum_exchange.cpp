@@ -32,7 +32,8 @@ void exchange_momentum(const T* populations, const PopulationLayout& layout, Pla
     const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
     const Eigen::Vector3d u = body.surface_velocity(r);
     const double density = 1.0 + excess_density_of_cell(populations, layout, boundary.cell, placement);
-    auto& target = boundary.border ? reflected.border : reflected.interior;
+    const auto plane = static_cast<std::size_t>(boundary.position[0] - layout.block().low[0]);
+    auto& target = boundary.border ? reflected.border : reflected.interior[plane];
     std::int64_t force[3] = {0, 0, 0};
     for (std::uint32_t bits = boundary.directions; bits != 0; bits &= bits - 1) {
       const int alpha = std::countr_zero(bits);

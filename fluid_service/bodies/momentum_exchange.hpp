@@ -18,11 +18,13 @@ struct ReflectedPopulation {
 
 template <class T>
 struct ReflectedPopulations {
-  std::vector<ReflectedPopulation<T>> interior;
+  /// By plane x, from the block's low corner, of the fluid cell.
+  std::vector<std::vector<ReflectedPopulation<T>>> interior;
   std::vector<ReflectedPopulation<T>> border;  ///< to be applied after other ranks' populations have arrived
 
+  explicit ReflectedPopulations(std::int64_t planes) : interior(static_cast<std::size_t>(planes)) {}
   void clear() {
-    interior.clear();
+    for (auto& plane : interior) plane.clear();
     border.clear();
   }
 };

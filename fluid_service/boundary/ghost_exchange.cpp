@@ -52,6 +52,7 @@ template <class T>
 GhostExchange<T>::GhostExchange(const Domain& domain, const BlockPartition& partition,
                                 const PopulationLayout& layout, Communicator& communicator)
     : layout_(layout), communicator_(communicator) {
+  for (auto& planes : local_) planes.resize(static_cast<std::size_t>(layout.block().extent(0)));
   for (int rank = 0; rank < partition.ranks(); ++rank)
     if (touches(domain, partition.block(rank), layout.block())) collect(domain, partition, layout, rank);
   for (Peer& peer : peers_) {
@@ -102,9 +103,9 @@ void GhostExchange<T>::collect(const Domain& domain, const BlockPartition& parti
           {layout.cell(shifted(ghost, direction)), ghost_cell, direction, source.excess_density});
     } else {
       for (int p = 0; p < 2; ++p)
-        local_[p].add(layout.location(ghost_cell, direction, placements[p]),
-                      layout.location(layout.cell(source.cell), source.direction, placements[p]),
-                      source.addition);
+        local_[p][static_cast<std::size_t>(ghost[0] + d3q19::e[direction][0] - block.low[0])].add(
+            layout.location(ghost_cell, direction, placements[p]),
+            layout.location(layout.cell(source.cell), source.direction, placements[p]), source.addition);
     }
   });
   if (rank == self) split_block(layout, remote);
@@ -132,7 +133,6 @@ void GhostExchange<T>::start(T* populations, Placement placement) {
   const auto p = static_cast<std::size_t>(placement);
   for (Peer& peer : peers_) peer.send[p].pack(populations, peer.send_buffer.data());
   wait_ = communicator_.start_exchange(messages_);
-  local_[p].copy(populations);
   apply_pressure(populations, placement);
 }
 

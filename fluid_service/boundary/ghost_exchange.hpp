@@ -25,8 +25,15 @@ class GhostExchange {
   GhostExchange(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
                 Communicator& communicator);
 
-  /// Packs and sends what other ranks need; fills what this rank has itself.
+  /// Packs and sends what other ranks need.
   void start(T* populations, Placement placement);
+  /// Fills, from this rank's own populations, what enters the cells of plane x (from the block's low corner).
+  /// Right before the plane's update these values are about to be read anyway. Sources and targets are
+  /// touched by no update of another cell, since a population that leaves the block belongs to the slots of a
+  /// ghost.
+  void fill_plane(T* populations, Placement placement, std::int64_t x) const {
+    local_[static_cast<std::size_t>(placement)][static_cast<std::size_t>(x)].copy(populations);
+  }
   /// Waits for the other ranks' populations and puts them in place.
   void finish(T* populations, Placement placement);
 
@@ -58,7 +65,7 @@ class GhostExchange {
 
   const PopulationLayout& layout_;
   Communicator& communicator_;
-  std::array<CopyRuns, 2> local_;
+  std::array<std::vector<CopyRuns>, 2> local_;  ///< by placement, by plane of the cell that is entered
   std::vector<PressureLink> pressure_;
   std::vector<Peer> peers_;
   std::vector<Communicator::Message> messages_;

@@ -34,7 +34,12 @@ class PopulationLayout {
         lead_(64 / value_bytes),
         pitch_(round_up(lead_ + block.extent(2) + 1, lead_)),
         plane_(pitch_ * (block.extent(1) + 2)),
-        slot_(round_up(plane_ * (block.extent(0) + 2), 4096 / value_bytes) + skew_lines * lead_) {}
+        slot_(round_up(plane_ * (block.extent(0) + 2), 4096 / value_bytes) + skew_lines * lead_) {
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+      location_[static_cast<int>(Placement::home)][alpha] = slot(d3q19::opposite(alpha));
+      location_[static_cast<int>(Placement::streamed)][alpha] = slot(alpha) + neighbour(alpha);
+    }
+  }
 
   [[nodiscard]] const Box& block() const { return block_; }
   /// Index of cell (x, y, z), counted from the block's low corner; −1 and extent are ghosts.
@@ -51,8 +56,7 @@ class PopulationLayout {
   [[nodiscard]] constexpr std::int64_t slot(int alpha) const { return alpha * slot_; }
   /// Where f̃_α of the cell with index `cell` is stored.
   [[nodiscard]] constexpr std::int64_t location(std::int64_t cell, int alpha, Placement placement) const {
-    return placement == Placement::home ? slot(d3q19::opposite(alpha)) + cell
-                                        : slot(alpha) + cell + neighbour(alpha);
+    return location_[static_cast<int>(placement)][alpha] + cell;
   }
   [[nodiscard]] constexpr std::int64_t values() const { return d3q19::directions * slot_; }
   [[nodiscard]] constexpr std::int64_t cells() const { return plane_ * (block_.extent(0) + 2); }
@@ -69,6 +73,7 @@ class PopulationLayout {
   std::int64_t pitch_;  ///< values per row
   std::int64_t plane_;  ///< values per plane of constant x
   std::int64_t slot_;   ///< values between two slots of a cell
+  std::int64_t location_[2][d3q19::directions];  ///< of f̃_α relative to its cell, by placement
 };
 
 }  // namespace copepod::fluid

@@ -39,6 +39,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       map_(domain_, layout_, make_bodies(setup, units_)),
       links_(map_, layout_, ghosts_.interior()),
       refill_(domain_, partition_, layout_, communicator),
+      reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size() * load_components),
       output_(setup, communicator) {}
 
@@ -111,14 +112,25 @@ void LatticeBoltzmann<T>::update(const Box& region) {
   stream_collide_(populations_.data(), layout_, placement_, region, constants_, has_force_);
 }
 
+/// Plane by plane, so that what the ghosts and bodies put in place is still in the cache when the update
+/// reads it.
+template <class T>
+void LatticeBoltzmann<T>::update_interior() {
+  const Box& interior = ghosts_.interior();
+  for (std::int64_t x = 0; x < layout_.block().extent(0); ++x) {
+    ghosts_.fill_plane(populations_.data(), placement_, x);
+    apply(reflected_.interior[static_cast<std::size_t>(x)]);
+    if (x >= interior.low[0] && x < interior.high[0])
+      update({{x, interior.low[1], interior.low[2]}, {x + 1, interior.high[1], interior.high[2]}});
+  }
+}
+
 template <class T>
 void LatticeBoltzmann<T>::advance() {
   timer_.start();
   ghosts_.start(populations_.data(), placement_);
   timer_.book(Phase::halo);
-  apply(reflected_.interior);
-  timer_.book(Phase::reflect);
-  update(ghosts_.interior());
+  update_interior();
   timer_.book(Phase::bulk);
   ghosts_.finish(populations_.data(), placement_);
   timer_.book(Phase::halo);
@@ -134,10 +146,10 @@ void LatticeBoltzmann<T>::advance() {
   timer_.book(Phase::output);
 }
 
-/// Looks at every 256th row, another one in each step, so that every cell is seen within 256 steps.
+/// Looks at every 1024th row, another one in each step, so that every cell is seen within 1024 steps.
 template <class T>
 void LatticeBoltzmann<T>::check_rows() const {
-  constexpr std::int64_t interval = 256;
+  constexpr std::int64_t interval = 1024;
   const Box& block = layout_.block();
   const std::int64_t rows = block.extent(0) * block.extent(1);
   for (std::int64_t row = step_ % interval; row < rows; row += interval)

@@ -50,6 +50,7 @@ class LatticeBoltzmann final : public FluidSolver {
   void report_loads(const Kinematics& kinematics, Loads& loads);
   void apply(const std::vector<ReflectedPopulation<T>>& reflected);
   void update(const Box& region);
+  void update_interior();
   void check_rows() const;
   void check_cell(const Cell& local) const;
   [[nodiscard]] std::uint64_t digest_of_block() const;

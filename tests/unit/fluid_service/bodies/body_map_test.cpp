@@ -1,0 +1,157 @@
+#include "bodies/body_map.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "bodies/boundary_links.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::fluid {
+namespace {
+
+FluidSetup periodic_box(const Cell& cells, std::vector<Shape> bodies) {
+  FluidSetup setup;
+  setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
+  setup.domain_cells = cells;
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
+  setup.bodies = std::move(bodies);
+  return setup;
+}
+
+/// A map over a whole box on one rank.
+struct MapFixture {
+  explicit MapFixture(const FluidSetup& setup)
+      : units(setup), domain(setup, units), layout(domain.box(), 8), map(domain, layout, bodies_of(setup)) {}
+
+  std::vector<LatticeBody> bodies_of(const FluidSetup& setup) const {
+    std::vector<LatticeBody> bodies;
+    for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, units);
+    return bodies;
+  }
+  std::int64_t covered(std::int32_t body) const {
+    std::int64_t count = 0;
+    for (std::int64_t x = 0; x < domain.cells()[0]; ++x)
+      for (std::int64_t y = 0; y < domain.cells()[1]; ++y)
+        for (std::int64_t z = 0; z < domain.cells()[2]; ++z)
+          if (map.owner(layout.cell(Cell{x, y, z})) == body + 1) ++count;
+    return count;
+  }
+
+  LatticeUnits units;
+  Domain domain;
+  PopulationLayout layout;
+  BodyMap map;
+};
+
+TEST(BodyMap, CoversTheCellsWhoseCentresLieInside) {
+  MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
+  fixture.map.bodies()[0].position = {10.2, 9.7, 10.1};
+  EXPECT_TRUE(fixture.map.update());
+  std::int64_t expected = 0;
+  for (int x = 0; x < 20; ++x)
+    for (int y = 0; y < 20; ++y)
+      for (int z = 0; z < 20; ++z)
+        if (std::hypot(x + 0.5 - 10.2, y + 0.5 - 9.7, z + 0.5 - 10.1) < 4.0) ++expected;
+  EXPECT_EQ(fixture.covered(0), expected);
+}
+
+TEST(BodyMap, VolumeOfATiltedCapsuleIsRight) {
+  MapFixture fixture(periodic_box({40, 40, 40}, {{ShapeKind::capsule, 6.0, 12.0}}));
+  fixture.map.bodies()[0].position = {20.0, 20.0, 20.0};
+  fixture.map.bodies()[0].axis = Eigen::Vector3d(1.0, 2.0, 3.0).normalized();
+  fixture.map.update();
+  const double volume = std::numbers::pi * 36.0 * (12.0 + 8.0);
+  EXPECT_NEAR(static_cast<double>(fixture.covered(0)) / volume, 1.0, 0.02);
+}
+
+TEST(BodyMap, BodyThatCrossesAPeriodicFaceKeepsItsVolume) {
+  MapFixture inside(periodic_box({16, 16, 16}, {{ShapeKind::sphere, 3.3, 0.0}}));
+  MapFixture across(periodic_box({16, 16, 16}, {{ShapeKind::sphere, 3.3, 0.0}}));
+  inside.map.bodies()[0].position = {8.25, 8.5, 8.125};
+  across.map.bodies()[0].position = {0.25, 16.5, 24.125};
+  inside.map.update();
+  across.map.update();
+  EXPECT_EQ(inside.covered(0), across.covered(0));
+}
+
+// The shortcut (look again only after the surface can have passed a centre) must never miss a change.
+TEST(BodyMap, IncrementalMappingEqualsMappingFromScratch) {
+  const FluidSetup setup =
+      periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}});
+  MapFixture incremental(setup);
+  for (int step = 0; step < 400; ++step) {
+    const double t = 0.01 * step;
+    const auto place = [&](BodyMap& map) {
+      map.bodies()[0].position = {5.0 + 3.0 * t, 5.0, 4.0 + std::sin(t)};
+      map.bodies()[1].position = {12.0 + 3.0 * t, 12.0, 12.0};
+      map.bodies()[1].axis = {std::cos(t), std::sin(t), 0.0};
+    };
+    place(incremental.map);
+    incremental.map.update();
+    incremental.map.accept_fresh_cells();
+    if (step % 40 != 0) continue;
+    MapFixture fresh(setup);
+    place(fresh.map);
+    fresh.map.update();
+    for (std::int64_t cell = 0; cell < incremental.layout.cells(); ++cell)
+      ASSERT_EQ(incremental.map.owner(cell), fresh.map.owner(cell)) << "step " << step;
+  }
+}
+
+TEST(BodyMap, ListsUncoveredCellsWithTheBodyThatLeft) {
+  MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
+  fixture.map.bodies()[0].position = {10.0, 10.0, 10.0};
+  fixture.map.update();
+  const std::int64_t before = fixture.covered(0);
+  fixture.map.bodies()[0].position = {11.0, 10.0, 10.0};
+  fixture.map.update();
+  EXPECT_EQ(fixture.covered(0), before);  // a whole cell further: the same picture
+  EXPECT_FALSE(fixture.map.uncovered().empty());
+  for (const auto& uncovered : fixture.map.uncovered()) {
+    EXPECT_EQ(uncovered.body, 0);
+    EXPECT_EQ(fixture.map.owner(fixture.layout.cell(uncovered.cell)), BodyMap::fresh);
+  }
+}
+
+TEST(BodyMap, NamesABodyThatLeavesAWalledDomain) {
+  FluidSetup setup = periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}});
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::no_slip;
+  MapFixture fixture(setup);
+  fixture.map.bodies()[0].position = {10.0, 10.0, 20.5};
+  EXPECT_THROW(fixture.map.update(), SolverError);
+}
+
+TEST(BoundaryLinks, EveryLinkJoinsAFluidCellAndACoveredOne) {
+  MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
+  fixture.map.bodies()[0].position = {1.0, 10.0, 10.0};
+  BoundaryLinks links(fixture.map, fixture.layout, fixture.domain.box());
+  fixture.map.update();
+  links.rebuild_changed();
+  std::int64_t found = 0;
+  for (const BoundaryCell& boundary : links.of_body(0)) {
+    EXPECT_EQ(fixture.map.owner(boundary.cell), BodyMap::fluid);
+    for (int alpha = 1; alpha < d3q19::directions; ++alpha)
+      if ((boundary.directions >> alpha) & 1U) {
+        EXPECT_EQ(fixture.map.owner(boundary.cell + fixture.layout.neighbour(alpha)), 1);
+        ++found;
+      }
+  }
+  // The same count from the solid side, through canonical cells.
+  std::int64_t expected = 0;
+  for (std::int64_t x = 0; x < 20; ++x)
+    for (std::int64_t y = 0; y < 20; ++y)
+      for (std::int64_t z = 0; z < 20; ++z) {
+        if (fixture.map.owner(fixture.layout.cell(Cell{x, y, z})) != 1) continue;
+        for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
+          const auto& e = d3q19::e[alpha];
+          const Cell neighbour = fixture.domain.canonical({x + e[0], y + e[1], z + e[2]}).value();
+          if (fixture.map.owner(fixture.layout.cell(neighbour)) == BodyMap::fluid) ++expected;
+        }
+      }
+  EXPECT_EQ(found, expected);
+}
+
+}  // namespace
+}  // namespace copepod::fluid
