@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "misbehaviour.hpp"
+
+namespace copepod::doubles {
+
+/// The command line of a fake: its own options are taken out, the rest is for the component kit.
+class FakeArguments {
+ public:
+  FakeArguments(int argc, char** argv) : texts_(argv + 1, argv + argc) {
+    misbehaviour_ = take_misbehaviour(texts_);
+    texts_.insert(texts_.begin(), argv[0]);
+    for (std::string& text : texts_) pointers_.push_back(text.data());
+    pointers_.push_back(nullptr);
+  }
+
+  [[nodiscard]] int argc() const { return static_cast<int>(texts_.size()); }
+  [[nodiscard]] char** argv() { return pointers_.data(); }
+  [[nodiscard]] const Misbehaviour& misbehaviour() const { return misbehaviour_; }
+
+ private:
+  std::vector<std::string> texts_;
+  std::vector<char*> pointers_;
+  Misbehaviour misbehaviour_;
+};
+
+}  // namespace copepod::doubles

@@ -1,0 +1,11 @@
+#include "component/run_component.hpp"
+#include "components.hpp"
+#include "fake_arguments.hpp"
+
+/// A body component of free point masses, which misbehaves if its command line says so.
+int main(int argc, char** argv) {
+  using namespace copepod;
+  doubles::FakeArguments arguments(argc, argv);
+  const auto component = misbehaving(doubles::free_point_component(), arguments.misbehaviour());
+  return run_body_component(arguments.argc(), arguments.argv(), component);
+}

@@ -1,0 +1,111 @@
+#include "misbehaviour.hpp"
+
+#include <chrono>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "component/progress.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::doubles {
+
+namespace {
+
+void sleep_for_slices(int milliseconds, bool reports_progress) {
+  for (int slept = 0; slept < milliseconds; slept += 10) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (reports_progress) report_progress();
+  }
+}
+
+void misbehave(const Misbehaviour& how, std::int64_t step) {
+  while (step == how.hang_at_step) std::this_thread::sleep_for(std::chrono::seconds(1));
+  if (step == how.throw_at_step) {
+    throw SolverError("The flow diverged (as this test asked for). Ask for something else.", 3, step);
+  }
+}
+
+class MisbehavingFluid final : public FluidSolver {
+ public:
+  MisbehavingFluid(std::unique_ptr<FluidSolver> inner, const Misbehaviour& how)
+      : inner_(std::move(inner)), how_(how) {}
+
+  void exchange(const Kinematics& kinematics, Loads& loads) override {
+    step_ = kinematics.step;
+    misbehave(how_, step_);
+    inner_->exchange(kinematics, loads);
+  }
+
+  void advance() override {
+    sleep_for_slices(how_.slow_ms, how_.reports_progress);
+    if (step_ == how_.throw_in_advance_of_step) {
+      throw SolverError("The bulk update diverged (as this test asked for). Ask for something else.", 1,
+                        step_);
+    }
+    inner_->advance();
+  }
+
+  void save(const std::string& path) override { inner_->save(path); }
+  void restore(const std::string& path) override { inner_->restore(path); }
+  SolverSummary summarise() override { return inner_->summarise(); }
+
+ private:
+  std::unique_ptr<FluidSolver> inner_;
+  Misbehaviour how_;
+  std::int64_t step_ = -1;
+};
+
+class MisbehavingBody final : public BodySolver {
+ public:
+  MisbehavingBody(std::unique_ptr<BodySolver> inner, const Misbehaviour& how)
+      : inner_(std::move(inner)), how_(how) {}
+
+  [[nodiscard]] std::vector<double> driving_nodes() const override { return inner_->driving_nodes(); }
+  void kinematics(Kinematics& kinematics) override { inner_->kinematics(kinematics); }
+  void step(const AppliedLoads& applied, Kinematics& next) override {
+    misbehave(how_, applied.hydrodynamic.step);
+    sleep_for_slices(how_.slow_ms, how_.reports_progress);
+    inner_->step(applied, next);
+  }
+
+  void save(const std::string& path) override { inner_->save(path); }
+  void restore(const std::string& path) override { inner_->restore(path); }
+  SolverSummary summarise() override { return inner_->summarise(); }
+
+ private:
+  std::unique_ptr<BodySolver> inner_;
+  Misbehaviour how_;
+};
+
+}  // namespace
+
+Misbehaviour take_misbehaviour(std::vector<std::string>& arguments) {
+  Misbehaviour how;
+  CLI::App app;
+  app.set_help_flag();
+  app.allow_extras();
+  app.add_option("--hang-at-step", how.hang_at_step);
+  app.add_option("--throw-at-step", how.throw_at_step);
+  app.add_option("--throw-in-advance-of-step", how.throw_in_advance_of_step);
+  app.add_option("--slow-ms", how.slow_ms);
+  app.add_flag("--reports-progress", how.reports_progress);
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants them
+  app.parse(reversed);
+  arguments = app.remaining();
+  return how;
+}
+
+FluidComponent misbehaving(const FluidComponent& component, const Misbehaviour& how) {
+  return {component.capabilities, [component, how](const FluidSetup& setup) {
+            return std::make_unique<MisbehavingFluid>(component.make_solver(setup), how);
+          }};
+}
+
+BodyComponent misbehaving(const BodyComponent& component, const Misbehaviour& how) {
+  return {component.capabilities, [component, how](const BodySetup& setup) {
+            return std::make_unique<MisbehavingBody>(component.make_solver(setup), how);
+          }};
+}
+
+}  // namespace copepod::doubles

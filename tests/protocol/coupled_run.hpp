@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "child_process.hpp"
+#include "contract/body_setup.hpp"
+#include "contract/fluid_setup.hpp"
+#include "remote/link.hpp"
+#include "remote/remote_body.hpp"
+#include "remote/remote_fluid.hpp"
+
+namespace copepod::protocol_test {
+
+/// A folder that is removed with all it holds.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder();
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// Two spheres: the first moves along x, the second rests.
+FluidSetup two_spheres_in_fluid();
+BodySetup two_free_spheres();
+
+/// Drag of the first sphere times step over mass: its velocity shrinks by this share in every step.
+double decay_per_step();
+
+/// A coupler's end in the test's own process, a fake fluid and a fake body in processes of their own.
+class CoupledRun {
+ public:
+  /// @param endpoint  empty: ipc in the temporary folder
+  CoupledRun(const std::vector<std::string>& fluid_options, const std::vector<std::string>& body_options,
+             LinkSettings settings = {}, const std::string& endpoint = "");
+
+  /// Hellos, setups, first kinematics.
+  void begin();
+  /// Steps [next, next + steps) as the serial explicit scheme does them, without averaging or driving.
+  void advance(int steps);
+  /// Steps until something is thrown; fails the test if nothing is within `seconds`. @return the error's text
+  std::string advance_until_failure(double seconds);
+
+  TemporaryFolder folder;
+  std::unique_ptr<Link> link;
+  std::unique_ptr<ChildProcess> fluid_process;
+  std::unique_ptr<ChildProcess> body_process;
+  std::unique_ptr<RemoteFluid> fluid;
+  std::unique_ptr<RemoteBody> body;
+  Kinematics kinematics;
+  Loads loads;
+
+  [[nodiscard]] std::string fluid_log() const;
+};
+
+}  // namespace copepod::protocol_test
