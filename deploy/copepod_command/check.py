@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import subprocess
 
 from copepod_command import build, components, exit_codes, speed
@@ -16,7 +15,7 @@ def check(options):
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
     build.ensure_programs()
     plan = request_plan(options)
-    components.check_replacements(options, plan)
+    components.check_replacements(plan)
     rows = [(note["what"], note["value"]) for note in plan.notes]
     rows += _estimate_rows(plan)
     width = max((len(name) for name, _ in rows), default=0) + 2
@@ -25,7 +24,7 @@ def check(options):
         print(f"  {name:<{width}}{value}")
     for warning in [*plan.warnings, *_resource_warnings(plan)]:
         print(f"warning: {warning}")
-    lacking = _lacking_features(options, plan)
+    lacking = _lacking_features(plan)
     for problem in lacking:
         print(f"error: {problem}")
     if lacking:
@@ -63,12 +62,11 @@ def _resource_warnings(plan):
     return warnings
 
 
-def _lacking_features(options, plan):
+def _lacking_features(plan):
     """What the case needs and a component says it cannot do, as sentences."""
     problems = []
-    for role, own, planned in (("fluid", options.fluid, plan.fluid_command), ("body", options.body, plan.body_command)):
-        command = components.chosen_command(own, planned) or [str(program(f"{role}_service"))]
-        announced = _capabilities(command)
+    for role, replacement in (("fluid", plan.fluid_command), ("body", plan.body_command)):
+        announced = _capabilities(replacement or [str(program(f"{role}_service"))])
         for feature in plan.requires.get(role, []):
             if announced is not None and feature not in announced.get("features", []):
                 problems.append(f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
@@ -78,8 +76,6 @@ def _lacking_features(options, plan):
 
 def _capabilities(command):
     """What `command --capabilities` prints, or None if it says nothing that can be read."""
-    if shutil.which(command[0]) is None:
-        return None
     try:
         answer = subprocess.run([*command, "--capabilities"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                 stderr=subprocess.DEVNULL, text=True, timeout=20)

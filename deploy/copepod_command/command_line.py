@@ -2,7 +2,7 @@
 
 import argparse
 
-from copepod_command import check, run, setup, suite
+from copepod_command import check, reporting, run, setup, suite
 from copepod_command.checkout import called_as
 
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
@@ -17,6 +17,7 @@ def parse(arguments):
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_run(commands)
     _add_check(commands)
+    _add_report(commands)
     _add_test(commands)
     _add_setup(commands)
     options = parser.parse_args(arguments)
@@ -59,6 +60,14 @@ def _add_case(parser):
     parser.add_argument("--ranks", type=_positive_count, metavar="N", help="MPI ranks of the fluid service")
     parser.add_argument("--fluid", metavar="CMD", help="command that replaces the fluid service")
     parser.add_argument("--body", metavar="CMD", help="command that replaces the body service")
+
+
+def _add_report(commands):
+    parser = commands.add_parser("report", help="tables and plots from run directories", epilog=_EXIT_CODES,
+                                 description="Writes report.html, one page that needs no network, and its plots as PNG.")
+    parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory of a finished run")
+    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report, or report for several runs)")
+    parser.set_defaults(action=reporting.report)
 
 
 def _add_test(commands):

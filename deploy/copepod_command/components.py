@@ -22,32 +22,25 @@ def coupler_command(options, directory, endpoint, session, resume):
     return command + (["--resume"] if resume else [])
 
 
-def fluid_command(options, plan, directory, endpoint, session):
+def fluid_command(plan, directory, endpoint, session):
     """Our fluid service, or the command that replaces it; started by mpirun unless it brings its own starter."""
-    own = chosen_command(options.fluid, plan.fluid_command)
+    own = plan.fluid_command
     command = (own or [str(program("fluid_service"))]) + _connection("fluid", directory, endpoint, session)
     if own and (plan.fluid_ranks == 1 or Path(own[0]).name in _STARTERS):
         return command
     return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command]
 
 
-def body_command(options, plan, directory, endpoint, session):
-    own = chosen_command(options.body, plan.body_command)
-    return (own or [str(program("body_service"))]) + _connection("body", directory, endpoint, session)
+def body_command(plan, directory, endpoint, session):
+    return (plan.body_command or [str(program("body_service"))]) + _connection("body", directory, endpoint, session)
 
 
-def chosen_command(option, planned):
-    """The replacing command as a list: --fluid or --body of the command line, else the case's, else None."""
-    return shlex.split(option) if option is not None else planned
-
-
-def check_replacements(options, plan):
+def check_replacements(plan):
     """Raises Stop(2) if a replacing command cannot be found, before anything is started."""
-    for key, option, planned in (("fluid", options.fluid, plan.fluid_command), ("body", options.body, plan.body_command)):
-        command = chosen_command(option, planned)
-        if command is not None and (not command or shutil.which(command[0]) is None):
-            raise Stop(exit_codes.BAD_CASE, f"the {key} component {' '.join(command) or '(empty command)'} cannot be "
-                                            "started (no such program). Give its path, or put it in PATH.")
+    for key, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
+        if command is not None and shutil.which(command[0]) is None:
+            raise Stop(exit_codes.BAD_CASE, f"the {key} component {shlex.join(command)} cannot be started "
+                                            "(no such program). Give its path, or put it in PATH.")
 
 
 def _connection(name, directory, endpoint, session):

@@ -19,8 +19,8 @@ class Plan:
     case: dict
     case_yaml: str
     fluid_ranks: int
-    fluid_command: list   # None: our own fluid service
-    body_command: list    # None: our own body service
+    fluid_command: list   # what replaces our fluid service, or None
+    body_command: list
     transport: str        # "ipc" or "tcp://host:port"
     requires: dict
     estimate: dict
@@ -33,23 +33,15 @@ def case_arguments(options):
     arguments = [options.case]
     for setting in options.set:
         arguments += ["--set", setting]
-    if options.ranks is not None:
-        arguments += ["--ranks", str(options.ranks)]
-    return arguments
-
-
-def _service_arguments(options):
-    arguments = []
-    if options.fluid is not None:
-        arguments += ["--fluid", options.fluid]
-    if options.body is not None:
-        arguments += ["--body", options.body]
+    for name in ("ranks", "fluid", "body"):
+        if getattr(options, name) is not None:
+            arguments += [f"--{name}", str(getattr(options, name))]
     return arguments
 
 
 def request_plan(options):
     """Asks the coupler. Raises Stop(2) after passing on its list of errors if the case is bad."""
-    command = [str(program("coupler")), "--plan", *case_arguments(options), *_service_arguments(options)]
+    command = [str(program("coupler")), "--plan", *case_arguments(options)]
     answer = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     sys.stderr.write(answer.stderr)
     if answer.returncode == exit_codes.BAD_CASE:

@@ -54,6 +54,9 @@ class PlainProgress:
         self._write(f"step {event['step']} of {event['steps']} ({percent:.0f} %), "
                     f"{speed_text(event['steps_per_s'], self._cells)}, {clock_text(event['remaining_s'])} left")
 
+    def notice(self, text):
+        self._write(text)
+
     def close(self):
         pass
 
@@ -79,6 +82,11 @@ class TerminalProgress:
     def step(self, event):
         self._drawn = True
         self._draw(self.line(event, self._width()))
+
+    def notice(self, text):
+        """A line of its own, above the bar."""
+        self._stream.write(f"\r\033[Kcopepod: {text}\n")
+        self._stream.flush()
 
     def close(self):
         """Leaves the last state of the bar standing."""

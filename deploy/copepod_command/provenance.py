@@ -6,12 +6,13 @@ import os
 
 
 def record_exit(directory, code, reason):
-    """Sets exit_code, exit_reason and, if missing, end; does nothing if the coupler wrote no provenance."""
+    """Sets status, exit_code, exit_reason and, if missing, end; does nothing if the coupler wrote no provenance."""
     path = directory / "provenance.json"
     try:
         provenance = json.loads(path.read_text())
     except (OSError, ValueError):
         return
+    provenance["status"] = "failed"
     provenance["exit_code"] = code
     provenance["exit_reason"] = reason
     if not provenance.get("end"):

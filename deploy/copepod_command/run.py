@@ -30,7 +30,7 @@ def run(options):
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
     build.ensure_programs()
     plan = request_plan(options)
-    components.check_replacements(options, plan)
+    components.check_replacements(plan)
     for warning in plan.warnings:
         say(f"warning: {warning}")
     if options.resume:
@@ -110,8 +110,8 @@ class Attempt:
         stack.callback(self._forget_processes)
         commands = {
             "coupler": components.coupler_command(self._options, path, endpoint, session, self._resume),
-            "fluid": components.fluid_command(self._options, self._plan, path, endpoint, session),
-            "body": components.body_command(self._options, self._plan, path, endpoint, session)}
+            "fluid": components.fluid_command(self._plan, path, endpoint, session),
+            "body": components.body_command(self._plan, path, endpoint, session)}
         try:
             for name, command in commands.items():
                 self._processes.append(Process(

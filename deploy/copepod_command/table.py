@@ -6,25 +6,58 @@ from copepod_command.stages import elapsed_text
 _SWIMMER_ROWS = (
     ("u_swim_lattice", "swimming speed u_swim", "cells/step"),
     ("u_swim_m_per_s", "", "m/s"),
-    ("u_GA_lattice", "theory u_GA [Golestanian, Ajdari]", "cells/step"),
+    ("u_GA_lattice", "theory u_GA (Golestanian, Ajdari)", "cells/step"),
     ("error_percent", "difference to theory", "%"),
     ("d1_cells", "amplitude of arm 1, d1", "cells"),
     ("d2_cells", "amplitude of arm 2, d2", "cells"),
     ("sin_dphi", "sin(phi1 - phi2)", ""),
     ("mean_arm_cells", "mean arms", "cells"),
-    ("K", "geometry factor K", "1/cells"),
+    ("K", "geometry factor K", "1/cell"),
     ("efficiency", "efficiency", ""),
     ("Re_swim", "Re of the swimmer", ""),
+    ("Re_bodies.B2", "Re of B2, trailing", ""),
+    ("Re_bodies.B1", "Re of B1, middle", ""),
+    ("Re_bodies.B3", "Re of B3, leading", ""),
 )
+
+# columns beside our own: key of a swimmer's summary, heading
+_OTHER_COLUMNS = (("as_in_paper", "paper's way"), ("published", "published"))
+_COLUMN = 13
 
 
 def result_table(summary, directory):
     """The whole table as text, one line per row, no line wider than 100 columns."""
     lines = [f"{summary.get('case', 'run')}: {summary.get('status', 'finished')}, results in {directory}", ""]
-    lines += _run_rows(summary)
-    for swimmer in summary.get("swimmers", []):
-        lines += ["", *_swimmer_rows(swimmer)]
+    lines += [f"  {name:<20}{value}" for name, value in run_rows(summary)]
+    for swimmer in summary.get("swimmers") or []:
+        lines += ["", *_swimmer_lines(swimmer)]
     return "\n".join(lines)
+
+
+def run_rows(summary):
+    """(name, value) of everything that is not about a swimmer."""
+    wall_s = summary.get("wall_s") or 0.0
+    rows = [("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"),
+            ("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s")]
+    if summary.get("mlups"):
+        ranks = summary.get("ranks", 1)
+        rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, "
+                              f"{ranks} {'rank' if ranks == 1 else 'ranks'}"))
+    rows += _timing_rows(summary.get("timing") or {})
+    if summary.get("digest") is not None:
+        rows.append(("digest", str(summary["digest"])))
+    return rows
+
+
+def swimmer_rows(swimmer):
+    """(name, unit, value, {heading: value}) of all figures that a swimmer has."""
+    rows = []
+    for key, name, unit in _SWIMMER_ROWS:
+        value = _at(swimmer, key)
+        if value is not None:
+            others = {heading: _at(swimmer.get(column), key) for column, heading in _OTHER_COLUMNS if swimmer.get(column)}
+            rows.append((name, unit, value, others))
+    return rows
 
 
 def number_text(value):
@@ -36,17 +69,13 @@ def number_text(value):
     return "-" if value is None else str(value)
 
 
-def _run_rows(summary):
-    rows = [("wall time", elapsed_text(summary["wall_s"]) if summary.get("wall_s", 0) >= 10
-             else f"{summary.get('wall_s', 0):.2f} s"),
-            ("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s")]
-    if summary.get("mlups"):
-        rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, "
-                              f"{summary.get('ranks', 1)} rank(s)"))
-    rows += _timing_rows(summary.get("timing", {}))
-    if summary.get("digest") is not None:
-        rows.append(("digest", str(summary["digest"])))
-    return [f"  {name:<18}{value}" for name, value in rows]
+def _at(mapping, path):
+    """Value at «a.b» in nested mappings, or None."""
+    for key in path.split("."):
+        if not isinstance(mapping, dict):
+            return None
+        mapping = mapping.get(key)
+    return mapping
 
 
 def _timing_rows(timing):
@@ -55,32 +84,21 @@ def _timing_rows(timing):
     parts = [(name, timing.get(key)) for name, key in (("fluid", "fluid_s"), ("bodies", "body_s"),
                                                        ("coupler", "coupler_s"), ("waiting", "exchange_wait_s"))]
     if any(value is not None for _, value in parts):
-        rows.append(("busy", ", ".join(f"{name} {value:.2f} s" for name, value in parts if value is not None)))
+        rows.append(("time spent", ", ".join(f"{name} {value:.2f} s" for name, value in parts if value is not None)))
     if timing.get("coupling_overhead") is not None:
         rows.append(("coupling overhead", f"{100 * timing['coupling_overhead']:.2f} %"))
     return rows
 
 
-def _swimmer_rows(swimmer):
-    """A swimmer's figures, the published ones beside them where there are some."""
-    published = swimmer.get("published") or {}
-    lines = [f"  {swimmer.get('name', 'swimmer'):<36}{'this run':>14}{'published':>14}" if published else
-             f"  {swimmer.get('name', 'swimmer'):<36}{'this run':>14}"]
-    for key, name, unit in (*_SWIMMER_ROWS, *_body_rows(swimmer)):
-        value = swimmer.get("Re_bodies", {}).get(name.removeprefix("Re of ")) if key == "Re_bodies" else swimmer.get(key)
-        if value is None:
-            continue
-        reference = _published(published, key, name)
-        beside = f"{number_text(reference):>14}" if published else ""
-        lines.append(f"    {name:<34}{number_text(value):>14}{beside}  {unit}".rstrip())
+def _swimmer_lines(swimmer):
+    rows = swimmer_rows(swimmer)
+    name = swimmer.get("name", "swimmer")
+    if not rows:
+        return [f"  {name}: not analysed, the run ended before the last period of its stroke did"]
+    headings = list(rows[0][3])
+    lines = [f"  {name:<36}{'this run':>{_COLUMN}}" + "".join(f"{heading:>{_COLUMN}}" for heading in headings)]
+    for label, unit, value, others in rows:
+        beside = "".join(f"{number_text(others[heading]) if others[heading] is not None else '':>{_COLUMN}}"
+                         for heading in headings)
+        lines.append(f"    {label:<34}{number_text(value):>{_COLUMN}}{beside}  {unit}".rstrip())
     return lines
-
-
-def _body_rows(swimmer):
-    return [("Re_bodies", f"Re of {body}", "") for body in swimmer.get("Re_bodies", {})]
-
-
-def _published(published, key, name):
-    if key == "Re_bodies":
-        return (published.get("Re_bodies") or {}).get(name.removeprefix("Re of "), "")
-    return published.get(key, "")

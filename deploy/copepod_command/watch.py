@@ -114,6 +114,8 @@ class Watch:
         elif kind == "progress":
             self.last_step = event["step"]
             self._display.step(event)
+        elif kind == "notice":
+            self._display.notice(event["text"])
         elif kind == "failure":
             self._reported = failure_of_event(event, self._host)
             self._decide_within(_AFTER_LOSS_S if self._is_loss_without_cause() else _AFTER_REPORT_S)

@@ -7,7 +7,7 @@ from copepod_command.table import number_text, result_table
 
 SWIMMER = {"name": "swimmer", "u_swim_lattice": 9.1234e-6, "u_swim_m_per_s": 1.2087e-2, "d1_cells": 2.5312, "d2_cells": 3.8,
            "sin_dphi": 0.94, "mean_arm_cells": [16.1, 15.9], "K": 0.0045, "u_GA_lattice": 8.9e-6, "error_percent": 1.0,
-           "efficiency": 5.2e-4, "Re_swim": 6.5e-3, "Re_bodies": {"swimmer_trailing": 0.066}}
+           "efficiency": 5.2e-4, "Re_swim": 6.5e-3, "Re_bodies": {"B2": 0.066, "B1": 0.06, "B3": 0.07}}
 SUMMARY = {"case": "design_a", "status": "finished", "steps": 196812, "step_s": 7.548e-10, "wall_s": 1234.5, "mlups": 45.67,
            "ranks": 2, "precision": "single", "digest": "00ff", "swimmers": [SWIMMER],
            "timing": {"fluid_s": 1200.0, "body_s": 1.0, "coupler_s": 2.0, "exchange_wait_s": 3.0, "coupling_overhead": 0.0123}}
@@ -22,7 +22,7 @@ class ResultTable(unittest.TestCase):
         return lines[0].split()
 
     def test_speed_names_precision_and_ranks(self):
-        self.assertEqual(self.row("MLUPS"), "speed 45.7 MLUPS, single precision, 2 rank(s)".split())
+        self.assertEqual(self.row("MLUPS"), "speed 45.7 MLUPS, single precision, 2 ranks".split())
 
     def test_overhead_is_in_percent(self):
         self.assertEqual(self.row("coupling overhead"), "coupling overhead 1.23 %".split())
@@ -33,14 +33,23 @@ class ResultTable(unittest.TestCase):
     def test_swimmers_have_four_digits_and_units(self):
         self.assertEqual(self.row("u_swim"), "swimming speed u_swim 9.123e-06 cells/step".split())
         self.assertEqual(self.row("mean arms"), "mean arms 16.1 15.9 cells".split())
-        self.assertEqual(self.row("Re of swimmer_trailing")[-1], "0.066")
+        self.assertEqual(self.row("Re of B2")[-1], "0.066")
 
     def test_published_values_stand_beside_ours(self):
-        published = {"u_swim_lattice": 9.05e-6, "d1_cells": 2.53, "Re_bodies": {"swimmer_trailing": 0.059}}
+        published = {"u_swim_lattice": 9.05e-6, "d1_cells": 2.53, "Re_bodies": {"B2": 0.059}}
         summary = {**SUMMARY, "swimmers": [{**SWIMMER, "published": published}]}
         self.assertEqual(self.row("u_swim", summary)[-3:], ["9.123e-06", "9.05e-06", "cells/step"])
-        self.assertEqual(self.row("Re of swimmer_trailing", summary)[-2:], ["0.066", "0.059"])
+        self.assertEqual(self.row("Re of B2", summary)[-2:], ["0.066", "0.059"])
         self.assertEqual(self.row("d2", summary)[-2:], ["3.8", "cells"])
+
+    def test_values_computed_the_papers_way_stand_between(self):
+        summary = {**SUMMARY, "swimmers": [{**SWIMMER, "as_in_paper": {"efficiency": 1.1e-3}, "published": {"efficiency": 10.44e-4}}]}
+        self.assertEqual(self.row("efficiency", summary), ["efficiency", "0.00052", "0.0011", "0.001044"])
+        self.assertIn("paper's way", result_table(summary, "runs/a"))
+
+    def test_swimmer_that_was_not_analysed_says_so(self):
+        swimmer = {**{key: None for key in SWIMMER}, "name": "short", "analysed": False}
+        self.assertIn("short: not analysed", result_table({**SUMMARY, "swimmers": [swimmer]}, "runs/a"))
 
     def test_run_without_swimmers_or_timing_has_a_table_too(self):
         table = result_table({"case": "box", "status": "finished", "steps": 3, "wall_s": 0.5}, "runs/box")

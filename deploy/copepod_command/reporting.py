@@ -1,0 +1,20 @@
+"""`copepod report`: hands run directories to copepod_report."""
+
+from types import SimpleNamespace
+
+from copepod_command import build, exit_codes
+from copepod_command.plan import request_plan
+
+
+def report(options):
+    """Writes the report and prints where it is."""
+    build.ensure_programs()
+    from copepod_report.report import write_report   # numpy and matplotlib: slow to load, and installed just now
+    out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
+    print(write_report(options.directories, out, read_case))
+    return exit_codes.FINISHED
+
+
+def read_case(path):
+    """The resolved case as the coupler reads it: there is one parser."""
+    return request_plan(SimpleNamespace(case=str(path), set=[], ranks=None, fluid=None, body=None)).case

@@ -1,0 +1,64 @@
+"""The mean flow in the plane of symmetry, with the bodies drawn where they were on average."""
+
+import numpy as np
+from matplotlib import patches
+from matplotlib.colors import PowerNorm
+
+from copepod_report.style import WIDTH_INCHES, new_figure
+
+_AXES = "xyz"
+
+
+def mean_flow(run, plane, theme):
+    """Speed as colour, direction as stream lines; lengths in cells."""
+    speed = np.hypot(plane.velocity_along_m_per_s, plane.velocity_across_m_per_s)
+    speed = np.ma.array(speed, mask=plane.solid)
+    rows, columns = speed.shape
+    figure, axes = new_figure(theme, min(WIDTH_INCHES * rows / columns + 0.9, 7.5))
+    axes.grid(False)
+    image = axes.imshow(speed, origin="lower", extent=(0, columns, 0, rows), cmap=theme.flow, interpolation="bilinear",
+                        norm=PowerNorm(0.5, vmin=0, vmax=_robust_maximum(speed)))
+    axes.streamplot(np.arange(columns) + 0.5, np.arange(rows) + 0.5, plane.velocity_along_m_per_s,
+                    plane.velocity_across_m_per_s, color=theme.stream, linewidth=0.5, arrowsize=0.7, density=1.6)
+    _draw_beads(axes, run, plane, theme)
+    axes.set_xlim(0, columns)
+    axes.set_ylim(0, rows)
+    axes.set_xlabel(f"{_AXES[plane.along]} [cells]")
+    axes.set_ylabel(f"{_AXES[plane.across]} [cells]")
+    bar = figure.colorbar(image, ax=axes, shrink=0.85, pad=0.02)
+    bar.set_label("mean speed in the plane [m/s]", color=theme.ink)
+    bar.outline.set_edgecolor(theme.faint)
+    bar.ax.tick_params(colors=theme.ink)
+    return figure
+
+
+def _robust_maximum(speed):
+    """99.5 % quantile, so that single cells beside a body do not darken the whole picture."""
+    values = speed.compressed()
+    return max(float(np.quantile(values, 0.995)), 1e-300) if len(values) else 1.0
+
+
+def _draw_beads(axes, run, plane, theme):
+    """Outlines of the beads at their mean position during the averaging."""
+    window = run.case["output"]["fields"]["mean_over_steps"]
+    cell = run.cell_size_m
+    for swimmer in run.swimmers():
+        for bead, center_m, colour in zip(swimmer.beads, swimmer.mean_positions_m(*window), theme.beads):
+            center = center_m[[plane.along, plane.across]] / cell
+            axes.add_patch(_outline(bead, center, swimmer.axis[[plane.along, plane.across]], cell,
+                                    facecolor=colour, edgecolor=theme.paper, linewidth=1, zorder=5))
+
+
+def _outline(bead, center, axis, cell, **looks):
+    """A circle, or a capsule as a box with round ends; lengths in cells."""
+    radius = bead["radius_m"] / cell
+    if bead["shape"] == "sphere":
+        return patches.Circle(center, radius, **looks)
+    half = 0.5 * bead["length_m"] / cell
+    direction = axis if bead["orientation"] == "parallel" else np.array([-axis[1], axis[0]])
+    angle = np.arctan2(direction[1], direction[0])
+    arc = np.linspace(-np.pi / 2, np.pi / 2, 24)
+    end = np.column_stack([half + radius * np.cos(arc), radius * np.sin(arc)])
+    outline = np.vstack([end, -end])
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return patches.Polygon(outline @ turn.T + center, closed=True, **looks)

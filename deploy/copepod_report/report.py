@@ -1,0 +1,80 @@
+"""`copepod report`: reads run directories, writes report.html and the plots as PNG."""
+
+import re
+from pathlib import Path
+
+from copepod_report import body_plot, comparison, fields, flow_plot, page, swimmer_plots
+from copepod_report.run_record import RunRecord
+from copepod_report.style import DARK, LIGHT, png_of
+
+
+def write_report(directories, out, read_case):
+    """Writes the report of the runs into the folder `out`; returns the path of the page.
+
+    `read_case`: function from the path of a case file to the resolved case. Raises Stop(2) for folders without a run.
+    """
+    runs = [RunRecord(directory, read_case) for directory in directories]
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    anchors = _anchors(runs)
+    sections = []
+    if len(runs) > 1:
+        drawn = _draw(out, "speeds", lambda theme: comparison.speeds(runs, theme), "Swimming speeds of all runs.")
+        sections.append(page.comparison_section(runs, anchors, drawn))
+    for run, anchor in zip(runs, anchors):
+        sections.append(page.run_section(run, anchor, _figures_of(run, out, anchor)))
+    title = runs[0].name if len(runs) == 1 else f"{len(runs)} runs"
+    path = out / "report.html"
+    path.write_text(page.page(f"Copepod: {title}", sections), encoding="utf-8")
+    return path
+
+
+def _anchors(runs):
+    """A distinct word for every run, for links and file names."""
+    anchors = []
+    for run in runs:
+        word = re.sub(r"[^A-Za-z0-9_-]+", "_", run.name).strip("_")
+        anchors.append(word if word not in anchors else f"{word}_{len(anchors) + 1}")
+    return anchors
+
+
+def _figures_of(run, out, prefix):
+    """HTML of all plots of a run; each is also written as a PNG file."""
+    figures = []
+    for swimmer in run.swimmers():
+        name = f"{prefix}_{swimmer.name}"
+        for kind, draw, caption in (
+                ("positions", swimmer_plots.positions, "Positions of the three beads, from the middle bead's start."),
+                ("cycle", swimmer_plots.one_cycle, "Displacements over the last driven period."),
+                ("arms", swimmer_plots.arms, "Arms over the last driven period, and the fits that d1, d2 and the phases come from."),
+                ("forces", swimmer_plots.driving_forces, "Driving forces along the axis.")):
+            figures += _draw(out, f"{name}_{kind}", lambda theme: draw(swimmer, theme), f"{swimmer.name}: {caption}")
+    if not run.swimmers():
+        figures += _draw(out, f"{prefix}_bodies", lambda theme: body_plot.displacements(run, theme),
+                         "Displacements of all bodies.")
+    return figures + _flow_figure(run, out, prefix)
+
+
+def _flow_figure(run, out, prefix):
+    """The mean flow, where the run recorded one."""
+    swimmers = run.swimmers()
+    along = int(abs(swimmers[0].axis).argmax()) if swimmers else 2
+    cells = run.case.get("fluid", {}).get("domain_cells")
+    plane = fields.mean_flow(run.directory / "fields.h5", cells, along) if cells else None
+    if plane is None:
+        return []
+    start, stop = run.case["output"]["fields"]["mean_over_steps"]
+    return _draw(out, f"{prefix}_mean_flow", lambda theme: flow_plot.mean_flow(run, plane, theme),
+                 f"Flow in the plane of symmetry, mean over steps {start} to {stop}; beads at their mean positions.", wide=True)
+
+
+def _draw(out, name, draw, caption, wide=False):
+    """One plot in both themes as a list of one HTML figure; the light one becomes NAME.png. Empty without a plot."""
+    pictures = {}
+    for theme in (LIGHT, DARK):
+        drawn = draw(theme)
+        if drawn is None:
+            return []
+        pictures[theme.name] = png_of(drawn)
+    (out / f"{name}.png").write_bytes(pictures["light"])
+    return [page.figure(pictures, caption, wide)]

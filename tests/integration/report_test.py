@@ -1,0 +1,95 @@
+"""`copepod report` on a run whose motion is known in closed form."""
+
+import re
+import unittest
+
+import numpy as np
+
+from copepod_session import CommandTest
+from synthetic_run import ARMS, DOMAIN, PERIOD, write_run
+from copepod_report.fields import mean_flow
+from copepod_report.run_record import fit_arm
+from copepod_report.trajectory import Trajectory
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+class Report(CommandTest):
+
+    def report(self, *arguments):
+        session = self.start("report", *arguments)
+        code = session.end(timeout_s=100)
+        return code, session
+
+    def test_page_and_plots_of_one_run(self):
+        write_run(self.folder / "run")
+        code, session = self.report("run")
+        self.assertEqual(code, 0, "".join(session.stderr))
+        self.assertEqual("".join(session.stdout), "run/report/report.html\n")
+        plots = sorted(path.name for path in (self.folder / "run/report").glob("*.png"))
+        self.assertEqual(plots, [f"design_a_{name}.png" for name in
+                                 ("mean_flow", "swimmer_arms", "swimmer_cycle", "swimmer_forces", "swimmer_positions")])
+        for path in (self.folder / "run/report").glob("*.png"):
+            self.assertTrue(path.read_bytes().startswith(PNG))
+
+    def test_page_needs_nothing_but_itself(self):
+        write_run(self.folder / "run")
+        self.report("run")
+        text = (self.folder / "run/report/report.html").read_text()
+        sources = re.findall(r'(?:src|srcset|href)="([^"]*)"', text)
+        self.assertEqual(len(sources), 10)   # five plots, light and dark
+        self.assertTrue(all(source.startswith("data:image/png;base64,") for source in sources))
+        self.assertNotRegex(text, r"https?://|<script|@import|url\(")
+        self.assertIn("prefers-color-scheme: dark", text)
+
+    def test_several_runs_are_compared_with_published_values(self):
+        write_run(self.folder / "one", "design_a", published={"u_swim_lattice": 0.8e-3}, mean_flow=False)
+        write_run(self.folder / "two", "design_b", mean_flow=False)
+        code, session = self.report("one", "two", "--out", "both")
+        self.assertEqual(code, 0, "".join(session.stderr))
+        text = (self.folder / "both/report.html").read_text()
+        self.assertIn("published 0.0008, +25.0 %", text)
+        self.assertIn('href="#design_b"', text)
+        self.assertTrue((self.folder / "both/speeds.png").exists())
+        self.assertFalse((self.folder / "both/design_a_mean_flow.png").exists())
+
+    def test_run_that_ended_before_the_last_period_has_no_fits(self):
+        write_run(self.folder / "run", steps=1000, mean_flow=False)
+        code, session = self.report("run")
+        self.assertEqual(code, 0, "".join(session.stderr))
+        self.assertFalse((self.folder / "run/report/design_a_swimmer_arms.png").exists())
+        self.assertTrue((self.folder / "run/report/design_a_swimmer_positions.png").exists())
+
+    def test_folder_without_a_run_is_an_error(self):
+        code, session = self.report(".")
+        self.assertEqual(code, 2)
+        self.assertIn(". has no summary.json", session.last_line)
+
+    def test_arm_fit_finds_mean_amplitude_and_phase(self):
+        phase = np.linspace(0, 2 * np.pi, 101)
+        for mean, amplitude, shift in ARMS:
+            found = fit_arm(phase, mean + amplitude * np.cos(phase + shift))
+            np.testing.assert_allclose(found, (mean, amplitude, shift), rtol=1e-12)
+
+    def test_trajectory_of_a_killed_run_is_read_up_to_the_last_whole_sample(self):
+        write_run(self.folder / "run", steps=2 * PERIOD, mean_flow=False)
+        path = self.folder / "run/trajectory.csv"
+        path.write_text(path.read_text()[:-40])
+        trajectory = Trajectory(path)
+        self.assertEqual(trajectory.bodies, ["swimmer.B2", "swimmer.B1", "swimmer.B3"])
+        self.assertEqual(len(trajectory), 2 * PERIOD // 20)
+        self.assertEqual(trajectory.of("swimmer.B1")["position_m"].shape, (2 * PERIOD // 20, 3))
+
+    def test_plane_of_the_mean_flow_has_the_axis_horizontally(self):
+        write_run(self.folder / "run", steps=20)
+        for along, shape in ((2, (24, 60)), (1, (60, 24)), (0, (60, 20))):
+            plane = mean_flow(self.folder / "run/fields.h5", DOMAIN, along)
+            self.assertEqual(plane.velocity_along_m_per_s.shape, shape)
+            self.assertEqual(plane.solid.shape, shape)
+        plane = mean_flow(self.folder / "run/fields.h5", DOMAIN, 2)
+        np.testing.assert_allclose(plane.velocity_along_m_per_s[6, :], 2e-3)
+        np.testing.assert_allclose(plane.velocity_across_m_per_s[:, 15], 1e-3)
+
+
+if __name__ == "__main__":
+    unittest.main()
