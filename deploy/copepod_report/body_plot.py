@@ -18,5 +18,5 @@ def displacements(run, theme):
         panel.set_ylabel(f"Δ{name} [{unit_name}]")
     axes[-1].set_xlabel("step")
     if len(run.trajectory.bodies) <= 12:
-        axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9, labelcolor=theme.ink)
+        axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9, labelcolor=theme.ink, frameon=False)
     return figure

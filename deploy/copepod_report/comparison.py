@@ -51,6 +51,7 @@ def speeds(runs, theme):
                   markersize=11, label="published")
     axes.set_yticks(list(places), [name for name, _ in rows])
     axes.grid(axis="y", visible=False)
+    axes.set_ylim(0.4, len(rows) + 0.6)
     axes.set_xlabel("u_swim [cells/step]")
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize=9, labelcolor=theme.ink)
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize=9, labelcolor=theme.ink, frameon=False)
     return figure

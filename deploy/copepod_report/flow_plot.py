@@ -14,7 +14,7 @@ def mean_flow(run, plane, theme):
     speed = np.hypot(plane.velocity_along_m_per_s, plane.velocity_across_m_per_s)
     speed = np.ma.array(speed, mask=plane.solid)
     rows, columns = speed.shape
-    figure, axes = new_figure(theme, min(WIDTH_INCHES * rows / columns + 0.9, 7.5))
+    figure, axes = new_figure(theme, min((WIDTH_INCHES - 1.9) * rows / columns + 0.7, 7.5))
     axes.grid(False)
     image = axes.imshow(speed, origin="lower", extent=(0, columns, 0, rows), cmap=theme.flow, interpolation="bilinear",
                         norm=PowerNorm(0.5, vmin=0, vmax=_robust_maximum(speed)))
@@ -25,7 +25,8 @@ def mean_flow(run, plane, theme):
     axes.set_ylim(0, rows)
     axes.set_xlabel(f"{_AXES[plane.along]} [cells]")
     axes.set_ylabel(f"{_AXES[plane.across]} [cells]")
-    bar = figure.colorbar(image, ax=axes, shrink=0.85, pad=0.02)
+    bar = figure.colorbar(image, cax=axes.inset_axes([1.02, 0, 0.022, 1]), format="%.1e",
+                          ticks=np.linspace(0, 1, 6) ** 2 * image.norm.vmax)
     bar.set_label("mean speed in the plane [m/s]", color=theme.ink)
     bar.outline.set_edgecolor(theme.faint)
     bar.ax.tick_params(colors=theme.ink)

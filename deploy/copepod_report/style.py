@@ -34,7 +34,7 @@ def new_figure(theme, height_inches, **subplots):
     settings = {"font.size": 10, "font.family": "DejaVu Sans", "text.color": theme.ink, "axes.labelcolor": theme.ink,
                 "axes.edgecolor": theme.faint, "xtick.color": theme.ink, "ytick.color": theme.ink,
                 "axes.facecolor": theme.paper, "figure.facecolor": theme.paper, "grid.color": theme.faint,
-                "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}
+                "axes.spines.top": False, "axes.spines.right": False}
     with plt.rc_context(settings):
         figure, axes = plt.subplots(figsize=(WIDTH_INCHES, height_inches), layout="constrained", **subplots)
     for axis in getattr(axes, "flat", [axes]):

@@ -58,10 +58,11 @@ def arms(swimmer, theme):
     unit = swimmer.run.length_unit[1]
     for number, (length, colour) in enumerate(((middle - trailing, theme.beads[0]), (leading - middle, theme.beads[2])), 1):
         mean, amplitude, phase = fit_arm(2 * np.pi * periods, length)
-        axes.plot(periods[::max(1, len(periods) // 60)], length[::max(1, len(periods) // 60)], "o", markersize=3,
-                  color=colour, label=f"arm {number}, measured")
+        shown = slice(None, None, max(1, len(periods) // 60))
+        axes.plot(periods[shown], length[shown], "o", markersize=3.5, color=colour)
+        sign = "+" if phase >= 0 else "−"
         axes.plot(periods, mean + amplitude * np.cos(2 * np.pi * periods + phase), color=colour, linewidth=1.2,
-                  label=f"fit: {mean:.3f} + {amplitude:.3f} cos(ωt {phase:+.3f}) {unit}")
+                  label=f"arm {number} ≈ {mean:.3f} + {amplitude:.3f} cos(ωt {sign} {abs(phase):.3f})")
     axes.set_xlabel("time / period")
     axes.set_ylabel(f"arm length [{unit}]")
     _legend_above(axes, theme)
@@ -76,5 +77,5 @@ def _mark_end_of_drive(axes, swimmer, theme):
 
 
 def _legend_above(axes, theme):
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=3 if len(axes.lines) < 5 else 2, fontsize=9,
-                labelcolor=theme.ink, borderaxespad=0.2)
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=3, fontsize=9, labelcolor=theme.ink, frameon=False,
+                borderaxespad=0.2)
