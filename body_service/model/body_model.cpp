@@ -29,7 +29,7 @@ void check(const BodySpecification& body) {
     reject(body, "length_m " + std::to_string(body.shape.length_m) +
                      " (the cylinder part cannot be negative). Use 0 or more.");
   }
-  if (std::abs(body.orientation_wxyz.norm() - 1.0) > 1e-6) {
+  if (!(std::abs(body.orientation_wxyz.norm() - 1.0) < 1e-6)) {
     reject(body, "orientation_wxyz has norm " + std::to_string(body.orientation_wxyz.norm()) +
                      " (a rotation is a unit quaternion). Divide it by its norm.");
   }

@@ -114,6 +114,9 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   const File file(unfinished, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.open()) fail_with_errno(path, "created", remedy);
   if (!write_all(file.descriptor(), words) || ::fsync(file.descriptor()) != 0) {
+    const int error = errno;
+    ::unlink(unfinished.c_str());
+    errno = error;
     fail_with_errno(path, "written", remedy);
   }
   if (::rename(unfinished.c_str(), path.c_str()) != 0) fail_with_errno(path, "renamed", remedy);

@@ -2,8 +2,11 @@
 
 #include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Core>
+#include <gtest/gtest.h>
 
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
@@ -58,6 +61,23 @@ inline Kinematics advance(BodySolver& solver, std::int64_t steps,
     solver.step(applied, state);
   }
   return state;
+}
+
+/// The reason of the error of type E that `call` throws; empty, with a test failure, if it throws none.
+template <typename E>
+std::string reason_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const E& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "no error";
+  return {};
+}
+
+inline testing::AssertionResult contains(const std::string& text, const std::string& part) {
+  if (text.find(part) != std::string::npos) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "'" << part << "' is not in: " << text;
 }
 
 }  // namespace copepod::body

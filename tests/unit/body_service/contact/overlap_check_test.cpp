@@ -1,0 +1,145 @@
+#include "contact/overlap_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "body_cases.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::body {
+namespace {
+
+constexpr double um = 1e-6;
+
+std::string reason_at_start(const BodySetup& setup) {
+  const BodyModel model(setup);
+  OverlapCheck check(model, setup.periodic_length_m);
+  try {
+    check.check(model.initial_state(), 3);
+  } catch (const SolverError& error) {
+    EXPECT_EQ(error.step(), 3);
+    return error.what();
+  }
+  return "no overlap";
+}
+
+/// Two bodies that touch when `gap` is zero; they overlap just inside and do not just outside.
+void expect_contact_at(const BodySpecification& first, BodySpecification second,
+                       const Eigen::Vector3d& touching_m) {
+  const Eigen::Vector3d outwards = (touching_m - first.position_m).normalized();
+  second.position_m = touching_m + 1e-10 * outwards;
+  EXPECT_EQ(reason_at_start(setup_of({first, second}, 1e-9)), "no overlap");
+  second.position_m = touching_m - 1e-10 * outwards;
+  const std::string reason = reason_at_start(setup_of({first, second}, 1e-9));
+  EXPECT_TRUE(contains(reason, "bodies '" + first.name + "' and '" + second.name + "' overlap by"));
+}
+
+BodySpecification lying(BodySpecification body) {
+  body.orientation_wxyz = {std::sqrt(0.5), 0, std::sqrt(0.5), 0};  // axis along x
+  return body;
+}
+
+TEST(OverlapCheck, FindsTheContactOfTwoSpheres) {
+  expect_contact_at(bead("a", {0, 0, 0}), bead("b", {0, 0, 0}), {0, 0, 8 * um});
+}
+
+TEST(OverlapCheck, FindsTheContactOfASphereAndTheSideOfACapsule) {
+  expect_contact_at(bead("a", {0, 0, 0}), capsule("b", {0, 0, 0}), {8 * um, 0, 0});
+}
+
+TEST(OverlapCheck, FindsTheContactOfASphereAndTheEndOfACapsule) {
+  expect_contact_at(capsule("b", {0, 0, 0}), bead("a", {0, 0, 0}), {0, 0, 12 * um});
+}
+
+TEST(OverlapCheck, FindsTheContactOfTwoParallelCapsules) {
+  expect_contact_at(capsule("a", {0, 0, 0}), capsule("b", {0, 0, 0}), {8 * um, 0, 0});
+  expect_contact_at(capsule("a", {0, 0, 0}), capsule("b", {0, 0, 0}), {0, 0, 16 * um});
+}
+
+TEST(OverlapCheck, FindsTheContactOfCrossedCapsules) {
+  expect_contact_at(capsule("a", {0, 0, 0}), lying(capsule("b", {0, 0, 0})), {0, 8 * um, 0});
+  expect_contact_at(capsule("a", {0, 0, 0}), lying(capsule("b", {0, 0, 0})), {12 * um, 0, 0});
+}
+
+TEST(OverlapCheck, TellsTheDepthAndWhatToDo) {
+  const std::string reason =
+      reason_at_start(setup_of({bead("a", {0, 0, 0}), bead("b", {0, 0, 7.5 * um})}, 1e-9));
+  EXPECT_TRUE(contains(reason, "5.000e-07 m"));
+  EXPECT_TRUE(contains(reason, "further apart"));
+}
+
+TEST(OverlapCheck, SeesAcrossPeriodicFaces) {
+  BodySetup setup = setup_of({bead("low", {0, 0, 2 * um}), bead("high", {0, 0, 97 * um})}, 1e-9);
+  EXPECT_EQ(reason_at_start(setup), "no overlap");
+  setup.periodic_length_m = {0, 0, 100 * um};
+  EXPECT_TRUE(contains(reason_at_start(setup), "'low' and 'high' overlap by 3.000e-06 m"));
+}
+
+TEST(OverlapCheck, FindsTheNearestImageOfBodiesAsLongAsTheBox) {
+  // The centres are nearer through the periodic face (14) than directly (16), but the bodies meet directly.
+  BodySpecification lower = capsule("lower", {0, 0, 0});
+  lower.shape = {ShapeKind::capsule, 1 * um, 20 * um};
+  BodySpecification upper = capsule("upper", {0, 5 * um, 16 * um});
+  upper.shape = {ShapeKind::capsule, 1 * um, 16 * um};
+  upper.orientation_wxyz = Eigen::Vector4d(std::cos(0.3375), -std::sin(0.3375), 0, 0);
+  BodySetup setup = setup_of({lower, upper}, 1e-9);
+  setup.periodic_length_m = {0, 0, 30 * um};
+
+  const auto distance = [&](int image) {
+    const Eigen::Vector3d centre = upper.position_m + Eigen::Vector3d(0, 0, image * 30 * um);
+    return segment_distance_m({lower.position_m, {0, 0, 10 * um}},
+                              {centre, 8 * um * z_axis(upper.orientation_wxyz)});
+  };
+  ASSERT_LT(distance(0), 2 * um);
+  ASSERT_GT(distance(-1), 2 * um);
+  EXPECT_TRUE(contains(reason_at_start(setup), "'lower' and 'upper' overlap"));
+}
+
+TEST(OverlapCheck, SeesABodyThatMeetsItsOwnImage) {
+  BodySetup setup = setup_of({capsule("snake", {0, 0, 0})}, 1e-9);
+  setup.periodic_length_m = {10 * um, 10 * um, 15 * um};
+  EXPECT_TRUE(
+      contains(reason_at_start(setup), "'snake' overlaps with its own periodic image by 1.000e-06 m"));
+  setup.bodies[0] = lying(setup.bodies[0]);
+  setup.periodic_length_m = {17 * um, 9 * um, 9 * um};
+  EXPECT_EQ(reason_at_start(setup), "no overlap");
+}
+
+TEST(OverlapCheck, CatchesABodyThatComesFromFarAway) {
+  const BodySetup setup = setup_of(
+      {bead("target", {0, 0, 0}), bead("other", {0, 50 * um, 0}), bead("bullet", {0, 0, 500 * um})}, 1e-9);
+  const BodyModel model(setup);
+  OverlapCheck check(model, {});
+  MotionState state = model.initial_state();
+  for (double z = 500.0; z > 8.05; z -= 0.1) {
+    state.position_m(2, 2) = z * um;
+    ASSERT_NO_THROW(check.check(state, 0)) << "at " << z;
+  }
+  state.position_m(2, 2) = 7.99 * um;
+  EXPECT_TRUE(contains(reason_of<SolverError>([&] { check.check(state, 0); }), "'target' and 'bullet'"));
+}
+
+TEST(OverlapCheck, CatchesACapsuleThatTurnsIntoItsNeighbour) {
+  BodySpecification rod = capsule("rod", {0, 0, 0});
+  rod.shape.length_m = 40 * um;
+  const BodySetup setup = setup_of({rod, bead("post", {15 * um, 0, 0})}, 1e-9);
+  const BodyModel model(setup);
+  OverlapCheck check(model, {});
+  MotionState state = model.initial_state();
+  const auto turn_to = [&](double angle) {
+    state.orientation_wxyz.col(0) << std::cos(angle / 2), 0, std::sin(angle / 2), 0;
+  };
+  const double contact_angle = std::numbers::pi / 2 - std::asin(8.0 / 15.0);
+  for (double angle = 0.0; angle < contact_angle - 0.01; angle += 0.01) {
+    turn_to(angle);
+    ASSERT_NO_THROW(check.check(state, 0)) << "at " << angle;
+  }
+  turn_to(contact_angle + 0.01);
+  EXPECT_TRUE(contains(reason_of<SolverError>([&] { check.check(state, 0); }), "'rod' and 'post'"));
+}
+
+}  // namespace
+}  // namespace copepod::body

@@ -1,0 +1,46 @@
+#include "model/body_block.hpp"
+
+#include <gtest/gtest.h>
+
+namespace copepod::body {
+namespace {
+
+SpringSpecification between(int A, int B) {
+  SpringSpecification spring;
+  spring.body_A = A;
+  spring.body_B = B;
+  return spring;
+}
+
+TEST(BodyBlock, CutsOnlyWhereNoSpringIsCut) {
+  // Three swimmers, 0-1-2, 3-4-5, 6-7-8; blocks of two bodies are wanted.
+  const auto blocks = independent_blocks(
+      9, {between(0, 1), between(1, 2), between(4, 3), between(5, 4), between(6, 7), between(8, 7)}, 2);
+  ASSERT_EQ(blocks.size(), 3U);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(blocks[i].first, 3 * i);
+    EXPECT_EQ(blocks[i].bodies, 3);
+    EXPECT_EQ(blocks[i].springs, (std::vector<int>{2 * i, 2 * i + 1}));
+  }
+}
+
+TEST(BodyBlock, KeepsTogetherWhatALongSpringSpans) {
+  const auto blocks = independent_blocks(6, {between(4, 1)}, 1);
+  ASSERT_EQ(blocks.size(), 3U);
+  EXPECT_EQ(blocks[1].first, 1);
+  EXPECT_EQ(blocks[1].bodies, 4);
+  EXPECT_EQ(blocks[1].springs, std::vector<int>{0});
+  EXPECT_EQ(blocks[2].first, 5);
+}
+
+TEST(BodyBlock, CoversBodiesWithoutSprings) {
+  const auto blocks = independent_blocks(10, {}, 4);
+  ASSERT_EQ(blocks.size(), 3U);
+  EXPECT_EQ(blocks[2].first, 8);
+  EXPECT_EQ(blocks[2].bodies, 2);
+}
+
+TEST(BodyBlock, IsNotNeededWithoutBodies) { EXPECT_TRUE(independent_blocks(0, {}, 4).empty()); }
+
+}  // namespace
+}  // namespace copepod::body

@@ -1,0 +1,138 @@
+#include "storage/state_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "body_cases.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::body {
+namespace {
+
+class StateFile : public testing::Test {
+ protected:
+  StateFile()
+      : folder_(std::filesystem::temp_directory_path() / ("state_file_test_" + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(folder_);
+    state_.resize(3);
+    state_.position_m.setRandom();
+    state_.orientation_wxyz.setRandom();
+    state_.velocity_m_per_s.setRandom();
+    state_.angular_momentum_N_m_s.setRandom();
+    state_.velocity_m_per_s(0, 0) = -0.0;
+    state_.velocity_m_per_s(1, 0) = std::numeric_limits<double>::denorm_min();
+  }
+  ~StateFile() override { std::filesystem::remove_all(folder_); }
+  StateFile(const StateFile&) = delete;
+  StateFile& operator=(const StateFile&) = delete;
+
+  [[nodiscard]] std::string path() const { return (folder_ / "body.state").string(); }
+  void write() const { write_state(path(), {case_digest, 42}, state_); }
+  [[nodiscard]] std::string refusal(std::uint64_t digest = case_digest) const {
+    MotionState state = state_;
+    return reason_of<StorageError>([&] { read_state(path(), digest, state); });
+  }
+  [[nodiscard]] std::string bytes() const {
+    std::ifstream file(path(), std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  void replace(const std::string& bytes) const {
+    std::ofstream(path(), std::ios::binary | std::ios::trunc) << bytes;
+  }
+
+  static constexpr std::uint64_t case_digest = 0x123456789abcdef0ULL;
+  std::filesystem::path folder_;
+  MotionState state_;
+};
+
+bool same_bits(const double* first, const double* second, Eigen::Index count) {
+  return std::equal(first, first + count, second,
+                    [](double a, double b) { return a == b && std::signbit(a) == std::signbit(b); });
+}
+
+TEST_F(StateFile, GivesBackEveryBit) {
+  write();
+  MotionState read;
+  read.resize(3);
+  EXPECT_EQ(read_state(path(), case_digest, read), 42);
+  EXPECT_TRUE(same_bits(read.position_m.data(), state_.position_m.data(), 9));
+  EXPECT_TRUE(same_bits(read.orientation_wxyz.data(), state_.orientation_wxyz.data(), 12));
+  EXPECT_TRUE(same_bits(read.velocity_m_per_s.data(), state_.velocity_m_per_s.data(), 9));
+  EXPECT_TRUE(same_bits(read.angular_momentum_N_m_s.data(), state_.angular_momentum_N_m_s.data(), 9));
+}
+
+TEST_F(StateFile, LeavesNoUnfinishedFileBeside) {
+  write();
+  write();
+  const auto files = std::distance(std::filesystem::directory_iterator(folder_), {});
+  EXPECT_EQ(files, 1);
+}
+
+TEST_F(StateFile, RefusesAMissingFile) {
+  EXPECT_TRUE(contains(refusal(), "could not be opened (No such file"));
+}
+
+TEST_F(StateFile, RefusesEveryTruncatedFile) {
+  write();
+  const std::string whole = bytes();
+  for (std::size_t length = 0; length < whole.size(); length += 7) {
+    replace(whole.substr(0, length));
+    EXPECT_FALSE(refusal().empty()) << "cut after " << length << " bytes";
+  }
+  replace(whole.substr(0, whole.size() - 1));
+  EXPECT_TRUE(contains(refusal(), "is damaged"));
+}
+
+TEST_F(StateFile, RefusesAFileThatIsTooLong) {
+  write();
+  for (const std::size_t extra : {1U, 8U, 100U}) {
+    replace(bytes().substr(0, 8 * (6 + 39)) + std::string(extra, '\0'));
+    EXPECT_TRUE(contains(refusal(), "is damaged")) << extra;
+  }
+}
+
+TEST_F(StateFile, RefusesAFlippedBitAnywhere) {
+  write();
+  const std::string whole = bytes();
+  ASSERT_EQ(whole.size(), 8U * (6 + 39));
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    std::string damaged = whole;
+    damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
+    replace(damaged);
+    EXPECT_FALSE(refusal().empty()) << "byte " << i;
+  }
+}
+
+TEST_F(StateFile, RefusesTheStateOfAnotherCase) {
+  write();
+  EXPECT_TRUE(contains(refusal(case_digest + 1), "another case"));
+}
+
+TEST_F(StateFile, RefusesAForeignFile) {
+  replace(std::string(1000, 'x'));
+  EXPECT_TRUE(contains(refusal(), "no saved body state"));
+}
+
+TEST_F(StateFile, ReportsAFolderThatDoesNotExist) {
+  const std::string nowhere = (folder_ / "nowhere" / "body.state").string();
+  EXPECT_TRUE(contains(reason_of<StorageError>([&] {
+                         write_state(nowhere, {case_digest, 0}, state_);
+                       }),
+                       "could not be created"));
+}
+
+TEST_F(StateFile, ReportsAFullDisk) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
+  std::filesystem::create_symlink("/dev/full", path() + ".unfinished");
+  EXPECT_TRUE(contains(reason_of<StorageError>([&] { write(); }), "No space left"));
+}
+
+}  // namespace
+}  // namespace copepod::body
