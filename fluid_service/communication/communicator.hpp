@@ -8,22 +8,24 @@
 #include <string>
 #include <vector>
 
+#include "contract/errors.hpp"
+
 namespace copepod::fluid {
 
 /// The ranks of the fluid service. All MPI calls of the project are behind this class and NeighbourExchange.
 ///
-/// Every wait polls with a back-off that soon sleeps, so a waiting rank does not burn its core, and watches for a failure
-/// report: a rank that throws calls `report_failure`, and every other rank's wait then throws PeerFailed with that
-/// report instead of deadlocking.
+/// Every wait polls with a back-off that soon sleeps, so a waiting rank does not burn its core, and watches
+/// for a failure report: a rank that throws calls `report_failure`, and every other rank's wait then throws
+/// PeerFailed with that report instead of deadlocking.
 class Communicator {
  public:
   virtual ~Communicator() = default;
   [[nodiscard]] virtual int rank() const = 0;
   [[nodiscard]] virtual int size() const = 0;
 
-  virtual void broadcast(std::span<std::byte> data) = 0;                ///< from rank 0
-  virtual void sum_to_leader(std::span<std::int64_t> values) = 0;       ///< exact; result on rank 0 only
-  virtual void sum_to_all(std::span<std::int64_t> values) = 0;          ///< exact
+  virtual void broadcast(std::span<std::byte> data) = 0;           ///< from rank 0
+  virtual void sum_to_leader(std::span<std::int64_t> values) = 0;  ///< exact; result on rank 0 only
+  virtual void sum_to_all(std::span<std::int64_t> values) = 0;     ///< exact
   virtual void max_to_all(std::span<std::int64_t> values) = 0;
 
   /// One message to and one from each named peer; both sides name each other and know the sizes.
@@ -32,8 +34,14 @@ class Communicator {
     std::span<const std::byte> send;
     std::span<std::byte> receive;
   };
-  /// Starts the exchange; buffers must live until the returned function has been called, which waits for completion.
+  /// Starts the exchange; buffers must live until the returned function has been called, which waits for
+  /// completion.
   [[nodiscard]] virtual std::function<void()> start_exchange(std::span<const Message> messages) = 0;
+
+  /// Tells all other ranks why this one cannot go on; called once by the code around the solver, which must
+  /// still be alive: its messages may be under way. Afterwards the communicator is broken and every call
+  /// throws PeerFailed.
+  virtual void report_failure(const FailureReport& report) = 0;
 };
 
 /// One rank, no messages: for unit tests and in-process use.
@@ -48,6 +56,7 @@ class SelfCommunicator final : public Communicator {
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message>) override {
     return [] {};
   }
+  void report_failure(const FailureReport&) override {}
 };
 
 }  // namespace copepod::fluid

@@ -5,7 +5,7 @@
 
 namespace copepod::fluid {
 
-using Cell = std::array<std::int64_t, 3>;   ///< global cell indices x, y, z
+using Cell = std::array<std::int64_t, 3>;  ///< global cell indices x, y, z
 
 /// Half-open box of cells [low, high).
 struct Box {
@@ -15,8 +15,8 @@ struct Box {
   [[nodiscard]] constexpr std::int64_t extent(int axis) const { return high[axis] - low[axis]; }
   [[nodiscard]] constexpr std::int64_t volume() const { return extent(0) * extent(1) * extent(2); }
   [[nodiscard]] constexpr bool contains(const Cell& cell) const {
-    return cell[0] >= low[0] && cell[0] < high[0] && cell[1] >= low[1] && cell[1] < high[1] && cell[2] >= low[2] &&
-           cell[2] < high[2];
+    return cell[0] >= low[0] && cell[0] < high[0] && cell[1] >= low[1] && cell[1] < high[1] &&
+           cell[2] >= low[2] && cell[2] < high[2];
   }
   bool operator==(const Box&) const = default;
 };

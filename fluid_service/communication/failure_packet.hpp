@@ -1,0 +1,18 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "contract/errors.hpp"
+
+namespace copepod::fluid {
+
+/// A failure report as one message of fixed size, small enough to be sent without a handshake of the
+/// receiver.
+using FailurePacket = std::array<std::byte, 2048>;
+
+/// @param report  its reason is cut to what fits
+FailurePacket pack_failure(FailureReport report);
+FailureReport unpack_failure(const FailurePacket& packet);
+
+}  // namespace copepod::fluid

@@ -1,0 +1,72 @@
+#include "communication/follower.hpp"
+
+#include "communication/command.hpp"
+#include "communication/rank_failure.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+/// One rank's solver and the buffers of its calls.
+class Follower {
+ public:
+  Follower(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& step)
+      : communicator_(communicator), make_solver_(make_solver), channel_(communicator), step_(step) {}
+
+  /// Receives one order and carries it out. @return false when there is nothing more to do
+  bool obey() {
+    channel_.receive(command_);
+    switch (command_.order) {
+      case Order::construct:
+        solver_ = make_solver_(command_.setup, communicator_);
+        return true;
+      case Order::exchange_advance:
+        step_ = command_.kinematics.step;
+        solver_->exchange(command_.kinematics, loads_);
+        solver_->advance();
+        return true;
+      case Order::save:
+        solver_->save(command_.path);
+        return true;
+      case Order::restore:
+        solver_->restore(command_.path);
+        return true;
+      case Order::summarise:
+        solver_->summarise();
+        return true;
+      case Order::stop:
+        break;
+    }
+    return false;
+  }
+
+ private:
+  Communicator& communicator_;
+  const RankSolverFactory& make_solver_;
+  CommandChannel channel_;
+  Command command_;
+  Loads loads_;
+  std::atomic<std::int64_t>& step_;
+  std::unique_ptr<FluidSolver> solver_;
+};
+
+}  // namespace
+
+void follow(Communicator& communicator, const RankSolverFactory& make_solver,
+            std::atomic<std::int64_t>& current_step) {
+  Follower follower(communicator, make_solver,
+                    current_step);  // outlives the report: its messages may be under way
+  try {
+    while (follower.obey()) {
+    }
+  } catch (const PeerFailed&) {
+    throw;
+  } catch (const std::exception& error) {
+    const FailureReport report = failure_of_rank(error, communicator.rank(), current_step);
+    communicator.report_failure(report);
+    throw Error(report.code, report.reason, report.rank, report.step);
+  }
+}
+
+}  // namespace copepod::fluid

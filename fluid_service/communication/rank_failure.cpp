@@ -1,0 +1,28 @@
+#include "communication/rank_failure.hpp"
+
+#include <array>
+#include <new>
+#include <string>
+#include <unistd.h>
+
+namespace copepod::fluid {
+
+FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_t step) {
+  FailureReport report;
+  report.component = "fluid";
+  std::array<char, 256> host{};
+  if (gethostname(host.data(), host.size() - 1) == 0) report.host = host.data();
+  report.rank = rank;
+  report.step = step;
+  report.reason = error.what();
+  if (const auto* known = dynamic_cast<const Error*>(&error)) {
+    report.code = known->code();
+    if (known->step() >= 0) report.step = known->step();
+  } else if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    report.reason =
+        "out of memory (the rank's block of cells does not fit). Use more machines or a smaller domain.";
+  }
+  return report;
+}
+
+}  // namespace copepod::fluid

@@ -1,0 +1,31 @@
+#include "service/rank_solver.hpp"
+
+#include "contract/errors.hpp"
+#include "solver/lattice_boltzmann.hpp"
+#include "vacuum/vacuum.hpp"
+
+namespace copepod::fluid {
+
+Capabilities capabilities() {
+  return {.name = "Copepod fluid",
+          .version = COPEPOD_VERSION,
+          .features = {"solver:lattice_boltzmann", "solver:vacuum", "collision:bgk", "collision:trt",
+                       "boundary:no_slip", "boundary:periodic", "boundary:free_slip", "boundary:velocity",
+                       "boundary:pressure", "symmetry_planes", "body_force", "precision:double",
+                       "precision:single", "shape:sphere", "shape:capsule", "moving_boundary:bounce_back",
+                       "refill:equilibrium", "fields", "checkpoint"}};
+}
+
+std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communicator& communicator) {
+  switch (setup.kind) {
+    case FluidKind::lattice_boltzmann:
+      return make_lattice_boltzmann(setup, communicator);
+    case FluidKind::vacuum:
+      return std::make_unique<Vacuum>(setup, communicator);
+    case FluidKind::stokes:
+      break;
+  }
+  throw CaseError("solver stokes (this fluid service does not have it). Use lattice_boltzmann or vacuum.");
+}
+
+}  // namespace copepod::fluid
