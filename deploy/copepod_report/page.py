@@ -63,7 +63,7 @@ def _swimmer_table(swimmer):
     for name, unit, value, others in rows:
         values = "".join(f"<td>{escape(number_text(item)) if item is not None else ''}</td>"
                          for item in [value, *(others[heading] for heading in headings)])
-        body += f"<tr><td>{escape(name)}</td>{values}<td>{escape(unit)}</td></tr>"
+        body += f"<tr><td>{escape(name)}</td>{values}<td class=\"unit\">{escape(unit)}</td></tr>"
     return (f"<h3>{escape(swimmer.name)}</h3><div class=\"scroll\"><table><thead><tr><th></th>{head}<th></th></tr></thead>"
             f"<tbody>{body}</tbody></table></div>")
 

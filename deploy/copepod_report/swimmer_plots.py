@@ -25,9 +25,9 @@ def driving_forces(swimmer, theme):
     """Driving forces along the axis [paper, eqs. (19)-(21)]."""
     figure, axes = new_figure(theme, 2.8)
     for values, colour, label in zip(swimmer.driving_N(), theme.beads, LABELS):
-        axes.plot(swimmer.periods(), values, color=colour, linewidth=1.3, label=label)
+        axes.plot(swimmer.periods(), 1e6 * values, color=colour, linewidth=1.3, label=label)
     axes.set_xlabel("time / period")
-    axes.set_ylabel("driving force [N]")
+    axes.set_ylabel("driving force [µN]")
     _legend_above(axes, theme)
     return figure
 
