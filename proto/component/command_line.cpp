@@ -34,8 +34,6 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
       ->check(CLI::PositiveNumber);
   try {
     app.parse(argc, argv);
-    const bool complete = !options.endpoint.empty() && !options.session_token.empty();
-    if (!only_capabilities && !complete) throw CLI::RequiredError("--endpoint and --session");
   } catch (const CLI::ParseError& error) {
     const bool asked_for_help = app.exit(error) == 0;
     return {std::nullopt, asked_for_help ? 0 : static_cast<int>(ExitCode::bad_case)};
@@ -43,6 +41,13 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
   if (only_capabilities) {
     std::cout << capabilities_as_json(role, capabilities) << std::endl;
     return {std::nullopt, 0};
+  }
+  if (options.endpoint.empty() || options.session_token.empty()) {
+    std::cerr
+        << "error: This component has no coupler to talk to (--endpoint or --session is missing). Give both; "
+           "deploy/copepod does it by itself."
+        << std::endl;
+    return {std::nullopt, static_cast<int>(ExitCode::bad_case)};
   }
   return {options, 0};
 }

@@ -11,15 +11,15 @@
 namespace copepod {
 
 enum class MotionKind {
-  free,         ///< six degrees of freedom
-  fixed,        ///< never moves
-  prescribed,   ///< keeps its given velocities
-  axis,         ///< translates along, and rotates about, `axis` only
+  free,        ///< six degrees of freedom
+  fixed,       ///< never moves
+  prescribed,  ///< keeps its given velocities
+  axis,        ///< translates along, and rotates about, `axis` only
 };
 
 enum class Integrator {
-  semi_implicit_euler,   ///< the paper's
-  runge_kutta_4,         ///< classical, driving forces sampled at 0, 1/2 and 1 of the step
+  semi_implicit_euler,  ///< the paper's
+  runge_kutta_4,        ///< classical, driving forces sampled at 0, 1/2 and 1 of the step
 };
 
 /// One rigid body of uniform density; its initial state is in SI units and the world frame.
@@ -28,7 +28,7 @@ struct BodySpecification {
   Shape shape;
   double mass_kg = 0.0;
   MotionKind motion = MotionKind::free;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();                        ///< unit vector, for MotionKind::axis
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector, for MotionKind::axis
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector4d orientation_wxyz = Eigen::Vector4d(1, 0, 0, 0);
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
@@ -42,8 +42,8 @@ struct SpringSpecification {
   double stiffness_N_per_m = 0.0;
   double damping_N_s_per_m = 0.0;
   double rest_length_m = 0.0;
-  Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();   ///< in the frame of A, from its centre of mass
-  Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();   ///< in the frame of B
+  Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< in the frame of A, from its centre of mass
+  Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
 };
 
 /// Everything a body solver needs to know before the first step; SI units.
@@ -51,8 +51,9 @@ struct BodySetup {
   double step_s = 0.0;
   Integrator integrator = Integrator::runge_kutta_4;
   Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
-  double fluid_density_kg_per_m3 = 0.0;   ///< for buoyancy: weight is (m − ρ V) g
-  std::array<double, 3> periodic_length_m{};   ///< 0: not periodic; distances of overlap checks use nearest images
+  double fluid_density_kg_per_m3 = 0.0;  ///< for buoyancy: weight is (m − ρ V) g
+  std::array<double, 3>
+      periodic_length_m{};  ///< 0: not periodic; distances of overlap checks use nearest images
   std::vector<BodySpecification> bodies;
   std::vector<SpringSpecification> springs;
 };

@@ -7,10 +7,10 @@ namespace copepod {
 
 /// What a component can do, announced in its Hello; the coupler refuses a case that needs more.
 /// Feature names are those of the case file, with the section in front: "collision:trt", "boundary:pressure",
-/// "precision:single", "symmetry_planes", "shape:capsule", "motion:axis", "integrator:runge_kutta_4", "checkpoint",
-/// "fields", "solver:vacuum".
+/// "precision:single", "symmetry_planes", "shape:capsule", "motion:axis", "integrator:runge_kutta_4",
+/// "checkpoint", "fields", "solver:vacuum".
 struct Capabilities {
-  std::string name;       ///< of the component, for people: "Copepod lattice Boltzmann"
+  std::string name;  ///< of the component, for people: "Copepod lattice Boltzmann"
   std::string version;
   std::set<std::string> features;
 };

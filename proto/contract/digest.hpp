@@ -5,7 +5,8 @@
 
 namespace copepod {
 
-/// 64-bit mixing function (finaliser of splitmix64, Steele et al. 2014): every input bit affects every output bit.
+/// 64-bit mixing function (finaliser of splitmix64, Steele et al. 2014): every input bit affects every output
+/// bit.
 constexpr std::uint64_t mix_bits(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ULL;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -13,8 +14,8 @@ constexpr std::uint64_t mix_bits(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// Digest of a sequence: feed values in order. For states that are spread over ranks, digest each cell with its global
-/// index and add the results modulo 2^64, so that the decomposition does not matter.
+/// Digest of a sequence: feed values in order. For states that are spread over ranks, digest each cell with
+/// its global index and add the results modulo 2^64, so that the decomposition does not matter.
 class Digest {
  public:
   constexpr explicit Digest(std::uint64_t seed = 0) : state_(mix_bits(seed)) {}

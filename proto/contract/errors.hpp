@@ -12,14 +12,15 @@ namespace copepod {
 /// Messages follow "problem (why). What to do.".
 struct FailureReport {
   ExitCode code = ExitCode::solver_failed;
-  std::string component;        ///< "coupler", "fluid", "body" or a component's own name
+  std::string component;  ///< "coupler", "fluid", "body" or a component's own name
   std::string host;
   int rank = 0;
-  std::int64_t step = -1;       ///< coupling step, −1 before the first
-  std::string reason;           ///< one sentence that names problem, cause and remedy
+  std::int64_t step = -1;  ///< coupling step, −1 before the first
+  std::string reason;      ///< one sentence that names problem, cause and remedy
 };
 
-/// Base of all errors that end a run. `what()` is the reason; rank and step are filled in where they are known.
+/// Base of all errors that end a run. `what()` is the reason; rank and step are filled in where they are
+/// known.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& reason, int rank = 0, std::int64_t step = -1)
@@ -77,8 +78,9 @@ class DeadlinePassed : public Error {
 class Interrupted : public Error {
  public:
   explicit Interrupted(int signal, std::int64_t step = -1)
-      : Error(static_cast<ExitCode>(128 + signal), "stopped by signal " + std::to_string(signal) +
-                                                       " (somebody asked for it). Run again to start over.",
+      : Error(static_cast<ExitCode>(128 + signal),
+              "stopped by signal " + std::to_string(signal) +
+                  " (somebody asked for it). Run again to start over.",
               0, step) {}
 };
 

@@ -10,10 +10,10 @@ namespace copepod {
 /// Structure of arrays: one column per body, bodies in the order of the setup, so that a message is a memcpy.
 struct Kinematics {
   std::int64_t step = 0;
-  Eigen::Matrix3Xd position_m;                   ///< centre of mass p_WB, shape (3, bodies)
-  Eigen::Matrix4Xd orientation_wxyz;             ///< unit quaternion q_WB, shape (4, bodies)
-  Eigen::Matrix3Xd velocity_m_per_s;             ///< v_WB, shape (3, bodies)
-  Eigen::Matrix3Xd angular_velocity_rad_per_s;   ///< w_WB, shape (3, bodies)
+  Eigen::Matrix3Xd position_m;                  ///< centre of mass p_WB, shape (3, bodies)
+  Eigen::Matrix4Xd orientation_wxyz;            ///< unit quaternion q_WB, shape (4, bodies)
+  Eigen::Matrix3Xd velocity_m_per_s;            ///< v_WB, shape (3, bodies)
+  Eigen::Matrix3Xd angular_velocity_rad_per_s;  ///< w_WB, shape (3, bodies)
 
   [[nodiscard]] Eigen::Index bodies() const { return position_m.cols(); }
   void resize(Eigen::Index bodies) {
@@ -27,8 +27,8 @@ struct Kinematics {
 /// Hydrodynamic force on, and torque about the centre of mass of, every body during step `step`; world frame.
 struct Loads {
   std::int64_t step = 0;
-  Eigen::Matrix3Xd force_N;      ///< shape (3, bodies)
-  Eigen::Matrix3Xd torque_N_m;   ///< shape (3, bodies)
+  Eigen::Matrix3Xd force_N;     ///< shape (3, bodies)
+  Eigen::Matrix3Xd torque_N_m;  ///< shape (3, bodies)
 
   [[nodiscard]] Eigen::Index bodies() const { return force_N.cols(); }
   void resize(Eigen::Index bodies) {
@@ -37,11 +37,12 @@ struct Loads {
   }
 };
 
-/// What the coupler applies to the bodies during step `step`: loads that are constant over the step, and driving
-/// forces sampled at the nodes inside the step which the body solver asked for (BodySolver::driving_nodes).
+/// What the coupler applies to the bodies during step `step`: loads that are constant over the step, and
+/// driving forces sampled at the nodes inside the step which the body solver asked for
+/// (BodySolver::driving_nodes).
 struct AppliedLoads {
-  Loads hydrodynamic;              ///< after load averaging
-  Eigen::Matrix3Xd driving_N;      ///< shape (3, nodes × bodies): node 0 of all bodies, then node 1, …
+  Loads hydrodynamic;          ///< after load averaging
+  Eigen::Matrix3Xd driving_N;  ///< shape (3, nodes × bodies): node 0 of all bodies, then node 1, …
 };
 
 }  // namespace copepod

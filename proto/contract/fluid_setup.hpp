@@ -21,13 +21,14 @@ enum class Refill { equilibrium };
 /// Condition on one face of the domain.
 struct Boundary {
   BoundaryKind kind = BoundaryKind::no_slip;
-  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();   ///< of the wall, for BoundaryKind::velocity
-  double pressure_Pa = 0.0;                                      ///< relative to rest, for BoundaryKind::pressure
+  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< of the wall, for BoundaryKind::velocity
+  double pressure_Pa = 0.0;  ///< relative to rest, for BoundaryKind::pressure
 };
 
-/// Field output; steps count from the start of the run. `every_steps` 0: no snapshots; `mean_stop` 0: no mean.
+/// Field output; steps count from the start of the run. `every_steps` 0: no snapshots; `mean_stop` 0: no
+/// mean.
 struct FieldOutput {
-  std::string directory;              ///< absolute; receives fields.h5 and fields.xdmf
+  std::string directory;  ///< absolute; receives fields.h5 and fields.xdmf
   std::int64_t every_steps = 0;
   std::int64_t mean_start = 0;        ///< first step that enters the mean
   std::int64_t mean_stop = 0;         ///< first step that no longer does
@@ -35,22 +36,23 @@ struct FieldOutput {
 };
 
 /// Everything a fluid solver needs to know before the first exchange; SI units.
-/// The domain is the box [0, domain_cells · cell_size_m]; cell (i, j, k) has its centre at ((i, j, k) + 1/2) · cell_size_m.
+/// The domain is the box [0, domain_cells · cell_size_m]; cell (i, j, k) has its centre at ((i, j, k) + 1/2)
+/// · cell_size_m.
 struct FluidSetup {
   FluidKind kind = FluidKind::lattice_boltzmann;
   double step_s = 0.0;
-  double cell_size_m = 0.0;                         ///< 0 for solvers without a lattice
+  double cell_size_m = 0.0;  ///< 0 for solvers without a lattice
   double density_kg_per_m3 = 0.0;
   double kinematic_viscosity_m2_per_s = 0.0;
   std::array<std::int64_t, 3> domain_cells{};
-  std::array<Boundary, 6> boundaries{};             ///< x low, x high, y low, y high, z low, z high
-  std::array<bool, 3> symmetry_planes{};            ///< mirror plane normal to x, y, z through the domain's middle
+  std::array<Boundary, 6> boundaries{};   ///< x low, x high, y low, y high, z low, z high
+  std::array<bool, 3> symmetry_planes{};  ///< mirror plane normal to x, y, z through the domain's middle
   Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
   CollisionKind collision = CollisionKind::bgk;
   MovingBoundary moving_boundary = MovingBoundary::bounce_back;
   Refill refill = Refill::equilibrium;
   Precision precision = Precision::double_precision;
-  std::vector<Shape> bodies;                        ///< shapes, in the order of Kinematics and Loads
+  std::vector<Shape> bodies;  ///< shapes, in the order of Kinematics and Loads
   FieldOutput fields;
 };
 

@@ -10,10 +10,10 @@ namespace copepod {
 
 /// What a solver knows at the end of a run.
 struct SolverSummary {
-  std::uint64_t digest = 0;                  ///< of the solver's complete state; equal digests mean equal bits
-  std::uint64_t cell_updates = 0;            ///< fluid: cells of the computed domain × steps
+  std::uint64_t digest = 0;        ///< of the solver's complete state; equal digests mean equal bits
+  std::uint64_t cell_updates = 0;  ///< fluid: cells of the computed domain × steps
   int ranks = 1;
-  std::map<std::string, double> seconds;     ///< time per phase, named as in the trace: "map", "bulk", …
+  std::map<std::string, double> seconds;  ///< time per phase, named as in the trace: "map", "bulk", …
 };
 
 /// A fluid with moving bodies in it, advanced step by step.
@@ -21,9 +21,10 @@ struct SolverSummary {
 /// Legal call order:
 ///   construct(FluidSetup)  ->  [restore]  ->  { exchange -> advance -> [save] }*  ->  summarise
 ///
-/// `exchange(n)` fixes the bodies of step n and tells the loads on them; `advance()` then does the bulk update of the
-/// step. A service replies to the coupler between the two, so everybody else works in the shadow of `advance`.
-/// An exception from any call means that the solver is unusable from then on; it must be destroyed.
+/// `exchange(n)` fixes the bodies of step n and tells the loads on them; `advance()` then does the bulk
+/// update of the step. A service replies to the coupler between the two, so everybody else works in the
+/// shadow of `advance`. An exception from any call means that the solver is unusable from then on; it must be
+/// destroyed.
 class FluidSolver {
  public:
   FluidSolver() = default;

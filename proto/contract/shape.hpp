@@ -9,7 +9,7 @@ enum class ShapeKind { sphere, capsule };
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   double radius_m = 0.0;
-  double length_m = 0.0;   ///< cylinder part only; 0 for a sphere
+  double length_m = 0.0;  ///< cylinder part only; 0 for a sphere
 };
 
 }  // namespace copepod

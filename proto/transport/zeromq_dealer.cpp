@@ -9,7 +9,7 @@ namespace copepod::transport {
 
 namespace {
 
-constexpr int kLingerMs = 1000;  ///< for the last message of a component that ends
+constexpr int kLingerMs = 500;  ///< for the last message of a component that ends
 constexpr int kReconnectMs = 100;
 constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes
 

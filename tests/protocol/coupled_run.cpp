@@ -69,6 +69,11 @@ double decay_per_step() {
   return 6 * std::numbers::pi * kDensity_kg_per_m3 * kViscosity_m2_per_s * kRadius_m * kStep_s / kMass_kg;
 }
 
+std::vector<std::string> fake_fluid_command(const std::string& endpoint,
+                                            const std::vector<std::string>& options) {
+  return command(kFakeFluid, endpoint, "/dev/null", options);
+}
+
 CoupledRun::CoupledRun(const std::vector<std::string>& fluid_options,
                        const std::vector<std::string>& body_options, LinkSettings settings,
                        const std::string& endpoint) {

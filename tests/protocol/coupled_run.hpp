@@ -34,6 +34,10 @@ BodySetup two_free_spheres();
 /// Drag of the first sphere times step over mass: its velocity shrinks by this share in every step.
 double decay_per_step();
 
+/// Command line of the fake fluid, with the token of CoupledRun.
+std::vector<std::string> fake_fluid_command(const std::string& endpoint,
+                                            const std::vector<std::string>& options);
+
 /// A coupler's end in the test's own process, a fake fluid and a fake body in processes of their own.
 class CoupledRun {
  public:

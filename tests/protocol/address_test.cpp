@@ -1,0 +1,74 @@
+#include <csignal>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "coupled_run.hpp"
+
+namespace copepod::protocol_test {
+namespace {
+
+LinkSettings at(const std::string& endpoint, const std::string& session = "secret") {
+  LinkSettings settings;
+  settings.endpoint = endpoint;
+  settings.session = session;
+  settings.connect_deadline_s = 1.5;
+  return settings;
+}
+
+TEST(Address, SecondCouplerOnOneIpcPathIsRefused) {
+  const TemporaryFolder folder;
+  const std::string endpoint = "ipc://" + folder.path("coupler.ipc");
+  const Link first(at(endpoint));
+  EXPECT_THROW(Link second(at(endpoint)), Refused);
+}
+
+TEST(Address, LeftoversOfADeadCouplerAreNoObstacle) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path("coupler.ipc")) << "left over";
+  std::ofstream(folder.path("coupler.ipc.lock")) << "1\n";
+  EXPECT_NO_THROW(Link link(at("ipc://" + folder.path("coupler.ipc"))));
+}
+
+TEST(Address, TakenTcpPortIsRefused) {
+  const Link first(at("tcp://127.0.0.1:47612"));
+  EXPECT_THROW(Link second(at("tcp://127.0.0.1:47612")), Refused);
+}
+
+TEST(Address, NonsenseIsRefusedBeforeAnythingIsBound) {
+  EXPECT_THROW(Link link(at("udp://127.0.0.1:47613")), CaseError);
+  EXPECT_THROW(Link link(at("ipc://relative/path")), CaseError);
+  EXPECT_THROW(Link link(at("tcp://127.0.0.1")), CaseError);
+  EXPECT_THROW(Link link(at("tcp://127.0.0.1:99999")), CaseError);
+  EXPECT_THROW(Link link(at("ipc:///" + std::string(200, 'x'))), CaseError);
+}
+
+TEST(Address, StrangerWithAnotherTokenEndsWith65AndTheRunGoesOnWithoutIt) {
+  const TemporaryFolder folder;
+  const std::string endpoint = "ipc://" + folder.path("coupler.ipc");
+  Link link(at(endpoint, "another secret"));
+  ChildProcess stranger(fake_fluid_command(endpoint, {}));
+  EXPECT_THROW(link.await_components(), DeadlinePassed);
+  EXPECT_EQ(stranger.wait(5), 65);
+}
+
+TEST(Address, SecondFluidIsRefused) {
+  CoupledRun run({}, {});
+  run.begin();
+  ChildProcess second(fake_fluid_command("ipc://" + run.folder.path("coupler.ipc"), {}));
+  EXPECT_NO_THROW(run.advance(2000));
+  EXPECT_EQ(second.wait(5), 65);
+}
+
+TEST(CommandLine, BadOptionsEndWith2) {
+  EXPECT_EQ(ChildProcess({fake_fluid_command("", {})[0], "--nonsense"}).wait(5), 2);
+  EXPECT_EQ(ChildProcess({fake_fluid_command("", {})[0]}).wait(5), 2);
+}
+
+TEST(CommandLine, CapabilitiesAndHelpEndWith0) {
+  EXPECT_EQ(ChildProcess({fake_fluid_command("", {})[0], "--capabilities"}).wait(5), 0);
+  EXPECT_EQ(ChildProcess({fake_fluid_command("", {})[0], "--help"}).wait(5), 0);
+}
+
+}  // namespace
+}  // namespace copepod::protocol_test

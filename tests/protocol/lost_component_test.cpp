@@ -1,0 +1,194 @@
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "coupled_run.hpp"
+
+namespace copepod::protocol_test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+LinkSettings with_silence(double silence_s) {
+  LinkSettings settings;
+  settings.silence_s = silence_s;
+  return settings;
+}
+
+LinkSettings with_progress_deadline(double deadline_s) {
+  LinkSettings settings;
+  settings.progress_deadline_s = deadline_s;
+  return settings;
+}
+
+TEST(LostComponent, KilledFluidIsReportedByNameWithinTwoSeconds) {
+  CoupledRun run({"--slow-ms", "20"}, {});
+  run.begin();
+  run.advance(3);
+  run.fluid_process->signal(SIGKILL);
+  const auto start = Clock::now();
+  const std::string reason = run.advance_until_failure(10);
+  EXPECT_LT(seconds_since(start), 2.0);
+  EXPECT_TRUE(contains(reason, "The fluid component on host ")) << reason;
+  EXPECT_TRUE(contains(reason, "at step 3 is gone")) << reason;
+}
+
+TEST(LostComponent, KilledBodyIsNoticedWhileTheCouplerWaitsForTheFluid) {
+  CoupledRun run({"--hang-at-step", "5"}, {});
+  run.begin();
+  run.advance(5);
+  const auto start = Clock::now();
+  std::thread killer([&run] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    run.body_process->signal(SIGKILL);
+  });
+  const std::string reason = run.advance_until_failure(10);
+  killer.join();
+  EXPECT_LT(seconds_since(start), 2.5);
+  EXPECT_TRUE(contains(reason, "The body component on host ")) << reason;
+  EXPECT_TRUE(contains(reason, "is gone")) << reason;
+}
+
+TEST(LostComponent, FrozenFluidIsReportedAfterTheSilenceLimit) {
+  CoupledRun run({}, {}, with_silence(1.0));
+  run.begin();
+  run.advance(3);
+  run.fluid_process->signal(SIGSTOP);
+  const auto start = Clock::now();
+  const std::string reason = run.advance_until_failure(10);
+  EXPECT_GT(seconds_since(start), 0.9);
+  EXPECT_LT(seconds_since(start), 3.0);
+  EXPECT_TRUE(contains(reason, "is frozen")) << reason;
+}
+
+TEST(LostComponent, HangingSolverIsReportedThoughItAnswersPings) {
+  CoupledRun run({"--hang-at-step", "4"}, {}, with_progress_deadline(1.5));
+  run.begin();
+  const auto start = Clock::now();
+  const std::string reason = run.advance_until_failure(10);
+  EXPECT_GT(seconds_since(start), 1.4);
+  EXPECT_LT(seconds_since(start), 4.0);
+  EXPECT_TRUE(contains(reason, "The fluid component")) << reason;
+  EXPECT_TRUE(contains(reason, "at step 4 hangs")) << reason;
+}
+
+TEST(LostComponent, SlowStepThatProgressesIsNeverKilled) {
+  CoupledRun run({"--slow-ms", "2500", "--reports-progress"}, {}, with_progress_deadline(1.0));
+  run.begin();
+  EXPECT_NO_THROW(run.advance(2));
+}
+
+TEST(LostComponent, SlowStepWithoutProgressIsTakenForAHang) {
+  CoupledRun run({"--slow-ms", "2500"}, {}, with_progress_deadline(1.0));
+  run.begin();
+  EXPECT_THROW(run.advance(2), ComponentLost);
+}
+
+TEST(LostComponent, FailingSolverIsReportedWithItsRankStepAndReason) {
+  CoupledRun run({"--throw-at-step", "6"}, {});
+  run.begin();
+  try {
+    run.advance(10);
+    FAIL() << "the failure was lost";
+  } catch (const PeerFailed& failure) {
+    EXPECT_EQ(failure.report().component, "fluid");
+    EXPECT_EQ(failure.report().rank, 3);
+    EXPECT_EQ(failure.report().step, 6);
+    EXPECT_EQ(failure.code(), ExitCode::solver_failed);
+    EXPECT_TRUE(contains(failure.what(), "The flow diverged")) << failure.what();
+  }
+  EXPECT_EQ(run.fluid_process->wait(5), 70);
+}
+
+TEST(LostComponent, FailureOfTheBulkUpdateArrivesThoughTheReplyWasSent) {
+  CoupledRun run({"--throw-in-advance-of-step", "2"}, {});
+  run.begin();
+  try {
+    run.advance(10);
+    FAIL() << "the failure was lost";
+  } catch (const PeerFailed& failure) {
+    EXPECT_EQ(failure.report().step, 2);
+    EXPECT_EQ(failure.report().rank, 1);
+    EXPECT_TRUE(contains(failure.what(), "bulk update")) << failure.what();
+  }
+}
+
+TEST(LostComponent, MissingComponentIsNamedWhenTheDeadlineIsOver) {
+  LinkSettings settings;
+  settings.connect_deadline_s = 1.0;
+  CoupledRun run({}, {}, settings);
+  run.body_process->signal(SIGSTOP);
+  try {
+    run.link->await_components();
+    FAIL() << "nobody was missed";
+  } catch (const DeadlinePassed& error) {
+    EXPECT_TRUE(contains(error.what(), "The body component did not connect")) << error.what();
+  }
+}
+
+TEST(LostComponent, StopSignalEndsAWaitWithinATenthOfASecond) {
+  std::atomic<int> stop{0};
+  LinkSettings settings;
+  settings.stop_signal = &stop;
+  CoupledRun run({"--hang-at-step", "2"}, {}, settings);
+  run.begin();
+  run.advance(2);
+  std::thread stopper([&stop] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    stop = SIGINT;
+  });
+  const auto start = Clock::now();
+  EXPECT_THROW(run.advance(1), Interrupted);
+  stopper.join();
+  EXPECT_LT(seconds_since(start), 0.35);
+}
+
+TEST(LostCoupler, AbortEndsBothComponentsWithItsCode) {
+  CoupledRun run({"--slow-ms", "60000"}, {});
+  run.begin();
+  run.advance(1);
+  run.link->abort({ExitCode::interrupted, "coupler", "here", 0, 2, "Somebody asked for it."});
+  EXPECT_EQ(run.body_process->wait(2), 130);
+  EXPECT_EQ(run.fluid_process->wait(4), 130) << "a solver that does not react is ended after two seconds";
+  EXPECT_TRUE(contains(run.fluid_log(), "Somebody asked for it.")) << run.fluid_log();
+}
+
+TEST(LostCoupler, ComponentsEndThemselvesWhenItsConnectionBreaks) {
+  CoupledRun run({}, {});
+  run.begin();
+  run.advance(2);
+  run.fluid.reset();
+  run.body.reset();
+  run.link.reset();
+  EXPECT_EQ(run.fluid_process->wait(6), 69);
+  EXPECT_EQ(run.body_process->wait(6), 69);
+}
+
+TEST(LostCoupler, ComponentEndsItselfWhenPingsStayAway) {
+  CoupledRun run({"--orphan-after", "1.5"}, {});
+  run.begin();
+  const auto start = Clock::now();
+  EXPECT_EQ(run.fluid_process->wait(5), 69);  // nobody waits on the link, so nobody pings
+  EXPECT_GT(seconds_since(start), 1.0);
+  EXPECT_TRUE(contains(run.fluid_log(), "The coupler is silent")) << run.fluid_log();
+}
+
+TEST(LostCoupler, ComponentGivesUpWhenNoCouplerComes) {
+  const TemporaryFolder folder;
+  ChildProcess fluid(fake_fluid_command("ipc://" + folder.path("nobody.ipc"), {"--connect-deadline", "1"}));
+  EXPECT_EQ(fluid.wait(5), 74);
+}
+
+}  // namespace
+}  // namespace copepod::protocol_test

@@ -1,0 +1,86 @@
+#include "session/coupler_session.hpp"
+
+#include <gtest/gtest.h>
+
+namespace copepod::session {
+namespace {
+
+CouplerSession greeted_fluid() { return greet({}, 4711, 1); }
+
+/// The session after a request and its reply.
+CouplerSession after(const CouplerSession& session, MessageKind request, std::int64_t step,
+                     MessageKind reply) {
+  const Asked asked = ask(session, request, step);
+  EXPECT_EQ(asked.problem, "");
+  const Heard heard = hear(asked.session, reply, header_of(asked.session));
+  EXPECT_EQ(heard.kind, Heard::Kind::reply);
+  return heard.session;
+}
+
+TEST(CouplerSession, CountsRequestsAndFollowsTheComponentsState) {
+  CouplerSession session = greeted_fluid();
+  session = after(session, MessageKind::fluid_setup, 0, MessageKind::configured);
+  EXPECT_EQ(session.state, State::configured);
+  session = after(session, MessageKind::kinematics, 0, MessageKind::loads);
+  EXPECT_EQ(session.state, State::ready);
+  session = after(session, MessageKind::save, 1, MessageKind::saved);
+  EXPECT_EQ(session.state, State::ready);
+  session = after(session, MessageKind::finish, 1, MessageKind::finished);
+  EXPECT_EQ(session.state, State::done);
+  EXPECT_EQ(session.sequence, 4U);
+}
+
+TEST(CouplerSession, PutsIdsSequenceAndStepIntoTheHeader) {
+  const Asked asked = ask(greeted_fluid(), MessageKind::fluid_setup, 12);
+  const Header header = header_of(asked.session);
+  EXPECT_EQ(header.session_id, 4711U);
+  EXPECT_EQ(header.epoch, 1U);
+  EXPECT_EQ(header.sequence, 1U);
+  EXPECT_EQ(header.attempt, 0U);
+  EXPECT_EQ(header.step, 12);
+  EXPECT_EQ(header_of(ask_again(asked.session)).attempt, 1U);
+  EXPECT_EQ(header_of(ask_again(asked.session)).sequence, 1U);
+}
+
+TEST(CouplerSession, GuardsItsOwnCallOrder) {
+  const CouplerSession session = greeted_fluid();
+  EXPECT_EQ(ask(session, MessageKind::kinematics, 0).problem,
+            "Kinematics cannot be sent to the fluid component (in state 'greeted' it allows FluidSetup, "
+            "Finish). Call in "
+            "the order of the contract.");
+  const Asked asked = ask(session, MessageKind::fluid_setup, 0);
+  EXPECT_NE(ask(asked.session, MessageKind::finish, 0).problem.find("too early"), std::string::npos);
+  EXPECT_EQ(ask(asked.session, MessageKind::finish, 0).session, asked.session);
+}
+
+TEST(CouplerSession, IgnoresRepliesThatComeTwiceLateOrFromElsewhere) {
+  const Asked asked = ask(greeted_fluid(), MessageKind::fluid_setup, 0);
+  Header header = header_of(asked.session);
+  const Heard heard = hear(asked.session, MessageKind::configured, header);
+  EXPECT_EQ(hear(heard.session, MessageKind::configured, header).kind, Heard::Kind::stale);
+  header.epoch = 99;
+  EXPECT_EQ(hear(asked.session, MessageKind::configured, header).kind, Heard::Kind::stale);
+  header = header_of(asked.session);
+  header.sequence = 7;
+  EXPECT_EQ(hear(asked.session, MessageKind::configured, header).kind, Heard::Kind::stale);
+}
+
+TEST(CouplerSession, TakesAFailureAtAnyTime) {
+  Header unasked;
+  unasked.session_id = 4711;
+  unasked.epoch = 1;
+  const Heard heard = hear(greeted_fluid(), MessageKind::failure, unasked);
+  EXPECT_EQ(heard.kind, Heard::Kind::failure);
+  EXPECT_EQ(heard.session.state, State::failed);
+}
+
+TEST(CouplerSession, RefusesAReplyOfTheWrongKind) {
+  const Asked asked = ask(greeted_fluid(), MessageKind::fluid_setup, 0);
+  const Heard heard = hear(asked.session, MessageKind::loads, header_of(asked.session));
+  EXPECT_EQ(heard.kind, Heard::Kind::refuse);
+  EXPECT_NE(heard.problem.find("answered FluidSetup with Loads (Configured was due)"), std::string::npos)
+      << heard.problem;
+}
+
+}  // namespace
+}  // namespace copepod::session
