@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <google/protobuf/arena.h>
+#include <google/protobuf/stubs/logging.h>
 
 #include "conversion/arrays.hpp"
 #include "conversion/enumerations.hpp"
@@ -134,7 +135,11 @@ struct Decoder::Buffers {
   }
 };
 
-Decoder::Decoder() : buffers_(std::make_unique<Buffers>()) {}
+Decoder::Decoder() : buffers_(std::make_unique<Buffers>()) {
+  // Strangers decide what arrives, so they must not decide what we print; we throw instead.
+  static const auto previous_handler = google::protobuf::SetLogHandler(nullptr);
+  static_cast<void>(previous_handler);
+}
 Decoder::~Decoder() = default;
 
 MessageKind Decoder::parse(std::span<const std::byte> bytes) {

@@ -1,0 +1,227 @@
+#include <cstring>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "conversion/decoder.hpp"
+#include "conversion/encoder.hpp"
+#include "conversion/limits.hpp"
+#include "samples.hpp"
+
+namespace copepod::conversion {
+namespace {
+
+using session::Header;
+using session::MessageKind;
+
+std::vector<std::byte> copy(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
+
+/// Reads whatever the bytes claim to be; only MalformedMessage may come out.
+void read_anything(Decoder& decoder, Bytes bytes) {
+  session::Hello hello;
+  FluidSetup fluid_setup;
+  BodySetup body_setup;
+  Kinematics kinematics;
+  Loads loads;
+  AppliedLoads applied;
+  SolverSummary summary;
+  FailureReport failure;
+  session::Pong pong;
+  session::Configured configured;
+  session::CheckpointPath path;
+  switch (decoder.parse(bytes)) {
+    case MessageKind::hello:
+      return decoder.read(hello);
+    case MessageKind::fluid_setup:
+      return decoder.read(fluid_setup);
+    case MessageKind::body_setup:
+      return decoder.read(body_setup);
+    case MessageKind::kinematics:
+      return decoder.read(kinematics, 3);
+    case MessageKind::loads:
+      return decoder.read(loads, 3);
+    case MessageKind::applied_loads:
+      return decoder.read(applied, 3, 2);
+    case MessageKind::summary:
+      return decoder.read(summary);
+    case MessageKind::abort:
+    case MessageKind::failure:
+      return decoder.read(failure);
+    case MessageKind::pong:
+      return decoder.read(pong);
+    case MessageKind::configured:
+      return decoder.read(configured);
+    case MessageKind::save:
+    case MessageKind::restore:
+      return decoder.read(path);
+    default:
+      return;
+  }
+}
+
+/// True if the bytes were taken for a message.
+bool is_taken(Decoder& decoder, Bytes bytes) {
+  try {
+    read_anything(decoder, bytes);
+    return true;
+  } catch (const MalformedMessage&) {
+    return false;
+  }
+}
+
+std::vector<std::vector<std::byte>> one_of_each() {
+  Encoder encoder;
+  const Header header{1, 0, 1, 2, 3, 0, 4};
+  session::Hello hello;
+  hello.session_token = "token";
+  hello.capabilities = {"n", "v", {"a", "b"}};
+  std::vector<std::vector<std::byte>> messages;
+  messages.push_back(copy(encoder.encode(header, hello)));
+  messages.push_back(copy(encoder.encode(header, sample_fluid_setup())));
+  messages.push_back(copy(encoder.encode(header, sample_body_setup())));
+  messages.push_back(copy(encoder.encode(header, sample_kinematics(3))));
+  messages.push_back(copy(encoder.encode(header, sample_loads(3))));
+  messages.push_back(copy(encoder.encode(header, sample_applied_loads(3, 2))));
+  messages.push_back(copy(encoder.encode(header, SolverSummary{1, 2, 3, {{"bulk", 1.0}}})));
+  messages.push_back(copy(encoder.encode(header, FailureReport{})));
+  messages.push_back(copy(encoder.encode(header, session::Pong{})));
+  messages.push_back(copy(encoder.encode(header, session::Configured{{0, 1}})));
+  messages.push_back(copy(encoder.encode(header, MessageKind::save, session::CheckpointPath{"/a"})));
+  return messages;
+}
+
+TEST(HostileInput, IntactMessagesAreTaken) {
+  Decoder decoder;
+  for (const auto& message : one_of_each()) EXPECT_TRUE(is_taken(decoder, message));
+}
+
+TEST(HostileInput, EveryTruncationEndsInAnErrorOrAMessageButNeverInACrash) {
+  Decoder decoder;
+  for (const auto& message : one_of_each()) {
+    for (std::size_t size = 0; size < message.size(); ++size) is_taken(decoder, Bytes(message).first(size));
+    EXPECT_FALSE(is_taken(decoder, Bytes(message).first(message.size() - 1)));
+  }
+  EXPECT_FALSE(is_taken(decoder, {}));
+}
+
+TEST(HostileInput, FlippedBitsNeverCrashTheDecoder) {
+  Decoder decoder;
+  std::mt19937_64 random(42);
+  for (auto message : one_of_each()) {
+    for (int round = 0; round < 3000; ++round) {
+      auto broken = message;
+      const auto flips = 1 + random() % 8;
+      for (std::uint64_t i = 0; i < flips; ++i)
+        broken[random() % broken.size()] ^= std::byte(1U << (random() % 8));
+      is_taken(decoder, broken);
+    }
+    EXPECT_TRUE(is_taken(decoder, message)) << "the decoder still works afterwards";
+  }
+}
+
+TEST(HostileInput, RandomBytesNeverCrashTheDecoder) {
+  Decoder decoder;
+  std::mt19937_64 random(7);
+  for (int round = 0; round < 20000; ++round) {
+    std::vector<std::byte> bytes(random() % 200);
+    for (std::byte& byte : bytes) byte = std::byte(random() & 0xFFU);
+    is_taken(decoder, bytes);
+  }
+}
+
+TEST(HostileInput, AnotherNumberOfBodiesIsRefused) {
+  Encoder encoder;
+  Decoder decoder;
+  decoder.parse(encoder.encode(Header{}, sample_kinematics(3)));
+  Kinematics kinematics;
+  EXPECT_THROW(decoder.read(kinematics, 2), MalformedMessage);
+  EXPECT_THROW(decoder.read(kinematics, 4), MalformedMessage);
+  decoder.parse(encoder.encode(Header{}, sample_applied_loads(3, 2)));
+  AppliedLoads applied;
+  EXPECT_THROW(decoder.read(applied, 3, 3), MalformedMessage);
+}
+
+TEST(HostileInput, ArraysOfDifferentLengthAreRefused) {
+  Kinematics kinematics = sample_kinematics(3);
+  kinematics.velocity_m_per_s.resize(3, 2);
+  kinematics.velocity_m_per_s.setZero();
+  Encoder encoder;
+  Decoder decoder;
+  decoder.parse(encoder.encode(Header{}, kinematics));
+  Kinematics received;
+  EXPECT_THROW(decoder.read(received, 3), MalformedMessage);
+}
+
+TEST(HostileInput, NumbersThatAreNotFiniteAreRefused) {
+  Encoder encoder;
+  Decoder decoder;
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Loads loads = sample_loads(3);
+    loads.torque_N_m(1, 2) = bad;
+    decoder.parse(encoder.encode(Header{}, loads));
+    Loads received;
+    EXPECT_THROW(decoder.read(received, 3), MalformedMessage);
+    FluidSetup setup = sample_fluid_setup();
+    setup.boundaries[5].pressure_Pa = bad;
+    decoder.parse(encoder.encode(Header{}, setup));
+    EXPECT_THROW(decoder.read(setup), MalformedMessage);
+  }
+}
+
+TEST(HostileInput, SpringsBetweenBodiesThatDoNotExistAreRefused) {
+  Encoder encoder;
+  Decoder decoder;
+  for (const int index : {2, -1}) {
+    BodySetup setup = sample_body_setup();
+    setup.springs[0].body_B = index;
+    decoder.parse(encoder.encode(Header{}, setup));
+    BodySetup received;
+    EXPECT_THROW(decoder.read(received), MalformedMessage);
+  }
+}
+
+TEST(HostileInput, UnknownEnumerationValuesAreRefused) {
+  FluidSetup setup = sample_fluid_setup();
+  setup.collision = static_cast<CollisionKind>(40);
+  Encoder encoder;
+  Decoder decoder;
+  decoder.parse(encoder.encode(Header{}, setup));
+  EXPECT_THROW(decoder.read(setup), MalformedMessage);
+}
+
+TEST(HostileInput, AnotherMajorVersionIsRefusedExceptInAHello) {
+  Encoder encoder;
+  Decoder decoder;
+  Header header;
+  header.protocol_major = 2;
+  EXPECT_THROW(decoder.parse(encoder.encode(header, session::Ping{})), MalformedMessage);
+  EXPECT_EQ(decoder.parse(encoder.encode(header, session::Hello{})), MessageKind::hello);
+}
+
+TEST(HostileInput, OverlongTextsAndPathsAreRefused) {
+  Encoder encoder;
+  Decoder decoder;
+  session::Hello hello;
+  hello.host = std::string(kLimits.string_bytes + 1, 'x');
+  decoder.parse(encoder.encode(Header{}, hello));
+  EXPECT_THROW(decoder.read(hello), MalformedMessage);
+  EXPECT_THROW(encoder.encode(Header{}, MessageKind::save, session::CheckpointPath{hello.host}),
+               MalformedMessage);
+}
+
+TEST(HostileInput, AFailureCannotClaimSuccess) {
+  Encoder encoder;
+  Decoder decoder;
+  FailureReport report;
+  for (const int code : {0, 1, 4711, -5}) {
+    report.code = static_cast<ExitCode>(code);
+    decoder.parse(encoder.encode(Header{}, report));
+    FailureReport received;
+    decoder.read(received);
+    EXPECT_EQ(received.code, ExitCode::solver_failed);
+  }
+}
+
+}  // namespace
+}  // namespace copepod::conversion

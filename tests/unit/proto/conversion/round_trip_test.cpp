@@ -1,0 +1,264 @@
+#include <cstring>
+
+#include <gtest/gtest.h>
+
+#include "conversion/decoder.hpp"
+#include "conversion/encoder.hpp"
+#include "samples.hpp"
+
+namespace copepod::conversion {
+namespace {
+
+using session::Header;
+using session::MessageKind;
+
+const Header kHeader{1, 0, 0x0123456789abcdef, 99, 5, 2, 7};
+
+/// Equality of bits: distinguishes signed zeros.
+template <class Matrix>
+void expect_same_bits(const Matrix& a, const Matrix& b) {
+  ASSERT_EQ(a.rows(), b.rows());
+  ASSERT_EQ(a.cols(), b.cols());
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())), 0);
+}
+
+class RoundTrip : public testing::Test {
+ protected:
+  template <class... Body>
+  MessageKind send(const Body&... body) {
+    return decoder.parse(encoder.encode(kHeader, body...));
+  }
+  Encoder encoder;
+  Decoder decoder;
+};
+
+TEST_F(RoundTrip, KeepsEveryHeaderField) {
+  EXPECT_EQ(send(MessageKind::summarise), MessageKind::summarise);
+  EXPECT_EQ(decoder.header(), kHeader);
+}
+
+TEST_F(RoundTrip, KeepsKinematicsBitForBit) {
+  for (const Eigen::Index bodies : {0, 1, 3, 2000}) {
+    const Kinematics sent = sample_kinematics(bodies);
+    ASSERT_EQ(send(sent), MessageKind::kinematics);
+    Kinematics received;
+    decoder.read(received, bodies);
+    EXPECT_EQ(received.step, sent.step);
+    expect_same_bits(received.position_m, sent.position_m);
+    expect_same_bits(received.orientation_wxyz, sent.orientation_wxyz);
+    expect_same_bits(received.velocity_m_per_s, sent.velocity_m_per_s);
+    expect_same_bits(received.angular_velocity_rad_per_s, sent.angular_velocity_rad_per_s);
+  }
+}
+
+TEST_F(RoundTrip, KeepsLoadsBitForBit) {
+  const Loads sent = sample_loads(17);
+  ASSERT_EQ(send(sent), MessageKind::loads);
+  Loads received;
+  decoder.read(received, 17);
+  EXPECT_EQ(received.step, sent.step);
+  expect_same_bits(received.force_N, sent.force_N);
+  expect_same_bits(received.torque_N_m, sent.torque_N_m);
+}
+
+TEST_F(RoundTrip, KeepsAppliedLoadsBitForBit) {
+  const AppliedLoads sent = sample_applied_loads(5, 3);
+  ASSERT_EQ(send(sent), MessageKind::applied_loads);
+  AppliedLoads received;
+  decoder.read(received, 5, 3);
+  EXPECT_EQ(received.hydrodynamic.step, sent.hydrodynamic.step);
+  expect_same_bits(received.hydrodynamic.force_N, sent.hydrodynamic.force_N);
+  expect_same_bits(received.hydrodynamic.torque_N_m, sent.hydrodynamic.torque_N_m);
+  expect_same_bits(received.driving_N, sent.driving_N);
+}
+
+TEST_F(RoundTrip, ForgetsTheLastMessageOfTheSameKind) {
+  ASSERT_EQ(send(sample_kinematics(50)), MessageKind::kinematics);
+  ASSERT_EQ(send(sample_kinematics(2)), MessageKind::kinematics);
+  Kinematics received;
+  decoder.read(received, 2);
+  EXPECT_EQ(received.bodies(), 2);
+}
+
+TEST_F(RoundTrip, KeepsTheFluidSetup) {
+  const FluidSetup sent = sample_fluid_setup();
+  ASSERT_EQ(send(sent), MessageKind::fluid_setup);
+  FluidSetup received;
+  received.bodies.resize(9);
+  decoder.read(received);
+  EXPECT_EQ(received.kind, sent.kind);
+  EXPECT_EQ(received.step_s, sent.step_s);
+  EXPECT_EQ(received.cell_size_m, sent.cell_size_m);
+  EXPECT_EQ(received.density_kg_per_m3, sent.density_kg_per_m3);
+  EXPECT_EQ(received.kinematic_viscosity_m2_per_s, sent.kinematic_viscosity_m2_per_s);
+  EXPECT_EQ(received.domain_cells, sent.domain_cells);
+  for (std::size_t face = 0; face < 6; ++face) {
+    EXPECT_EQ(received.boundaries[face].kind, sent.boundaries[face].kind);
+    EXPECT_EQ(received.boundaries[face].velocity_m_per_s, sent.boundaries[face].velocity_m_per_s);
+    EXPECT_EQ(received.boundaries[face].pressure_Pa, sent.boundaries[face].pressure_Pa);
+  }
+  EXPECT_EQ(received.symmetry_planes, sent.symmetry_planes);
+  EXPECT_EQ(received.body_force_N_per_m3, sent.body_force_N_per_m3);
+  EXPECT_EQ(received.collision, sent.collision);
+  EXPECT_EQ(received.moving_boundary, sent.moving_boundary);
+  EXPECT_EQ(received.refill, sent.refill);
+  EXPECT_EQ(received.precision, sent.precision);
+  ASSERT_EQ(received.bodies.size(), 2U);
+  EXPECT_EQ(received.bodies[1].kind, ShapeKind::capsule);
+  EXPECT_EQ(received.bodies[1].radius_m, 4e-6);
+  EXPECT_EQ(received.bodies[1].length_m, 8e-6);
+  EXPECT_EQ(received.fields.directory, sent.fields.directory);
+  EXPECT_EQ(received.fields.every_steps, 100);
+  EXPECT_EQ(received.fields.mean_start, 5);
+  EXPECT_EQ(received.fields.mean_stop, 50);
+  EXPECT_EQ(received.fields.mean_every_steps, 2);
+}
+
+TEST_F(RoundTrip, KeepsTheBodySetup) {
+  const BodySetup sent = sample_body_setup();
+  ASSERT_EQ(send(sent), MessageKind::body_setup);
+  BodySetup received;
+  decoder.read(received);
+  EXPECT_EQ(received.step_s, sent.step_s);
+  EXPECT_EQ(received.integrator, sent.integrator);
+  EXPECT_EQ(received.gravity_m_per_s2, sent.gravity_m_per_s2);
+  EXPECT_EQ(received.fluid_density_kg_per_m3, sent.fluid_density_kg_per_m3);
+  EXPECT_EQ(received.periodic_length_m, sent.periodic_length_m);
+  ASSERT_EQ(received.bodies.size(), 2U);
+  const BodySpecification& body = received.bodies[1];
+  const BodySpecification& original = sent.bodies[1];
+  EXPECT_EQ(body.name, original.name);
+  EXPECT_EQ(body.shape.kind, original.shape.kind);
+  EXPECT_EQ(body.mass_kg, original.mass_kg);
+  EXPECT_EQ(body.motion, original.motion);
+  EXPECT_EQ(body.axis, original.axis);
+  EXPECT_EQ(body.position_m, original.position_m);
+  EXPECT_EQ(body.orientation_wxyz, original.orientation_wxyz);
+  EXPECT_EQ(body.velocity_m_per_s, original.velocity_m_per_s);
+  EXPECT_EQ(body.angular_velocity_rad_per_s, original.angular_velocity_rad_per_s);
+  ASSERT_EQ(received.springs.size(), 1U);
+  EXPECT_EQ(received.springs[0].body_A, 0);
+  EXPECT_EQ(received.springs[0].body_B, 1);
+  EXPECT_EQ(received.springs[0].stiffness_N_per_m, 1.72965);
+  EXPECT_EQ(received.springs[0].damping_N_s_per_m, 1.57237e-7);
+  EXPECT_EQ(received.springs[0].rest_length_m, 1.6e-5);
+  EXPECT_EQ(received.springs[0].anchor_A_m, sent.springs[0].anchor_A_m);
+  EXPECT_EQ(received.springs[0].anchor_B_m, sent.springs[0].anchor_B_m);
+}
+
+TEST_F(RoundTrip, KeepsTheHandshake) {
+  session::Hello hello{session::Role::body,
+                       session::Lane::control,
+                       {1, 0, 3},
+                       "token",
+                       {"solver", "2.1", {"a", "b"}},
+                       "node7",
+                       4321,
+                       16,
+                       0xfedcba9876543210};
+  ASSERT_EQ(send(hello), MessageKind::hello);
+  session::Hello received;
+  decoder.read(received);
+  EXPECT_EQ(received.role, hello.role);
+  EXPECT_EQ(received.lane, hello.lane);
+  EXPECT_EQ(received.versions, hello.versions);
+  EXPECT_EQ(received.session_token, hello.session_token);
+  EXPECT_EQ(received.capabilities.name, "solver");
+  EXPECT_EQ(received.capabilities.features, hello.capabilities.features);
+  EXPECT_EQ(received.host, "node7");
+  EXPECT_EQ(received.pid, 4321);
+  EXPECT_EQ(received.ranks, 16U);
+  EXPECT_EQ(received.instance, hello.instance);
+
+  ASSERT_EQ(send(session::Welcome{3, 17, 18}), MessageKind::welcome);
+  session::Welcome welcome;
+  decoder.read(welcome);
+  EXPECT_EQ(welcome.minor, 3U);
+  EXPECT_EQ(welcome.session_id, 17U);
+  EXPECT_EQ(welcome.epoch, 18U);
+
+  ASSERT_EQ(send(session::Refusal{"no"}), MessageKind::refusal);
+  session::Refusal refusal;
+  decoder.read(refusal);
+  EXPECT_EQ(refusal.reason, "no");
+
+  ASSERT_EQ(send(session::Configured{{0, 0.5, 1}}), MessageKind::configured);
+  session::Configured configured;
+  decoder.read(configured);
+  EXPECT_EQ(configured.driving_nodes, (std::vector<double>{0, 0.5, 1}));
+}
+
+TEST_F(RoundTrip, KeepsControlMessages) {
+  ASSERT_EQ(send(session::Ping{77}), MessageKind::ping);
+  session::Ping ping;
+  decoder.read(ping);
+  EXPECT_EQ(ping.stamp_ns, 77U);
+
+  ASSERT_EQ(send(session::Pong{77, 5, session::Phase::advancing, 8, 9, 10}), MessageKind::pong);
+  session::Pong pong;
+  decoder.read(pong);
+  EXPECT_EQ(pong.stamp_ns, 77U);
+  EXPECT_EQ(pong.step, 5);
+  EXPECT_EQ(pong.phase, session::Phase::advancing);
+  EXPECT_EQ(pong.progress, 8U);
+  EXPECT_EQ(pong.received_sequence, 9U);
+  EXPECT_EQ(pong.replied_sequence, 10U);
+}
+
+TEST_F(RoundTrip, KeepsFailuresAndAborts) {
+  const FailureReport sent{
+      ExitCode::storage_failed, "fluid", "node7", 3, 12, "Disk full (quota). Free some space."};
+  FailureReport received;
+  ASSERT_EQ(send(sent), MessageKind::failure);
+  decoder.read(received);
+  EXPECT_EQ(received.code, sent.code);
+  EXPECT_EQ(received.component, sent.component);
+  EXPECT_EQ(received.host, sent.host);
+  EXPECT_EQ(received.rank, sent.rank);
+  EXPECT_EQ(received.step, sent.step);
+  EXPECT_EQ(received.reason, sent.reason);
+
+  ASSERT_EQ(decoder.parse(encoder.encode_abort(kHeader, sent)), MessageKind::abort);
+  received = {};
+  decoder.read(received);
+  EXPECT_EQ(received.reason, sent.reason);
+}
+
+TEST_F(RoundTrip, MakesTextTravelWhateverItsEncoding) {
+  const FailureReport latin1{ExitCode::solver_failed,        "fluid", "node7", 0, 1,
+                             "Str\xF6mung \xC3\xA4 \xE2\x82"};
+  ASSERT_EQ(send(latin1), MessageKind::failure);
+  FailureReport received;
+  decoder.read(received);
+  EXPECT_EQ(received.reason, "Str?mung \xC3\xA4 ??");
+}
+
+TEST_F(RoundTrip, KeepsSummariesAndPaths) {
+  SolverSummary sent{0xffffffffffffffff, 1ULL << 60, 12, {{"bulk", 1.5}, {"map", 0.25}}};
+  ASSERT_EQ(send(sent), MessageKind::summary);
+  SolverSummary summary;
+  summary.seconds["old"] = 1;
+  decoder.read(summary);
+  EXPECT_EQ(summary.digest, sent.digest);
+  EXPECT_EQ(summary.cell_updates, sent.cell_updates);
+  EXPECT_EQ(summary.ranks, 12);
+  EXPECT_EQ(summary.seconds, sent.seconds);
+
+  for (const MessageKind kind : {MessageKind::save, MessageKind::restore}) {
+    ASSERT_EQ(send(kind, session::CheckpointPath{"/runs/a/checkpoints/7"}), kind);
+    session::CheckpointPath path;
+    decoder.read(path);
+    EXPECT_EQ(path.path, "/runs/a/checkpoints/7");
+  }
+}
+
+TEST_F(RoundTrip, TellsMessagesWithoutFieldsApart) {
+  for (const MessageKind kind : {MessageKind::kinematics_request, MessageKind::saved, MessageKind::restored,
+                                 MessageKind::summarise, MessageKind::finish, MessageKind::finished}) {
+    EXPECT_EQ(send(kind), kind);
+  }
+  EXPECT_THROW(send(MessageKind::loads), std::logic_error);
+}
+
+}  // namespace
+}  // namespace copepod::conversion
