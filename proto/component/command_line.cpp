@@ -19,6 +19,7 @@ std::string capabilities_as_json(session::Role role, const Capabilities& capabil
 
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
                                      const Capabilities& capabilities) {
+  const CLI::Range seconds(0.1, 1e6);
   Options options;
   bool only_capabilities = false;
   CLI::App app{capabilities.name + ", a " + std::string(name_of(role)) + " component of Copepod"};
@@ -29,9 +30,9 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
   app.add_option("--log-level", options.log_level, "How much to log")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_option("--orphan-after", options.orphan_after_s, "End after so many seconds without the coupler")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds);
   app.add_option("--connect-deadline", options.connect_deadline_s, "Wait so many seconds for the coupler")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

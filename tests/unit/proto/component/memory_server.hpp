@@ -1,0 +1,91 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include <spdlog/logger.h>
+#include <spdlog/sinks/null_sink.h>
+
+#include "component/server.hpp"
+#include "component/vitals.hpp"
+#include "conversion/decoder.hpp"
+#include "conversion/encoder.hpp"
+#include "transport/in_memory.hpp"
+
+namespace copepod::component {
+
+/// A server in a thread of its own, and the coupler's end of its data lane in the test's hands.
+class MemoryServer {
+ public:
+  explicit MemoryServer(ServedSolver& solver, double connect_deadline_s = 5.0)
+      : router(wire.make_router()),
+        thread_([this, &solver, connect_deadline_s] { run(solver, connect_deadline_s); }) {}
+
+  ~MemoryServer() {
+    if (thread_.joinable()) thread_.join();
+  }
+
+  /// The next message of the server, decoded into `decoder`.
+  session::MessageKind receive() {
+    transport::Frame frame;
+    if (!router->receive(frame, std::chrono::seconds(5))) return session::MessageKind::none;
+    last.assign(frame.bytes().begin(), frame.bytes().end());
+    return decoder.parse(last);
+  }
+
+  template <class... Body>
+  void send(const Body&... body) {
+    router->send("data", encoder.encode(header, body...));
+  }
+
+  /// Sends the next request and returns the kind of the answer.
+  template <class... Body>
+  session::MessageKind ask(const Body&... body) {
+    ++header.sequence;
+    send(body...);
+    return receive();
+  }
+
+  void welcome() {
+    EXPECT_EQ(receive(), session::MessageKind::hello);
+    send(session::Welcome{0, 4711, 1});
+    header.session_id = 4711;
+    header.epoch = 1;
+  }
+
+  FailureReport failure() {
+    FailureReport report;
+    decoder.read(report);
+    return report;
+  }
+
+  ExitCode join() {
+    thread_.join();
+    return exit_code_;
+  }
+
+  transport::InMemoryWire wire;
+  std::unique_ptr<transport::Router> router;
+  session::Header header;
+  conversion::Encoder encoder;
+  conversion::Decoder decoder;
+  std::vector<std::byte> last;
+  Vitals vitals;
+
+ private:
+  void run(ServedSolver& solver, double connect_deadline_s) {
+    const auto dealer = wire.make_dealer("data");
+    spdlog::logger log("test", std::make_shared<spdlog::sinks::null_sink_mt>());
+    session::Hello hello;
+    hello.role = solver.role();
+    hello.host = "here";
+    hello.session_token = "token";
+    exit_code_ = Server(*dealer, solver, vitals, log, hello, connect_deadline_s).run();
+  }
+
+  ExitCode exit_code_ = ExitCode::finished;
+  std::thread thread_;
+};
+
+}  // namespace copepod::component

@@ -1,0 +1,82 @@
+#include "transport/in_memory.hpp"
+
+#include <cstring>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace copepod::transport {
+namespace {
+
+using namespace std::chrono_literals;
+
+Bytes bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+std::string text_of(const Frame& frame) {
+  return {reinterpret_cast<const char*>(frame.bytes().data()), frame.bytes().size()};
+}
+
+TEST(InMemoryWire, CarriesMessagesBothWaysInOrder) {
+  InMemoryWire wire;
+  const auto router = wire.make_router();
+  const auto dealer = wire.make_dealer("a");
+  Frame frame;
+  dealer->send(bytes_of("one"));
+  dealer->send(bytes_of("three"));
+  ASSERT_TRUE(router->receive(frame, 0ms));
+  EXPECT_EQ(frame.peer, "a");
+  EXPECT_EQ(text_of(frame), "one");
+  ASSERT_TRUE(router->receive(frame, 0ms));
+  EXPECT_EQ(text_of(frame), "three");
+  EXPECT_FALSE(router->receive(frame, 1ms));
+  EXPECT_TRUE(router->send("a", bytes_of("back")));
+  ASSERT_TRUE(dealer->receive(frame, 0ms));
+  EXPECT_EQ(text_of(frame), "back");
+}
+
+TEST(InMemoryWire, WakesAWaitingReceiver) {
+  InMemoryWire wire;
+  const auto router = wire.make_router();
+  const auto dealer = wire.make_dealer("a");
+  std::thread sender([&dealer] {
+    std::this_thread::sleep_for(20ms);
+    dealer->send(bytes_of("hello"));
+  });
+  Frame frame;
+  EXPECT_TRUE(router->receive(frame, 5s));
+  sender.join();
+}
+
+TEST(InMemoryWire, ShowsBrokenConnections) {
+  InMemoryWire wire;
+  const auto router = wire.make_router();
+  auto dealer = wire.make_dealer("a");
+  EXPECT_TRUE(router->connected("a"));
+  EXPECT_FALSE(router->connected("b"));
+  wire.disconnect("a");
+  EXPECT_FALSE(router->connected("a"));
+  EXPECT_FALSE(dealer->connected());
+  EXPECT_FALSE(router->send("a", bytes_of("x")));
+  wire.reconnect("a");
+  EXPECT_TRUE(router->connected("a"));
+  dealer.reset();
+  EXPECT_FALSE(router->connected("a")) << "a dealer that is gone is disconnected";
+}
+
+TEST(InMemoryWire, LosesWhatItIsToldToLose) {
+  InMemoryWire wire;
+  const auto router = wire.make_router();
+  const auto dealer = wire.make_dealer("a");
+  Frame frame;
+  wire.lose_next_from("a");
+  dealer->send(bytes_of("lost"));
+  EXPECT_FALSE(router->receive(frame, 0ms));
+  dealer->send(bytes_of("kept"));
+  EXPECT_TRUE(router->receive(frame, 0ms));
+  wire.lose_next_to("a");
+  router->send("a", bytes_of("lost"));
+  EXPECT_FALSE(dealer->receive(frame, 0ms));
+}
+
+}  // namespace
+}  // namespace copepod::transport

@@ -1,0 +1,129 @@
+#include "transport/zeromq.hpp"
+
+#include <cstring>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "contract/errors.hpp"
+
+namespace copepod::transport {
+namespace {
+
+using namespace std::chrono_literals;
+
+Bytes bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+std::string text_of(const Frame& frame) {
+  return {reinterpret_cast<const char*>(frame.bytes().data()), frame.bytes().size()};
+}
+
+/// A router's wait also ends when a connection changes; this one does not.
+bool receive_within(Router& router, Frame& frame, Duration wait) {
+  const auto end = std::chrono::steady_clock::now() + wait;
+  while (std::chrono::steady_clock::now() < end) {
+    if (router.receive(frame, 100ms)) return true;
+  }
+  return false;
+}
+
+std::string ipc_endpoint(const std::string& name) {
+  return "ipc:///tmp/copepod-" + std::to_string(getpid()) + "-" + name;
+}
+
+class ZeroMq : public testing::TestWithParam<std::string> {
+ protected:
+  void TearDown() override {
+    for (const char* suffix : {"", ".lock"}) unlink((GetParam().substr(6) + suffix).c_str());
+  }
+};
+
+TEST_P(ZeroMq, CarriesMessagesOfAllSizesBothWays) {
+  const auto router = bind_router(GetParam(), {});
+  const auto dealer = connect_dealer(GetParam(), "a", {});
+  Frame frame;
+  for (const std::size_t size : {0U, 1U, 100U, 10'000'000U}) {
+    const std::string text(size, 'x');
+    ASSERT_TRUE(dealer->send(bytes_of(text)));
+    ASSERT_TRUE(receive_within(*router, frame, 5s));
+    EXPECT_EQ(frame.peer, "a");
+    EXPECT_EQ(text_of(frame), text);
+    ASSERT_TRUE(router->send("a", frame.bytes()));
+    Frame back;
+    ASSERT_TRUE(dealer->receive(back, 5s));
+    EXPECT_EQ(text_of(back), text);
+  }
+}
+
+TEST_P(ZeroMq, WaitsNoLongerThanItIsToldTo) {
+  const auto router = bind_router(GetParam(), kDataLanePolicy);
+  const auto dealer = connect_dealer(GetParam(), "a", kDataLanePolicy);
+  Frame frame;
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_FALSE(dealer->receive(frame, 50ms));
+  EXPECT_FALSE(router->receive(frame, 50ms));
+  const auto waited = std::chrono::steady_clock::now() - start;
+  EXPECT_GE(waited, 50ms);  // the router's wait may end early, when the dealer connects
+  EXPECT_LT(waited, 500ms);
+}
+
+TEST_P(ZeroMq, RouterNoticesThatAPeerIsGoneAndThatItIsBack) {
+  const auto router = bind_router(GetParam(), {});
+  Frame frame;
+  {
+    const auto dealer = connect_dealer(GetParam(), "a", {});
+    dealer->send(bytes_of("here"));
+    ASSERT_TRUE(receive_within(*router, frame, 5s));
+    EXPECT_TRUE(router->connected("a"));
+    EXPECT_FALSE(router->connected("b"));
+  }
+  const auto end = std::chrono::steady_clock::now() + 2s;
+  while (router->connected("a") && std::chrono::steady_clock::now() < end) router->receive(frame, 10ms);
+  EXPECT_FALSE(router->connected("a"));
+  EXPECT_FALSE(router->send("a", bytes_of("anybody?")));
+  const auto dealer = connect_dealer(GetParam(), "a", {});
+  dealer->send(bytes_of("back"));
+  const auto back_end = std::chrono::steady_clock::now() + 2s;
+  while (!router->connected("a") && std::chrono::steady_clock::now() < back_end) router->receive(frame, 10ms);
+  EXPECT_TRUE(router->connected("a"));
+}
+
+TEST_P(ZeroMq, DealerNoticesThatTheCouplerComesAndGoes) {
+  const auto dealer = connect_dealer(GetParam(), "a", {});
+  EXPECT_FALSE(dealer->connected());
+  Frame frame;
+  const auto wait_until = [&](bool connected) {
+    const auto end = std::chrono::steady_clock::now() + 3s;
+    while (dealer->connected() != connected && std::chrono::steady_clock::now() < end)
+      dealer->receive(frame, 10ms);
+    return dealer->connected() == connected;
+  };
+  {
+    const auto router = bind_router(GetParam(), {});
+    EXPECT_TRUE(wait_until(true));
+  }
+  EXPECT_TRUE(wait_until(false));
+  const auto next_router = bind_router(GetParam(), {});
+  EXPECT_TRUE(wait_until(true)) << "the connection is made again by itself";
+}
+
+TEST_P(ZeroMq, MessagesWaitForACouplerThatStartsLater) {
+  const auto dealer = connect_dealer(GetParam(), "a", {});
+  dealer->send(bytes_of("early"));
+  const auto router = bind_router(GetParam(), {});
+  Frame frame;
+  ASSERT_TRUE(receive_within(*router, frame, 5s));
+  EXPECT_EQ(text_of(frame), "early");
+}
+
+INSTANTIATE_TEST_SUITE_P(Lanes, ZeroMq, testing::Values(ipc_endpoint("lane"), "tcp://127.0.0.1:47621"),
+                         [](const auto& instance) { return instance.param.substr(0, 3); });
+
+TEST(ZeroMqAddress, ThatMakesNoSenseIsACaseError) {
+  EXPECT_THROW(bind_router("nonsense", {}), CaseError);
+  EXPECT_THROW(connect_dealer("nonsense", "a", {}), CaseError);
+  EXPECT_THROW(bind_router("ipc:///no/such/folder/coupler.ipc", {}), Refused);
+}
+
+}  // namespace
+}  // namespace copepod::transport
