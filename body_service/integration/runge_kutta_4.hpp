@@ -8,7 +8,7 @@ namespace copepod::body {
 ///   k₁ = f(t, y), k₂ = f(t + h/2, y + h/2 k₁), k₃ = f(t + h/2, y + h/2 k₂), k₄ = f(t + h, y + h k₃)
 ///   y' = y + h/6 (k₁ + 2 k₂ + 2 k₃ + k₄)                                                     (B16)
 /// Loads of the fluid are constant over the step; driving forces are sampled at 0, 1/2 and 1 of it. Why this
-/// method: docs/decisions/0100_body_integrator.md.
+/// method: docs/decisions/body_integrator.md.
 class RungeKutta4 final : public TimeIntegrator {
  public:
   RungeKutta4(EquationsOfMotion& equations, double step_s);

@@ -1,5 +1,5 @@
 // Time of one step of the body solver for many swimmers of three beads
-// (docs/decisions/0100_body_integrator.md). Run: build/bin/body_step_benchmark
+// (docs/decisions/body_integrator.md). Run: build/bin/body_step_benchmark
 
 #include <cmath>
 #include <string>
