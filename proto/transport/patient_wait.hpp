@@ -14,7 +14,7 @@ struct WaitPolicy {
 };
 
 /// Of the lanes that the exchange of every step goes through.
-inline constexpr WaitPolicy kDataLanePolicy{std::chrono::microseconds(50)};
+inline constexpr WaitPolicy kDataLanePolicy{};
 
 /// Tries until something is there or the time for trying is over.
 /// @param attempt  returns true when it got something
