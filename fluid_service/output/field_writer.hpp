@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "communication/communicator.hpp"
+#include "contract/fluid_setup.hpp"
+#include "output/field_block.hpp"
+#include "output/mirror_images.hpp"
+
+namespace copepod::fluid {
+
+class ParallelFile;
+
+/// Writes fields.h5 and fields.xdmf of a run [design.md §5]; collective.
+///
+/// One group per snapshot, /step_000001000/, and /mean/, each with, in doubles and SI units,
+///   density_kg_per_m3 (nz, ny, nx)   velocity_m_per_s (nz, ny, nx, 3)   body (nz, ny, nx)
+/// for the whole domain: where symmetry planes halve the computed one, the mirror image is written too, with
+/// the normal velocity reversed. The file is closed after each group, so that a killed run leaves a readable
+/// one; a group that exists already, from before a restart, is replaced.
+class FieldWriter {
+ public:
+  FieldWriter(const FieldOutput& output, const FluidSetup& setup, Communicator& communicator);
+
+  /// @param step   steps completed
+  /// @param block  this rank's share of the computed domain
+  /// @throws StorageError on all ranks if one of them cannot write
+  void write_snapshot(std::int64_t step, const FieldBlock& block);
+  /// @param samples  number of samples in the mean
+  void write_mean(std::int64_t samples, const FieldBlock& block);
+
+ private:
+  /// Opens or creates the file and makes `group` anew in it.
+  [[nodiscard]] ParallelFile begin_group(const std::string& group) const;
+  void write_fields(ParallelFile& file, const std::string& group, const FieldBlock& block) const;
+  /// Describes what is in the file, for ParaView, and closes it.
+  void finish(ParallelFile& file) const;
+
+  FieldOutput output_;
+  double step_s_;
+  double cell_size_m_;
+  MirrorImages images_;
+  Communicator& communicator_;
+};
+
+}  // namespace copepod::fluid
