@@ -1,4 +1,4 @@
-# Sources of the lattice Boltzmann solver: lattice/, kernel/, boundary/, bodies/ and solver/.
+# Sources of the solvers that have a method: lattice Boltzmann (lattice/ to solver/) and Stokes flow.
 set(FLUID_SOLVER_SOURCES
   bodies/body_map.cpp
   bodies/boundary_links.cpp
@@ -10,5 +10,13 @@ set(FLUID_SOLVER_SOURCES
   kernel/stream_collide_avx2.cpp
   kernel/stream_collide_baseline.cpp
   solver/field_schedule.cpp
-  solver/lattice_boltzmann.cpp)
-set_source_files_properties(kernel/stream_collide_avx2.cpp PROPERTIES COMPILE_OPTIONS -mavx2)
+  solver/checkpoint.cpp
+  solver/lattice_boltzmann.cpp
+  stateless/stateless_checkpoint.cpp
+  stokes/grand_mobility.cpp
+  stokes/stokes_flow.cpp)
+
+# One kernel source, one build per instruction set; the fastest that the machine has is chosen at start.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set_source_files_properties(kernel/stream_collide_avx2.cpp PROPERTIES COMPILE_OPTIONS -mavx2)
+endif()

@@ -2,6 +2,7 @@
 
 #include "contract/errors.hpp"
 #include "solver/lattice_boltzmann.hpp"
+#include "stokes/stokes_flow.hpp"
 #include "vacuum/vacuum.hpp"
 
 namespace copepod::fluid {
@@ -9,7 +10,7 @@ namespace copepod::fluid {
 Capabilities capabilities() {
   return {.name = "Copepod fluid",
           .version = COPEPOD_VERSION,
-          .features = {"solver:lattice_boltzmann", "solver:vacuum", "collision:bgk", "collision:trt",
+          .features = {"solver:lattice_boltzmann", "solver:stokes", "solver:vacuum", "collision:bgk", "collision:trt",
                        "boundary:no_slip", "boundary:periodic", "boundary:free_slip", "boundary:velocity",
                        "boundary:pressure", "symmetry_planes", "body_force", "precision:double",
                        "precision:single", "shape:sphere", "shape:capsule", "moving_boundary:bounce_back",
@@ -23,9 +24,9 @@ std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communica
     case FluidKind::vacuum:
       return std::make_unique<Vacuum>(setup, communicator);
     case FluidKind::stokes:
-      break;
+      return std::make_unique<StokesFlow>(setup);
   }
-  throw CaseError("solver stokes (this fluid service does not have it). Use lattice_boltzmann or vacuum.");
+  throw CaseError("unknown kind of fluid solver (newer coupler?). Use lattice_boltzmann, stokes or vacuum.");
 }
 
 }  // namespace copepod::fluid

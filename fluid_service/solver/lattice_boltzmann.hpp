@@ -12,7 +12,7 @@
 #include "kernel/equilibrium.hpp"
 #include "kernel/stream_collide.hpp"
 #include "lattice/huge_array.hpp"
-#include "solver/field_output.hpp"
+#include "solver/field_schedule.hpp"
 #include "solver/phase_timer.hpp"
 
 namespace copepod::fluid {
@@ -75,7 +75,7 @@ class LatticeBoltzmann final : public FluidSolver {
   Placement placement_ = Placement::home;
   std::int64_t step_ = 0;  ///< steps completed
   PhaseTimer timer_;
-  FieldOutputSchedule output_;
+  FieldSchedule output_;
 };
 
 /// The rank solver for the precision that the setup asks for.

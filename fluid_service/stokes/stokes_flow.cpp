@@ -1,0 +1,60 @@
+#include "stokes/stokes_flow.hpp"
+
+#include <chrono>
+#include <string>
+
+#include <Eigen/Cholesky>
+
+#include "contract/errors.hpp"
+#include "stateless/stateless_checkpoint.hpp"
+#include "stokes/grand_mobility.hpp"
+
+namespace copepod::fluid {
+
+StokesFlow::StokesFlow(const FluidSetup& setup)
+    : viscosity_Pa_s_(setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s) {
+  for (const Shape& shape : setup.bodies) {
+    if (shape.kind != ShapeKind::sphere)
+      throw CaseError(
+          "a body is not a sphere (solver: stokes knows the mobility of spheres only). Use solver: "
+          "lattice_boltzmann.");
+    radius_m_.push_back(shape.radius_m);
+  }
+}
+
+void StokesFlow::exchange(const Kinematics& kinematics, Loads& loads) {
+  const auto start = std::chrono::steady_clock::now();
+  const Eigen::Index n = kinematics.bodies();
+  if (n != static_cast<Eigen::Index>(radius_m_.size()))
+    throw SolverError("kinematics of " + std::to_string(n) + " bodies (the setup has " +
+                      std::to_string(radius_m_.size()) + "). Send every body in the order of the setup.");
+  loads.step = kinematics.step;
+  loads.resize(n);
+  Eigen::VectorXd motion(6 * n);
+  motion << kinematics.velocity_m_per_s.reshaped(), kinematics.angular_velocity_rad_per_s.reshaped();
+  const Eigen::LLT<Eigen::MatrixXd> mobility(
+      grand_mobility(kinematics.position_m, radius_m_, viscosity_Pa_s_));
+  const Eigen::VectorXd load = mobility.solve(-motion);
+  if (mobility.info() != Eigen::Success || !load.allFinite())
+    throw SolverError(
+        "the Stokes mobility cannot be inverted (positions or velocities are not finite). Use a shorter "
+        "step_s.",
+        0, kinematics.step);
+  loads.force_N.reshaped() = load.head(3 * n);
+  loads.torque_N_m.reshaped() = load.tail(3 * n);
+  exchange_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void StokesFlow::advance() {}
+
+void StokesFlow::save(const std::string& path) { save_stateless(path, "stokes"); }
+
+void StokesFlow::restore(const std::string& path) { restore_stateless(path, "stokes"); }
+
+SolverSummary StokesFlow::summarise() {
+  SolverSummary summary;
+  summary.seconds["mobility"] = exchange_s_;
+  return summary;
+}
+
+}  // namespace copepod::fluid
