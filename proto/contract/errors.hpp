@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "contract/exit_code.hpp"
 
@@ -65,6 +67,16 @@ class ComponentLost : public Error {
  public:
   explicit ComponentLost(const std::string& reason, std::int64_t step = -1)
       : Error(ExitCode::component_lost, reason, 0, step) {}
+
+  /// Somebody else was lost: which component, on which host and rank.
+  explicit ComponentLost(FailureReport lost)
+      : Error(ExitCode::component_lost, lost.reason, lost.rank, lost.step), lost_(std::move(lost)) {}
+
+  /// Absent if it is the thrower itself that cannot go on.
+  [[nodiscard]] const std::optional<FailureReport>& lost() const { return lost_; }
+
+ private:
+  std::optional<FailureReport> lost_;
 };
 
 /// Nobody answered before the deadline.

@@ -134,9 +134,10 @@ void Exchange::look_after(Party& party) {
   party.liveness = on_look(party.liveness, router_.connected(party.control_peer), patience_, now);
   const Health health = judge(party.liveness, party.session.waits(), patience_, now);
   if (health != Health::fine) {
-    throw ComponentLost(party.description() + " " + describe(health, party.liveness, now) +
-                            ". Look at its log, then run again or resume from a checkpoint.",
-                        step_);
+    const std::string reason = party.description() + " " + describe(health, party.liveness, now) +
+                               ". Look at its log, then run again or resume from a checkpoint.";
+    throw ComponentLost(FailureReport{ExitCode::component_lost, std::string(name_of(party.session.role)),
+                                      party.hello.host, 0, step_, reason});
   }
   if (party.session.waits() && was_lost(party.liveness, party.session.sequence, party.sent_s, patience_)) {
     // The bytes keep their attempt number 0: header and body were encoded together. What counts is the
