@@ -13,7 +13,7 @@ constexpr double off_axis_tolerance = 1e-9;
 
 Eigen::Vector3d along(const BodySpecification& body, const Eigen::Vector3d& velocity, const char* key) {
   const Eigen::Vector3d axis = body.axis.normalized();
-  const Eigen::Vector3d part = axis * axis.dot(velocity);
+  Eigen::Vector3d part = axis * axis.dot(velocity);
   if ((velocity - part).norm() > off_axis_tolerance * velocity.norm()) {
     throw CaseError("body '" + body.name + "': " + key +
                     " points off its axis (motion: axis moves along, and turns about, the axis only). Give a "
@@ -25,7 +25,7 @@ Eigen::Vector3d along(const BodySpecification& body, const Eigen::Vector3d& velo
 }  // namespace
 
 BodyVelocities constrained_velocities(const BodySpecification& body) {
-  const BodyVelocities given{body.velocity_m_per_s, body.angular_velocity_rad_per_s};
+  BodyVelocities given{body.velocity_m_per_s, body.angular_velocity_rad_per_s};
   switch (body.motion) {
     case MotionKind::free:
     case MotionKind::prescribed:
