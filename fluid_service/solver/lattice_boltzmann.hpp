@@ -51,6 +51,9 @@ class LatticeBoltzmann final : public FluidSolver {
   void apply(const std::vector<ReflectedPopulation<T>>& reflected);
   void update(const Box& region);
   void update_interior();
+  /// visit(index into populations_) for the cells of the block (x, y, z), z fastest, and their 19 directions.
+  template <class Visit>
+  void for_each_population(const Visit& visit) const;
   void check_rows() const;
   void check_cell(const Cell& local) const;
   [[nodiscard]] std::uint64_t digest_of_block() const;
