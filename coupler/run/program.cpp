@@ -25,7 +25,8 @@ void start_log(const std::string& file) {
   std::shared_ptr<spdlog::logger> logger;
   try {
     logger = file.empty() ? spdlog::create<spdlog::sinks::null_sink_mt>("")
-                          : std::make_shared<spdlog::logger>("coupler", std::make_shared<spdlog::sinks::basic_file_sink_mt>(file));
+                          : std::make_shared<spdlog::logger>(
+                                "coupler", std::make_shared<spdlog::sinks::basic_file_sink_mt>(file));
   } catch (const spdlog::spdlog_ex& error) {
     throw StorageError(file + " cannot be written (" + error.what() + "). Choose another --log-file.");
   }
@@ -39,6 +40,8 @@ FailureReport report_of(const Error& error, std::int64_t step) {
   FailureReport report;
   if (const auto* peer = dynamic_cast<const PeerFailed*>(&error)) {
     report = peer->report();
+  } else if (const auto* loss = dynamic_cast<const ComponentLost*>(&error); loss != nullptr && loss->lost()) {
+    report = *loss->lost();
   } else {
     report = {error.code(), "coupler", host_name(), error.rank(), error.step(), error.what()};
   }
@@ -76,11 +79,17 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   } catch (const Error& error) {
     failure = report_of(error, run.step());
   } catch (const std::exception& error) {
-    failure = {ExitCode::solver_failed, "coupler", host_name(), 0, run.step(),
-               std::string(error.what()) + " (an error that the coupler did not expect). Please report it with the run's logs."};
+    failure = {ExitCode::solver_failed,
+               "coupler",
+               host_name(),
+               0,
+               run.step(),
+               std::string(error.what()) +
+                   " (an error that the coupler did not expect). Please report it with the run's logs."};
   }
   components->abort(failure);
-  spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step, failure.reason);
+  spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step,
+                failure.reason);
   events.failure(failure);
   provenance.write_end(failure.code, failure.reason);
   return static_cast<int>(failure.code);
@@ -88,7 +97,8 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
 
 }  // namespace
 
-int run_program(int argc, const char* const* argv, std::ostream& out, std::ostream& err, const MakeComponents& make_components) {
+int run_program(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
+                const MakeComponents& make_components) {
   try {
     const Options options = parse_command_line(argc, argv);
     if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);

@@ -109,6 +109,9 @@ TEST(Link, BrokenControlLaneIsAComponentLost) {
   } catch (const ComponentLost& lost) {
     EXPECT_NE(std::string(lost.what()).find("The fluid component on host here"), std::string::npos)
         << lost.what();
+    ASSERT_TRUE(lost.lost().has_value());
+    EXPECT_EQ(lost.lost()->component, "fluid");
+    EXPECT_EQ(lost.lost()->host, "here");
   }
   coupling.wire.reconnect("fluid-control");
   body.summarise();
