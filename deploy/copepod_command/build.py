@@ -1,11 +1,12 @@
-"""Configures and builds the checkout; ninja decides what there is to do, nothing is said when that is nothing."""
+"""Configures and builds the checkout; ninja decides what there is to do, nothing is said when that is next to nothing."""
 
 import fcntl
-import itertools
 import os
 import re
+import select
 import shutil
 import subprocess
+import time
 from contextlib import contextmanager
 
 from copepod_command import exit_codes, packages
@@ -15,6 +16,7 @@ from copepod_command.stages import Stage
 
 _BYTES_PER_COMPILER = 1.5e9   # memory set aside for each g++ process
 _SHOWN_LINES = 40
+_MOMENT_S = 0.5   # a build that takes longer is announced
 
 
 def ensure_programs():
@@ -77,34 +79,48 @@ def _configure():
 
 
 def _build(targets):
-    """Runs ninja; opens the stage's line only once ninja has something to do."""
+    """Runs ninja; says nothing if that is over in a moment."""
     environment = dict(os.environ, NINJA_STATUS="[%f/%t] ")
     ninja = subprocess.Popen(["ninja", "-C", str(BUILD), "-j", str(parallel_jobs()), *targets], env=environment,
-                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                             errors="replace")
+                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     try:
-        lines = (line for line in ninja.stdout if not line.startswith("ninja: Entering directory"))
-        first = next(lines, "ninja: no work to do.")
-        if not first.startswith("ninja: no work to do."):
-            with Stage(f"building (log: {BUILD / 'build.log'})") as stage:
-                _follow(first, lines, stage)
-                if ninja.wait() != 0:
-                    raise Stop(exit_codes.PREPARATION_FAILED, _failure("the build failed"))
+        beginning = _output_of_first_moment(ninja)
+        if ninja.poll() == 0:
+            return
+        with Stage(f"building (log: {BUILD / 'build.log'})") as stage:
+            _follow(beginning, ninja.stdout, stage)
+            if ninja.wait() != 0:
+                raise Stop(exit_codes.PREPARATION_FAILED, _failure("the build failed"))
     finally:
         if ninja.poll() is None:
             ninja.terminate()
         ninja.wait()
+        ninja.stdout.close()
 
 
-def _follow(first, lines, stage):
+def _output_of_first_moment(process):
+    """What the process writes before it ends, or until it is clear that it has real work to do."""
+    output = b""
+    deadline = time.monotonic() + _MOMENT_S
+    while (left := deadline - time.monotonic()) > 0 and select.select([process.stdout], [], [], left)[0]:
+        received = os.read(process.stdout.fileno(), 65536)
+        if not received:
+            process.wait()
+            break
+        output += received
+    return output
+
+
+def _follow(beginning, stream, stage):
     """Copies ninja's output to build.log and its counter to the stage's line."""
-    with open(BUILD / "build.log", "w") as log:
-        for line in itertools.chain([first], lines):
+    with open(BUILD / "build.log", "wb") as log:
+        log.write(beginning)
+        for line in iter(stream.readline, b""):
             log.write(line)
             log.flush()
-            counter = re.match(r"\[(\d+)/(\d+)\]", line)
+            counter = re.match(rb"\[(\d+)/(\d+)\]", line)
             if counter:
-                stage.count(*counter.groups())
+                stage.count(int(counter[1]), int(counter[2]))
 
 
 def _failure(what):

@@ -26,6 +26,13 @@ def _three_digits(value):
     return f"{value:.1f}" if value >= 10 else f"{value:.2f}"
 
 
+def figures(event, cells):
+    """What there is to say about a progress event beside the step; nothing before there is a rate."""
+    if not event["steps_per_s"]:
+        return []
+    return [f"{clock_text(event['remaining_s'])} left", speed_text(event["steps_per_s"], cells)]
+
+
 def clock_text(seconds):
     """Time left: «0:07», «12:31», «3:04:00»."""
     seconds = int(max(seconds, 0) + 0.5)
@@ -51,8 +58,8 @@ class PlainProgress:
             return
         self._next = now + LINE_EVERY_S
         percent = 100.0 * event["step"] / max(event["steps"], 1)
-        self._write(f"step {event['step']} of {event['steps']} ({percent:.0f} %), "
-                    f"{speed_text(event['steps_per_s'], self._cells)}, {clock_text(event['remaining_s'])} left")
+        words = [f"step {event['step']} of {event['steps']} ({percent:.0f} %)", *figures(event, self._cells)]
+        self._write(", ".join(words))
 
     def notice(self, text):
         self._write(text)
@@ -97,11 +104,10 @@ class TerminalProgress:
         """The bar with its figures in at most `width` columns; what does not fit is left out from the right."""
         share = min(event["step"] / max(event["steps"], 1), 1.0)
         head = f"{100 * share:3.0f} % "
-        figures = [f"step {event['step']}/{event['steps']}", f"{clock_text(event['remaining_s'])} left",
-                   speed_text(event["steps_per_s"], self._cells)]
-        while figures and len(head) + len("  ".join(figures)) + 12 > width:
-            figures.pop()
-        tail = "  ".join(["", *figures])
+        words = [f"step {event['step']}/{event['steps']}", *figures(event, self._cells)]
+        while words and len(head) + len("  ".join(words)) + 12 > width:
+            words.pop()
+        tail = "  ".join(["", *words])
         columns = min(_WIDEST_BAR, width - len(head) - len(tail))
         full = int(share * max(columns, 0))
         return (head + self._full * full + self._empty * (columns - full) + tail)[:width]

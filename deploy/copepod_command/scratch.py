@@ -35,6 +35,6 @@ class Scratch:
             shutil.rmtree(folder, ignore_errors=True)
 
     def _private_folder(self, where):
-        folder = Path(tempfile.mkdtemp(prefix="copepod-", dir=where))
+        folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))
         self.folders.append(folder)
         return folder

@@ -43,7 +43,7 @@ def run_rows(summary):
         ranks = summary.get("ranks", 1)
         rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, "
                               f"{ranks} {'rank' if ranks == 1 else 'ranks'}"))
-    rows += _timing_rows(summary.get("timing") or {})
+    rows += _timing_rows(summary.get("timing") or {}, has_fluid=bool(summary.get("mlups")))
     if summary.get("digest") is not None:
         rows.append(("digest", str(summary["digest"])))
     return rows
@@ -78,14 +78,14 @@ def _at(mapping, path):
     return mapping
 
 
-def _timing_rows(timing):
-    """Time spent by the three processes, and what the coupling cost on top of the fluid."""
+def _timing_rows(timing, has_fluid):
+    """Time spent by the three processes, and what the coupling cost on top of the fluid where there is one."""
     rows = []
     parts = [(name, timing.get(key)) for name, key in (("fluid", "fluid_s"), ("bodies", "body_s"),
                                                        ("coupler", "coupler_s"), ("waiting", "exchange_wait_s"))]
     if any(value is not None for _, value in parts):
         rows.append(("time spent", ", ".join(f"{name} {value:.2f} s" for name, value in parts if value is not None)))
-    if timing.get("coupling_overhead") is not None:
+    if has_fluid and timing.get("coupling_overhead") is not None:
         rows.append(("coupling overhead", f"{100 * timing['coupling_overhead']:.2f} %"))
     return rows
 

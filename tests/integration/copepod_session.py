@@ -95,7 +95,6 @@ class CommandTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="copepod_test_")
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name).resolve()
-        self._leftovers = self.temporary_folders()
 
     def start(self, *arguments, environment=()):
         session = Session(arguments, self.folder, self.programs, environment)
@@ -106,11 +105,8 @@ class CommandTest(unittest.TestCase):
         """No process, no socket, no temporary folder of the run."""
         self.assertEqual(session.processes(), {})
         self.assertEqual(list(self.folder.rglob(".sockets")), [])
-        self.assertEqual(self.temporary_folders() - self._leftovers, set())
-
-    def temporary_folders(self):
-        """Folders that runs started from here made in /tmp and /dev/shm."""
-        return {path for where in ("/tmp", "/dev/shm") for path in Path(where).glob("copepod-*")}
+        for where in ("/tmp", "/dev/shm"):
+            self.assertEqual(list(Path(where).glob(f"copepod-{session.process.pid}-*")), [])
 
     def assert_ends(self, session, code, within_s):
         """The command ends with `code` in time, and cleans up."""

@@ -36,7 +36,12 @@ class Plain(unittest.TestCase):
 
     def test_line_shows_step_share_speed_and_time_left(self):
         self.assertEqual(self.lines_at([100.0]),
-                         ["copepod: step 500 of 1000 (50 %), 123 steps/s, 247 MLUPS, 0:04 left"])
+                         ["copepod: step 500 of 1000 (50 %), 0:04 left, 123 steps/s, 247 MLUPS"])
+
+    def test_there_is_no_rate_before_the_first_step(self):
+        stream = io.StringIO()
+        PlainProgress(stream, cells=8).step({**EVENT, "step": 0, "steps_per_s": 0.0, "remaining_s": 0.0})
+        self.assertEqual(stream.getvalue(), "copepod: step 0 of 1000 (0 %)\n")
 
     def test_lines_come_every_five_seconds(self):
         self.assertEqual(len(self.lines_at([100.0, 100.2, 104.9, 105.1, 107.0, 110.2])), 3)

@@ -27,6 +27,9 @@ class ResultTable(unittest.TestCase):
     def test_overhead_is_in_percent(self):
         self.assertEqual(self.row("coupling overhead"), "coupling overhead 1.23 %".split())
 
+    def test_vacuum_has_no_coupling_overhead(self):
+        self.assertNotIn("overhead", result_table({**SUMMARY, "mlups": 0.0}, "runs/a"))
+
     def test_wall_time_is_for_people(self):
         self.assertIn("20 min 35 s", " ".join(self.row("wall time")))
 

@@ -1,0 +1,151 @@
+"""Whole runs with the real coupler, fluid service and body service."""
+
+import json
+import os
+import signal
+import time
+import unittest
+from pathlib import Path
+
+from copepod_session import ROOT, CommandTest
+
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+QUICK = ROOT / "configs/quick/three_sphere.yaml"
+VACUUM = ROOT / "configs/quick/vacuum.yaml"
+SHORT = ("--set", "run.steps=300", "--set", "output.fields.mean_over_steps=[0, 0]")
+RUN = "runs/quick_three_sphere"
+
+
+class RealRun(CommandTest):
+    programs = PROGRAMS
+
+    def finish(self, *arguments):
+        """Summary of a run that must finish."""
+        session = self.start("run", *arguments, "--out", "out")
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        self.assert_nothing_left(session)
+        summary = json.loads((self.folder / "out/summary.json").read_text())
+        (self.folder / "out").rename(self.folder / f"out_{time.monotonic_ns()}")
+        return summary
+
+    def start_quick_run(self, *arguments):
+        """The quick case with its fields off, some steps after its start."""
+        session = self.start("run", QUICK, "--set", "output.fields.mean_over_steps=[0, 0]", *arguments)
+        session.wait_for("copepod: step 0 of")
+        time.sleep(0.7)
+        return session
+
+
+class Finishing(RealRun):
+
+    def test_vacuum_run_writes_everything_it_promises(self):
+        session = self.start("run", VACUUM, "--out", "out")
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        for name in ("case.yaml", "provenance.json", "trajectory.csv", "summary.json", "logs/coupler.log"):
+            self.assertTrue((self.folder / "out" / name).exists(), name)
+        self.assertEqual(json.loads((self.folder / "out/provenance.json").read_text())["status"], "finished")
+        self.assertIn("finished, results in out", "".join(session.stdout))
+
+    def test_same_digest_on_any_number_of_ranks(self):
+        for precision in ("double", "single"):
+            digests = {self.finish(QUICK, *SHORT, "--ranks", str(ranks), "--set", f"fluid.precision={precision}")["digest"]
+                       for ranks in (1, 2, 3, 4)}
+            self.assertEqual(len(digests), 1, f"{precision}: {digests}")
+
+    def test_resolved_case_gives_the_same_run(self):
+        first = self.finish(QUICK, *SHORT)
+        resolved = next(self.folder.glob("out_*")) / "case.yaml"
+        self.assertEqual(self.finish(resolved)["digest"], first["digest"])
+
+    def test_fluid_can_be_replaced_by_another_command(self):
+        replaced = self.finish(QUICK, *SHORT, "--ranks", "1", "--fluid", PROGRAMS / "fluid_service")
+        self.assertEqual(replaced["digest"], self.finish(QUICK, *SHORT, "--ranks", "1")["digest"])
+
+    def test_check_tells_the_key_figures(self):
+        session = self.start("check", QUICK)
+        self.assertEqual(session.end(), 0, "".join(session.stderr))
+        self.assertIn("relaxation time", "".join(session.stdout))
+
+    def test_report_reads_a_real_run(self):
+        self.finish(QUICK, *SHORT, "--set", "output.fields.mean_over_steps=[100, 300]")
+        directory = next(self.folder.glob("out_*"))
+        session = self.start("report", directory, "--out", "report")
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        self.assertTrue((self.folder / "report/quick_three_sphere_mean_flow.png").exists())
+
+
+class Failing(RealRun):
+
+    def assert_loss(self, session, component, rank):
+        self.assert_ends(session, 69, within_s=5)
+        self.assertRegex(session.last_line, f"^copepod: {component} on host {os.uname().nodename}, rank {rank}, at step [0-9]+: ")
+        provenance = json.loads((self.folder / RUN / "provenance.json").read_text())
+        self.assertEqual((provenance["status"], provenance["exit_code"]), ("failed", 69))
+
+    def test_killed_coupler(self):
+        session = self.start_quick_run()
+        session.kill(signal.SIGKILL, "coupler")
+        self.assert_loss(session, "coupler", "0")
+
+    def test_killed_body_service(self):
+        session = self.start_quick_run()
+        session.kill(signal.SIGKILL, "body")
+        self.assert_loss(session, "body service", "0")
+
+    def test_killed_mpirun(self):
+        session = self.start_quick_run()
+        session.kill(signal.SIGKILL, "fluid")
+        self.assert_loss(session, "fluid service", "0-1")
+
+    def test_killed_fluid_rank(self):
+        for rank in ("0", "1"):
+            session = self.start_quick_run("--out", RUN if rank == "0" else f"{RUN}-2")
+            session.kill(signal.SIGKILL, "fluid", rank)
+            self.assert_loss(session, "fluid service", rank)
+
+    def test_frozen_body_service_is_reported_within_seconds(self):
+        session = self.start_quick_run()
+        session.kill(signal.SIGSTOP, "body")
+        self.assert_ends(session, 69, within_s=12)
+        self.assertIn("body service", session.last_line)
+        self.assertIn("frozen", session.last_line)
+
+    def test_frozen_fluid_rank_is_reported_by_its_number(self):
+        session = self.start_quick_run()
+        session.kill(signal.SIGSTOP, "fluid", "0")
+        self.assert_ends(session, 69, within_s=12)
+        self.assertIn("fluid service", session.last_line)
+        self.assertIn("rank 0", session.last_line)
+
+    def test_ctrl_c(self):
+        session = self.start_quick_run()
+        os.killpg(session.process.pid, signal.SIGINT)
+        self.assert_ends(session, 130, within_s=5)
+        provenance = json.loads((self.folder / RUN / "provenance.json").read_text())
+        self.assertEqual(provenance["exit_code"], 130)
+
+    def test_killed_command_takes_everything_along(self):
+        session = self.start_quick_run()
+        session.process.kill()
+        session.end()
+        deadline = time.monotonic() + 5
+        while session.processes() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(0.3)   # the folders go last
+        self.assert_nothing_left(session)
+
+    def test_bad_case_starts_nothing(self):
+        session = self.start("run", QUICK, "--set", "fluid.relaxation_time=0.3")
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("error:", "".join(session.stderr))
+        self.assertFalse((self.folder / "runs").exists())
+
+    def test_diverging_case_names_solver_and_step(self):
+        session = self.start("run", QUICK, *SHORT, "--set", "fluid.body_force_N_per_m3=[0, 0, 1e16]")
+        self.assertEqual(session.end(timeout_s=60), 70, "".join(session.stderr))
+        self.assertRegex(session.last_line, "fluid service on host .*, rank [0-9]+, at step [0-9]+")
+        self.assert_nothing_left(session)
+
+
+if __name__ == "__main__":
+    unittest.main()
