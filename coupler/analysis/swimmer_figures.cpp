@@ -1,6 +1,8 @@
 #include "analysis/swimmer_figures.hpp"
 
+#include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "config/expand.hpp"
@@ -22,9 +24,12 @@ std::optional<double> efficiency(const SwimmerFigures& figures, const std::array
 }  // namespace
 
 double rounded_omega_per_step(std::int64_t period_steps) {
-  const double omega = 2.0 * pi / static_cast<double>(period_steps);
-  const double unit = std::pow(10.0, std::floor(std::log10(omega)) - 1.0);
-  return std::round(omega / unit) * unit;
+  // Through decimal text, because the captions round decimal digits and 22 × 10⁻⁵ in binary is not quite 0.00022.
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1e", 2.0 * pi / static_cast<double>(period_steps));
+  double rounded = 0.0;
+  std::from_chars(text.data(), text.data() + text.size(), rounded);
+  return rounded;
 }
 
 double equivalent_radius_m(const Bead& bead) { return 0.25 * (extent_along_m(bead) + extent_across_m(bead)); }

@@ -95,7 +95,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
                    "two bodies are called '" + name + "' (springs, forces and results need one each). Rename one of them.");
   }
   const auto require_body = [&](const std::string& name, const std::string& path) {
-    if (seen.contains(name)) return;
+    if (name.empty() || seen.contains(name)) return;   // an empty one was reported when it was read
     problems.error(path, path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
   };
   for (std::size_t i = 0; i < the_case.springs.size(); ++i) {
