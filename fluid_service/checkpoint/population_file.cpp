@@ -11,15 +11,14 @@
 #include "communication/packing.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
-#include "output/parallel_file.hpp"
+#include "output/shared_file.hpp"
 
 namespace copepod::fluid {
 
 namespace {
 
 constexpr std::int64_t format_version = 1;
-constexpr std::int64_t slab_bytes = std::int64_t{256}
-                                    << 20;  ///< MPI counts bytes in an int: 2 GB are too many at once
+constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
 const std::string root = "/";
 const std::string populations_name = "/populations";
 const std::string kinematics_name = "/kinematics";
@@ -27,7 +26,7 @@ const std::string density_name = "/mean_density_sum";
 const std::string velocity_name = "/mean_velocity_sum";
 const std::string body_name = "/mean_body";
 
-using Extent = ParallelFile::Extent;
+using Extent = Hdf5File::Extent;
 
 Extent extent_of(const Cell& cell) {
   return {static_cast<std::uint64_t>(cell[0]), static_cast<std::uint64_t>(cell[1]),
@@ -37,44 +36,6 @@ Extent extent_of(const Cell& cell) {
 Extent with(Extent extent, std::int64_t last) {
   extent.push_back(static_cast<std::uint64_t>(last));
   return extent;
-}
-
-/// Calls transfer(start, count, offset into this rank's values) for slabs of whole x planes, as often on
-/// every rank.
-template <class Transfer>
-void for_each_slab(Communicator& communicator, const Box& box, std::int64_t cell_bytes,
-                   const Transfer& transfer) {
-  const std::int64_t plane_cells = box.extent(1) * box.extent(2);
-  const std::int64_t planes = std::max<std::int64_t>(1, slab_bytes / (plane_cells * cell_bytes));
-  std::array<std::int64_t, 1> rounds = {(box.extent(0) + planes - 1) / planes};
-  communicator.max_to_all(rounds);
-  for (std::int64_t round = 0; round < rounds[0]; ++round) {
-    const std::int64_t first = std::min(round * planes, box.extent(0));
-    const std::int64_t count = std::min(planes, box.extent(0) - first);  // 0: others still have planes to go
-    transfer(extent_of({box.low[0] + first, box.low[1], box.low[2]}),
-             extent_of({count, box.extent(1), box.extent(2)}), static_cast<std::size_t>(first * plane_cells));
-  }
-}
-
-template <class T>
-void write_field(ParallelFile& file, Communicator& communicator, const std::string& dataset,
-                 const Cell& cells, const Box& box, std::int64_t components, const T* values) {
-  file.make_dataset<T>(dataset, with(extent_of(cells), components));
-  for_each_slab(communicator, box, components * std::int64_t{sizeof(T)},
-                [&](const Extent& start, const Extent& count, std::size_t offset) {
-                  file.write(dataset, with(start, 0), with(count, components),
-                             values + offset * static_cast<std::size_t>(components));
-                });
-}
-
-template <class T>
-void read_field(ParallelFile& file, Communicator& communicator, const std::string& dataset, const Box& box,
-                std::int64_t components, T* values) {
-  for_each_slab(communicator, box, components * std::int64_t{sizeof(T)},
-                [&](const Extent& start, const Extent& count, std::size_t offset) {
-                  file.read(dataset, with(start, 0), with(count, components),
-                            values + offset * static_cast<std::size_t>(components));
-                });
 }
 
 /// Columns of position, orientation, velocity and angular velocity, one row of 13 per body.
@@ -111,8 +72,24 @@ std::uint64_t checksum(Communicator& communicator, const PopulationHeader& heade
   return static_cast<std::uint64_t>(total[0]);
 }
 
-void write_attributes(ParallelFile& file, const PopulationHeader& header, const FluidState& state,
-                      std::uint64_t sum) {
+/// Where the datasets start in the file [bytes].
+struct Offsets {
+  std::int64_t populations = 0;
+  std::int64_t kinematics = 0;
+  std::int64_t density = 0;
+  std::int64_t velocity = 0;
+  std::int64_t body = 0;
+};
+
+/// Makes the file with everything but the values of its datasets, and takes the disk space.
+template <class T>
+Offsets lay_out(const std::string& path, const PopulationHeader& header, const FluidState& state,
+                std::uint64_t sum) {
+  const std::int64_t mean_bytes = state.mean.samples() > 0 ? 4 * sizeof(double) + sizeof(std::int32_t) : 0;
+  const std::int64_t cell_bytes = 19 * std::int64_t{sizeof(T)} + mean_bytes;
+  require_space(path, header.cells[0] * header.cells[1] * header.cells[2] * cell_bytes + structure_bytes +
+                          state.kinematics.bodies() * 13 * std::int64_t{sizeof(double)});
+  Hdf5File file(path, Hdf5File::Access::create);
   file.write_attribute(root, "format_version", format_version);
   file.write_attribute(root, "case_digest", header.case_digest);
   file.write_attribute(root, "nx", header.cells[0]);
@@ -123,25 +100,47 @@ void write_attributes(ParallelFile& file, const PopulationHeader& header, const 
   file.write_attribute(root, "bodies", std::int64_t{state.kinematics.bodies()});
   file.write_attribute(root, "mean_samples", state.mean.samples());
   file.write_attribute(root, "checksum", sum);
+  const Extent shape = extent_of(header.cells);
+  Offsets offsets;
+  offsets.populations = file.make_dataset<T>(populations_name, with(shape, 19));
+  if (state.kinematics.bodies() > 0)
+    offsets.kinematics = file.make_dataset<double>(
+        kinematics_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), 13});
+  if (state.mean.samples() > 0) {
+    offsets.density = file.make_dataset<double>(density_name, shape);
+    offsets.velocity = file.make_dataset<double>(velocity_name, with(shape, 3));
+    offsets.body = file.make_dataset<std::int32_t>(body_name, shape);
+  }
+  file.close();
+  reserve_space(path);
+  return offsets;
 }
 
-void write_kinematics(ParallelFile& file, Communicator& communicator, const Kinematics& kinematics) {
-  if (kinematics.bodies() == 0) return;
+template <class T>
+void write_cells(const std::string& path, const Offsets& offsets, const Cell& cells, const Box& box,
+                 std::span<const T> populations, const MeanField& mean) {
+  const Extent shape = extent_of(cells);
+  const Extent start = extent_of(box.low);
+  const Extent count = extent_of({box.extent(0), box.extent(1), box.extent(2)});
+  SharedFile file(path);
+  file.write(offsets.populations, with(shape, 19), with(start, 0), with(count, 19), populations.data());
+  if (mean.samples() > 0) {
+    const FieldBlock& sums = mean.sums();
+    file.write(offsets.density, shape, start, count, sums.density_kg_per_m3.data());
+    file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3),
+               sums.velocity_m_per_s.data());
+    file.write(offsets.body, shape, start, count, sums.body.data());
+  }
+  file.sync();
+}
+
+void write_kinematics(const std::string& path, const Offsets& offsets, const Kinematics& kinematics) {
+  const Extent shape = {static_cast<std::uint64_t>(kinematics.bodies()), 13};
   const std::vector<double> rows = rows_of(kinematics);
-  const auto bodies = static_cast<std::uint64_t>(kinematics.bodies());
-  file.make_dataset<double>(kinematics_name, {bodies, 13});
-  file.write(kinematics_name, {0, 0}, {communicator.rank() == 0 ? bodies : 0, 13}, rows.data());
+  SharedFile(path).write(offsets.kinematics, shape, {0, 0}, shape, rows.data());
 }
 
-void write_mean(ParallelFile& file, Communicator& communicator, const Cell& cells, const MeanField& mean) {
-  if (mean.samples() == 0) return;
-  const FieldBlock& sums = mean.sums();
-  write_field(file, communicator, density_name, cells, sums.box, 1, sums.density_kg_per_m3.data());
-  write_field(file, communicator, velocity_name, cells, sums.box, 3, sums.velocity_m_per_s.data());
-  write_field(file, communicator, body_name, cells, sums.box, 1, sums.body.data());
-}
-
-void read_kinematics(ParallelFile& file, Kinematics& kinematics) {
+void read_kinematics(Hdf5File& file, Kinematics& kinematics) {
   const auto bodies = static_cast<std::uint64_t>(file.read_attribute<std::int64_t>(root, "bodies"));
   std::vector<double> rows(13 * bodies);
   if (bodies > 0) file.read(kinematics_name, {0, 0}, {bodies, 13}, rows.data());
@@ -149,18 +148,20 @@ void read_kinematics(ParallelFile& file, Kinematics& kinematics) {
   kinematics.step = file.read_attribute<std::int64_t>(root, "kinematics_step");
 }
 
-void read_mean(ParallelFile& file, Communicator& communicator, const Box& box, MeanField& mean) {
+void read_mean(Hdf5File& file, const Box& box, MeanField& mean) {
   const auto samples = file.read_attribute<std::int64_t>(root, "mean_samples");
   FieldBlock sums;
   if (samples > 0) {
     const auto cells = static_cast<std::size_t>(box.volume());
+    const Extent start = extent_of(box.low);
+    const Extent count = extent_of({box.extent(0), box.extent(1), box.extent(2)});
     sums.box = box;
     sums.density_kg_per_m3.resize(cells);
     sums.velocity_m_per_s.resize(3 * cells);
     sums.body.resize(cells);
-    read_field(file, communicator, density_name, box, 1, sums.density_kg_per_m3.data());
-    read_field(file, communicator, velocity_name, box, 3, sums.velocity_m_per_s.data());
-    read_field(file, communicator, body_name, box, 1, sums.body.data());
+    file.read(density_name, start, count, sums.density_kg_per_m3.data());
+    file.read(velocity_name, with(start, 0), with(count, 3), sums.velocity_m_per_s.data());
+    file.read(body_name, start, count, sums.body.data());
   }
   mean.restore(samples, std::move(sums));
 }
@@ -169,8 +170,8 @@ std::string size_text(const Cell& cells) {
   return std::to_string(cells[0]) + "×" + std::to_string(cells[1]) + "×" + std::to_string(cells[2]);
 }
 
-/// Reads the header and refuses the checkpoint of another case; same verdict on all ranks.
-PopulationHeader read_header(ParallelFile& file, const std::string& path, const PopulationHeader& expected) {
+/// Reads the header and refuses the checkpoint of another case.
+PopulationHeader read_header(Hdf5File& file, const std::string& path, const PopulationHeader& expected) {
   if (const auto version = file.read_attribute<std::int64_t>(root, "format_version");
       version != format_version)
     throw StorageError(path + " has checkpoint format " + std::to_string(version) + " (this version reads " +
@@ -206,26 +207,32 @@ void save_populations(const std::string& path, Communicator& communicator, const
                       const Box& box, std::span<const T> populations, const FluidState& state) {
   const std::string unfinished = path + ".tmp";
   const std::uint64_t sum = checksum(communicator, header, box, populations, state);
-  ParallelFile file(unfinished, ParallelFile::Access::create, communicator);
-  write_attributes(file, header, state, sum);
-  write_field(file, communicator, populations_name, header.cells, box, 19, populations.data());
-  write_kinematics(file, communicator, state.kinematics);
-  write_mean(file, communicator, header.cells, state.mean);
-  file.close();
-  file.on_leader([&] { publish(unfinished, path); });
+  Offsets offsets;
+  on_leader(communicator, [&] {
+    offsets = lay_out<T>(unfinished, header, state, sum);
+    if (state.kinematics.bodies() > 0) write_kinematics(unfinished, offsets, state.kinematics);
+  });
+  communicator.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
+  on_every_rank(communicator,
+                [&] { write_cells(unfinished, offsets, header.cells, box, populations, state.mean); });
+  on_leader(communicator, [&] { publish(unfinished, path); });
 }
 
 template <class T>
 PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
                                      const PopulationHeader& expected, const Box& box,
                                      std::span<T> populations, FluidState& state) {
-  ParallelFile file(path, ParallelFile::Access::read, communicator);
-  const PopulationHeader header = read_header(file, path, expected);
-  read_field(file, communicator, populations_name, box, 19, populations.data());
-  read_kinematics(file, state.kinematics);
-  read_mean(file, communicator, box, state.mean);
-  const auto written = file.read_attribute<std::uint64_t>(root, "checksum");
-  file.close();
+  PopulationHeader header;
+  std::uint64_t written = 0;
+  on_every_rank(communicator, [&] {
+    Hdf5File file(path, Hdf5File::Access::read);
+    header = read_header(file, path, expected);
+    file.read(populations_name, with(extent_of(box.low), 0),
+              with(extent_of({box.extent(0), box.extent(1), box.extent(2)}), 19), populations.data());
+    read_kinematics(file, state.kinematics);
+    read_mean(file, box, state.mean);
+    written = file.read_attribute<std::uint64_t>(root, "checksum");
+  });
   if (checksum<T>(communicator, header, box, populations, state) != written)
     throw StorageError(path +
                        " is damaged (its checksum does not match its contents). Use an earlier checkpoint.");

@@ -3,7 +3,6 @@
 #include <limits>
 #include <utility>
 
-#include "communication/native_communicator.hpp"
 #include "communication/polled_wait.hpp"
 #include "component/stop_request.hpp"
 #include "contract/errors.hpp"
@@ -189,11 +188,6 @@ void MpiCommunicator::report_failure(const FailureReport& report) {
   while (MPI_Testall(size_, requests.data(), &complete, MPI_STATUSES_IGNORE) == MPI_SUCCESS &&
          complete == 0 && backoff.waited_s() < farewell_s)
     backoff.pause();
-}
-
-MPI_Comm native_communicator(const Communicator& communicator) {
-  const auto* mpi = dynamic_cast<const MpiCommunicator*>(&communicator);
-  return mpi != nullptr ? mpi->native() : MPI_COMM_SELF;
 }
 
 }  // namespace copepod::fluid

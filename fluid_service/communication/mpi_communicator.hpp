@@ -36,8 +36,6 @@ class MpiCommunicator final : public Communicator {
   void report_failure(const FailureReport& report) override;
   [[nodiscard]] bool broken() const { return failure_.has_value(); }
 
-  [[nodiscard]] MPI_Comm native() const { return ranks_; }
-
  private:
   class PendingExchange;
 

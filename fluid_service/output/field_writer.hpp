@@ -1,16 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "communication/communicator.hpp"
 #include "contract/fluid_setup.hpp"
 #include "output/field_block.hpp"
+#include "output/hdf5_file.hpp"
 #include "output/mirror_images.hpp"
 
 namespace copepod::fluid {
-
-class ParallelFile;
 
 /// Writes fields.h5 and fields.xdmf of a run [design.md §5]; collective.
 ///
@@ -31,13 +31,23 @@ class FieldWriter {
   void write_mean(std::int64_t samples, const FieldBlock& block);
 
  private:
-  /// Opens or creates the file and makes `group` anew in it.
-  [[nodiscard]] ParallelFile begin_group(const std::string& group) const;
-  void write_fields(ParallelFile& file, const std::string& group, const FieldBlock& block) const;
-  /// Describes what is in the file, for ParaView, and closes it.
-  void finish(ParallelFile& file) const;
+  /// Where the three datasets of a group start in the file [bytes].
+  struct Offsets {
+    std::int64_t density = 0;
+    std::int64_t velocity = 0;
+    std::int64_t body = 0;
+  };
+  using Attributes = std::function<void(Hdf5File&, const std::string& group)>;
+
+  void write(const std::string& group, const FieldBlock& block, const Attributes& attributes);
+  /// On rank 0: makes the group, under the name of an unfinished one, and takes the disk space.
+  [[nodiscard]] Offsets lay_out(const Attributes& attributes) const;
+  void write_cells(const Offsets& offsets, const FieldBlock& block) const;
+  /// On rank 0: gives the group its name and describes to ParaView what is in the file.
+  void publish(const std::string& group) const;
 
   FieldOutput output_;
+  std::string path_;
   double step_s_;
   double cell_size_m_;
   MirrorImages images_;

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace copepod::fluid {
+
+/// An HDF5 file opened by one process; the only place that calls HDF5.
+///
+/// No MPI: rank 0 alone lays a file out, all ranks then write their cells at the offsets of its contiguous
+/// datasets (shared_file.hpp), and each rank reads by itself. docs/decisions/hdf5-without-mpi-io.md says why.
+/// Every method throws StorageError with HDF5's innermost reason. Locks are not used: somebody may look at a
+/// snapshot while the run goes on.
+class Hdf5File {
+ public:
+  enum class Access { create, extend, read };
+  using Extent = std::vector<std::uint64_t>;
+
+  Hdf5File(const std::string& path, Access access);
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+  ~Hdf5File();
+
+  void make_group(const std::string& group);
+  void rename(const std::string& object, const std::string& name);
+  void remove(const std::string& object);
+  [[nodiscard]] bool has(const std::string& object);
+  /// Names in the root, sorted.
+  [[nodiscard]] std::vector<std::string> names();
+
+  template <class T>  ///< double, std::int64_t or std::uint64_t
+  void write_attribute(const std::string& object, const std::string& name, T value);
+  template <class T>
+  [[nodiscard]] T read_attribute(const std::string& object, const std::string& name);
+
+  /// Makes a contiguous dataset whose values are still undefined. @return where they start in the file
+  /// [bytes]
+  template <class T>  ///< double, float or std::int32_t
+  std::int64_t make_dataset(const std::string& dataset, const Extent& shape);
+  [[nodiscard]] Extent shape(const std::string& dataset);
+  /// Reads `count` values from `start` on along each axis, last axis fastest.
+  template <class T>
+  void read(const std::string& dataset, const Extent& start, const Extent& count, T* values);
+
+  /// After this everything is in the file; the destructor closes too, but cannot report.
+  void close();
+
+ private:
+  void require(bool succeeded, const std::string& action) const;
+
+  std::string path_;
+  Access access_;
+  std::int64_t file_ = -1;  ///< HDF5 identifier
+};
+
+}  // namespace copepod::fluid

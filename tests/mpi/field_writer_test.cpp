@@ -1,0 +1,110 @@
+#include "output/field_writer.hpp"
+
+#include <array>
+#include <fstream>
+#include <iterator>
+
+#include <gtest/gtest.h>
+
+#include "contract/errors.hpp"
+#include "output/hdf5_file.hpp"
+#include "storage_case.hpp"
+
+namespace copepod::fluid {
+namespace {
+
+/// 8 × 6 × 5 cells, of which the lower half along x and y is computed.
+FluidSetup quarter_domain() {
+  FluidSetup setup;
+  setup.domain_cells = {8, 6, 5};
+  setup.symmetry_planes = {true, true, false};
+  setup.cell_size_m = 1e-6;
+  setup.step_s = 2e-10;
+  return setup;
+}
+
+class Fields : public testing::Test {
+ protected:
+  Fields() {
+    setup_.fields.directory = folder_.path();
+    setup_.fields.mean_start = 10;
+    setup_.fields.mean_stop = 20;
+  }
+
+  MpiCommunicator ranks_;
+  SharedFolder folder_{ranks_};
+  FluidSetup setup_ = quarter_domain();
+  FieldBlock block_ = numbered_fields(BlockPartition({4, 3, 5}, ranks_.size()).block(ranks_.rank()));
+  std::string path_ = folder_.path() + "/fields.h5";
+};
+
+TEST_F(Fields, CoverTheWholeDomainWithMirroredVelocities) {
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1000, block_);
+  Hdf5File file(path_, Hdf5File::Access::read);
+  EXPECT_EQ(file.shape("step_000001000/velocity_m_per_s"), (Hdf5File::Extent{5, 6, 8, 3}));
+  std::array<double, 5 * 6 * 8> density{};
+  std::array<double, 5 * 6 * 8 * 3> velocity{};
+  std::array<std::int32_t, 5 * 6 * 8> body{};
+  file.read("step_000001000/density_kg_per_m3", {0, 0, 0}, {5, 6, 8}, density.data());
+  file.read("step_000001000/velocity_m_per_s", {0, 0, 0, 0}, {5, 6, 8, 3}, velocity.data());
+  file.read("step_000001000/body", {0, 0, 0}, {5, 6, 8}, body.data());
+  std::size_t cell = 0;
+  for (int z = 0; z < 5; ++z)
+    for (int y = 0; y < 6; ++y)
+      for (int x = 0; x < 8; ++x, ++cell) {
+        const int computed_x = x < 4 ? x : 7 - x;
+        const int computed_y = y < 3 ? y : 5 - y;
+        ASSERT_EQ(density[cell], 1000 + 10000 * computed_x + 100 * computed_y + z);
+        ASSERT_EQ(velocity[3 * cell], (x < 4 ? 1 : -1) * (computed_x + 0.5));
+        ASSERT_EQ(velocity[3 * cell + 1], (y < 3 ? 1 : -1) * (computed_y + 0.5));
+        ASSERT_EQ(velocity[3 * cell + 2], z + 0.5);
+        ASSERT_EQ(body[cell], computed_x % 2);
+      }
+}
+
+TEST_F(Fields, KnowTheirStepTimeAndUnits) {
+  FieldWriter writer(setup_.fields, setup_, ranks_);
+  writer.write_snapshot(1000, block_);
+  writer.write_mean(10, block_);
+  Hdf5File file(path_, Hdf5File::Access::read);
+  EXPECT_EQ(file.names(), (std::vector<std::string>{"mean", "step_000001000"}));
+  EXPECT_EQ(file.read_attribute<std::int64_t>("step_000001000", "step"), 1000);
+  EXPECT_EQ(file.read_attribute<double>("step_000001000", "time_s"), 1000 * 2e-10);
+  EXPECT_EQ(file.read_attribute<double>("step_000001000", "cell_size_m"), 1e-6);
+  EXPECT_EQ(file.read_attribute<double>("step_000001000", "step_s"), 2e-10);
+  EXPECT_EQ(file.read_attribute<std::int64_t>("mean", "samples"), 10);
+  EXPECT_EQ(file.read_attribute<std::int64_t>("mean", "mean_stop"), 20);
+}
+
+TEST_F(Fields, GoOnInTheSameFileAfterARestartAndReplaceARepeatedStep) {
+  FieldBlock first = block_;
+  for (double& density : first.density_kg_per_m3) density = -1;
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1, block_);
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(2, first);
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(2, block_);
+  Hdf5File file(path_, Hdf5File::Access::read);
+  EXPECT_EQ(file.names(), (std::vector<std::string>{"step_000000001", "step_000000002"}));
+  std::array<double, 1> density{};
+  file.read("step_000000002/density_kg_per_m3", {0, 0, 0}, {1, 1, 1}, density.data());
+  EXPECT_EQ(density[0], 1000);
+}
+
+TEST_F(Fields, DescribeEverySnapshotToParaView) {
+  FieldWriter writer(setup_.fields, setup_, ranks_);
+  writer.write_snapshot(1, block_);
+  writer.write_snapshot(2, block_);
+  folder_.barrier();
+  std::ifstream file(folder_.path() + "/fields.xdmf");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(text.find("fields.h5:/step_000000001/density_kg_per_m3"), std::string::npos);
+  EXPECT_NE(text.find("fields.h5:/step_000000002/velocity_m_per_s"), std::string::npos);
+}
+
+TEST_F(Fields, ReportAFolderThatIsNotThereOnEveryRank) {
+  setup_.fields.directory = folder_.path() + "/missing";
+  FieldWriter writer(setup_.fields, setup_, ranks_);
+  EXPECT_THROW(writer.write_snapshot(1, block_), StorageError);
+}
+
+}  // namespace
+}  // namespace copepod::fluid
