@@ -2,7 +2,7 @@
 
 import argparse
 
-from copepod_command import check, reporting, run, setup, suite
+from copepod_command import bench, check, reporting, run, setup, suite
 from copepod_command.checkout import called_as
 
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
@@ -18,6 +18,7 @@ def parse(arguments):
     _add_run(commands)
     _add_check(commands)
     _add_report(commands)
+    _add_bench(commands)
     _add_test(commands)
     _add_setup(commands)
     options = parser.parse_args(arguments)
@@ -68,6 +69,16 @@ def _add_report(commands):
     parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory of a finished run")
     parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report, or report for several runs)")
     parser.set_defaults(action=reporting.report)
+
+
+def _add_bench(commands):
+    parser = commands.add_parser("bench", help="measure this machine",
+                                 description="Measures memory, the fluid alone and coupled runs for a few minutes; "
+                                             "prints a table.")
+    parser.add_argument("--samples", type=_positive_count, default=5, metavar="N", help="of which medians are shown (5)")
+    parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
+    parser.add_argument("--out", metavar="FILE.json", help="write every sample there")
+    parser.set_defaults(action=bench.bench)
 
 
 def _add_test(commands):

@@ -1,0 +1,1 @@
+"""Measurements of this machine for `copepod bench`: the fluid beside the memory, coupled beside uncoupled."""

@@ -1,0 +1,84 @@
+"""Whole runs through all three services, each beside the uncoupled fluid of the same domain and moment."""
+
+import json
+import statistics
+import subprocess
+import tempfile
+from pathlib import Path
+
+from copepod_bench import pure
+from copepod_command import exit_codes
+from copepod_command.checkout import ROOT
+from copepod_command.errors import Stop
+
+_CELL_M = 1e-6
+_RADIUS_CELLS = 4
+_SPACING_CELLS = 12   # centre to centre: a gap as long as a bead's radius
+_SPEED_M_PER_S = 1.0  # 7.5e-4 cells per step, a swimmer's
+
+
+def measure(domain, beads, ranks, steps, samples=3, symmetry_planes=()):
+    """Speed with free beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio.
+
+    `domain` is the whole one; rates count the cells that are computed.
+    """
+    computed = [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
+    rows = []
+    for _ in range(samples):
+        alone = pure.measure(computed, ranks, samples=1, steps=max(10, steps // 4))["median_fluid_mlups"]
+        summary = _run(case_text(domain, beads, ranks, steps, symmetry_planes))
+        rows.append({"coupled_mlups": summary["mlups"], "fluid_mlups": alone, "ratio": summary["mlups"] / alone,
+                     "coupling_overhead": summary["timing"]["coupling_overhead"], "phases_s": summary["phases_s"]})
+    return {"domain_cells": list(domain), "symmetry_planes": list(symmetry_planes), "beads": beads, "ranks": ranks,
+            "steps": steps, "samples": rows,
+            "median_coupled_mlups": statistics.median(row["coupled_mlups"] for row in rows),
+            "median_fluid_mlups": statistics.median(row["fluid_mlups"] for row in rows),
+            "median_ratio": statistics.median(row["ratio"] for row in rows),
+            "median_coupling_overhead": statistics.median(row["coupling_overhead"] for row in rows)}
+
+
+def case_text(domain, beads, ranks, steps, symmetry_planes=()):
+    """A case as YAML (JSON is YAML): beads on a grid in a closed box, every other one moving up, the others down."""
+    positions = bead_positions(domain, beads)
+    bodies = [{"name": f"bead_{i}", "shape": "sphere", "radius_m": _RADIUS_CELLS * _CELL_M, "mass_kg": 5.44e-13,
+               "position_m": [x * _CELL_M for x in position],
+               "velocity_m_per_s": [0.0, 0.0, _SPEED_M_PER_S if i % 2 else -_SPEED_M_PER_S], "motion": "prescribed"}
+              for i, position in enumerate(positions)]
+    return json.dumps({
+        "case": f"bench_{beads}_beads",
+        "fluid": {"solver": "lattice_boltzmann", "density_kg_per_m3": 1360, "kinematic_viscosity_m2_per_s": 7.36e-5,
+                  "cell_size_m": _CELL_M, "relaxation_time": 2.0 / 3.0, "domain_cells": list(domain),
+                  "symmetry_planes": list(symmetry_planes)},
+        "bodies": bodies,
+        "run": {"steps": steps},
+        "output": {"trajectory": {"every_steps": steps}},
+        "services": {"fluid": {"ranks": ranks}},
+    })
+
+
+def bead_positions(domain, beads):
+    """Centres in cells: up to three beads in a row on the axis, more on a grid over the whole domain."""
+    middle = [cells / 2 for cells in domain]
+    if beads <= 3:
+        return [(middle[0], middle[1], middle[2] + 16 * (i - 1)) for i in range(beads)]
+    counts = [(cells - _SPACING_CELLS // 2) // _SPACING_CELLS for cells in domain]
+    grid = [((x + 0.75) * _SPACING_CELLS, (y + 0.75) * _SPACING_CELLS, (z + 0.75) * _SPACING_CELLS)
+            for x in range(counts[0]) for y in range(counts[1]) for z in range(counts[2])]
+    if len(grid) < beads:
+        raise Stop(exit_codes.BAD_CASE, f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). "
+                                        "Use fewer.")
+    stride = len(grid) / beads
+    return [grid[int(i * stride)] for i in range(beads)]
+
+
+def _run(text):
+    """summary.json of a run of the case in a folder of its own."""
+    with tempfile.TemporaryDirectory(prefix="copepod-bench-") as folder:
+        case = Path(folder) / "case.yaml"
+        case.write_text(text)
+        out = Path(folder) / "run"
+        done = subprocess.run([str(ROOT / "deploy" / "copepod"), "run", str(case), "--out", str(out)],
+                              capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Stop(done.returncode, f"a benchmark run failed ({done.stderr.strip()[-500:]}).")
+        return json.loads((out / "summary.json").read_text())
