@@ -19,12 +19,19 @@ constexpr double kMass_kg = 5e-13;
 constexpr double kDensity_kg_per_m3 = 1000;
 constexpr double kViscosity_m2_per_s = 1e-6;
 
-std::vector<std::string> command(const std::string& program, const std::string& endpoint,
+std::vector<std::string> command(const std::vector<std::string>& program, const std::string& endpoint,
                                  const std::string& log, const std::vector<std::string>& options) {
-  std::vector<std::string> words = {program,  "--endpoint", endpoint, "--session",
-                                    "secret", "--log-file", log};
+  std::vector<std::string> words = program;
+  for (const std::string& word : {std::string("--endpoint"), endpoint, std::string("--session"),
+                                  std::string("secret"), std::string("--log-file"), log}) {
+    words.push_back(word);
+  }
   words.insert(words.end(), options.begin(), options.end());
   return words;
+}
+
+std::vector<std::string> or_fake(const std::vector<std::string>& program, const char* fake) {
+  return program.empty() ? std::vector<std::string>{fake} : program;
 }
 
 }  // namespace
@@ -71,19 +78,19 @@ double decay_per_step() {
 
 std::vector<std::string> fake_fluid_command(const std::string& endpoint,
                                             const std::vector<std::string>& options) {
-  return command(kFakeFluid, endpoint, "/dev/null", options);
+  return command({kFakeFluid}, endpoint, "/dev/null", options);
 }
 
 CoupledRun::CoupledRun(const std::vector<std::string>& fluid_options,
                        const std::vector<std::string>& body_options, LinkSettings settings,
-                       const std::string& endpoint) {
+                       const std::string& endpoint, const Programs& programs) {
   settings.endpoint = endpoint.empty() ? "ipc://" + folder.path("coupler.ipc") : endpoint;
   settings.session = "secret";
   link = std::make_unique<Link>(settings);
-  fluid_process = std::make_unique<ChildProcess>(
-      command(kFakeFluid, settings.endpoint, folder.path("fluid.log"), fluid_options));
+  fluid_process = std::make_unique<ChildProcess>(command(
+      or_fake(programs.fluid, kFakeFluid), settings.endpoint, folder.path("fluid.log"), fluid_options));
   body_process = std::make_unique<ChildProcess>(
-      command(kFakeBody, settings.endpoint, folder.path("body.log"), body_options));
+      command(or_fake(programs.body, kFakeBody), settings.endpoint, folder.path("body.log"), body_options));
 }
 
 void CoupledRun::begin() {

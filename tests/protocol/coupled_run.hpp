@@ -38,12 +38,18 @@ double decay_per_step();
 std::vector<std::string> fake_fluid_command(const std::string& endpoint,
                                             const std::vector<std::string>& options);
 
+/// The programs that play the two roles; the fakes if not given.
+struct Programs {
+  std::vector<std::string> fluid;
+  std::vector<std::string> body;
+};
+
 /// A coupler's end in the test's own process, a fake fluid and a fake body in processes of their own.
 class CoupledRun {
  public:
   /// @param endpoint  empty: ipc in the temporary folder
   CoupledRun(const std::vector<std::string>& fluid_options, const std::vector<std::string>& body_options,
-             LinkSettings settings = {}, const std::string& endpoint = "");
+             LinkSettings settings = {}, const std::string& endpoint = "", const Programs& programs = {});
 
   /// Hellos, setups, first kinematics.
   void begin();

@@ -184,6 +184,18 @@ TEST(LostCoupler, ComponentEndsItselfWhenPingsStayAway) {
   EXPECT_TRUE(contains(run.fluid_log(), "The coupler is silent")) << run.fluid_log();
 }
 
+TEST(LostCoupler, IsNotSuspectedWhileItWaitsForALateComponent) {
+  CoupledRun run({}, {});
+  run.body_process->signal(SIGSTOP);
+  std::thread late([&run] {
+    std::this_thread::sleep_for(std::chrono::seconds(5));
+    run.body_process->signal(SIGCONT);
+  });
+  EXPECT_NO_THROW(run.begin());
+  late.join();
+  EXPECT_NO_THROW(run.advance(2));
+}
+
 TEST(LostCoupler, ComponentGivesUpWhenNoCouplerComes) {
   const TemporaryFolder folder;
   ChildProcess fluid(fake_fluid_command("ipc://" + folder.path("nobody.ipc"), {"--connect-deadline", "1"}));

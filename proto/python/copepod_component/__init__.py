@@ -1,0 +1,24 @@
+"""Turns a Python solver into a component of Copepod.
+
+    from copepod_component import Capabilities, run_fluid_component
+
+    class Fluid:
+        def __init__(self, setup): ...          # setup: copepod.v1.FluidSetup message, SI units
+        def exchange(self, kinematics): ...     # -> (force_N, torque_N_m), arrays (bodies, 3)
+        def advance(self): ...                  # bulk update, after the reply was sent
+        def save(self, path): ...               # complete state to a new file
+        def restore(self, path): ...            # legal once, before the first exchange
+        def summarise(self): ...                # -> Summary(digest=…, cell_updates=…)
+
+    sys.exit(run_fluid_component(Fluid, Capabilities("My fluid", "1.0", ["solver:external"])))
+
+A body solver has driving_nodes(), kinematics() and step(applied) instead of exchange and advance; see examples/.
+An exception of the solver becomes a Failure message; SolverError and StorageError carry their exit codes.
+"""
+
+from .errors import ExitCode, SolverError, StorageError
+from .run import Capabilities, run_body_component, run_fluid_component
+from .solvers import AppliedLoads, Kinematics, Summary
+
+__all__ = ["AppliedLoads", "Capabilities", "ExitCode", "Kinematics", "SolverError", "StorageError", "Summary",
+           "run_body_component", "run_fluid_component"]

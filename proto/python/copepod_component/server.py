@@ -1,0 +1,111 @@
+"""The data lane: says Hello, then answers requests until the run ends. The session table decides what is legal."""
+
+import time
+
+from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
+from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control, message_name
+from .session import Session
+
+PHASES = {"make the solver": control.PHASE_CONFIGURING, "read the state": control.PHASE_CHECKPOINTING,
+          "write the state": control.PHASE_CHECKPOINTING, "say goodbye": control.PHASE_FINISHING}
+
+
+class Server:
+    def __init__(self, socket, served, hello, vitals, host, log):
+        self._socket, self._served, self._hello = socket, served, hello
+        self._vitals, self._host, self._log = vitals, host, log
+        self._session = Session(served.role)
+        self._last_reply = b""
+
+    def run(self, connect_deadline_s):
+        """Returns the exit code of the process."""
+        try:
+            self._greet(connect_deadline_s)
+            while not self._session.has_ended():
+                data = self._receive(1.0)
+                if data is not None:
+                    self._handle(data)
+            return self._vitals.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
+        except Exception as error:
+            code = error.code if isinstance(error, ComponentError) else ExitCode.SOLVER_FAILED
+            self._log.error("%s", error)
+            if self._session.session_id and not self._vitals.stop_code:
+                self._tell_failure(code, f"{error}" if isinstance(error, ComponentError) else repr(error))
+            return self._vitals.stop_code or code
+
+    def _greet(self, connect_deadline_s):
+        end = time.monotonic() + connect_deadline_s
+        while self._session.state == "connected":
+            if time.monotonic() > end:
+                raise DeadlinePassed("The coupler did not answer (it is not running, or at another address). "
+                                     "Start it, or correct --endpoint.")
+            self._socket.send(self._hello)
+            data = self._receive(1.0)
+            if data is not None:
+                self._handle(data)
+
+    def _receive(self, seconds):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if self._vitals.stop_code:
+                self._session.on_event("coupler lost")
+                return None
+            if self._socket.poll(100):
+                return self._socket.recv()
+        return None
+
+    def _handle(self, data):
+        request = Envelope()
+        try:
+            request.ParseFromString(data)
+        except Exception as error:
+            raise Refused(f"A message was refused ({error}). Use the same protocol version on both sides.") from error
+        name = message_name(request)
+        if name is None:
+            raise Refused("A message was refused (it is empty or unknown). Use the same version on both sides.")
+        action = self._session.on_message(name, request)
+        if action.kind == "ignore":
+            self._log.warning("Ignored a %s: %s.", name, action.reason)
+        elif action.kind == "repeat":
+            self._socket.send(self._last_reply)
+        elif action.kind == "refuse":
+            raise Refused(action.reason)
+        else:
+            self._work(name, request, action)
+
+    def _work(self, name, request, action):
+        if name == "Refusal":
+            raise Refused(request.refusal.reason)
+        if name == "Welcome":
+            self._session.session_id, self._session.epoch = request.welcome.session_id, request.welcome.epoch
+            self._vitals.phase = control.PHASE_WAITING
+            return
+        self._vitals.step, self._vitals.received_sequence = request.step, request.sequence
+        self._vitals.phase = PHASES.get(action.work, control.PHASE_EXCHANGING)
+        reply = self._envelope(request.sequence, request.step)
+        if name == "Finish":
+            reply.finished.SetInParent()
+        else:
+            self._served.perform(request, reply)
+        self._last_reply = reply.SerializeToString()
+        self._socket.send(self._last_reply)
+        self._vitals.replied_sequence = request.sequence
+        if name == "Finish":
+            return
+        self._vitals.phase = control.PHASE_ADVANCING
+        self._served.follow_up(name)
+        self._session.on_event("work done")
+        self._vitals.phase = control.PHASE_WAITING
+
+    def _tell_failure(self, code, reason):
+        message = self._envelope(0, self._vitals.step)
+        message.failure.code = int(code)
+        message.failure.component = self._served.role
+        message.failure.host = self._host
+        message.failure.step = self._vitals.step
+        message.failure.reason = reason[:4000]
+        self._socket.send(message.SerializeToString())
+
+    def _envelope(self, sequence, step):
+        return Envelope(protocol_major=PROTOCOL_MAJOR, protocol_minor=PROTOCOL_MINOR,
+                        session_id=self._session.session_id, epoch=self._session.epoch, sequence=sequence, step=step)

@@ -1,0 +1,131 @@
+"""Solvers behind the messages of their role; arrays are numpy, shape (bodies, …), SI units, world frame."""
+
+import dataclasses
+
+import numpy as np
+
+from .errors import Refused, SolverError
+
+
+@dataclasses.dataclass
+class Kinematics:
+    step: int
+    position_m: np.ndarray                   # (bodies, 3)
+    orientation_wxyz: np.ndarray             # (bodies, 4)
+    velocity_m_per_s: np.ndarray             # (bodies, 3)
+    angular_velocity_rad_per_s: np.ndarray   # (bodies, 3)
+
+
+@dataclasses.dataclass
+class AppliedLoads:
+    step: int
+    force_N: np.ndarray      # (bodies, 3), hydrodynamic, constant over the step
+    torque_N_m: np.ndarray   # (bodies, 3)
+    driving_N: np.ndarray    # (nodes, bodies, 3)
+
+
+@dataclasses.dataclass
+class Summary:
+    digest: int = 0
+    cell_updates: int = 0
+    ranks: int = 1
+    seconds: dict = dataclasses.field(default_factory=dict)
+
+
+def _read(field, shape, name):
+    array = np.array(field, dtype=float)
+    if array.size != np.prod(shape) or not np.isfinite(array).all():
+        raise Refused(f"A message was refused ({name} is not an array of {np.prod(shape)} finite numbers). "
+                      "Use the same protocol version on both sides.")
+    return array.reshape(shape)
+
+
+def _write(field, array, shape, name):
+    array = np.ascontiguousarray(array, dtype=float)
+    if array.shape != shape:
+        raise SolverError(f"The solver returned {name} of shape {array.shape} (not {shape}). Mend it.")
+    if not np.isfinite(array).all():
+        raise SolverError(f"The solver returned {name} that is not finite (it has diverged). Use a smaller step.")
+    field.extend(array.ravel())
+
+
+class _Served:
+    """What both roles share. `perform` fills the reply to a request and returns nothing."""
+
+    def __init__(self, make_solver):
+        self._make_solver = make_solver
+        self.solver = None
+        self._bodies = 0
+
+    def perform(self, request, reply):
+        body = getattr(request, request.WhichOneof("body"))
+        name = body.DESCRIPTOR.name
+        if name == "Save":
+            self.solver.save(body.path)
+            reply.saved.SetInParent()
+        elif name == "Restore":
+            self.solver.restore(body.path)
+            reply.restored.SetInParent()
+        elif name == "Summarise":
+            summary = self.solver.summarise()
+            reply.summary.digest = summary.digest
+            reply.summary.cell_updates = summary.cell_updates
+            reply.summary.ranks = summary.ranks
+            reply.summary.seconds.update(summary.seconds)
+        else:
+            self._perform_own(name, body, request, reply)
+
+    def follow_up(self, name):
+        """Work after the reply."""
+
+
+class ServedFluid(_Served):
+    role = "fluid"
+
+    def _perform_own(self, name, body, request, reply):
+        if name == "FluidSetup":
+            self._bodies = len(body.bodies)
+            self.solver = self._make_solver(body)
+            reply.configured.SetInParent()
+        elif name == "Kinematics":
+            force, torque = self.solver.exchange(read_kinematics(body, request.step, self._bodies))
+            _write(reply.loads.force_N, force, (self._bodies, 3), "force_N")
+            _write(reply.loads.torque_N_m, torque, (self._bodies, 3), "torque_N_m")
+
+    def follow_up(self, name):
+        if name == "Kinematics":
+            self.solver.advance()
+
+
+class ServedBody(_Served):
+    role = "body"
+
+    def _perform_own(self, name, body, request, reply):
+        if name == "BodySetup":
+            self._bodies = len(body.bodies)
+            self.solver = self._make_solver(body)
+            reply.configured.driving_nodes.extend(self.solver.driving_nodes())
+        elif name == "KinematicsRequest":
+            write_kinematics(self.solver.kinematics(), self._bodies, reply)
+        elif name == "AppliedLoads":
+            nodes, bodies = len(self.solver.driving_nodes()), self._bodies
+            applied = AppliedLoads(request.step, _read(body.force_N, (bodies, 3), "force_N"),
+                                   _read(body.torque_N_m, (bodies, 3), "torque_N_m"),
+                                   _read(body.driving_N, (nodes, bodies, 3), "driving_N"))
+            write_kinematics(self.solver.step(applied), self._bodies, reply)
+
+
+def read_kinematics(message, step, bodies):
+    return Kinematics(step, _read(message.position_m, (bodies, 3), "position_m"),
+                      _read(message.orientation_wxyz, (bodies, 4), "orientation_wxyz"),
+                      _read(message.velocity_m_per_s, (bodies, 3), "velocity_m_per_s"),
+                      _read(message.angular_velocity_rad_per_s, (bodies, 3), "angular_velocity_rad_per_s"))
+
+
+def write_kinematics(kinematics, bodies, reply):
+    reply.step = kinematics.step
+    message = reply.kinematics
+    message.SetInParent()
+    for name, width in (("position_m", 3), ("orientation_wxyz", 4), ("velocity_m_per_s", 3),
+                        ("angular_velocity_rad_per_s", 3)):
+        _write(getattr(message, name), getattr(kinematics, name), (bodies, width), name)

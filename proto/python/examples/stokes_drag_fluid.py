@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""A fluid component in Python: Stokes drag on every body as if it were a lonely sphere.
+
+    F = −6π η r v,   T = −8π η r³ ω
+
+Neglects the other bodies, the walls and the inertia of the fluid. Run a case with it:
+    deploy/copepod run CASE.yaml --fluid "python3 proto/python/examples/stokes_drag_fluid.py"
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from copepod_component import Capabilities, StorageError, Summary, run_fluid_component  # noqa: E402
+
+
+class StokesDrag:
+    def __init__(self, setup):
+        self._radius_m = np.array([body.radius_m for body in setup.bodies])[:, None]
+        self._viscosity_Pa_s = setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s
+        self._steps = 0
+
+    def exchange(self, kinematics):
+        force_N = -6 * np.pi * self._viscosity_Pa_s * self._radius_m * kinematics.velocity_m_per_s
+        torque_N_m = -8 * np.pi * self._viscosity_Pa_s * self._radius_m**3 * kinematics.angular_velocity_rad_per_s
+        return force_N, torque_N_m
+
+    def advance(self):
+        self._steps += 1
+
+    def save(self, path):
+        try:
+            pathlib.Path(path).write_text(f"{self._steps}\n")
+        except OSError as error:
+            raise StorageError(f"The file {path} cannot be written ({error.strerror}). Choose another path.") from error
+
+    def restore(self, path):
+        try:
+            self._steps = int(pathlib.Path(path).read_text())
+        except (OSError, ValueError) as error:
+            raise StorageError(f"The file {path} cannot be read ({error}). Choose another checkpoint.") from error
+
+    def summarise(self):
+        return Summary(digest=self._steps)
+
+
+if __name__ == "__main__":
+    sys.exit(run_fluid_component(StokesDrag, Capabilities(
+        "Stokes drag in Python", "1.0", ["solver:external", "shape:sphere", "checkpoint"])))
