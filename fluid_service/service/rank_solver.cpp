@@ -10,11 +10,26 @@ namespace copepod::fluid {
 Capabilities capabilities() {
   return {.name = "Copepod fluid",
           .version = COPEPOD_VERSION,
-          .features = {"solver:lattice_boltzmann", "solver:stokes", "solver:vacuum", "collision:bgk", "collision:trt",
-                       "boundary:no_slip", "boundary:periodic", "boundary:free_slip", "boundary:velocity",
-                       "boundary:pressure", "symmetry_planes", "body_force", "precision:double",
-                       "precision:single", "shape:sphere", "shape:capsule", "moving_boundary:bounce_back",
-                       "refill:equilibrium", "fields", "checkpoint"}};
+          .features = {"solver:lattice_boltzmann",
+                       "solver:stokes",
+                       "solver:vacuum",
+                       "collision:bgk",
+                       "collision:trt",
+                       "boundary:no_slip",
+                       "boundary:periodic",
+                       "boundary:free_slip",
+                       "boundary:velocity",
+                       "boundary:pressure",
+                       "symmetry_planes",
+                       "body_force",
+                       "precision:double",
+                       "precision:single",
+                       "shape:sphere",
+                       "shape:capsule",
+                       "moving_boundary:bounce_back",
+                       "refill:equilibrium",
+                       "fields",
+                       "checkpoint"}};
 }
 
 std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communicator& communicator) {
