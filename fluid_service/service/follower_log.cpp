@@ -24,7 +24,11 @@ component::Options log_options(int argc, char** argv, int rank) {
   } catch (const CLI::ParseError&) {
     return {};  // rank 0 complains about it
   }
-  if (!options.log_file.empty()) options.log_file += ".rank" + std::to_string(rank);
+  if (options.log_file.empty()) {
+    options.log_level = "warning";  // rank 0 alone speaks to the terminal
+  } else {
+    options.log_file += ".rank" + std::to_string(rank);
+  }
   return options;
 }
 

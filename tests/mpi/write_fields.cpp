@@ -1,0 +1,33 @@
+#include <cstdlib>
+#include <string>
+
+#include "communication/mpi_session.hpp"
+#include "output/field_writer.hpp"
+#include "output/mean_field.hpp"
+#include "partition/block_partition.hpp"
+#include "storage_case.hpp"
+
+/// write_fields FOLDER SNAPSHOTS SCALE: snapshots and a mean of numbered_fields on a quarter of 8·SCALE ×
+/// 6·SCALE × 5·SCALE cells, for the tests that read the files with h5py and VTK.
+int main(int argc, char** argv) {
+  using namespace copepod::fluid;
+  MpiSession session;
+  if (argc != 4) return session.finish(2);
+  const std::int64_t scale = std::atoll(argv[3]);
+  copepod::FluidSetup setup;
+  setup.domain_cells = {8 * scale, 6 * scale, 5 * scale};
+  setup.symmetry_planes = {true, true, false};
+  setup.cell_size_m = 1e-6;
+  setup.step_s = 2e-10;
+  setup.fields.directory = argv[1];
+  const BlockPartition partition({4 * scale, 3 * scale, 5 * scale}, session.ranks().size());
+  const FieldBlock block = numbered_fields(partition.block(session.ranks().rank()));
+  FieldWriter writer(setup.fields, setup, session.ranks());
+  MeanField mean;
+  for (int snapshot = 1; snapshot <= std::atoi(argv[2]); ++snapshot) {
+    writer.write_snapshot(1000 * snapshot, block);
+    mean.add(block);
+  }
+  writer.write_mean(mean.samples(), mean.mean());
+  return session.finish(0);
+}
