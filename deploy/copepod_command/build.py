@@ -14,9 +14,9 @@ from copepod_command.checkout import BUILD, PROGRAMS, ROOT, chosen_programs
 from copepod_command.errors import Stop
 from copepod_command.stages import Stage
 
-_BYTES_PER_COMPILER = 1.5e9   # memory set aside for each g++ process
+_BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40
-_MOMENT_S = 0.5   # a build that takes longer is announced
+_MOMENT_S = 0.5  # a build that takes longer is announced
 
 
 def ensure_programs():
@@ -35,8 +35,11 @@ def ensure_targets(targets):
         return
     packages.ensure()
     if not shutil.which("ninja") or not shutil.which("cmake"):
-        raise Stop(exit_codes.BAD_CASE, "cmake and ninja are not in PATH (no Debian machine?). Install them, g++ 12 "
-                                        "and these libraries' equivalents: " + " ".join(packages.BUILD_AND_RUN))
+        raise Stop(
+            exit_codes.BAD_CASE,
+            "cmake and ninja are not in PATH (no Debian machine?). Install them, g++ 12 "
+            "and these libraries' equivalents: " + " ".join(packages.BUILD_AND_RUN),
+        )
     BUILD.mkdir(exist_ok=True)
     with _one_build_at_a_time():
         if not _is_configured():
@@ -72,8 +75,13 @@ def _is_configured():
 
 def _configure():
     with Stage("configuring"), open(BUILD / "build.log", "wb") as log:
-        code = subprocess.run(["cmake", "--fresh", "--preset", "release"], cwd=ROOT, stdin=subprocess.DEVNULL,
-                              stdout=log, stderr=subprocess.STDOUT).returncode
+        code = subprocess.run(
+            ["cmake", "--fresh", "--preset", "release"],
+            cwd=ROOT,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+        ).returncode
         if code:
             raise Stop(exit_codes.PREPARATION_FAILED, _failure("cmake could not configure the build"))
 
@@ -81,8 +89,13 @@ def _configure():
 def _build(targets):
     """Runs ninja; says nothing if that is over in a moment."""
     environment = dict(os.environ, NINJA_STATUS="[%f/%t] ")
-    ninja = subprocess.Popen(["ninja", "-C", str(BUILD), "-j", str(parallel_jobs()), *targets], env=environment,
-                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    ninja = subprocess.Popen(
+        ["ninja", "-C", str(BUILD), "-j", str(parallel_jobs()), *targets],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     try:
         beginning = _output_of_first_moment(ninja)
         if ninja.poll() == 0:
@@ -127,5 +140,5 @@ def _failure(what):
     """Message with the end of build.log, from the first failed command on if ninja tells it."""
     lines = (BUILD / "build.log").read_text(errors="replace").splitlines()
     failed = next((number for number, line in enumerate(lines) if line.startswith("FAILED:")), len(lines))
-    shown = lines[failed:failed + _SHOWN_LINES] or lines[-_SHOWN_LINES:]
+    shown = lines[failed : failed + _SHOWN_LINES] or lines[-_SHOWN_LINES:]
     return "\n".join([f"{what}:", *shown, f"copepod: {what} (above). The full output is in {BUILD / 'build.log'}."])

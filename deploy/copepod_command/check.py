@@ -43,9 +43,15 @@ def _estimate_rows(plan):
     if updates:
         precision = plan.case.get("fluid", {}).get("precision", "double")
         mlups = speed.remembered(precision, plan.fluid_ranks)
-        rows.append(("time", f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last "
-                             f"{precision} run on {plan.fluid_ranks} rank(s)" if mlups else
-                     f"unknown: no {precision} run on {plan.fluid_ranks} rank(s) was made here yet"))
+        rows.append(
+            (
+                "time",
+                f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last "
+                f"{precision} run on {plan.fluid_ranks} rank(s)"
+                if mlups
+                else f"unknown: no {precision} run on {plan.fluid_ranks} rank(s) was made here yet",
+            )
+        )
     return rows
 
 
@@ -53,12 +59,16 @@ def _resource_warnings(plan):
     warnings = []
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if plan.estimate.get("memory_bytes", 0) > 0.9 * memory:
-        warnings.append(f"the run needs {plan.estimate['memory_bytes'] / 2**30:.1f} GiB (this machine has "
-                        f"{memory / 2**30:.1f} GiB). Use fewer cells, symmetry_planes or precision: single.")
+        warnings.append(
+            f"the run needs {plan.estimate['memory_bytes'] / 2**30:.1f} GiB (this machine has "
+            f"{memory / 2**30:.1f} GiB). Use fewer cells, symmetry_planes or precision: single."
+        )
     cores = len(os.sched_getaffinity(0))
     if plan.fluid_ranks > cores:
-        warnings.append(f"{plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
-                        f"Use --ranks {cores}.")
+        warnings.append(
+            f"{plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
+            f"Use --ranks {cores}."
+        )
     return warnings
 
 
@@ -69,16 +79,24 @@ def _lacking_features(plan):
         announced = _capabilities(replacement or [str(program(f"{role}_service"))])
         for feature in plan.requires.get(role, []):
             if announced is not None and feature not in announced.get("features", []):
-                problems.append(f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
-                                f"Change the case, or use another --{role} component.")
+                problems.append(
+                    f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
+                    f"Change the case, or use another --{role} component."
+                )
     return problems
 
 
 def _capabilities(command):
     """What `command --capabilities` prints, or None if it says nothing that can be read."""
     try:
-        answer = subprocess.run([*command, "--capabilities"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                stderr=subprocess.DEVNULL, text=True, timeout=20)
+        answer = subprocess.run(
+            [*command, "--capabilities"],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            timeout=20,
+        )
         return json.loads(answer.stdout)
     except (OSError, ValueError, subprocess.TimeoutExpired):
         return None

@@ -6,8 +6,8 @@ import signal
 import time
 from pathlib import Path
 
-POLITE_S = 1.0   # between SIGTERM and SIGKILL
-FINAL_S = 2.0    # after SIGKILL; longer only in uninterruptible sleep, where nothing can be done
+POLITE_S = 1.0  # between SIGTERM and SIGKILL
+FINAL_S = 2.0  # after SIGKILL; longer only in uninterruptible sleep, where nothing can be done
 
 
 def marked_processes(mark):
@@ -19,7 +19,7 @@ def marked_processes(mark):
             try:
                 if wanted in Path("/proc", entry, "environ").read_bytes().split(b"\0"):
                     found.append(int(entry))
-            except OSError:   # gone meanwhile, or somebody else's
+            except OSError:  # gone meanwhile, or somebody else's
                 pass
     return found
 

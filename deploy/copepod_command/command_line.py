@@ -12,8 +12,9 @@ _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused 
 def parse(arguments):
     """Options with `action` set to the function that carries them out. Exits with 2 on a bad command line."""
     arguments, ctest_arguments = _split_at_dashes(arguments)
-    parser = argparse.ArgumentParser(prog=called_as(), description="Couples fluids and rigid bodies: one command.",
-                                     epilog=_EXIT_CODES)
+    parser = argparse.ArgumentParser(
+        prog=called_as(), description="Couples fluids and rigid bodies: one command.", epilog=_EXIT_CODES
+    )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_run(commands)
     _add_check(commands)
@@ -31,25 +32,40 @@ def parse(arguments):
 def _split_at_dashes(arguments):
     if "--" in arguments:
         place = arguments.index("--")
-        return arguments[:place], arguments[place + 1:]
+        return arguments[:place], arguments[place + 1 :]
     return arguments, []
 
 
 def _add_run(commands):
-    parser = commands.add_parser("run", help="run a case", epilog=_EXIT_CODES,
-                                 description="Runs a case: builds what is missing, starts and watches the three "
-                                             "processes, ends with the result table.")
+    parser = commands.add_parser(
+        "run",
+        help="run a case",
+        epilog=_EXIT_CODES,
+        description="Runs a case: builds what is missing, starts and watches the three "
+        "processes, ends with the result table.",
+    )
     _add_case(parser)
-    parser.add_argument("--out", metavar="DIR", help="run directory (default: runs/<case>, with a number if that exists)")
+    parser.add_argument(
+        "--out", metavar="DIR", help="run directory (default: runs/<case>, with a number if that exists)"
+    )
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out, or with the case's latest")
-    parser.add_argument("--restarts", type=_count, default=0, metavar="N",
-                        help="start again up to N times when a component is lost (default: 0)")
+    parser.add_argument(
+        "--restarts",
+        type=_count,
+        default=0,
+        metavar="N",
+        help="start again up to N times when a component is lost (default: 0)",
+    )
     parser.set_defaults(action=run.run)
 
 
 def _add_check(commands):
-    parser = commands.add_parser("check", help="validate a case without running it", epilog=_EXIT_CODES,
-                                 description="Checks a case and prints its key figures, estimates and warnings.")
+    parser = commands.add_parser(
+        "check",
+        help="validate a case without running it",
+        epilog=_EXIT_CODES,
+        description="Checks a case and prints its key figures, estimates and warnings.",
+    )
     _add_case(parser)
     parser.set_defaults(action=check.check)
 
@@ -57,34 +73,49 @@ def _add_check(commands):
 def _add_case(parser):
     """The options that change what the case is."""
     parser.add_argument("case", metavar="CASE.yaml")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of the case")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of the case"
+    )
     parser.add_argument("--ranks", type=_positive_count, metavar="N", help="MPI ranks of the fluid service")
     parser.add_argument("--fluid", metavar="CMD", help="command that replaces the fluid service")
     parser.add_argument("--body", metavar="CMD", help="command that replaces the body service")
 
 
 def _add_report(commands):
-    parser = commands.add_parser("report", help="tables and plots from run directories", epilog=_EXIT_CODES,
-                                 description="Writes report.html, one page that needs no network, and its plots as PNG.")
+    parser = commands.add_parser(
+        "report",
+        help="tables and plots from run directories",
+        epilog=_EXIT_CODES,
+        description="Writes report.html, one page that needs no network, and its plots as PNG.",
+    )
     parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory of a finished run")
-    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report, or report for several runs)")
+    parser.add_argument(
+        "--out", metavar="FOLDER", help="where to write (default: DIR/report, or report for several runs)"
+    )
     parser.set_defaults(action=reporting.report)
 
 
 def _add_bench(commands):
-    parser = commands.add_parser("bench", help="measure this machine",
-                                 description="Measures memory, the fluid alone and coupled runs for a few minutes; "
-                                             "prints a table.")
-    parser.add_argument("--samples", type=_positive_count, default=5, metavar="N", help="of which medians are shown (5)")
+    parser = commands.add_parser(
+        "bench",
+        help="measure this machine",
+        description="Measures memory, the fluid alone and coupled runs for a few minutes; prints a table.",
+    )
+    parser.add_argument(
+        "--samples", type=_positive_count, default=5, metavar="N", help="of which medians are shown (5)"
+    )
     parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
     parser.add_argument("--out", metavar="FILE.json", help="write every sample there")
     parser.set_defaults(action=bench.bench)
 
 
 def _add_test(commands):
-    parser = commands.add_parser("test", help="build and run the test suite", usage=f"{called_as()} test [-- CTEST ARGS]",
-                                 description="Builds everything and runs ctest; arguments after -- go to ctest, "
-                                             "for example: -- -L unit")
+    parser = commands.add_parser(
+        "test",
+        help="build and run the test suite",
+        usage=f"{called_as()} test [-- CTEST ARGS]",
+        description="Builds everything and runs ctest; arguments after -- go to ctest, for example: -- -L unit",
+    )
     parser.set_defaults(action=suite.test)
 
 

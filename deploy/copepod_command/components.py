@@ -10,15 +10,26 @@ from copepod_command.checkout import program
 from copepod_command.errors import Stop
 from copepod_command.plan import case_arguments
 
-MARK = "COPEPOD_RUN"   # in the environment of every process of a run, so that none can get lost
-COMPONENT = "COPEPOD_COMPONENT"   # says which one it belongs to
+MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
+COMPONENT = "COPEPOD_COMPONENT"  # says which one it belongs to
 
 _STARTERS = ("mpirun", "mpiexec", "srun")
 
 
 def coupler_command(options, directory, endpoint, session, resume):
-    command = [str(program("coupler")), "--run", *case_arguments(options), "--out", str(directory),
-               "--endpoint", endpoint, "--session", session, "--log-file", str(directory / "logs" / "coupler.log")]
+    command = [
+        str(program("coupler")),
+        "--run",
+        *case_arguments(options),
+        "--out",
+        str(directory),
+        "--endpoint",
+        endpoint,
+        "--session",
+        session,
+        "--log-file",
+        str(directory / "logs" / "coupler.log"),
+    ]
     return command + (["--resume"] if resume else [])
 
 
@@ -39,13 +50,15 @@ def check_replacements(plan):
     """Raises Stop(2) if a replacing command cannot be found, before anything is started."""
     for key, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
         if command is not None and shutil.which(command[0]) is None:
-            raise Stop(exit_codes.BAD_CASE, f"the {key} component {shlex.join(command)} cannot be started "
-                                            "(no such program). Give its path, or put it in PATH.")
+            raise Stop(
+                exit_codes.BAD_CASE,
+                f"the {key} component {shlex.join(command)} cannot be started "
+                "(no such program). Give its path, or put it in PATH.",
+            )
 
 
 def _connection(name, directory, endpoint, session):
-    return ["--endpoint", endpoint, "--session", session,
-            "--log-file", str(directory / "logs" / f"{name}.log")]
+    return ["--endpoint", endpoint, "--session", session, "--log-file", str(directory / "logs" / f"{name}.log")]
 
 
 def environment(mark, scratch, ranks):
@@ -55,7 +68,7 @@ def environment(mark, scratch, ranks):
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
-        "OMPI_MCA_odls_base_sigkill_timeout": "0",   # when a rank died, mpirun need not wait to end the others
+        "OMPI_MCA_odls_base_sigkill_timeout": "0",  # when a rank died, mpirun need not wait to end the others
     }
     if ranks + 2 > len(os.sched_getaffinity(0)):
         # Cores are shared with the coupler and the bodies: ranks must neither be bound to one core nor spin there.

@@ -16,9 +16,14 @@ class Guard:
     """The command's side: starts the guard, and dismisses it once everything is cleaned up."""
 
     def __init__(self, mark, folders):
-        self._process = subprocess.Popen([sys.executable, "-S", __file__, mark, *map(str, folders)],
-                                         stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                         start_new_session=True, cwd="/")
+        self._process = subprocess.Popen(
+            [sys.executable, "-S", __file__, mark, *map(str, folders)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            cwd="/",
+        )
 
     def dismiss(self):
         try:
@@ -31,6 +36,7 @@ class Guard:
 def watch_over(mark, folders):
     """Waits for the pipe to close; without the word that all is well, ends what is marked and removes the folders."""
     from copepod_command import cleanup
+
     if os.read(0, len(_ALL_IS_WELL)) != _ALL_IS_WELL:
         cleanup.end_marked(mark)
         cleanup.remove_folders(folders)

@@ -21,7 +21,7 @@ def main(arguments):
     except KeyboardInterrupt:
         print("\ncopepod: stopped by Ctrl-C.", file=sys.stderr, flush=True)
         return exit_codes.INTERRUPTED
-    except BrokenPipeError:   # the reader of our output went away, as in `copepod check … | head`
+    except BrokenPipeError:  # the reader of our output went away, as in `copepod check … | head`
         sys.stderr.close()
         return exit_codes.FINISHED
 

@@ -16,8 +16,8 @@ class Failure:
     code: int
     component: str
     host: str
-    rank: str          # "0", or "0-3" where all ranks went together
-    step: int          # -1: before the first, or unknown
+    rank: str  # "0", or "0-3" where all ranks went together
+    step: int  # -1: before the first, or unknown
     reason: str
 
     def sentence(self):
@@ -32,8 +32,8 @@ class Exit:
     """End of a component's process; `output` is what it wrote last on stdout and stderr."""
 
     component: str
-    code: int = 0        # exit code, if no signal ended it
-    signal: int = 0      # signal that ended it, or 0
+    code: int = 0  # exit code, if no signal ended it
+    signal: int = 0  # signal that ended it, or 0
     rank: str = "0"
     host: str = ""
     output: str = ""
@@ -61,9 +61,14 @@ def describe_exit(component, returncode, output, host, ranks):
 
 def failure_of_event(event, host):
     """Failure from the coupler's failure event."""
-    return Failure(code=int(event.get("code", exit_codes.SOLVER_FAILED)), component=event.get("component", "coupler"),
-                   host=event.get("host") or host, rank=str(event.get("rank", 0)), step=int(event.get("step", -1)),
-                   reason=event.get("reason", "no reason given"))
+    return Failure(
+        code=int(event.get("code", exit_codes.SOLVER_FAILED)),
+        component=event.get("component", "coupler"),
+        host=event.get("host") or host,
+        rank=str(event.get("rank", 0)),
+        step=int(event.get("step", -1)),
+        reason=event.get("reason", "no reason given"),
+    )
 
 
 def judge(reported, exits, last_step, host):
@@ -83,8 +88,14 @@ def judge(reported, exits, last_step, host):
         return _of_killed(killed, last_step)
     if exits:
         return _of_exit(exits[0], last_step, host)
-    return Failure(exit_codes.COMPONENT_LOST, "coupler", host, "0", last_step,
-                   "it closed its output without a word (a defect). Look into its log, and report it.")
+    return Failure(
+        exit_codes.COMPONENT_LOST,
+        "coupler",
+        host,
+        "0",
+        last_step,
+        "it closed its output without a word (a defect). Look into its log, and report it.",
+    )
 
 
 def _is_consequence(killed, exits):
@@ -110,8 +121,14 @@ def _likely_cause(number):
 def _of_exit(exit, step, host):
     """Failure told by an exit code alone."""
     if exit.code == exit_codes.COMPONENT_LOST and exit.component != "coupler":
-        return Failure(exit.code, "coupler", host, "0", step,
-                       f"it does not answer any more (says the {COMPONENTS[exit.component]}, which gave up).")
+        return Failure(
+            exit.code,
+            "coupler",
+            host,
+            "0",
+            step,
+            f"it does not answer any more (says the {COMPONENTS[exit.component]}, which gave up).",
+        )
     code = exit.code if exit.code in exit_codes.OF_COMPONENTS else exit_codes.COMPONENT_LOST
     words = _last_words(exit.output)
     if exit.code == 0:

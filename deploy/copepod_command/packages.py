@@ -11,11 +11,30 @@ from copepod_command.errors import Stop
 from copepod_command.stages import Stage
 
 BUILD_AND_RUN = (
-    "g++", "cmake", "ninja-build", "ccache", "pkg-config",
-    "libopenmpi-dev", "openmpi-bin", "libzmq3-dev", "cppzmq-dev", "libprotobuf-dev", "protobuf-compiler",
-    "libeigen3-dev", "libspdlog-dev", "libgtest-dev", "libyaml-cpp-dev", "libcli11-dev",
-    "nlohmann-json3-dev", "libhdf5-openmpi-dev", "libbenchmark-dev",
-    "python3-numpy", "python3-matplotlib", "python3-h5py", "python3-zmq", "python3-protobuf",
+    "g++",
+    "cmake",
+    "ninja-build",
+    "ccache",
+    "pkg-config",
+    "libopenmpi-dev",
+    "openmpi-bin",
+    "libzmq3-dev",
+    "cppzmq-dev",
+    "libprotobuf-dev",
+    "protobuf-compiler",
+    "libeigen3-dev",
+    "libspdlog-dev",
+    "libgtest-dev",
+    "libyaml-cpp-dev",
+    "libcli11-dev",
+    "nlohmann-json3-dev",
+    "libhdf5-openmpi-dev",
+    "libbenchmark-dev",
+    "python3-numpy",
+    "python3-matplotlib",
+    "python3-h5py",
+    "python3-zmq",
+    "python3-protobuf",
 )
 CONTINUOUS_INTEGRATION = ("clang-format", "clang-tidy", "gcovr", "git")
 
@@ -24,8 +43,12 @@ def missing(names):
     """The packages of `names` that are not installed, in their order; none where there is no dpkg."""
     if not shutil.which("dpkg-query"):
         return []
-    answer = subprocess.run(["dpkg-query", "-W", "-f=${Package} ${db:Status-Status}\n", *names],
-                            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    answer = subprocess.run(
+        ["dpkg-query", "-W", "-f=${Package} ${db:Status-Status}\n", *names],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
     installed = {line.split()[0] for line in answer.stdout.splitlines() if line.endswith(" installed")}
     return [name for name in names if name not in installed]
 
@@ -39,8 +62,11 @@ def ensure(names=BUILD_AND_RUN):
     if not wanted:
         return
     if os.geteuid() != 0:
-        raise Stop(exit_codes.BAD_CASE, f"{len(wanted)} Debian packages are missing (only root can install them). "
-                                        f"Run: sudo apt-get install -y {' '.join(wanted)}")
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"{len(wanted)} Debian packages are missing (only root can install them). "
+            f"Run: sudo apt-get install -y {' '.join(wanted)}",
+        )
     BUILD.mkdir(exist_ok=True)
     log_path = BUILD / "packages.log"
     with Stage(f"installing {len(wanted)} Debian packages (log: {log_path})"), open(log_path, "wb") as log:
@@ -55,12 +81,19 @@ def _install(wanted, log):
         return
     _apt_get(["update"], log)
     if _apt_get(["install", "-y", "--no-install-recommends", *wanted], log) != 0:
-        raise Stop(exit_codes.BAD_CASE, f"apt-get could not install the packages (see {log.name}). "
-                                        f"Try: apt-get install -y {' '.join(wanted)}")
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"apt-get could not install the packages (see {log.name}). Try: apt-get install -y {' '.join(wanted)}",
+        )
 
 
 def _apt_get(arguments, log):
     """Exit code of one apt-get call that asks nothing and waits for another one to end."""
     environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
-    return subprocess.run(["apt-get", "-o", "DPkg::Lock::Timeout=300", *arguments], env=environment,
-                          stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT).returncode
+    return subprocess.run(
+        ["apt-get", "-o", "DPkg::Lock::Timeout=300", *arguments],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=log,
+        stderr=subprocess.STDOUT,
+    ).returncode

@@ -19,9 +19,9 @@ class Plan:
     case: dict
     case_yaml: str
     fluid_ranks: int
-    fluid_command: list   # what replaces our fluid service, or None
+    fluid_command: list  # what replaces our fluid service, or None
     body_command: list
-    transport: str        # "ipc" or "tcp://host:port"
+    transport: str  # "ipc" or "tcp://host:port"
     requires: dict
     estimate: dict
     warnings: list
@@ -42,13 +42,18 @@ def case_arguments(options):
 def request_plan(options):
     """Asks the coupler. Raises Stop(2) after passing on its list of errors if the case is bad."""
     command = [str(program("coupler")), "--plan", *case_arguments(options)]
-    answer = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    answer = subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     sys.stderr.write(answer.stderr)
     if answer.returncode == exit_codes.BAD_CASE:
         raise Stop(exit_codes.BAD_CASE)
     if answer.returncode != 0:
-        raise Stop(exit_codes.SOLVER_FAILED, f"coupler --plan ended with code {answer.returncode} "
-                                             "(a defect: it should name what is wrong with the case). Please report it.")
+        raise Stop(
+            exit_codes.SOLVER_FAILED,
+            f"coupler --plan ended with code {answer.returncode} "
+            "(a defect: it should name what is wrong with the case). Please report it.",
+        )
     return parse_plan(answer.stdout)
 
 
@@ -57,11 +62,23 @@ def parse_plan(text):
     try:
         plan = json.loads(text)
         services = plan["services"]
-        return Plan(name=plan["name"], steps=int(plan["steps"]), case=plan["case"], case_yaml=plan["case_yaml"],
-                    fluid_ranks=int(services["fluid"]["ranks"]), fluid_command=services["fluid"].get("command"),
-                    body_command=services["body"].get("command"), transport=services["transport"],
-                    requires=plan.get("requires", {}), estimate=plan.get("estimate", {}),
-                    warnings=plan.get("warnings", []), notes=plan.get("notes", []))
+        return Plan(
+            name=plan["name"],
+            steps=int(plan["steps"]),
+            case=plan["case"],
+            case_yaml=plan["case_yaml"],
+            fluid_ranks=int(services["fluid"]["ranks"]),
+            fluid_command=services["fluid"].get("command"),
+            body_command=services["body"].get("command"),
+            transport=services["transport"],
+            requires=plan.get("requires", {}),
+            estimate=plan.get("estimate", {}),
+            warnings=plan.get("warnings", []),
+            notes=plan.get("notes", []),
+        )
     except (ValueError, KeyError, TypeError) as problem:
-        raise Stop(exit_codes.SOLVER_FAILED, f"the answer of coupler --plan cannot be read ({problem!r}; is it of "
-                                             "another version?). Build coupler and command from one checkout.") from None
+        raise Stop(
+            exit_codes.SOLVER_FAILED,
+            f"the answer of coupler --plan cannot be read ({problem!r}; is it of "
+            "another version?). Build coupler and command from one checkout.",
+        ) from None

@@ -28,12 +28,18 @@ class Process:
         self.output = output
         parent = os.getpid()
         with open(output, "ab") as log:
-            self._output_start = log.tell()   # a restart goes on in the same file
-            self._popen = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL,
-                                           stdout=log if events is None else events, stderr=log,
-                                           start_new_session=True, preexec_fn=lambda: _end_with(parent))
+            self._output_start = log.tell()  # a restart goes on in the same file
+            self._popen = subprocess.Popen(
+                command,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=log if events is None else events,
+                stderr=log,
+                start_new_session=True,
+                preexec_fn=lambda: _end_with(parent),
+            )
         self.pid = self._popen.pid
-        self.descriptor = os.pidfd_open(self.pid)   # becomes readable when the process ends
+        self.descriptor = os.pidfd_open(self.pid)  # becomes readable when the process ends
 
     @property
     def returncode(self):
@@ -58,7 +64,7 @@ class Process:
         """Collects the ended process; call it after everything marked was ended."""
         try:
             self._popen.wait(timeout=1)
-        except subprocess.TimeoutExpired:   # hangs in the kernel; the command has said so already
+        except subprocess.TimeoutExpired:  # hangs in the kernel; the command has said so already
             pass
         os.close(self.descriptor)
 

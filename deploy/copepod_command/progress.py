@@ -83,7 +83,7 @@ class TerminalProgress:
         self._drawn = False
 
     def phase(self, name):
-        if not self._drawn:   # once there is a bar it stays
+        if not self._drawn:  # once there is a bar it stays
             self._draw(f"copepod: {name} …")
 
     def step(self, event):

@@ -9,7 +9,8 @@ from copepod_command.plan import request_plan
 def report(options):
     """Writes the report and prints where it is."""
     build.ensure_programs()
-    from copepod_report.report import write_report   # numpy and matplotlib: slow to load, and installed just now
+    from copepod_report.report import write_report  # numpy and matplotlib: slow to load, and installed just now
+
     out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
     print(write_report(options.directories, out, read_case))
     return exit_codes.FINISHED

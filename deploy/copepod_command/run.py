@@ -20,9 +20,9 @@ from copepod_command.stages import say
 from copepod_command.table import result_table
 from copepod_command.watch import Watch
 
-_COUPLER_PATIENCE_S = 2.0      # to close its files after a signal
+_COUPLER_PATIENCE_S = 2.0  # to close its files after a signal
 _CHECKPOINT_PATIENCE_S = 60.0  # if a signal finds it writing a checkpoint, or makes it write one
-_PIPE_BYTES = 1 << 20          # events of half an hour, should this command be stopped by Ctrl-Z
+_PIPE_BYTES = 1 << 20  # events of half an hour, should this command be stopped by Ctrl-Z
 _WORTH_A_RESTART = (exit_codes.COMPONENT_LOST, exit_codes.DEADLINE_PASSED)
 
 
@@ -51,15 +51,19 @@ def _attempts(options, plan, directory):
         if ending.summary:
             summary = directory.summary()
             if summary is None:
-                raise Stop(exit_codes.STORAGE_FAILED, f"{ending.summary} cannot be read (the disk is full?). "
-                                                      "Make room and run again.")
+                raise Stop(
+                    exit_codes.STORAGE_FAILED,
+                    f"{ending.summary} cannot be read (the disk is full?). Make room and run again.",
+                )
             speed.remember(summary)
             print(result_table(summary, _shown(directory.path)), flush=True)
             return exit_codes.FINISHED
         if ending.signal:
             raise _stopped_by(ending.signal, options, directory)
         if left == 0 or ending.failure.code not in _WORTH_A_RESTART:
-            raise Stop(ending.failure.code, f"{ending.failure.sentence()} {_advice(ending.failure.code, options, directory)}")
+            raise Stop(
+                ending.failure.code, f"{ending.failure.sentence()} {_advice(ending.failure.code, options, directory)}"
+            )
         resume = directory.has_checkpoint()
         say(ending.failure.sentence())
         say(f"starting again {'from the last checkpoint' if resume else 'from the beginning'}, {left} restart(s) left")
@@ -111,15 +115,23 @@ class Attempt:
         commands = {
             "coupler": components.coupler_command(self._options, path, endpoint, session, self._resume),
             "fluid": components.fluid_command(self._plan, path, endpoint, session),
-            "body": components.body_command(self._plan, path, endpoint, session)}
+            "body": components.body_command(self._plan, path, endpoint, session),
+        }
         try:
             for name, command in commands.items():
-                self._processes.append(Process(
-                    name, command, {**environment, components.COMPONENT: name}, path / "logs" / f"{name}.out",
-                    events=writing_end if name == "coupler" else None))
+                self._processes.append(
+                    Process(
+                        name,
+                        command,
+                        {**environment, components.COMPONENT: name},
+                        path / "logs" / f"{name}.out",
+                        events=writing_end if name == "coupler" else None,
+                    )
+                )
         except OSError as problem:
-            raise Stop(exit_codes.BAD_CASE, f"{name} cannot be started ({problem}). "
-                                            f"Check this command: {shlex.join(command)}") from None
+            raise Stop(
+                exit_codes.BAD_CASE, f"{name} cannot be started ({problem}). Check this command: {shlex.join(command)}"
+            ) from None
         finally:
             os.close(writing_end)
         return reading_end
@@ -141,8 +153,10 @@ class Attempt:
     def _end_processes(self):
         left = cleanup.end_marked(f"{components.MARK}={self._mark}")
         if left:
-            say(f"{left} process(es) of the run could not be killed (they hang in the kernel, a dead network disk?). "
-                f"Look for them with: ps -eo pid,stat,args")
+            say(
+                f"{left} process(es) of the run could not be killed (they hang in the kernel, a dead network disk?). "
+                f"Look for them with: ps -eo pid,stat,args"
+            )
 
     def _forget_processes(self):
         """Whatever happened, nothing of the attempt outlives it."""
@@ -155,7 +169,7 @@ class Attempt:
 def _enlarge(pipe):
     try:
         fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
-    except OSError:   # over the user's pipe quota; the default size works too
+    except OSError:  # over the user's pipe quota; the default size works too
         pass
 
 

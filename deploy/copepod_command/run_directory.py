@@ -22,8 +22,10 @@ class RunDirectory:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             os.close(self._descriptor)
-            raise Stop(exit_codes.BAD_CASE, f"{path} is in use (another copepod runs there). "
-                                            "Wait for it, or choose another --out.") from None
+            raise Stop(
+                exit_codes.BAD_CASE,
+                f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
+            ) from None
         (self.path / "logs").mkdir(exist_ok=True)
 
     def close(self):
@@ -49,8 +51,11 @@ def create(name, out):
     if out is not None:
         path = Path(out)
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise Stop(exit_codes.BAD_CASE, f"{out} exists already (a run is never overwritten). "
-                                            "Go on with it by --resume, or choose another --out.")
+            raise Stop(
+                exit_codes.BAD_CASE,
+                f"{out} exists already (a run is never overwritten). "
+                "Go on with it by --resume, or choose another --out.",
+            )
         _make(path, exist_ok=True)
         return RunDirectory(path, resumed=False)
     for number in range(1, 100000):
@@ -68,8 +73,11 @@ def reopen(name, out):
     path = Path(out) if out is not None else _latest(name)
     if path is None or not (path / "case.yaml").exists():
         where = out if out is not None else f"runs/{name}"
-        raise Stop(exit_codes.BAD_CASE, f"{where} holds no run that could be resumed (no case.yaml). "
-                                        f"Start it without --resume, or see: {called_as()} run --help")
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"{where} holds no run that could be resumed (no case.yaml). "
+            f"Start it without --resume, or see: {called_as()} run --help",
+        )
     return RunDirectory(path, resumed=True)
 
 
@@ -79,8 +87,9 @@ def _make(path, exist_ok):
     except FileExistsError:
         raise
     except OSError as problem:
-        raise Stop(exit_codes.STORAGE_FAILED, f"{path} cannot be made ({problem.strerror}). "
-                                              "Choose another --out.") from None
+        raise Stop(
+            exit_codes.STORAGE_FAILED, f"{path} cannot be made ({problem.strerror}). " "Choose another --out."
+        ) from None
 
 
 def _numbered(name, number):

@@ -5,7 +5,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-LONGEST_SOCKET_PATH = 100   # Linux allows 107 bytes; the rest is for suffixes such as the lock's
+LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
 
 
 class Scratch:

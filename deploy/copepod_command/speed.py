@@ -16,7 +16,7 @@ def remember(summary):
     speeds.setdefault(summary.get("precision", ""), {})[str(summary.get("ranks", 1))] = mlups
     try:
         _FILE.write_text(json.dumps(speeds, indent=2) + "\n")
-    except OSError:   # a read-only checkout; only an estimate is lost
+    except OSError:  # a read-only checkout; only an estimate is lost
         pass
 
 

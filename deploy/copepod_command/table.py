@@ -37,12 +37,19 @@ def result_table(summary, directory):
 def run_rows(summary):
     """(name, value) of everything that is not about a swimmer."""
     wall_s = summary.get("wall_s") or 0.0
-    rows = [("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"),
-            ("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s")]
+    rows = [
+        ("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"),
+        ("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s"),
+    ]
     if summary.get("mlups"):
         ranks = summary.get("ranks", 1)
-        rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, "
-                              f"{ranks} {'rank' if ranks == 1 else 'ranks'}"))
+        rows.append(
+            (
+                "speed",
+                f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, "
+                f"{ranks} {'rank' if ranks == 1 else 'ranks'}",
+            )
+        )
     rows += _timing_rows(summary.get("timing") or {}, has_fluid=bool(summary.get("mlups")))
     if summary.get("digest") is not None:
         rows.append(("digest", str(summary["digest"])))
@@ -55,7 +62,9 @@ def swimmer_rows(swimmer):
     for key, name, unit in _SWIMMER_ROWS:
         value = _at(swimmer, key)
         if value is not None:
-            others = {heading: _at(swimmer.get(column), key) for column, heading in _OTHER_COLUMNS if swimmer.get(column)}
+            others = {
+                heading: _at(swimmer.get(column), key) for column, heading in _OTHER_COLUMNS if swimmer.get(column)
+            }
             rows.append((name, unit, value, others))
     return rows
 
@@ -81,8 +90,15 @@ def _at(mapping, path):
 def _timing_rows(timing, has_fluid):
     """Time spent by the three processes, and what the coupling cost on top of the fluid where there is one."""
     rows = []
-    parts = [(name, timing.get(key)) for name, key in (("fluid", "fluid_s"), ("bodies", "body_s"),
-                                                       ("coupler", "coupler_s"), ("waiting", "exchange_wait_s"))]
+    parts = [
+        (name, timing.get(key))
+        for name, key in (
+            ("fluid", "fluid_s"),
+            ("bodies", "body_s"),
+            ("coupler", "coupler_s"),
+            ("waiting", "exchange_wait_s"),
+        )
+    ]
     if any(value is not None for _, value in parts):
         rows.append(("time spent", ", ".join(f"{name} {value:.2f} s" for name, value in parts if value is not None)))
     if has_fluid and timing.get("coupling_overhead") is not None:
@@ -98,7 +114,8 @@ def _swimmer_lines(swimmer):
     headings = list(rows[0][3])
     lines = [f"  {name:<36}{'this run':>{_COLUMN}}" + "".join(f"{heading:>{_COLUMN}}" for heading in headings)]
     for label, unit, value, others in rows:
-        beside = "".join(f"{number_text(others[heading]) if others[heading] is not None else '':>{_COLUMN}}"
-                         for heading in headings)
+        beside = "".join(
+            f"{number_text(others[heading]) if others[heading] is not None else '':>{_COLUMN}}" for heading in headings
+        )
         lines.append(f"    {label:<34}{number_text(value):>{_COLUMN}}{beside}  {unit}".rstrip())
     return lines

@@ -12,11 +12,11 @@ from copepod_command.outcome import Failure, describe_exit, failure_of_event, ju
 
 # How long to wait for a second opinion once something went wrong; together with the three seconds that stopping
 # may take, everything is over within five.
-_AFTER_KILL_S = 0.4      # the coupler may know the step
-_AFTER_EXIT_S = 1.5      # the coupler has, or is about to get, the component's own Failure
-_AFTER_REPORT_S = 0.2    # a complete report: nothing more will come
-_AFTER_LOSS_S = 1.5      # the coupler lost a component: mpirun may still tell which rank died, and how
-_AFTER_FINISH_S = 10.0   # services say goodbye
+_AFTER_KILL_S = 0.4  # the coupler may know the step
+_AFTER_EXIT_S = 1.5  # the coupler has, or is about to get, the component's own Failure
+_AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
+_AFTER_LOSS_S = 1.5  # the coupler lost a component: mpirun may still tell which rank died, and how
+_AFTER_FINISH_S = 10.0  # services say goodbye
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,9 @@ class Watch:
         self._selector.register(events, selectors.EVENT_READ, self._read_events)
         self._selector.register(signals.descriptor, selectors.EVENT_READ, lambda _: signals.drain())
         for process in processes:
-            self._selector.register(process.descriptor, selectors.EVENT_READ,
-                                    lambda _, process=process: self._note_exit(process))
+            self._selector.register(
+                process.descriptor, selectors.EVENT_READ, lambda _, process=process: self._note_exit(process)
+            )
 
     def wait(self):
         """Ending of the run; processes may still be alive then."""
@@ -124,9 +125,12 @@ class Watch:
 
     def _is_loss_without_cause(self):
         """Whether the coupler only knows that a component went silent, while its exit may tell more."""
-        return (self._reported.code == exit_codes.COMPONENT_LOST
-                and self._reported.component not in [exit.component for exit in self._exits]
-                and not any(exit.signal for exit in self._exits) and not self._stopped_processes())
+        return (
+            self._reported.code == exit_codes.COMPONENT_LOST
+            and self._reported.component not in [exit.component for exit in self._exits]
+            and not any(exit.signal for exit in self._exits)
+            and not self._stopped_processes()
+        )
 
     def _note_exit(self, process):
         returncode = process.returncode
@@ -140,7 +144,7 @@ class Watch:
             self._decide_within(_AFTER_FINISH_S)
         elif exit.signal:
             self._decide_within(_AFTER_KILL_S)
-        elif self._reported is not None:   # the report has set the deadline; its component's end needs no more
+        elif self._reported is not None:  # the report has set the deadline; its component's end needs no more
             if process.name == self._reported.component:
                 self._decide_within(_AFTER_REPORT_S)
         elif exit.code or process.name == "coupler" or self.phase != "finishing":
@@ -160,8 +164,14 @@ class Watch:
         bad = next((exit for exit in self._exits if exit.code or exit.signal), None)
         if bad is not None:
             return judge(None, [bad], self.last_step, self._host)
-        return Failure(exit_codes.COMPONENT_LOST, next(iter(self._alive)), self._host, "0", self.last_step,
-                       f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished.")
+        return Failure(
+            exit_codes.COMPONENT_LOST,
+            next(iter(self._alive)),
+            self._host,
+            "0",
+            self.last_step,
+            f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished.",
+        )
 
     def _stopped_processes(self):
         """(component, rank) of every process of the run that a signal has stopped."""

@@ -12,11 +12,19 @@ def displacements(run, theme):
         moved = run.trajectory.of(body)["position_m"]
         moved = (moved - moved[0]) / unit
         for axis, panel in enumerate(axes):
-            panel.plot(run.trajectory.steps, moved[:, axis], color=colours[number % len(colours)],
-                       linestyle=("-", "--", ":")[number // len(colours) % 3], linewidth=1.2, label=body)
+            panel.plot(
+                run.trajectory.steps,
+                moved[:, axis],
+                color=colours[number % len(colours)],
+                linestyle=("-", "--", ":")[number // len(colours) % 3],
+                linewidth=1.2,
+                label=body,
+            )
     for panel, name in zip(axes, "xyz"):
         panel.set_ylabel(f"Δ{name} [{unit_name}]")
     axes[-1].set_xlabel("step")
     if len(run.trajectory.bodies) <= 12:
-        axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9, labelcolor=theme.ink, frameon=False)
+        axes[0].legend(
+            loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9, labelcolor=theme.ink, frameon=False
+        )
     return figure

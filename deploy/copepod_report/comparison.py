@@ -3,9 +3,20 @@
 from copepod_command.table import number_text, swimmer_rows
 from copepod_report.style import new_figure
 
-_COLUMNS = ("swimming speed u_swim", "theory u_GA (Golestanian, Ajdari)", "difference to theory", "efficiency",
-            "geometry factor K", "amplitude of arm 1, d1", "amplitude of arm 2, d2", "sin(phi1 - phi2)",
-            "Re of the swimmer", "Re of B2, trailing", "Re of B1, middle", "Re of B3, leading")
+_COLUMNS = (
+    "swimming speed u_swim",
+    "theory u_GA (Golestanian, Ajdari)",
+    "difference to theory",
+    "efficiency",
+    "geometry factor K",
+    "amplitude of arm 1, d1",
+    "amplitude of arm 2, d2",
+    "sin(phi1 - phi2)",
+    "Re of the swimmer",
+    "Re of B2, trailing",
+    "Re of B1, middle",
+    "Re of B3, leading",
+)
 
 
 def comparison_rows(runs):
@@ -37,8 +48,11 @@ def cell_text(cell):
 
 def speeds(runs, theme):
     """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
-    rows = [(name, cells["swimming speed u_swim"]) for name, _, cells in comparison_rows(runs)
-            if "swimming speed u_swim" in cells]
+    rows = [
+        (name, cells["swimming speed u_swim"])
+        for name, _, cells in comparison_rows(runs)
+        if "swimming speed u_swim" in cells
+    ]
     if not rows:
         return None
     figure, axes = new_figure(theme, 1.2 + 0.3 * len(rows))
@@ -47,8 +61,15 @@ def speeds(runs, theme):
     axes.plot([ours for _, (ours, _, _) in rows], places, "o", color=theme.beads[0], markersize=8, label="this run")
     published = [(value, place) for (_, (_, value, _)), place in zip(rows, places) if value is not None]
     if published:
-        axes.plot(*zip(*published), "o", markerfacecolor="none", markeredgecolor=theme.beads[1], markeredgewidth=1.6,
-                  markersize=11, label="published")
+        axes.plot(
+            *zip(*published),
+            "o",
+            markerfacecolor="none",
+            markeredgecolor=theme.beads[1],
+            markeredgewidth=1.6,
+            markersize=11,
+            label="published",
+        )
     axes.set_yticks(list(places), [name for name, _ in rows])
     axes.grid(axis="y", visible=False)
     axes.set_ylim(0.4, len(rows) + 0.6)

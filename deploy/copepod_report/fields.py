@@ -8,13 +8,15 @@ import numpy as np
 
 @dataclass(frozen=True)
 class FlowPlane:
-    """A plane that contains the axis `along`, seen from the axis `normal`; arrays have shape (across, along)."""
+    """A plane that contains the axis `along`; arrays have shape (cells across, cells along).
+
+    Where a body was for a part of the time, its own velocity is in the mean.
+    """
 
     along: int
     across: int
     velocity_along_m_per_s: np.ndarray
     velocity_across_m_per_s: np.ndarray
-    solid: np.ndarray              # cells that a body covered
 
 
 def mean_flow(path, domain_cells, along):
@@ -27,11 +29,9 @@ def mean_flow(path, domain_cells, along):
         normal, across = [axis for axis in (0, 1, 2) if axis != along]
         planes = _middle_planes(domain_cells[normal])
         velocity = np.mean([_plane(file["mean/velocity_m_per_s"], normal, number) for number in planes], axis=0)
-        solid = np.any([_plane(file["mean/body"], normal, number) > 0 for number in planes], axis=0) \
-            if "body" in file["mean"] else np.zeros(velocity.shape[:2], bool)
-    if across > along:   # arrays come with the slower axis first: (z, y, x) without the normal
-        return FlowPlane(along, across, velocity[..., along], velocity[..., across], solid)
-    return FlowPlane(along, across, velocity[..., along].T, velocity[..., across].T, solid.T)
+    if across > along:  # arrays come with the slower axis first: (z, y, x) without the normal
+        return FlowPlane(along, across, velocity[..., along], velocity[..., across])
+    return FlowPlane(along, across, velocity[..., along].T, velocity[..., across].T)
 
 
 def _middle_planes(cells):

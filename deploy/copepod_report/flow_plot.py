@@ -12,31 +12,42 @@ _AXES = "xyz"
 def mean_flow(run, plane, theme):
     """Speed as colour, direction as stream lines; lengths in cells."""
     speed = np.hypot(plane.velocity_along_m_per_s, plane.velocity_across_m_per_s)
-    speed = np.ma.array(speed, mask=plane.solid)
     rows, columns = speed.shape
     figure, axes = new_figure(theme, min((WIDTH_INCHES - 1.9) * rows / columns + 0.7, 7.5))
     axes.grid(False)
-    image = axes.imshow(speed, origin="lower", extent=(0, columns, 0, rows), cmap=theme.flow, interpolation="bilinear",
-                        norm=PowerNorm(0.5, vmin=0, vmax=_robust_maximum(speed)))
-    axes.streamplot(np.arange(columns) + 0.5, np.arange(rows) + 0.5, plane.velocity_along_m_per_s,
-                    plane.velocity_across_m_per_s, color=theme.stream, linewidth=0.5, arrowsize=0.7, density=1.6)
+    image = axes.imshow(
+        speed,
+        origin="lower",
+        extent=(0, columns, 0, rows),
+        cmap=theme.flow,
+        interpolation="bilinear",
+        norm=PowerNorm(0.5, vmin=0, vmax=max(np.quantile(speed, 0.998), 1e-300)),
+    )
+    axes.streamplot(
+        np.arange(columns) + 0.5,
+        np.arange(rows) + 0.5,
+        plane.velocity_along_m_per_s,
+        plane.velocity_across_m_per_s,
+        color=theme.stream,
+        linewidth=0.5,
+        arrowsize=0.7,
+        density=1.6,
+    )
     _draw_beads(axes, run, plane, theme)
     axes.set_xlim(0, columns)
     axes.set_ylim(0, rows)
     axes.set_xlabel(f"{_AXES[plane.along]} [cells]")
     axes.set_ylabel(f"{_AXES[plane.across]} [cells]")
-    bar = figure.colorbar(image, cax=axes.inset_axes([1.02, 0, 0.022, 1]), format="%.1e",
-                          ticks=np.linspace(0, 1, 6) ** 2 * image.norm.vmax)
+    bar = figure.colorbar(
+        image,
+        cax=axes.inset_axes([1.02, 0, 0.022, 1]),
+        format="%.1e",
+        ticks=np.linspace(0, 1, 6) ** 2 * image.norm.vmax,
+    )
     bar.set_label("mean speed in the plane [m/s]", color=theme.ink)
     bar.outline.set_edgecolor(theme.faint)
     bar.ax.tick_params(colors=theme.ink)
     return figure
-
-
-def _robust_maximum(speed):
-    """99.5 % quantile, so that single cells beside a body do not darken the whole picture."""
-    values = speed.compressed()
-    return max(float(np.quantile(values, 0.995)), 1e-300) if len(values) else 1.0
 
 
 def _draw_beads(axes, run, plane, theme):
@@ -46,8 +57,18 @@ def _draw_beads(axes, run, plane, theme):
     for swimmer in run.swimmers():
         for bead, center_m, colour in zip(swimmer.beads, swimmer.mean_positions_m(*window), theme.beads):
             center = center_m[[plane.along, plane.across]] / cell
-            axes.add_patch(_outline(bead, center, swimmer.axis[[plane.along, plane.across]], cell,
-                                    facecolor=colour, edgecolor=theme.paper, linewidth=1, zorder=5))
+            axes.add_patch(
+                _outline(
+                    bead,
+                    center,
+                    swimmer.axis[[plane.along, plane.across]],
+                    cell,
+                    facecolor=colour,
+                    edgecolor=theme.paper,
+                    linewidth=1,
+                    zorder=5,
+                )
+            )
 
 
 def _outline(bead, center, axis, cell, **looks):

@@ -12,18 +12,24 @@ _STYLE = Path(__file__).with_name("page.css").read_text()
 
 def page(title, sections):
     """A complete document from the HTML of its sections."""
-    return (f"<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-            f"<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{escape(title)}</title>\n"
-            f"<style>\n{_STYLE}</style>\n</head>\n<body>\n<h1>{escape(title)}</h1>\n" + "\n".join(sections) + "\n</body>\n</html>\n")
+    return (
+        f"<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        f"<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{escape(title)}</title>\n"
+        f"<style>\n{_STYLE}</style>\n</head>\n<body>\n<h1>{escape(title)}</h1>\n"
+        + "\n".join(sections)
+        + "\n</body>\n</html>\n"
+    )
 
 
 def figure(pictures, caption, wide=False):
     """A plot that follows the page's colours; `pictures`: PNG bytes by theme name."""
     width = ' class="wide"' if wide else ""
-    return (f"<figure{width}><picture>"
-            f"<source srcset=\"{_data(pictures['dark'])}\" media=\"(prefers-color-scheme: dark)\">"
-            f"<img src=\"{_data(pictures['light'])}\" alt=\"{escape(caption)}\"></picture>"
-            f"<figcaption>{escape(caption)}</figcaption></figure>")
+    return (
+        f"<figure{width}><picture>"
+        f"<source srcset=\"{_data(pictures['dark'])}\" media=\"(prefers-color-scheme: dark)\">"
+        f"<img src=\"{_data(pictures['light'])}\" alt=\"{escape(caption)}\"></picture>"
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )
 
 
 def run_section(run, anchor, figures):
@@ -44,13 +50,17 @@ def comparison_section(runs, anchors, figures):
     head = "".join(f"<th>{escape(name)}</th>" for name in columns)
     lines = []
     for run_name, swimmer_name, cells in rows:
-        line = [f"<td><a href=\"#{anchor_of[run_name]}\">{escape(run_name)}</a><small>{escape(swimmer_name)}</small></td>"]
+        line = [
+            f"<td><a href=\"#{anchor_of[run_name]}\">{escape(run_name)}</a><small>{escape(swimmer_name)}</small></td>"
+        ]
         for name in columns:
             ours, beside = cell_text(cells[name]) if name in cells else ("", "")
             line.append(f"<td>{escape(ours)}<small>{escape(beside)}</small></td>")
         lines.append(f"<tr>{''.join(line)}</tr>")
-    return (f"<section><h2>All runs</h2><div class=\"scroll\"><table><thead><tr><th>run</th>{head}</tr></thead>"
-            f"<tbody>{''.join(lines)}</tbody></table></div><div class=\"figures\">{''.join(figures)}</div></section>")
+    return (
+        f"<section><h2>All runs</h2><div class=\"scroll\"><table><thead><tr><th>run</th>{head}</tr></thead>"
+        f"<tbody>{''.join(lines)}</tbody></table></div><div class=\"figures\">{''.join(figures)}</div></section>"
+    )
 
 
 def _swimmer_table(swimmer):
@@ -61,11 +71,15 @@ def _swimmer_table(swimmer):
     head = "".join(f"<th>{escape(heading)}</th>" for heading in ["this run", *headings])
     body = ""
     for name, unit, value, others in rows:
-        values = "".join(f"<td>{escape(number_text(item)) if item is not None else ''}</td>"
-                         for item in [value, *(others[heading] for heading in headings)])
+        values = "".join(
+            f"<td>{escape(number_text(item)) if item is not None else ''}</td>"
+            for item in [value, *(others[heading] for heading in headings)]
+        )
         body += f"<tr><td>{escape(name)}</td>{values}<td class=\"unit\">{escape(unit)}</td></tr>"
-    return (f"<h3>{escape(swimmer.name)}</h3><div class=\"scroll\"><table><thead><tr><th></th>{head}<th></th></tr></thead>"
-            f"<tbody>{body}</tbody></table></div>")
+    return (
+        f"<h3>{escape(swimmer.name)}</h3><div class=\"scroll\"><table><thead><tr><th></th>{head}<th></th></tr></thead>"
+        f"<tbody>{body}</tbody></table></div>"
+    )
 
 
 def _data(picture):

@@ -44,14 +44,20 @@ def _figures_of(run, out, prefix):
     for swimmer in run.swimmers():
         name = f"{prefix}_{swimmer.name}"
         for kind, draw, caption in (
-                ("positions", swimmer_plots.positions, "Positions of the three beads, from the middle bead's start."),
-                ("cycle", swimmer_plots.one_cycle, "Displacements over the last driven period."),
-                ("arms", swimmer_plots.arms, "Arms over the last driven period, and the fits that d1, d2 and the phases come from."),
-                ("forces", swimmer_plots.driving_forces, "Driving forces along the axis.")):
+            ("positions", swimmer_plots.positions, "Positions of the three beads, from the middle bead's start."),
+            ("cycle", swimmer_plots.one_cycle, "Displacements over the last driven period."),
+            (
+                "arms",
+                swimmer_plots.arms,
+                "Arms over the last driven period, and the fits that d1, d2 and the phases come from.",
+            ),
+            ("forces", swimmer_plots.driving_forces, "Driving forces along the axis."),
+        ):
             figures += _draw(out, f"{name}_{kind}", lambda theme: draw(swimmer, theme), f"{swimmer.name}: {caption}")
     if not run.swimmers():
-        figures += _draw(out, f"{prefix}_bodies", lambda theme: body_plot.displacements(run, theme),
-                         "Displacements of all bodies.")
+        figures += _draw(
+            out, f"{prefix}_bodies", lambda theme: body_plot.displacements(run, theme), "Displacements of all bodies."
+        )
     return figures + _flow_figure(run, out, prefix)
 
 
@@ -64,8 +70,14 @@ def _flow_figure(run, out, prefix):
     if plane is None:
         return []
     start, stop = run.case["output"]["fields"]["mean_over_steps"]
-    return _draw(out, f"{prefix}_mean_flow", lambda theme: flow_plot.mean_flow(run, plane, theme),
-                 f"Flow in the plane of symmetry, mean over steps {start} to {stop}; beads at their mean positions.", wide=True)
+    return _draw(
+        out,
+        f"{prefix}_mean_flow",
+        lambda theme: flow_plot.mean_flow(run, plane, theme),
+        f"Flow in the plane of symmetry, mean over steps {start} to {stop}; beads at their mean positions. "
+        "Where a bead was for a part of the time, its own velocity is in the mean.",
+        wide=True,
+    )
 
 
 def _draw(out, name, draw, caption, wide=False):

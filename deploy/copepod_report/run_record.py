@@ -9,7 +9,7 @@ from copepod_command import exit_codes
 from copepod_command.errors import Stop
 from copepod_report.trajectory import Trajectory
 
-BEADS = ("B2", "B1", "B3")   # trailing, middle, leading
+BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
 
 
 class RunRecord:
@@ -23,8 +23,11 @@ class RunRecord:
         self.directory = Path(directory)
         for name in ("summary.json", "case.yaml", "trajectory.csv"):
             if not (self.directory / name).exists():
-                raise Stop(exit_codes.BAD_CASE, f"{directory} has no {name} (no run, or one that did not finish). "
-                                                "Give run directories of finished runs.")
+                raise Stop(
+                    exit_codes.BAD_CASE,
+                    f"{directory} has no {name} (no run, or one that did not finish). "
+                    "Give run directories of finished runs.",
+                )
         self.summary = json.loads((self.directory / "summary.json").read_text())
         self.case = read_case(self.directory / "case.yaml")
         self.trajectory = Trajectory(self.directory / "trajectory.csv")

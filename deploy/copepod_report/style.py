@@ -18,9 +18,9 @@ class Theme:
     paper: str
     ink: str
     faint: str
-    beads: tuple      # trailing, middle, leading
-    flow: str         # colour map from slow to fast
-    stream: str       # stream lines
+    beads: tuple  # trailing, middle, leading
+    flow: str  # colour map from slow to fast
+    stream: str  # stream lines
 
 
 LIGHT = Theme("light", "#ffffff", "#1d2733", "#c9d1d9", ("#0072b2", "#d55e00", "#009e73"), "Blues", "#1d2733")
@@ -31,10 +31,20 @@ RESOLUTION = 130
 
 def new_figure(theme, height_inches, **subplots):
     """Figure and axes in the theme's colours; the light grid helps reading values without shouting."""
-    settings = {"font.size": 10, "font.family": "DejaVu Sans", "text.color": theme.ink, "axes.labelcolor": theme.ink,
-                "axes.edgecolor": theme.faint, "xtick.color": theme.ink, "ytick.color": theme.ink,
-                "axes.facecolor": theme.paper, "figure.facecolor": theme.paper, "grid.color": theme.faint,
-                "axes.spines.top": False, "axes.spines.right": False}
+    settings = {
+        "font.size": 10,
+        "font.family": "DejaVu Sans",
+        "text.color": theme.ink,
+        "axes.labelcolor": theme.ink,
+        "axes.edgecolor": theme.faint,
+        "xtick.color": theme.ink,
+        "ytick.color": theme.ink,
+        "axes.facecolor": theme.paper,
+        "figure.facecolor": theme.paper,
+        "grid.color": theme.faint,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+    }
     with plt.rc_context(settings):
         figure, axes = plt.subplots(figsize=(WIDTH_INCHES, height_inches), layout="constrained", **subplots)
     for axis in getattr(axes, "flat", [axes]):

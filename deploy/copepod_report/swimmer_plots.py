@@ -13,8 +13,15 @@ def positions(swimmer, theme):
     figure, axes = new_figure(theme, 3.4)
     for values, colour, label in zip(swimmer.positions(), theme.beads, LABELS):
         axes.plot(swimmer.periods(), values, color=colour, linewidth=1.3)
-        axes.annotate(label, (swimmer.periods()[-1], values[-1]), xytext=(4, 0), textcoords="offset points",
-                      color=colour, va="center", fontsize=9)
+        axes.annotate(
+            label,
+            (swimmer.periods()[-1], values[-1]),
+            xytext=(4, 0),
+            textcoords="offset points",
+            color=colour,
+            va="center",
+            fontsize=9,
+        )
     _mark_end_of_drive(axes, swimmer, theme)
     axes.set_xlabel("time / period")
     axes.set_ylabel(f"position along the axis [{swimmer.run.length_unit[1]}]")
@@ -56,13 +63,20 @@ def arms(swimmer, theme):
     trailing, middle, leading = swimmer.positions()[:, mask]
     periods = swimmer.periods()[mask]
     unit = swimmer.run.length_unit[1]
-    for number, (length, colour) in enumerate(((middle - trailing, theme.beads[0]), (leading - middle, theme.beads[2])), 1):
+    for number, (length, colour) in enumerate(
+        ((middle - trailing, theme.beads[0]), (leading - middle, theme.beads[2])), 1
+    ):
         mean, amplitude, phase = fit_arm(2 * np.pi * periods, length)
         shown = slice(None, None, max(1, len(periods) // 60))
         axes.plot(periods[shown], length[shown], "o", markersize=3.5, color=colour)
         sign = "+" if phase >= 0 else "−"
-        axes.plot(periods, mean + amplitude * np.cos(2 * np.pi * periods + phase), color=colour, linewidth=1.2,
-                  label=f"arm {number} ≈ {mean:.3f} + {amplitude:.3f} cos(ωt {sign} {abs(phase):.3f})")
+        axes.plot(
+            periods,
+            mean + amplitude * np.cos(2 * np.pi * periods + phase),
+            color=colour,
+            linewidth=1.2,
+            label=f"arm {number} ≈ {mean:.3f} + {amplitude:.3f} cos(ωt {sign} {abs(phase):.3f})",
+        )
     axes.set_xlabel("time / period")
     axes.set_ylabel(f"arm length [{unit}]")
     _legend_above(axes, theme)
@@ -72,10 +86,25 @@ def arms(swimmer, theme):
 def _mark_end_of_drive(axes, swimmer, theme):
     if swimmer.periods()[-1] > swimmer.cycles:
         axes.axvline(swimmer.cycles, color=theme.ink, linewidth=0.8, linestyle=":")
-        axes.annotate("drive off", (swimmer.cycles, 1), xycoords=("data", "axes fraction"), xytext=(4, -2),
-                      textcoords="offset points", va="top", fontsize=8, color=theme.ink)
+        axes.annotate(
+            "drive off",
+            (swimmer.cycles, 1),
+            xycoords=("data", "axes fraction"),
+            xytext=(4, -2),
+            textcoords="offset points",
+            va="top",
+            fontsize=8,
+            color=theme.ink,
+        )
 
 
 def _legend_above(axes, theme):
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=3, fontsize=9, labelcolor=theme.ink, frameon=False,
-                borderaxespad=0.2)
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0, 1.0),
+        ncols=3,
+        fontsize=9,
+        labelcolor=theme.ink,
+        frameon=False,
+        borderaxespad=0.2,
+    )

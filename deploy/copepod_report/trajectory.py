@@ -4,10 +4,12 @@ import csv
 
 import numpy as np
 
-_VECTORS = {"position_m": ("x_m", "y_m", "z_m"),
-            "velocity_m_per_s": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
-            "force_N": ("fx_N", "fy_N", "fz_N"),
-            "driving_N": ("drive_fx_N", "drive_fy_N", "drive_fz_N")}
+_VECTORS = {
+    "position_m": ("x_m", "y_m", "z_m"),
+    "velocity_m_per_s": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
+    "force_N": ("fx_N", "fy_N", "fz_N"),
+    "driving_N": ("drive_fx_N", "drive_fy_N", "drive_fz_N"),
+}
 
 
 class Trajectory:
@@ -27,15 +29,16 @@ class Trajectory:
         column = {name: number for number, name in enumerate(header)}
         self.bodies = list(dict.fromkeys(row[column["body"]] for row in complete))
         samples = len(complete) // max(len(self.bodies), 1)
-        complete = complete[:samples * len(self.bodies)]
+        complete = complete[: samples * len(self.bodies)]
         names = ["step", "time_s", *(name for columns in _VECTORS.values() for name in columns)]
         places = [column[name] for name in names]
         values = np.array([[float(row[place]) for place in places] for row in complete])
         values = values.reshape(samples, len(self.bodies), len(names))
         self.steps = values[:, 0, 0].astype(np.int64)
         self.time_s = values[:, 0, 1]
-        self._values = {vector: values[:, :, [names.index(name) for name in columns]]
-                        for vector, columns in _VECTORS.items()}
+        self._values = {
+            vector: values[:, :, [names.index(name) for name in columns]] for vector, columns in _VECTORS.items()
+        }
 
     def of(self, body):
         number = self.bodies.index(body)

@@ -23,12 +23,21 @@ class Session:
     def __init__(self, arguments, folder, programs, environment=()):
         variables = {**os.environ, "COPEPOD_BIN_DIR": str(programs), **dict(environment)}
         self.folder = Path(folder)
-        self.process = subprocess.Popen([str(COMMAND), *map(str, arguments)], cwd=folder, env=variables,
-                                        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        text=True, start_new_session=True)
+        self.process = subprocess.Popen(
+            [str(COMMAND), *map(str, arguments)],
+            cwd=folder,
+            env=variables,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
         self.stdout, self.stderr = [], []
-        self._threads = [threading.Thread(target=self._copy, args=pair, daemon=True)
-                         for pair in ((self.process.stdout, self.stdout), (self.process.stderr, self.stderr))]
+        self._threads = [
+            threading.Thread(target=self._copy, args=pair, daemon=True)
+            for pair in ((self.process.stdout, self.stdout), (self.process.stderr, self.stderr))
+        ]
         for thread in self._threads:
             thread.start()
 

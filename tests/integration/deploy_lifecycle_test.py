@@ -12,7 +12,6 @@ LONG = {"name": "tiny", "steps": 3000, "step_s": 0.01, "ranks": 2}
 
 
 class RunLifecycle(CommandTest):
-
     def case(self, **changes):
         path = self.folder / "case.yaml"
         path.write_text(json.dumps({**LONG, **changes}))
@@ -84,7 +83,9 @@ class RunLifecycle(CommandTest):
         self.assert_ends(session, 69, within_s=5)
 
     def test_component_that_fails_by_itself_keeps_its_exit_code(self):
-        session = self.start("run", self.case(reports=False, ranks=1), "--fluid", f"{FAKES}/fluid_service --fail-with 70")
+        session = self.start(
+            "run", self.case(reports=False, ranks=1), "--fluid", f"{FAKES}/fluid_service --fail-with 70"
+        )
         self.assertEqual(session.end(), 70)
         self.assertIn("fluid service", session.last_line)
         self.assertIn("density is not a number (diverged). Use a smaller step", session.last_line)
@@ -120,7 +121,7 @@ class RunLifecycle(CommandTest):
         deadline = time.monotonic() + 5
         while session.processes() and time.monotonic() < deadline:
             time.sleep(0.05)
-        time.sleep(0.3)   # the folders go last
+        time.sleep(0.3)  # the folders go last
         self.assert_nothing_left(session)
 
     def test_second_run_gets_a_number(self):
@@ -174,11 +175,14 @@ class RunLifecycle(CommandTest):
 
     def test_command_works_through_a_symbolic_link(self):
         from copepod_session import COMMAND
+
         (self.folder / "linked").symlink_to(COMMAND)
         import subprocess
+
         environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}
-        answer = subprocess.run(["./linked", "check", self.case()], cwd=self.folder, env=environment,
-                                stdout=subprocess.PIPE, text=True)
+        answer = subprocess.run(
+            ["./linked", "check", self.case()], cwd=self.folder, env=environment, stdout=subprocess.PIPE, text=True
+        )
         self.assertEqual(answer.returncode, 0)
         self.assertIn("relaxation time", answer.stdout)
 

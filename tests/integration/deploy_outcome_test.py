@@ -26,7 +26,6 @@ LOST_FLUID = Failure(69, "fluid", "sea", "0", 123, "connection closed.")
 
 
 class DescribeExit(unittest.TestCase):
-
     def test_mpirun_tells_rank_host_and_signal_of_a_killed_rank(self):
         exit = describe_exit("fluid", 137, KILLED_RANK, "here", ranks=4)
         self.assertEqual((exit.signal, exit.rank, exit.host), (9, "3", "sea"))
@@ -49,14 +48,15 @@ class DescribeExit(unittest.TestCase):
 
 
 class Judge(unittest.TestCase):
-
     def test_report_of_a_failed_solver_is_taken_as_it_is(self):
         reported = Failure(70, "fluid", "sea", "2", 55, "diverged at cell (1, 2, 3).")
         verdict = judge(reported, [Exit("fluid", code=70, rank="2")], 54, "here")
         self.assertEqual(verdict, reported)
 
     def test_exit_by_a_signal_is_more_precise_than_a_lost_connection(self):
-        verdict = judge(LOST_FLUID, [Exit("coupler", code=69), Exit("fluid", signal=9, rank="1", host="sea")], 120, "here")
+        verdict = judge(
+            LOST_FLUID, [Exit("coupler", code=69), Exit("fluid", signal=9, rank="1", host="sea")], 120, "here"
+        )
         self.assertEqual((verdict.code, verdict.component, verdict.rank, verdict.step), (69, "fluid", "1", 123))
         self.assertIn("SIGKILL", verdict.reason)
 

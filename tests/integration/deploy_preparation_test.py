@@ -50,8 +50,16 @@ class Preparation(CommandTest):
     def run_command(self, user=None):
         """`copepod run` of a case that the stand-in coupler refuses, so that only the preparation happens."""
         environment = {"PATH": f"{self.tools}:/usr/bin:/bin", "STATE": str(self.state)}
-        return subprocess.run([self.checkout / "deploy/copepod", "run", "case.yaml"], cwd=self.checkout, env=environment,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, user=user)
+        return subprocess.run(
+            [self.checkout / "deploy/copepod", "run", "case.yaml"],
+            cwd=self.checkout,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            user=user,
+        )
 
     def calls(self):
         path = self.state / "calls"
@@ -59,6 +67,7 @@ class Preparation(CommandTest):
 
     def install_everything(self):
         from copepod_command.packages import BUILD_AND_RUN
+
         for package in BUILD_AND_RUN:
             (self.state / package).touch()
 
@@ -67,7 +76,7 @@ class Preparation(CommandTest):
         self.install_everything()
         (self.state / "libzmq3-dev").unlink()
         answer = self.run_command()
-        self.assertEqual(answer.returncode, 2, answer.stderr)   # the stand-in coupler's
+        self.assertEqual(answer.returncode, 2, answer.stderr)  # the stand-in coupler's
         self.assertRegex(self.calls(), r"install -y --no-install-recommends libzmq3-dev\n")
         self.assertIn("copepod: installing 1 Debian packages", answer.stderr)
         self.assertIn("copepod: configuring … 0 s", answer.stderr)
@@ -87,8 +96,11 @@ class Preparation(CommandTest):
         self.folder.chmod(0o755)
         answer = self.run_command(user="nobody")
         self.assertEqual(answer.returncode, 2)
-        self.assertEqual(answer.stderr.splitlines()[-1], "copepod: 2 Debian packages are missing (only root can install "
-                                                         "them). Run: sudo apt-get install -y ninja-build libzmq3-dev")
+        self.assertEqual(
+            answer.stderr.splitlines()[-1],
+            "copepod: 2 Debian packages are missing (only root can install "
+            "them). Run: sudo apt-get install -y ninja-build libzmq3-dev",
+        )
         self.assertEqual(self.calls(), "")
 
     @unittest.skipIf(os.geteuid() != 0, "installs as root")

@@ -25,7 +25,6 @@ class Terminal(io.TextIOWrapper):
 
 
 class Plain(unittest.TestCase):
-
     def lines_at(self, times, steps=None):
         """Lines written for one progress event at each of the times."""
         stream, clock = io.StringIO(), iter(times)
@@ -35,8 +34,9 @@ class Plain(unittest.TestCase):
         return stream.getvalue().splitlines()
 
     def test_line_shows_step_share_speed_and_time_left(self):
-        self.assertEqual(self.lines_at([100.0]),
-                         ["copepod: step 500 of 1000 (50 %), 0:04 left, 123 steps/s, 247 MLUPS"])
+        self.assertEqual(
+            self.lines_at([100.0]), ["copepod: step 500 of 1000 (50 %), 0:04 left, 123 steps/s, 247 MLUPS"]
+        )
 
     def test_there_is_no_rate_before_the_first_step(self):
         stream = io.StringIO()
@@ -54,7 +54,6 @@ class Plain(unittest.TestCase):
 
 
 class OnTerminal(unittest.TestCase):
-
     def test_bar_never_exceeds_the_width(self):
         display = TerminalProgress(Terminal(), cells=2_000_000)
         for width in range(8, 200):
@@ -86,19 +85,24 @@ class OnTerminal(unittest.TestCase):
         self.assertIsInstance(for_stream(io.StringIO(), 0), PlainProgress)
 
     def test_clock(self):
-        self.assertEqual([clock_text(seconds) for seconds in (-1, 7.4, 751, 11040)], ["0:00", "0:07", "12:31", "3:04:00"])
+        self.assertEqual(
+            [clock_text(seconds) for seconds in (-1, 7.4, 751, 11040)], ["0:00", "0:07", "12:31", "3:04:00"]
+        )
 
 
 class Events(unittest.TestCase):
-
     def test_event_may_arrive_in_pieces(self):
         reader = EventReader()
         self.assertEqual(reader.feed(b'{"event":"pha'), [])
-        self.assertEqual(reader.feed(b'se","phase":"running"}\n{"event":"x"}\n{"ev'),
-                         [{"event": "phase", "phase": "running"}, {"event": "x"}])
+        self.assertEqual(
+            reader.feed(b'se","phase":"running"}\n{"event":"x"}\n{"ev'),
+            [{"event": "phase", "phase": "running"}, {"event": "x"}],
+        )
 
     def test_other_lines_are_dropped(self):
-        self.assertEqual(EventReader().feed(b'hello\n[1]\n{"no": "event"}\n\xff\xfe\n{"event":"x"}\n'), [{"event": "x"}])
+        self.assertEqual(
+            EventReader().feed(b'hello\n[1]\n{"no": "event"}\n\xff\xfe\n{"event":"x"}\n'), [{"event": "x"}]
+        )
 
 
 if __name__ == "__main__":

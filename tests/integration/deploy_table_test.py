@@ -5,16 +5,37 @@ import unittest
 import copepod_session  # noqa: F401  (makes the command's modules importable)
 from copepod_command.table import number_text, result_table
 
-SWIMMER = {"name": "swimmer", "u_swim_lattice": 9.1234e-6, "u_swim_m_per_s": 1.2087e-2, "d1_cells": 2.5312, "d2_cells": 3.8,
-           "sin_dphi": 0.94, "mean_arm_cells": [16.1, 15.9], "K": 0.0045, "u_GA_lattice": 8.9e-6, "error_percent": 1.0,
-           "efficiency": 5.2e-4, "Re_swim": 6.5e-3, "Re_bodies": {"B2": 0.066, "B1": 0.06, "B3": 0.07}}
-SUMMARY = {"case": "design_a", "status": "finished", "steps": 196812, "step_s": 7.548e-10, "wall_s": 1234.5, "mlups": 45.67,
-           "ranks": 2, "precision": "single", "digest": "00ff", "swimmers": [SWIMMER],
-           "timing": {"fluid_s": 1200.0, "body_s": 1.0, "coupler_s": 2.0, "exchange_wait_s": 3.0, "coupling_overhead": 0.0123}}
+SWIMMER = {
+    "name": "swimmer",
+    "u_swim_lattice": 9.1234e-6,
+    "u_swim_m_per_s": 1.2087e-2,
+    "d1_cells": 2.5312,
+    "d2_cells": 3.8,
+    "sin_dphi": 0.94,
+    "mean_arm_cells": [16.1, 15.9],
+    "K": 0.0045,
+    "u_GA_lattice": 8.9e-6,
+    "error_percent": 1.0,
+    "efficiency": 5.2e-4,
+    "Re_swim": 6.5e-3,
+    "Re_bodies": {"B2": 0.066, "B1": 0.06, "B3": 0.07},
+}
+SUMMARY = {
+    "case": "design_a",
+    "status": "finished",
+    "steps": 196812,
+    "step_s": 7.548e-10,
+    "wall_s": 1234.5,
+    "mlups": 45.67,
+    "ranks": 2,
+    "precision": "single",
+    "digest": "00ff",
+    "swimmers": [SWIMMER],
+    "timing": {"fluid_s": 1200.0, "body_s": 1.0, "coupler_s": 2.0, "exchange_wait_s": 3.0, "coupling_overhead": 0.0123},
+}
 
 
 class ResultTable(unittest.TestCase):
-
     def row(self, text, summary=SUMMARY):
         """The one line of the table that holds `text`."""
         lines = [line for line in result_table(summary, "runs/a").splitlines() if text in line]
@@ -46,7 +67,10 @@ class ResultTable(unittest.TestCase):
         self.assertEqual(self.row("d2", summary)[-2:], ["3.8", "cells"])
 
     def test_values_computed_the_papers_way_stand_between(self):
-        summary = {**SUMMARY, "swimmers": [{**SWIMMER, "as_in_paper": {"efficiency": 1.1e-3}, "published": {"efficiency": 10.44e-4}}]}
+        summary = {
+            **SUMMARY,
+            "swimmers": [{**SWIMMER, "as_in_paper": {"efficiency": 1.1e-3}, "published": {"efficiency": 10.44e-4}}],
+        }
         self.assertEqual(self.row("efficiency", summary), ["efficiency", "0.00052", "0.0011", "0.001044"])
         self.assertIn("paper's way", result_table(summary, "runs/a"))
 
@@ -63,7 +87,9 @@ class ResultTable(unittest.TestCase):
         self.assertLess(max(map(len, result_table(SUMMARY, "runs/a").splitlines())), 100)
 
     def test_numbers(self):
-        self.assertEqual([number_text(value) for value in (0.000123456, 12, None, [1.0, 2.5])], ["0.0001235", "12", "-", "1 2.5"])
+        self.assertEqual(
+            [number_text(value) for value in (0.000123456, 12, None, [1.0, 2.5])], ["0.0001235", "12", "-", "1 2.5"]
+        )
 
 
 if __name__ == "__main__":

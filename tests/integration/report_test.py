@@ -15,7 +15,6 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 class Report(CommandTest):
-
     def report(self, *arguments):
         session = self.start("report", *arguments)
         code = session.end(timeout_s=100)
@@ -27,8 +26,13 @@ class Report(CommandTest):
         self.assertEqual(code, 0, "".join(session.stderr))
         self.assertEqual("".join(session.stdout), "run/report/report.html\n")
         plots = sorted(path.name for path in (self.folder / "run/report").glob("*.png"))
-        self.assertEqual(plots, [f"design_a_{name}.png" for name in
-                                 ("mean_flow", "swimmer_arms", "swimmer_cycle", "swimmer_forces", "swimmer_positions")])
+        self.assertEqual(
+            plots,
+            [
+                f"design_a_{name}.png"
+                for name in ("mean_flow", "swimmer_arms", "swimmer_cycle", "swimmer_forces", "swimmer_positions")
+            ],
+        )
         for path in (self.folder / "run/report").glob("*.png"):
             self.assertTrue(path.read_bytes().startswith(PNG))
 
@@ -37,7 +41,7 @@ class Report(CommandTest):
         self.report("run")
         text = (self.folder / "run/report/report.html").read_text()
         sources = re.findall(r'(?:src|srcset|href)="([^"]*)"', text)
-        self.assertEqual(len(sources), 10)   # five plots, light and dark
+        self.assertEqual(len(sources), 10)  # five plots, light and dark
         self.assertTrue(all(source.startswith("data:image/png;base64,") for source in sources))
         self.assertNotRegex(text, r"https?://|<script|@import|url\(")
         self.assertIn("prefers-color-scheme: dark", text)
@@ -85,7 +89,6 @@ class Report(CommandTest):
         for along, shape in ((2, (24, 60)), (1, (60, 24)), (0, (60, 20))):
             plane = mean_flow(self.folder / "run/fields.h5", DOMAIN, along)
             self.assertEqual(plane.velocity_along_m_per_s.shape, shape)
-            self.assertEqual(plane.solid.shape, shape)
         plane = mean_flow(self.folder / "run/fields.h5", DOMAIN, 2)
         np.testing.assert_allclose(plane.velocity_along_m_per_s[6, :], 2e-3)
         np.testing.assert_allclose(plane.velocity_across_m_per_s[:, 15], 1e-3)

@@ -37,7 +37,6 @@ class RealRun(CommandTest):
 
 
 class Finishing(RealRun):
-
     def test_vacuum_run_writes_everything_it_promises(self):
         session = self.start("run", VACUUM, "--out", "out")
         self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
@@ -48,8 +47,10 @@ class Finishing(RealRun):
 
     def test_same_digest_on_any_number_of_ranks(self):
         for precision in ("double", "single"):
-            digests = {self.finish(QUICK, *SHORT, "--ranks", str(ranks), "--set", f"fluid.precision={precision}")["digest"]
-                       for ranks in (1, 2, 3, 4)}
+            digests = {
+                self.finish(QUICK, *SHORT, "--ranks", str(ranks), "--set", f"fluid.precision={precision}")["digest"]
+                for ranks in (1, 2, 3, 4)
+            }
             self.assertEqual(len(digests), 1, f"{precision}: {digests}")
 
     def test_resolved_case_gives_the_same_run(self):
@@ -75,10 +76,11 @@ class Finishing(RealRun):
 
 
 class Failing(RealRun):
-
     def assert_loss(self, session, component, rank):
         self.assert_ends(session, 69, within_s=5)
-        self.assertRegex(session.last_line, f"^copepod: {component} on host {os.uname().nodename}, rank {rank}, at step [0-9]+: ")
+        self.assertRegex(
+            session.last_line, f"^copepod: {component} on host {os.uname().nodename}, rank {rank}, at step [0-9]+: "
+        )
         provenance = json.loads((self.folder / RUN / "provenance.json").read_text())
         self.assertEqual((provenance["status"], provenance["exit_code"]), ("failed", 69))
 
@@ -131,7 +133,7 @@ class Failing(RealRun):
         deadline = time.monotonic() + 5
         while session.processes() and time.monotonic() < deadline:
             time.sleep(0.05)
-        time.sleep(0.3)   # the folders go last
+        time.sleep(0.3)  # the folders go last
         self.assert_nothing_left(session)
 
     def test_bad_case_starts_nothing(self):

@@ -8,36 +8,70 @@ import numpy as np
 
 CELL_M, STEP_S = 1e-6, 1e-9
 PERIOD, CYCLES = 400, 5
-ARMS = ((16.0, 2.5, 0.3), (16.5, 3.75, -0.9))   # l̄ [cells], d [cells], φ [rad]
-SPEED = 1e-3                                    # of the middle bead [cells/step]
+ARMS = ((16.0, 2.5, 0.3), (16.5, 3.75, -0.9))  # l̄ [cells], d [cells], φ [rad]
+SPEED = 1e-3  # of the middle bead [cells/step]
 DOMAIN = (20, 24, 60)
 
 
 def write_run(folder, name="design_a", published=None, mean_flow=True, steps=2400):
     """Run directory `folder`: case.yaml is what the stand-in coupler reads."""
     folder.mkdir(parents=True)
-    case = {"fluid": {"domain_cells": list(DOMAIN), "precision": "double"},
-            "swimmers": [{"name": "swimmer", "center_m": [10e-6, 12e-6, 30e-6], "axis": [0, 0, 1],
-                          "beads": [{"shape": "sphere", "radius_m": 4e-6, "length_m": 0, "orientation": "parallel"},
-                                    {"shape": "capsule", "radius_m": 4e-6, "length_m": 8e-6, "orientation": "perpendicular"},
-                                    {"shape": "capsule", "radius_m": 2e-6, "length_m": 4e-6, "orientation": "parallel"}],
-                          "stroke": {"period_steps": PERIOD, "cycles": CYCLES}}],
-            "output": {"fields": {"mean_over_steps": [0, 2000]}}}
+    case = {
+        "fluid": {"domain_cells": list(DOMAIN), "precision": "double"},
+        "swimmers": [
+            {
+                "name": "swimmer",
+                "center_m": [10e-6, 12e-6, 30e-6],
+                "axis": [0, 0, 1],
+                "beads": [
+                    {"shape": "sphere", "radius_m": 4e-6, "length_m": 0, "orientation": "parallel"},
+                    {"shape": "capsule", "radius_m": 4e-6, "length_m": 8e-6, "orientation": "perpendicular"},
+                    {"shape": "capsule", "radius_m": 2e-6, "length_m": 4e-6, "orientation": "parallel"},
+                ],
+                "stroke": {"period_steps": PERIOD, "cycles": CYCLES},
+            }
+        ],
+        "output": {"fields": {"mean_over_steps": [0, 2000]}},
+    }
     (folder / "case.yaml").write_text(json.dumps({"name": name, "steps": steps, "case": case}))
-    swimmer = {"name": "swimmer", "u_swim_lattice": SPEED, "d1_cells": 2.5, "d2_cells": 3.75, "efficiency": None,
-               "Re_bodies": {"B2": 0.1, "B1": None, "B3": 0.2}, "published": published}
-    (folder / "summary.json").write_text(json.dumps(
-        {"case": name, "parameter_set": None, "status": "finished", "steps": steps, "step_s": STEP_S, "cell_size_m": CELL_M,
-         "wall_s": 12.0, "mlups": 33.0, "ranks": 2, "precision": "double", "digest": "00ff00ff00ff00ff",
-         "timing": {"fluid_s": 11.0, "coupling_overhead": 0.01}, "swimmers": [swimmer]}))
+    swimmer = {
+        "name": "swimmer",
+        "u_swim_lattice": SPEED,
+        "d1_cells": 2.5,
+        "d2_cells": 3.75,
+        "efficiency": None,
+        "Re_bodies": {"B2": 0.1, "B1": None, "B3": 0.2},
+        "published": published,
+    }
+    (folder / "summary.json").write_text(
+        json.dumps(
+            {
+                "case": name,
+                "parameter_set": None,
+                "status": "finished",
+                "steps": steps,
+                "step_s": STEP_S,
+                "cell_size_m": CELL_M,
+                "wall_s": 12.0,
+                "mlups": 33.0,
+                "ranks": 2,
+                "precision": "double",
+                "digest": "00ff00ff00ff00ff",
+                "timing": {"fluid_s": 11.0, "coupling_overhead": 0.01},
+                "swimmers": [swimmer],
+            }
+        )
+    )
     _write_trajectory(folder / "trajectory.csv", steps)
     if mean_flow:
         _write_fields(folder / "fields.h5")
 
 
 def _write_trajectory(path, steps):
-    names = ("step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,"
-             "wz_rad_per_s,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,drive_fx_N,drive_fy_N,drive_fz_N")
+    names = (
+        "step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,"
+        "wz_rad_per_s,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,drive_fx_N,drive_fy_N,drive_fz_N"
+    )
     lines = [names]
     for step in range(0, steps + 1, 20):
         angle = 2 * math.pi * step / PERIOD
@@ -59,4 +93,3 @@ def _write_fields(path):
     with h5py.File(path, "w") as file:
         file["mean/velocity_m_per_s"] = velocity
         file["mean/density_kg_per_m3"] = np.full((nz, ny, nx), 1360.0)
-        file["mean/body"] = (np.hypot(z - 30, y - 12) < 4).astype(np.int32)
