@@ -38,7 +38,7 @@ class NeighbourGrid {
   struct Level {
     std::vector<int> balls;
     Eigen::Vector3d cell_width_m;
-    Cell cells;  ///< per direction; 0: not periodic, unlimited
+    Cell cells{};  ///< per direction; 0: not periodic, unlimited
     std::vector<std::uint32_t> bucket_start;
     std::vector<std::pair<Cell, int>> entries;  ///< (cell, ball), bucket by bucket
   };

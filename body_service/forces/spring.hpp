@@ -19,8 +19,8 @@ struct SpringLaw {
 /// @param d_AB_W_m          from end A to end B, world frame [m]
 /// @param ddot_AB_W_m_per_s  its rate of change [m/s]
 /// @return force on A, world frame [N]; B receives the negative. NaN if the ends coincide (no direction).
-inline Eigen::Vector3d spring_force_N(const SpringLaw& law, const Eigen::Vector3d& d_AB_W_m,
-                                      const Eigen::Vector3d& ddot_AB_W_m_per_s) {
+inline Eigen::Vector3d spring_force(const SpringLaw& law, const Eigen::Vector3d& d_AB_W_m,
+                                    const Eigen::Vector3d& ddot_AB_W_m_per_s) {
   const double length_m = d_AB_W_m.norm();
   const Eigen::Vector3d direction = d_AB_W_m / length_m;
   const double tension_N = law.stiffness_N_per_m * (length_m - law.rest_length_m) +

@@ -54,9 +54,8 @@ void SpringNetwork::add_loads(const BodyBlock& block, const MotionState& state, 
       add_anchored(spring, A, B, state, w, force_N, torque_N_m);
       continue;
     }
-    const Eigen::Vector3d f_A_W_N =
-        this->force_N(spring, state.position_m.col(B) - state.position_m.col(A),
-                      state.velocity_m_per_s.col(B) - state.velocity_m_per_s.col(A));
+    const Eigen::Vector3d f_A_W_N = force_of(spring, state.position_m.col(B) - state.position_m.col(A),
+                                             state.velocity_m_per_s.col(B) - state.velocity_m_per_s.col(A));
     force_N.col(A) += f_A_W_N;
     force_N.col(B) -= f_A_W_N;
   }
@@ -70,22 +69,22 @@ void SpringNetwork::add_anchored(const Spring& spring, Eigen::Index A, Eigen::In
   const Eigen::Vector3d d_AB_W_m = (state.position_m.col(B) - state.position_m.col(A)) + (r_B_W_m - r_A_W_m);
   const Eigen::Vector3d ddot_AB_W_m_per_s = (state.velocity_m_per_s.col(B) + w.col(B).cross(r_B_W_m)) -
                                             (state.velocity_m_per_s.col(A) + w.col(A).cross(r_A_W_m));
-  const Eigen::Vector3d f_A_W_N = this->force_N(spring, d_AB_W_m, ddot_AB_W_m_per_s);
+  const Eigen::Vector3d f_A_W_N = force_of(spring, d_AB_W_m, ddot_AB_W_m_per_s);
   force_N.col(A) += f_A_W_N;
   force_N.col(B) -= f_A_W_N;
   torque_N_m.col(A) += r_A_W_m.cross(f_A_W_N);
   torque_N_m.col(B) -= r_B_W_m.cross(f_A_W_N);
 }
 
-Eigen::Vector3d SpringNetwork::force_N(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
-                                       const Eigen::Vector3d& ddot_AB_W_m_per_s) const {
+Eigen::Vector3d SpringNetwork::force_of(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
+                                        const Eigen::Vector3d& ddot_AB_W_m_per_s) const {
   if (d_AB_W_m.isZero(0.0)) {
     throw SolverError("the ends of the spring between bodies '" + names_[spring.body_A] + "' and '" +
                       names_[spring.body_B] +
                       "' coincide (its force has no direction). Give it a longer rest "
                       "length, a higher stiffness, or start its ends apart.");
   }
-  return spring_force_N(spring.law, d_AB_W_m, ddot_AB_W_m_per_s);
+  return spring_force(spring.law, d_AB_W_m, ddot_AB_W_m_per_s);
 }
 
 }  // namespace copepod::body

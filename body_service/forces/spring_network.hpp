@@ -41,8 +41,8 @@ class SpringNetwork {
 
   void add_anchored(const Spring& spring, Eigen::Index A, Eigen::Index B, const MotionState& state,
                     const Eigen::Matrix3Xd& w, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const;
-  [[nodiscard]] Eigen::Vector3d force_N(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
-                                        const Eigen::Vector3d& ddot_AB_W_m_per_s) const;
+  [[nodiscard]] Eigen::Vector3d force_of(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
+                                         const Eigen::Vector3d& ddot_AB_W_m_per_s) const;
 
   std::vector<Spring> springs_;
   std::vector<std::string> names_;  ///< of the bodies, for errors

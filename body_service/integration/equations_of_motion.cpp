@@ -31,7 +31,7 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
 
   force_N.leftCols(bodies) = applied.hydrodynamic.force_N.middleCols(first, bodies) +
                              applied.driving_N.middleCols(node * model_.bodies() + first, bodies) +
-                             model_.weight_N().middleCols(first, bodies);
+                             model_.weight().middleCols(first, bodies);
   torque_N_m.leftCols(bodies) = applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
   for (Eigen::Index i = 0; i < bodies; ++i) {
     angular_velocity_rad_per_s_.col(i) = model_.angular_velocity_rad_per_s(

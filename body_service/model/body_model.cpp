@@ -86,8 +86,8 @@ void BodyModel::add(Eigen::Index body, const BodySpecification& specification, c
   inverse_mass_per_kg_[body] = 1.0 / specification.mass_kg;
   inverse_inertia_.col(body) = inverse_inertia(specification, q_WB);
   isotropic_.push_back((inverse_inertia_.col(body).array() == inverse_inertia_(0, body)).all() ? 1 : 0);
-  weight_N_.col(body) = buoyant_weight_N(specification.mass_kg, volume_m3(specification.shape),
-                                         setup.fluid_density_kg_per_m3, setup.gravity_m_per_s2);
+  weight_N_.col(body) = buoyant_weight(specification.mass_kg, volume_m3(specification.shape),
+                                       setup.fluid_density_kg_per_m3, setup.gravity_m_per_s2);
 
   initial_.position_m.col(body) = specification.position_m;
   initial_.orientation_wxyz.col(body) = q_WB;

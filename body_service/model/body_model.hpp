@@ -26,7 +26,7 @@ class BodyModel {
   [[nodiscard]] double inverse_mass_per_kg(Eigen::Index body) const { return inverse_mass_per_kg_[body]; }
 
   /// Gravity less buoyancy of every body [N], shape (3, bodies).
-  [[nodiscard]] const Eigen::Matrix3Xd& weight_N() const { return weight_N_; }
+  [[nodiscard]] const Eigen::Matrix3Xd& weight() const { return weight_N_; }
 
   /// Angular velocity that belongs to an angular momentum,
   ///   ω = R I_B⁻¹ Rᵀ L                                                                 (B11)

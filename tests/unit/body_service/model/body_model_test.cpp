@@ -61,8 +61,8 @@ TEST(BodyModel, SubtractsBuoyancyFromTheWeight) {
   setup.fluid_density_kg_per_m3 = 1360.0;
   const double volume = volume_m3(setup.bodies[0].shape);
   const BodyModel model(setup);
-  EXPECT_NEAR(model.weight_N()(2, 0), -(5.44e-13 - 1360.0 * volume) * 9.81, 1e-27);
-  EXPECT_GT(model.weight_N()(2, 0), 0.0) << "the paper's capsules are lighter than the fluid";
+  EXPECT_NEAR(model.weight()(2, 0), -(5.44e-13 - 1360.0 * volume) * 9.81, 1e-27);
+  EXPECT_GT(model.weight()(2, 0), 0.0) << "the paper's capsules are lighter than the fluid";
 }
 
 }  // namespace
