@@ -12,19 +12,22 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Efficiency after Lighthill [paper, eq. (31)]: 6π η r_eff u² over the mean driving power; r_eff is the sum of the radii.
-std::optional<double> efficiency(const SwimmerFigures& figures, const std::array<double, 3>& radii_m, double power_W,
-                                 const FluidCase& fluid) {
+/// Efficiency after Lighthill [paper, eq. (31)]: 6π η r_eff u² over the mean driving power; r_eff is the sum
+/// of the radii.
+std::optional<double> efficiency(const SwimmerFigures& figures, const std::array<double, 3>& radii_m,
+                                 double power_W, const FluidCase& fluid) {
   const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
   if (viscosity_Pa_s == 0.0 || power_W == 0.0) return {};
   const double effective_radius_m = radii_m[0] + radii_m[1] + radii_m[2];
-  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * figures.u_swim_m_per_s * figures.u_swim_m_per_s / power_W;
+  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * figures.u_swim_m_per_s * figures.u_swim_m_per_s /
+         power_W;
 }
 
 }  // namespace
 
 double rounded_omega_per_step(std::int64_t period_steps) {
-  // Through decimal text, because the captions round decimal digits and 22 × 10⁻⁵ in binary is not quite 0.00022.
+  // Through decimal text, because the captions round decimal digits and 22 × 10⁻⁵ in binary is not quite
+  // 0.00022.
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1e", 2.0 * pi / static_cast<double>(period_steps));
   double rounded = 0.0;
@@ -34,10 +37,12 @@ double rounded_omega_per_step(std::int64_t period_steps) {
 
 double equivalent_radius_m(const Bead& bead) { return 0.25 * (extent_along_m(bead) + extent_across_m(bead)); }
 
-double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m) {
+double geometrical_factor_per_m(const std::array<double, 3>& radii_m,
+                                const std::array<double, 2>& mean_arms_m) {
   const double sum = radii_m[0] + radii_m[1] + radii_m[2];
   const double both = mean_arms_m[0] + mean_arms_m[1];
-  const double arms = 1.0 / (mean_arms_m[0] * mean_arms_m[0]) + 1.0 / (mean_arms_m[1] * mean_arms_m[1]) - 1.0 / (both * both);
+  const double arms =
+      1.0 / (mean_arms_m[0] * mean_arms_m[0]) + 1.0 / (mean_arms_m[1] * mean_arms_m[1]) - 1.0 / (both * both);
   return 3.0 * radii_m[0] * radii_m[1] * radii_m[2] / (2.0 * sum * sum) * arms;
 }
 
@@ -61,7 +66,8 @@ SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimm
   const auto complete = [&](OmegaFigures& at, double omega_rad_per_s, double power_W) {
     at.omega_rad_per_s = omega_rad_per_s;
     // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
-    at.u_GA_m_per_s = figures.K_per_m * arm1.amplitude_m * arm2.amplitude_m * omega_rad_per_s * figures.sin_dphi;
+    at.u_GA_m_per_s =
+        figures.K_per_m * arm1.amplitude_m * arm2.amplitude_m * omega_rad_per_s * figures.sin_dphi;
     at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
     at.efficiency = efficiency(figures, radii_m, power_W, the_case.fluid);
   };
@@ -76,7 +82,8 @@ SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimm
     for (std::size_t bead = 0; bead < 3; ++bead) {
       const double length_m = extent_along_m(swimmer.beads[bead]);
       figures.Re_bodies[bead] = measured.max_speed_m_per_s[bead] * length_m / viscosity;
-      figures.Re_bodies_as_in_paper[bead] = measured.max_speed_m_per_s[velocity_in_paper[bead]] * length_m / viscosity;
+      figures.Re_bodies_as_in_paper[bead] =
+          measured.max_speed_m_per_s[velocity_in_paper[bead]] * length_m / viscosity;
     }
   }
   return figures;

@@ -14,33 +14,36 @@ struct ArmFit {
   double phase_rad = 0.0;
 };
 
-/// What was measured of a swimmer in the last full driven period; SI units. Beads: trailing B2, middle B1, leading B3.
+/// What was measured of a swimmer in the last full driven period; SI units. Beads: trailing B2, middle B1,
+/// leading B3.
 struct SwimmerMeasurement {
-  double displacement_m = 0.0;                 ///< of the middle bead along the axis
-  std::array<ArmFit, 2> arms;                  ///< B2-B1, B1-B3
-  double mean_power_W = 0.0;                   ///< (1/T) ∫ Σ F_dri · u dt
-  double mean_power_rounded_omega_W = 0.0;     ///< the same with forces of the rounded ω
-  std::array<double, 3> max_speed_m_per_s{};   ///< of B2, B1, B3 along the axis
+  double displacement_m = 0.0;                ///< of the middle bead along the axis
+  std::array<ArmFit, 2> arms;                 ///< B2-B1, B1-B3
+  double mean_power_W = 0.0;                  ///< (1/T) ∫ Σ F_dri · u dt
+  double mean_power_rounded_omega_W = 0.0;    ///< the same with forces of the rounded ω
+  std::array<double, 3> max_speed_m_per_s{};  ///< of B2, B1, B3 along the axis
 };
 
-/// The numbers of the paper's tables that depend on ω: once with 2π/T, once with the rounded value of its captions.
+/// The numbers of the paper's tables that depend on ω: once with 2π/T, once with the rounded value of its
+/// captions.
 struct OmegaFigures {
   double omega_rad_per_s = 0.0;
-  double u_GA_m_per_s = 0.0;                   ///< [paper, eq. (28)]
-  double error_percent = 0.0;                  ///< [paper, eq. (30)]
-  std::optional<double> efficiency;            ///< [paper, eq. (31)]; absent in vacuum
+  double u_GA_m_per_s = 0.0;         ///< [paper, eq. (28)]
+  double error_percent = 0.0;        ///< [paper, eq. (30)]
+  std::optional<double> efficiency;  ///< [paper, eq. (31)]; absent in vacuum
 };
 
 /// Result row of one swimmer; SI units, Reynolds numbers and efficiency absent in vacuum.
 struct SwimmerFigures {
   double u_swim_m_per_s = 0.0;
-  double sin_dphi = 0.0;                       ///< sin(φ₁ − φ₂)
-  double K_per_m = 0.0;                        ///< [paper, eq. (29)]
+  double sin_dphi = 0.0;  ///< sin(φ₁ − φ₂)
+  double K_per_m = 0.0;   ///< [paper, eq. (29)]
   OmegaFigures exact;
   OmegaFigures as_in_paper;
-  std::optional<double> Re_swim;               ///< [paper, eq. (25)]
-  std::array<std::optional<double>, 3> Re_bodies;            ///< of B2, B1, B3 [paper, eq. (26)]
-  std::array<std::optional<double>, 3> Re_bodies_as_in_paper;  ///< the paper's columns: velocities of B2 and B1 exchanged
+  std::optional<double> Re_swim;                   ///< [paper, eq. (25)]
+  std::array<std::optional<double>, 3> Re_bodies;  ///< of B2, B1, B3 [paper, eq. (26)]
+  std::array<std::optional<double>, 3>
+      Re_bodies_as_in_paper;  ///< the paper's columns: velocities of B2 and B1 exchanged
 };
 
 /// ω = 2π/T per step, rounded to two significant digits as in the captions of the paper's tables (0.00022).
@@ -52,7 +55,8 @@ double equivalent_radius_m(const Bead& bead);
 
 /// Geometrical factor [1/m] [paper, eq. (29)]:
 ///   K = 3 r₁r₂r₃ / (2 (r₁+r₂+r₃)²) · [1/l̄₁² + 1/l̄₂² − 1/(l̄₁+l̄₂)²]
-double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m);
+double geometrical_factor_per_m(const std::array<double, 3>& radii_m,
+                                const std::array<double, 2>& mean_arms_m);
 
 /// Rest length of the whole swimmer along its axis [m]: extents of the beads and both gaps.
 double rest_length_m(const Swimmer& swimmer);

@@ -31,14 +31,15 @@ double SwimmerObserver::position_m(const StepRecord& record, int bead) const {
   return record.kinematics.position_m.col(first_body_ + bead).dot(swimmer_.axis);
 }
 
-/// Power of the forces that the stroke would have with the rounded ω of the paper's captions (physics of the tables,
-/// not of the run): −a sin(ωt) on B2, a sin(ω(t − φ)) on B3, the negative sum on B1.
+/// Power of the forces that the stroke would have with the rounded ω of the paper's captions (physics of the
+/// tables, not of the run): −a sin(ωt) on B2, a sin(ω(t − φ)) on B3, the negative sum on B1.
 double SwimmerObserver::rounded_omega_power_W(const StepRecord& record) const {
   const Stroke& stroke = swimmer_.stroke;
   const double omega = rounded_omega_per_step(stroke.period_steps);
   const auto t = static_cast<double>(record.step);
   const double on_trailing = -stroke.amplitude_N * std::sin(omega * t);
-  const double on_leading = stroke.amplitude_N * std::sin(omega * (t - static_cast<double>(stroke.phase_lag_steps)));
+  const double on_leading =
+      stroke.amplitude_N * std::sin(omega * (t - static_cast<double>(stroke.phase_lag_steps)));
   const std::array<double, 3> force_N{on_trailing, -(on_trailing + on_leading), on_leading};
   double power_W = 0.0;
   for (int bead = 0; bead < 3; ++bead) {
@@ -58,7 +59,7 @@ void SwimmerObserver::sample(const StepRecord& record) {
     const int near = first_body_ + static_cast<int>(arm);
     const double length = (state.position_m.col(near + 1) - state.position_m.col(near)).norm();
     if (sums_.samples == 0) sums_.first_arm_m[arm] = length;
-    const double change = length - sums_.first_arm_m[arm];   // small numbers sum up with less rounding
+    const double change = length - sums_.first_arm_m[arm];  // small numbers sum up with less rounding
     sums_.arm_m[arm] += change;
     sums_.arm_cosine_m[arm] += change * std::cos(phase);
     sums_.arm_sine_m[arm] += change * std::sin(phase);
@@ -83,7 +84,8 @@ std::optional<SwimmerMeasurement> SwimmerObserver::measurement() const {
   for (std::size_t arm = 0; arm < 2; ++arm) {
     const double a = 2.0 * sums_.arm_cosine_m[arm] / samples;
     const double b = 2.0 * sums_.arm_sine_m[arm] / samples;
-    measured.arms[arm] = {sums_.first_arm_m[arm] + sums_.arm_m[arm] / samples, std::hypot(a, b), std::atan2(-b, a)};
+    measured.arms[arm] = {sums_.first_arm_m[arm] + sums_.arm_m[arm] / samples, std::hypot(a, b),
+                          std::atan2(-b, a)};
   }
   measured.mean_power_W = sums_.power_W / samples;
   measured.mean_power_rounded_omega_W = sums_.power_rounded_omega_W / samples;

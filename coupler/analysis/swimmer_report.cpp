@@ -10,9 +10,13 @@ namespace {
 using nlohmann::ordered_json;
 
 /// JSON has no infinities: what cannot be divided is null.
-ordered_json number(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
 
-ordered_json number(const std::optional<double>& value) { return value ? number(*value) : ordered_json(nullptr); }
+ordered_json number(const std::optional<double>& value) {
+  return value ? number(*value) : ordered_json(nullptr);
+}
 
 ordered_json by_bead(const std::array<std::optional<double>, 3>& values) {
   return {{"B2", number(values[0])}, {"B1", number(values[1])}, {"B3", number(values[2])}};
@@ -25,8 +29,12 @@ struct Lattice {
   [[nodiscard]] double velocity(double velocity_m_per_s) const {
     return cell_size_m > 0.0 ? velocity_m_per_s * step_s / cell_size_m : std::nan("");
   }
-  [[nodiscard]] double length(double length_m) const { return cell_size_m > 0.0 ? length_m / cell_size_m : std::nan(""); }
-  [[nodiscard]] double inverse_length(double per_m) const { return cell_size_m > 0.0 ? per_m * cell_size_m : std::nan(""); }
+  [[nodiscard]] double length(double length_m) const {
+    return cell_size_m > 0.0 ? length_m / cell_size_m : std::nan("");
+  }
+  [[nodiscard]] double inverse_length(double per_m) const {
+    return cell_size_m > 0.0 ? per_m * cell_size_m : std::nan("");
+  }
 };
 
 ordered_json omega_figures(const OmegaFigures& figures, const Lattice& lattice) {
@@ -42,11 +50,13 @@ ordered_json omega_figures(const OmegaFigures& figures, const Lattice& lattice) 
 ordered_json swimmer_report(const Swimmer& swimmer, const SwimmerObserver& observer, const Case& the_case) {
   const Lattice lattice{the_case.fluid.cell_size_m, the_case.step_s};
   const auto measured = observer.measurement();
-  ordered_json report = {{"name", swimmer.name}, {"analysed", measured.has_value()},
+  ordered_json report = {{"name", swimmer.name},
+                         {"analysed", measured.has_value()},
                          {"window_steps", {observer.start_step(), observer.stop_step()}}};
   if (!measured) {
-    for (const char* key : {"u_swim_lattice", "u_swim_m_per_s", "d1_cells", "d2_cells", "sin_dphi", "mean_arm_cells", "K",
-                            "u_GA_lattice", "error_percent", "efficiency", "Re_swim", "Re_bodies"}) {
+    for (const char* key :
+         {"u_swim_lattice", "u_swim_m_per_s", "d1_cells", "d2_cells", "sin_dphi", "mean_arm_cells", "K",
+          "u_GA_lattice", "error_percent", "efficiency", "Re_swim", "Re_bodies"}) {
       report[key] = nullptr;
     }
     return report;
@@ -57,7 +67,8 @@ ordered_json swimmer_report(const Swimmer& swimmer, const SwimmerObserver& obser
   report["d1_cells"] = number(lattice.length(measured->arms[0].amplitude_m));
   report["d2_cells"] = number(lattice.length(measured->arms[1].amplitude_m));
   report["sin_dphi"] = number(figures.sin_dphi);
-  report["mean_arm_cells"] = {number(lattice.length(measured->arms[0].mean_m)), number(lattice.length(measured->arms[1].mean_m))};
+  report["mean_arm_cells"] = {number(lattice.length(measured->arms[0].mean_m)),
+                              number(lattice.length(measured->arms[1].mean_m))};
   report["K"] = number(lattice.inverse_length(figures.K_per_m));
   report.update(omega_figures(figures.exact, lattice));
   report["Re_swim"] = number(figures.Re_swim);

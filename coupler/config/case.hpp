@@ -23,10 +23,10 @@ struct FluidCase {
   FluidSolverChoice solver = FluidSolverChoice::lattice_boltzmann;
   double density_kg_per_m3 = 0.0;
   double kinematic_viscosity_m2_per_s = 0.0;
-  double cell_size_m = 0.0;                  ///< 0: no lattice, then nothing is reported in cells
-  std::optional<double> relaxation_time;     ///< as given; absent where step_s was
+  double cell_size_m = 0.0;               ///< 0: no lattice, then nothing is reported in cells
+  std::optional<double> relaxation_time;  ///< as given; absent where step_s was
   std::array<std::int64_t, 3> domain_cells{};
-  std::array<Boundary, 6> boundaries{};      ///< x low, x high, y low, …
+  std::array<Boundary, 6> boundaries{};  ///< x low, x high, y low, …
   std::array<bool, 3> symmetry_planes{};
   Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
   CollisionKind collision = CollisionKind::bgk;
@@ -37,7 +37,7 @@ struct FluidCase {
 
 struct Bead {
   Shape shape;
-  BeadOrientation orientation = BeadOrientation::parallel;   ///< of a capsule's axis to the swimmer's
+  BeadOrientation orientation = BeadOrientation::parallel;  ///< of a capsule's axis to the swimmer's
 };
 
 /// Driving protocol of a swimmer [paper, eqs. (19)-(21), with the delay that its text describes].
@@ -51,11 +51,11 @@ struct Stroke {
 /// Three bodies and two springs; beads are trailing (B2), middle (B1), leading (B3).
 struct Swimmer {
   std::string name;
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();   ///< of the middle bead
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();      ///< unit vector from trailing to leading
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< of the middle bead
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit vector from trailing to leading
   std::array<Bead, 3> beads;
   double bead_mass_kg = 0.0;
-  std::array<double, 2> rest_gap_m{};                   ///< surface to surface: B2-B1, B1-B3
+  std::array<double, 2> rest_gap_m{};  ///< surface to surface: B2-B1, B1-B3
   double stiffness_N_per_m = 0.0;
   double damping_N_s_per_m = 0.0;
   Stroke stroke;
@@ -74,39 +74,39 @@ struct NamedSpring {
 struct NamedForce {
   std::string body;
   Eigen::Vector3d amplitude_N = Eigen::Vector3d::Zero();
-  std::int64_t period_steps = 0;                 ///< 0: constant
+  std::int64_t period_steps = 0;  ///< 0: constant
   std::int64_t phase_lag_steps = 0;
   std::int64_t start_step = 0;
-  std::optional<std::int64_t> stop_step;         ///< absent: never
+  std::optional<std::int64_t> stop_step;  ///< absent: never
 };
 
 struct OutputCase {
-  std::int64_t trajectory_every_steps = 0;       ///< 0: first and last step only
-  std::int64_t fields_every_steps = 0;           ///< 0: no snapshots
-  std::array<std::int64_t, 2> mean_over_steps{}; ///< [start, stop); stop 0: no mean
+  std::int64_t trajectory_every_steps = 0;        ///< 0: first and last step only
+  std::int64_t fields_every_steps = 0;            ///< 0: no snapshots
+  std::array<std::int64_t, 2> mean_over_steps{};  ///< [start, stop); stop 0: no mean
   std::int64_t mean_every_steps = 10;
-  std::int64_t checkpoint_every_steps = 0;       ///< 0: not by steps
-  double checkpoint_every_wall_s = 600.0;        ///< 0: not by time
+  std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
+  double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
 };
 
 struct ServicesCase {
   int fluid_ranks = 1;
-  std::vector<std::string> fluid_command;        ///< empty: our own service
+  std::vector<std::string> fluid_command;  ///< empty: our own service
   std::vector<std::string> body_command;
-  std::string transport = "ipc";                 ///< "ipc" or "tcp://host:port"
+  std::string transport = "ipc";  ///< "ipc" or "tcp://host:port"
 };
 
 /// A complete case with every default filled in.
 struct Case {
   std::string name;
-  std::string parameter_set;                     ///< label; empty: none
+  std::string parameter_set;  ///< label; empty: none
   FluidCase fluid;
-  std::optional<double> given_step_s;            ///< absent where the relaxation time was given
-  double step_s = 0.0;                           ///< given or derived
+  std::optional<double> given_step_s;  ///< absent where the relaxation time was given
+  double step_s = 0.0;                 ///< given or derived
   Integrator integrator = Integrator::runge_kutta_4;
   Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
   std::vector<Swimmer> swimmers;
-  std::vector<BodySpecification> bodies;         ///< those not of swimmers
+  std::vector<BodySpecification> bodies;  ///< those not of swimmers
   std::vector<NamedSpring> springs;
   std::vector<NamedForce> forces;
   LoadAveraging load_averaging = LoadAveraging::two_step;

@@ -14,7 +14,8 @@ OutputCase read_output(Reader output) {
   {
     Reader fields = output.section("fields");
     result.fields_every_steps = fields.integer("every_steps", Range::not_negative, 0);
-    const auto mean = fields.integers("mean_over_steps", 2, Range::not_negative, std::vector<std::int64_t>{0, 0});
+    const auto mean =
+        fields.integers("mean_over_steps", 2, Range::not_negative, std::vector<std::int64_t>{0, 0});
     result.mean_over_steps = {mean[0], mean[1]};
     result.mean_every_steps = fields.integer("mean_every_steps", Range::positive, 10);
   }
@@ -31,8 +32,9 @@ ServicesCase read_services(Reader services) {
     const std::int64_t ranks = fluid.integer("ranks", Range::positive, 1);
     constexpr std::int64_t most_ranks = 1'000'000;
     if (ranks > most_ranks) {
-      fluid.problems().error(fluid.path_of("ranks"), fluid.path_of("ranks") + " is " + std::to_string(ranks) +
-                                                         " (no machine has so many). Give the number of processes.");
+      fluid.problems().error(fluid.path_of("ranks"),
+                             fluid.path_of("ranks") + " is " + std::to_string(ranks) +
+                                 " (no machine has so many). Give the number of processes.");
     }
     result.fluid_ranks = static_cast<int>(std::min(ranks, most_ranks));
     result.fluid_command = fluid.words("command");
@@ -43,8 +45,9 @@ ServicesCase read_services(Reader services) {
   }
   result.transport = services.text("transport", "ipc");
   if (result.transport != "ipc" && !result.transport.starts_with("tcp://")) {
-    services.problems().error(services.path_of("transport"), services.path_of("transport") + " is '" + result.transport +
-                                                                 "' (known: ipc, tcp). Write ipc or tcp://host:port.");
+    services.problems().error(services.path_of("transport"),
+                              services.path_of("transport") + " is '" + result.transport +
+                                  "' (known: ipc, tcp). Write ipc or tcp://host:port.");
   }
   return result;
 }
@@ -60,15 +63,20 @@ Case read_case(Reader top) {
     Reader body = top.section("body");
     result.integrator = body.choice("integrator", integrator_names, std::optional(Integrator::runge_kutta_4));
   }
-  for (std::size_t i = 0; i < top.size("swimmers"); ++i) result.swimmers.push_back(read_swimmer(top.item("swimmers", i)));
-  for (std::size_t i = 0; i < top.size("bodies"); ++i) result.bodies.push_back(read_body(top.item("bodies", i)));
-  for (std::size_t i = 0; i < top.size("springs"); ++i) result.springs.push_back(read_spring(top.item("springs", i)));
-  for (std::size_t i = 0; i < top.size("forces"); ++i) result.forces.push_back(read_force(top.item("forces", i)));
+  for (std::size_t i = 0; i < top.size("swimmers"); ++i)
+    result.swimmers.push_back(read_swimmer(top.item("swimmers", i)));
+  for (std::size_t i = 0; i < top.size("bodies"); ++i)
+    result.bodies.push_back(read_body(top.item("bodies", i)));
+  for (std::size_t i = 0; i < top.size("springs"); ++i)
+    result.springs.push_back(read_spring(top.item("springs", i)));
+  for (std::size_t i = 0; i < top.size("forces"); ++i)
+    result.forces.push_back(read_force(top.item("forces", i)));
   result.gravity_m_per_s2 = top.numbers("gravity_m_per_s2", 3, Eigen::VectorXd::Zero(3));
   {
     Reader coupling = top.section("coupling");
     coupling.choice("scheme", scheme_names, std::optional(SchemeKind::serial_explicit));
-    result.load_averaging = coupling.choice("load_averaging", averaging_names, std::optional(LoadAveraging::two_step));
+    result.load_averaging =
+        coupling.choice("load_averaging", averaging_names, std::optional(LoadAveraging::two_step));
   }
   {
     Reader run = top.section("run");

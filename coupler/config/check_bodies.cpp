@@ -13,7 +13,8 @@ namespace {
 Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
   Eigen::Vector3d length;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    length[static_cast<Eigen::Index>(axis)] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+    length[static_cast<Eigen::Index>(axis)] =
+        static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
   }
   return length;
 }
@@ -28,7 +29,8 @@ std::string known_names(const Assembly& assembly) {
   return names.size() > 8 ? text + ", …" : text;
 }
 
-void check_in_domain(const FluidCase& fluid, const BodySpecification& body, const std::string& path, Problems& problems) {
+void check_in_domain(const FluidCase& fluid, const BodySpecification& body, const std::string& path,
+                     Problems& problems) {
   const Eigen::Vector3d length = domain_length_m(fluid);
   const Eigen::Vector3d half = half_extents_m(body);
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -42,10 +44,12 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
       }
       continue;
     }
-    const double gap = std::min(body.position_m[axis] - half[axis], length[axis] - half[axis] - body.position_m[axis]);
+    const double gap =
+        std::min(body.position_m[axis] - half[axis], length[axis] - half[axis] - body.position_m[axis]);
     if (gap < 0.0) {
-      problems.error(path, "body '" + body.name + "' reaches " + shortest_text(-gap) + " m beyond the " + name +
-                               " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
+      problems.error(path,
+                     "body '" + body.name + "' reaches " + shortest_text(-gap) + " m beyond the " + name +
+                         " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
     } else if (gap < fluid.cell_size_m) {
       problems.warning(path, "body '" + body.name + "' is less than one cell from the " + name +
                                  " face (no fluid cell in between: its forces will be wrong). Move it away.");
@@ -54,7 +58,8 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
 }
 
 /// Shift of B to its image nearest to A.
-Eigen::Vector3d nearest_image(const FluidCase& fluid, const BodySpecification& A, const BodySpecification& B) {
+Eigen::Vector3d nearest_image(const FluidCase& fluid, const BodySpecification& A,
+                              const BodySpecification& B) {
   const Eigen::Vector3d length = domain_length_m(fluid);
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -76,8 +81,10 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
         problems.error(assembly.body_paths[b], pair + " overlap by " + shortest_text(-gap) +
                                                    " m (solid bodies cannot). Move them apart.");
       } else if (gap < fluid.cell_size_m) {
-        problems.warning(assembly.body_paths[b], pair + " are less than one cell apart (no fluid cell in between: a "
-                                                        "spurious force appears). Move them apart or use smaller cells.");
+        problems.warning(assembly.body_paths[b],
+                         pair +
+                             " are less than one cell apart (no fluid cell in between: a "
+                             "spurious force appears). Move them apart or use smaller cells.");
       }
     }
   }
@@ -92,11 +99,13 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
     const auto [first, inserted] = seen.emplace(name, assembly.body_paths[i]);
     if (inserted) continue;
     problems.error(assembly.body_paths[i] + (i < 3 * the_case.swimmers.size() ? "" : ".name"),
-                   "two bodies are called '" + name + "' (springs, forces and results need one each). Rename one of them.");
+                   "two bodies are called '" + name +
+                       "' (springs, forces and results need one each). Rename one of them.");
   }
   const auto require_body = [&](const std::string& name, const std::string& path) {
-    if (name.empty() || seen.contains(name)) return;   // an empty one was reported when it was read
-    problems.error(path, path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
+    if (name.empty() || seen.contains(name)) return;  // an empty one was reported when it was read
+    problems.error(
+        path, path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
   };
   for (std::size_t i = 0; i < the_case.springs.size(); ++i) {
     for (const std::string& name : the_case.springs[i].bodies) {
@@ -114,16 +123,19 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
     const auto& gaps = the_case.swimmers[i].rest_gap_m;
     if (gaps[0] > 0.0 && gaps[1] > 0.0) continue;
     const std::string path = "swimmers." + std::to_string(i) + ".rest_gap_m";
-    problems.error(path, path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");
+    problems.error(
+        path,
+        path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");
     return;
   }
   const bool bounded = fluid.solver == FluidSolverChoice::lattice_boltzmann;
   for (std::size_t i = 0; i < assembly.bodies.size() && bounded; ++i) {
     check_in_domain(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
     if (assembly.bodies[i].shape.radius_m < 2.0 * fluid.cell_size_m) {
-      problems.warning(assembly.body_paths[i], "body '" + assembly.bodies[i].name +
-                                                   "' has a radius of less than two cells (its shape is not resolved). "
-                                                   "Use smaller cells.");
+      problems.warning(assembly.body_paths[i],
+                       "body '" + assembly.bodies[i].name +
+                           "' has a radius of less than two cells (its shape is not resolved). "
+                           "Use smaller cells.");
     }
   }
   check_overlaps(fluid, assembly, problems);
@@ -132,10 +144,11 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
 void check_springs(const Case&, const Assembly& assembly, Problems& problems) {
   for (std::size_t i = 0; i < assembly.springs.size(); ++i) {
     const SpringSpecification& spring = assembly.springs[i];
-    if (spring.body_A < 0 || spring.body_B < 0) continue;   // reported by check_names
+    if (spring.body_A < 0 || spring.body_B < 0) continue;  // reported by check_names
     const std::string& path = assembly.spring_paths[i];
     if (spring.body_A == spring.body_B) {
-      problems.error(path + ".bodies", "a spring joins '" + assembly.bodies[static_cast<std::size_t>(spring.body_A)].name +
+      problems.error(path + ".bodies", "a spring joins '" +
+                                           assembly.bodies[static_cast<std::size_t>(spring.body_A)].name +
                                            "' to itself (it needs two ends). Name two different bodies.");
       continue;
     }
@@ -144,8 +157,9 @@ void check_springs(const Case&, const Assembly& assembly, Problems& problems) {
     const bool anchored = !spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0);
     const double stretch = std::abs(between.norm() - spring.rest_length_m);
     if (!anchored && stretch > 0.5 * std::max(spring.rest_length_m, between.norm())) {
-      problems.warning(path, "a spring of rest length " + shortest_text(spring.rest_length_m) + " m starts at " +
-                                 shortest_text(between.norm()) + " m (it will jerk its bodies). Check rest_length_m and positions.");
+      problems.warning(path, "a spring of rest length " + shortest_text(spring.rest_length_m) +
+                                 " m starts at " + shortest_text(between.norm()) +
+                                 " m (it will jerk its bodies). Check rest_length_m and positions.");
     }
   }
 }

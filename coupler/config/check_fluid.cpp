@@ -9,7 +9,9 @@
 namespace copepod::coupler {
 namespace {
 
-bool on_lattice(const Case& the_case) { return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann; }
+bool on_lattice(const Case& the_case) {
+  return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann;
+}
 
 const char* time_key(const Case& the_case) {
   return the_case.fluid.relaxation_time ? "fluid.relaxation_time" : "step_s";
@@ -25,10 +27,13 @@ void check_time(const Case& the_case, Problems& problems) {
   const bool both = the_case.fluid.relaxation_time && the_case.given_step_s;
   if (!on_lattice(the_case)) {
     if (the_case.fluid.relaxation_time) {
-      problems.error("fluid.relaxation_time", "fluid.relaxation_time is given for a solver without a lattice (nothing relaxes "
-                                              "there). Give step_s at the top of the case.");
+      problems.error("fluid.relaxation_time",
+                     "fluid.relaxation_time is given for a solver without a lattice (nothing relaxes "
+                     "there). Give step_s at the top of the case.");
     } else if (!the_case.given_step_s) {
-      problems.error("step_s", "step_s is missing (a solver without a lattice has no step of its own). Add `step_s: …`.");
+      problems.error(
+          "step_s",
+          "step_s is missing (a solver without a lattice has no step of its own). Add `step_s: …`.");
     }
     return;
   }
@@ -40,15 +45,19 @@ void check_time(const Case& the_case, Problems& problems) {
   }
   const double tau = relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
                                                the_case.fluid.kinematic_viscosity_m2_per_s);
-  const std::string found = std::string("relaxation_time ") + shortest_text(the_case.fluid.relaxation_time.value_or(tau));
+  const std::string found =
+      std::string("relaxation_time ") + shortest_text(the_case.fluid.relaxation_time.value_or(tau));
   if (!(tau > 0.5)) {
-    problems.error(time_key(the_case), found + " (it must exceed 1/2: viscosity is proportional to the excess). "
-                                               "Use a value such as 0.6667.");
+    problems.error(time_key(the_case), found +
+                                           " (it must exceed 1/2: viscosity is proportional to the excess). "
+                                           "Use a value such as 0.6667.");
   } else if (the_case.fluid.collision == CollisionKind::bgk && tau < 0.52) {
-    problems.error(time_key(the_case), found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
+    problems.error(time_key(the_case),
+                   found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
   } else if (tau > 2.0) {
-    problems.warning(time_key(the_case), found + " (walls lose their place above about 2, with bgk most). "
-                                                 "Use a smaller step or a larger cell.");
+    problems.warning(time_key(the_case), found +
+                                             " (walls lose their place above about 2, with bgk most). "
+                                             "Use a smaller step or a larger cell.");
   }
 }
 
@@ -59,9 +68,10 @@ void check_domain(const Case& the_case, Problems& problems) {
     const BoundaryKind high = fluid.boundaries[2 * axis + 1].kind;
     if ((low == BoundaryKind::periodic) != (high == BoundaryKind::periodic)) {
       const std::size_t other = 2 * axis + (low == BoundaryKind::periodic ? 1 : 0);
-      problems.error(face_path(other), face_path(other) + " is " + name_of(boundary_names, fluid.boundaries[other].kind) +
-                                           " but the opposite face is periodic (what leaves there must come in here). "
-                                           "Make both periodic or neither.");
+      problems.error(face_path(other),
+                     face_path(other) + " is " + name_of(boundary_names, fluid.boundaries[other].kind) +
+                         " but the opposite face is periodic (what leaves there must come in here). "
+                         "Make both periodic or neither.");
     }
   }
   if (!on_lattice(the_case)) return;
@@ -69,14 +79,16 @@ void check_domain(const Case& the_case, Problems& problems) {
   double cells = 1.0;
   for (const std::int64_t count : fluid.domain_cells) cells *= static_cast<double>(count);
   if (cells > static_cast<double>(most_cells)) {
-    problems.error("fluid.domain_cells", "fluid.domain_cells are " + shortest_text(cells) +
-                                             " cells in all (no machine holds them). Use fewer or larger cells.");
+    problems.error("fluid.domain_cells",
+                   "fluid.domain_cells are " + shortest_text(cells) +
+                       " cells in all (no machine holds them). Use fewer or larger cells.");
     return;
   }
   if (the_case.services.fluid_ranks > computed_cells(fluid)) {
-    problems.error("services.fluid.ranks", "services.fluid.ranks is " + std::to_string(the_case.services.fluid_ranks) +
-                                               " for " + std::to_string(computed_cells(fluid)) +
-                                               " computed cells (some ranks would be empty). Use fewer ranks.");
+    problems.error("services.fluid.ranks",
+                   "services.fluid.ranks is " + std::to_string(the_case.services.fluid_ranks) + " for " +
+                       std::to_string(computed_cells(fluid)) +
+                       " computed cells (some ranks would be empty). Use fewer ranks.");
   }
 }
 
@@ -95,48 +107,58 @@ bool mirrored(const FluidCase& fluid, std::size_t face, std::size_t axis) {
 void check_symmetric_faces(const FluidCase& fluid, std::size_t axis, Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (fluid.domain_cells[axis] % 2 != 0) {
-    problems.error("fluid.domain_cells", "fluid.domain_cells has " + std::to_string(fluid.domain_cells[axis]) + " cells along " +
-                                             axis_names[axis] + " (" + plane + " must lie between two cells). Use an even number.");
+    problems.error("fluid.domain_cells",
+                   "fluid.domain_cells has " + std::to_string(fluid.domain_cells[axis]) + " cells along " +
+                       axis_names[axis] + " (" + plane + " must lie between two cells). Use an even number.");
   }
   if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic) {
-    problems.error(face_path(2 * axis), face_path(2 * axis) + " is periodic across " + plane +
-                                            " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
+    problems.error(
+        face_path(2 * axis),
+        face_path(2 * axis) + " is periodic across " + plane +
+            " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
     return;
   }
   for (std::size_t face = 0; face < 6; ++face) {
     if (mirrored(fluid, face, axis)) continue;
-    problems.error(face_path(face), face_path(face) + " is not its own mirror image about " + plane +
-                                        " (the flow could not be symmetric). Remove the plane or make the faces alike.");
+    problems.error(face_path(face),
+                   face_path(face) + " is not its own mirror image about " + plane +
+                       " (the flow could not be symmetric). Remove the plane or make the faces alike.");
     return;
   }
 }
 
 /// Reports vectors that have a component which the mirror would turn round.
-void check_symmetric_vector(const Eigen::Vector3d& vector, std::size_t axis, const std::string& path, Problems& problems) {
+void check_symmetric_vector(const Eigen::Vector3d& vector, std::size_t axis, const std::string& path,
+                            Problems& problems) {
   if (vector[static_cast<Eigen::Index>(axis)] == 0.0) return;
-  problems.error(path, path + " has a component along " + axis_names[axis] + " (symmetry plane " + axis_names[axis] +
-                           " allows none). Set it to 0 or remove the plane.");
+  problems.error(path, path + " has a component along " + axis_names[axis] + " (symmetry plane " +
+                           axis_names[axis] + " allows none). Set it to 0 or remove the plane.");
 }
 
-void check_symmetric_body(const BodySpecification& body, const std::string& path, double middle_m, double cell_size_m,
-                          std::size_t axis, Problems& problems) {
+void check_symmetric_body(const BodySpecification& body, const std::string& path, double middle_m,
+                          double cell_size_m, std::size_t axis, Problems& problems) {
   const auto normal = static_cast<Eigen::Index>(axis);
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   const double tolerance = 1e-9;
   if (std::abs(body.position_m[normal] - middle_m) > tolerance * cell_size_m) {
-    problems.error(path, "body '" + body.name + "' is " + shortest_text(std::abs(body.position_m[normal] - middle_m)) + " m off " +
-                             plane + " (a body must lie on it to be symmetric). Move it, or remove the plane.");
+    problems.error(path, "body '" + body.name + "' is " +
+                             shortest_text(std::abs(body.position_m[normal] - middle_m)) + " m off " + plane +
+                             " (a body must lie on it to be symmetric). Move it, or remove the plane.");
   }
   const double along = std::abs(body_axis(body)[normal]);
   if (body.shape.kind != ShapeKind::sphere && along > tolerance && along < 1.0 - tolerance) {
-    problems.error(path, "body '" + body.name + "' is tilted against " + plane +
-                             " (it is not its own mirror image). Turn it into or across the plane, or remove the plane.");
+    problems.error(
+        path,
+        "body '" + body.name + "' is tilted against " + plane +
+            " (it is not its own mirror image). Turn it into or across the plane, or remove the plane.");
   }
   Eigen::Vector3d forbidden_spin = body.angular_velocity_rad_per_s;
   forbidden_spin[normal] = 0.0;
   if (body.velocity_m_per_s[normal] != 0.0 || !forbidden_spin.isZero(0.0)) {
-    problems.error(path, "body '" + body.name + "' moves across " + plane +
-                             " (its mirror image moves the other way). Give it a symmetric motion, or remove the plane.");
+    problems.error(
+        path,
+        "body '" + body.name + "' moves across " + plane +
+            " (its mirror image moves the other way). Give it a symmetric motion, or remove the plane.");
   }
 }
 
@@ -152,7 +174,8 @@ void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& pr
     check_symmetric_vector(the_case.gravity_m_per_s2, axis, "gravity_m_per_s2", problems);
     const double middle_m = 0.5 * static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
     for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
-      check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], middle_m, fluid.cell_size_m, axis, problems);
+      check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], middle_m, fluid.cell_size_m, axis,
+                           problems);
     }
     for (std::size_t i = 0; i < assembly.driving.size(); ++i) {
       check_symmetric_vector(assembly.driving[i].amplitude_N, axis, assembly.driving_paths[i], problems);

@@ -13,21 +13,26 @@ namespace {
 constexpr double fast_lu = 0.1;
 constexpr double too_fast_lu = 0.4;
 
-void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::string& path, const std::string& what,
-                    Problems& problems) {
+void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::string& path,
+                    const std::string& what, Problems& problems) {
   const double velocity_lu = velocity_m_per_s * the_case.step_s / the_case.fluid.cell_size_m;
   const std::string found = what + " is " + shortest_text(velocity_lu) + " cells per step";
   if (velocity_lu > too_fast_lu) {
-    problems.error(path, found + " (the lattice breaks above about 0.4, sound travels at 0.577). Use a smaller step or slower motion.");
+    problems.error(path, found +
+                             " (the lattice breaks above about 0.4, sound travels at 0.577). Use a smaller "
+                             "step or slower motion.");
   } else if (velocity_lu > fast_lu) {
-    problems.warning(path, found + " (compressibility shows above about 0.1). Use a smaller step or slower motion.");
+    problems.warning(
+        path, found + " (compressibility shows above about 0.1). Use a smaller step or slower motion.");
   }
 }
 
-/// Amplitude of a bead's velocity under a sinusoidal force, the smaller of what drag and inertia alone allow [m/s]:
+/// Amplitude of a bead's velocity under a sinusoidal force, the smaller of what drag and inertia alone allow
+/// [m/s]:
 ///   a / (6π ρ ν r)  and  a T / (2π m)
 double expected_velocity_m_per_s(const Swimmer& swimmer, const Case& the_case) {
-  const double viscosity_Pa_s = the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
+  const double viscosity_Pa_s =
+      the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
   double smallest_radius_m = swimmer.beads[0].shape.radius_m;
   for (const Bead& bead : swimmer.beads) smallest_radius_m = std::min(smallest_radius_m, bead.shape.radius_m);
   const double force_N = std::abs(swimmer.stroke.amplitude_N);
@@ -43,25 +48,30 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
   if (the_case.fluid.solver != FluidSolverChoice::lattice_boltzmann || !(the_case.step_s > 0.0)) return;
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
-    const double surface_speed = body.velocity_m_per_s.norm() + body.angular_velocity_rad_per_s.norm() *
-                                                                    (body.shape.radius_m + 0.5 * body.shape.length_m);
+    const double surface_speed =
+        body.velocity_m_per_s.norm() +
+        body.angular_velocity_rad_per_s.norm() * (body.shape.radius_m + 0.5 * body.shape.length_m);
     judge_velocity(surface_speed, the_case, assembly.body_paths[i] + ".velocity_m_per_s",
                    "the initial speed of body '" + body.name + "'", problems);
   }
   for (std::size_t face = 0; face < 6; ++face) {
-    const std::string path = std::string("fluid.boundaries.") + axis_names[face / 2] + (face % 2 == 0 ? ".low" : ".high");
-    judge_velocity(the_case.fluid.boundaries[face].velocity_m_per_s.norm(), the_case, path, "the speed of the wall", problems);
+    const std::string path =
+        std::string("fluid.boundaries.") + axis_names[face / 2] + (face % 2 == 0 ? ".low" : ".high");
+    judge_velocity(the_case.fluid.boundaries[face].velocity_m_per_s.norm(), the_case, path,
+                   "the speed of the wall", problems);
   }
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Swimmer& swimmer = the_case.swimmers[i];
     const std::string path = "swimmers." + std::to_string(i) + ".stroke.amplitude_N";
     const double velocity = expected_velocity_m_per_s(swimmer, the_case);
-    judge_velocity(velocity, the_case, path, "the expected speed of the beads of '" + swimmer.name + "'", problems);
+    judge_velocity(velocity, the_case, path, "the expected speed of the beads of '" + swimmer.name + "'",
+                   problems);
     const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
     const double reach_m = velocity * period_s / (2.0 * std::numbers::pi);
     if (reach_m > std::min(swimmer.rest_gap_m[0], swimmer.rest_gap_m[1])) {
       problems.warning(path, "the beads of '" + swimmer.name + "' may move by " + shortest_text(reach_m) +
-                                 " m, more than the gap between them (they could collide). Use a smaller amplitude or a shorter period.");
+                                 " m, more than the gap between them (they could collide). Use a smaller "
+                                 "amplitude or a shorter period.");
     }
   }
 }
@@ -71,23 +81,28 @@ void check_strokes(const Case& the_case, Problems& problems) {
     const Stroke& stroke = the_case.swimmers[i].stroke;
     const std::string path = "swimmers." + std::to_string(i) + ".stroke";
     if (stroke.period_steps < 20) {
-      problems.error(path + ".period_steps", path + ".period_steps is " + std::to_string(stroke.period_steps) +
-                                                 " (a sine needs at least 20 steps). Use a longer period or a smaller step.");
+      problems.error(path + ".period_steps",
+                     path + ".period_steps is " + std::to_string(stroke.period_steps) +
+                         " (a sine needs at least 20 steps). Use a longer period or a smaller step.");
       continue;
     }
     if (stroke.phase_lag_steps >= stroke.period_steps) {
-      problems.error(path + ".phase_lag_steps", path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) +
-                                                    ", the period " + std::to_string(stroke.period_steps) +
-                                                    " (a lag of a whole period or more means something else). Use a lag within one period.");
+      problems.error(
+          path + ".phase_lag_steps",
+          path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) + ", the period " +
+              std::to_string(stroke.period_steps) +
+              " (a lag of a whole period or more means something else). Use a lag within one period.");
     }
     constexpr std::int64_t most_cycles = 1'000'000'000'000;
     if (stroke.cycles > most_cycles / stroke.period_steps) {
       problems.error(path + ".cycles", path + ".cycles is " + std::to_string(stroke.cycles) +
                                            " (more steps than can be counted). Use fewer cycles.");
     } else if (stroke.cycles * stroke.period_steps > the_case.steps) {
-      problems.warning("run.steps", "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" + the_case.swimmers[i].name +
-                                        "' needs " + std::to_string(stroke.cycles * stroke.period_steps) +
-                                        " (its last period is what the analysis looks at). Run longer for a result table.");
+      problems.warning(
+          "run.steps",
+          "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" + the_case.swimmers[i].name +
+              "' needs " + std::to_string(stroke.cycles * stroke.period_steps) +
+              " (its last period is what the analysis looks at). Run longer for a result table.");
     }
   }
   for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
@@ -95,7 +110,8 @@ void check_strokes(const Case& the_case, Problems& problems) {
     if (!force.stop_step || *force.stop_step > force.start_step) continue;
     const std::string path = "forces." + std::to_string(i) + ".stop_step";
     problems.error(path, path + " is " + std::to_string(*force.stop_step) + ", the force starts at " +
-                             std::to_string(force.start_step) + " (it would never act). Stop later, or leave it out.");
+                             std::to_string(force.start_step) +
+                             " (it would never act). Stop later, or leave it out.");
   }
 }
 
@@ -105,14 +121,17 @@ void check_output(const Case& the_case, Problems& problems) {
   const std::string path = "output.fields.mean_over_steps";
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
-    problems.error(path, path + " stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +
+    problems.error(path, path + " stops at " + std::to_string(stop) + " before it starts at " +
+                             std::to_string(start) +
                              " (the mean would be empty). Write [start, stop] with start < stop.");
   } else if (stop > the_case.steps) {
-    problems.error(path, path + " stops at " + std::to_string(stop) + ", the run after " + std::to_string(the_case.steps) +
+    problems.error(path, path + " stops at " + std::to_string(stop) + ", the run after " +
+                             std::to_string(the_case.steps) +
                              " steps (the mean would never be written). Run longer or stop earlier.");
   } else if (output.mean_every_steps > stop - start) {
-    problems.warning("output.fields.mean_every_steps", "output.fields.mean_every_steps takes one sample in the whole window "
-                                                       "(no mean). Use a smaller number.");
+    problems.warning("output.fields.mean_every_steps",
+                     "output.fields.mean_every_steps takes one sample in the whole window "
+                     "(no mean). Use a smaller number.");
   }
 }
 

@@ -8,14 +8,14 @@ namespace copepod::coupler {
 
 // What can be known about a case before it runs. Each check reports to `problems` with the key it is about.
 
-void check_time(const Case& the_case, Problems& problems);         ///< step, relaxation time
-void check_domain(const Case& the_case, Problems& problems);       ///< cells, faces, ranks
+void check_time(const Case& the_case, Problems& problems);    ///< step, relaxation time
+void check_domain(const Case& the_case, Problems& problems);  ///< cells, faces, ranks
 void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_names(const Case& the_case, const Assembly& assembly, Problems& problems);
-void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);   ///< walls, overlaps
+void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< walls, overlaps
 void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_strokes(const Case& the_case, Problems& problems);
-void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems);   ///< Mach number
+void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< Mach number
 void check_output(const Case& the_case, Problems& problems);
 
 /// All of them; a check whose sections hold errors already is left out, its values mean nothing.

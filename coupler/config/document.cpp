@@ -54,9 +54,11 @@ Override parse_override(const std::string& text) {
   const std::size_t equals = text.find('=');
   const Origin origin{"--set " + text, 0};
   if (equals == std::string::npos || equals == 0) {
-    throw CaseInvalid(origin, "'" + text + "' is no assignment (an equals sign is missing). Write --set key.path=value.");
+    throw CaseInvalid(
+        origin, "'" + text + "' is no assignment (an equals sign is missing). Write --set key.path=value.");
   }
-  Override result{text.substr(0, equals), parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
+  Override result{text.substr(0, equals),
+                  parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
   relocate(result.value, origin);
   return result;
 }
@@ -67,8 +69,9 @@ Document Document::load(const std::string& file, const std::vector<std::string>&
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;
   if (!stream || !(text << stream.rdbuf())) {
-    throw CaseInvalid(Origin{file, 0}, "the case file cannot be read (missing, empty, a folder, or no permission). "
-                                       "Give the path of a YAML case file.");
+    throw CaseInvalid(Origin{file, 0},
+                      "the case file cannot be read (missing, empty, a folder, or no permission). "
+                      "Give the path of a YAML case file.");
   }
   return parse(text.str(), file, overrides);
 }
@@ -77,8 +80,9 @@ Document Document::parse(const std::string& text, const std::string& source,
                          const std::vector<std::string>& overrides) {
   Document document(parse_yaml(text, source, LineNumbers::kept));
   if (document.root_.kind != Value::Kind::mapping) {
-    throw CaseInvalid(Origin{source, 1}, "the case is no mapping (it must consist of `key: value` lines). "
-                                         "Start it with `case: name`.");
+    throw CaseInvalid(Origin{source, 1},
+                      "the case is no mapping (it must consist of `key: value` lines). "
+                      "Start it with `case: name`.");
   }
   std::vector<Override> assignments;
   for (const std::string& override_text : overrides) assignments.push_back(parse_override(override_text));
@@ -98,8 +102,9 @@ void Document::apply_parameter_set(bool chosen_on_command_line) {
   const Value* sets = root_.find("parameter_sets");
   if (chosen == nullptr || sets == nullptr) {
     if (chosen_on_command_line) {
-      throw CaseInvalid(chosen->origin, "parameter_set '" + chosen->text +
-                                            "' chooses nothing (the case has no parameter_sets). Leave the option out.");
+      throw CaseInvalid(chosen->origin,
+                        "parameter_set '" + chosen->text +
+                            "' chooses nothing (the case has no parameter_sets). Leave the option out.");
     }
     return;
   }
@@ -107,11 +112,13 @@ void Document::apply_parameter_set(bool chosen_on_command_line) {
   if (set == nullptr || set->kind != Value::Kind::mapping) {
     std::string known;
     for (const Value::Entry& entry : sets->entries) known += (known.empty() ? "" : ", ") + entry.key;
-    throw CaseInvalid(chosen->origin, "parameter_set '" + chosen->text +
-                                          "' does not exist (parameter_sets has no such mapping). Choose one of: " +
-                                          known + ".");
+    throw CaseInvalid(chosen->origin,
+                      "parameter_set '" + chosen->text +
+                          "' does not exist (parameter_sets has no such mapping). Choose one of: " + known +
+                          ".");
   }
-  const std::vector<Value::Entry> assignments = set->entries;   // a copy: assign() changes the tree that holds it
+  const std::vector<Value::Entry> assignments =
+      set->entries;  // a copy: assign() changes the tree that holds it
   for (const Value::Entry& entry : assignments) assign(entry.key, entry.value);
 }
 
@@ -123,9 +130,10 @@ void Document::assign(const std::string& path, Value value) {
     if (child == nullptr) {
       if (node->kind == Value::Kind::null) node->kind = Value::Kind::mapping;
       if (node->kind != Value::Kind::mapping) {
-        throw CaseInvalid(value.origin, "'" + path + "' leads nowhere ('" + parts[i] +
-                                            "' is not part of the list or value before it). Use a position counted "
-                                            "from 0, or the name of an item.");
+        throw CaseInvalid(value.origin,
+                          "'" + path + "' leads nowhere ('" + parts[i] +
+                              "' is not part of the list or value before it). Use a position counted "
+                              "from 0, or the name of an item.");
       }
       Value section = Value::mapping();
       section.origin = value.origin;

@@ -10,8 +10,8 @@ namespace copepod::coupler {
 
 /// The case as written, after parameter set and command line had their say; knows the line of every key path.
 ///
-/// A key path joins keys and list positions with dots: "swimmers.0.spring.stiffness_N_per_m". Where a list holds
-/// mappings with a `name`, the name may stand for the position.
+/// A key path joins keys and list positions with dots: "swimmers.0.spring.stiffness_N_per_m". Where a list
+/// holds mappings with a `name`, the name may stand for the position.
 class Document {
  public:
   /// Reads `file`, applies the chosen parameter set, then `overrides` ("key.path=value", value in YAML).

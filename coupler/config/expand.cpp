@@ -15,7 +15,8 @@ Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
   return {w, -direction.y() / (2.0 * w), direction.x() / (2.0 * w), 0.0};
 }
 
-/// Unit vector perpendicular to the axis: along x where that is possible, else as close to a world axis as can be.
+/// Unit vector perpendicular to the axis: along x where that is possible, else as close to a world axis as
+/// can be.
 Eigen::Vector3d across(const Eigen::Vector3d& axis) {
   Eigen::Index least = 0;
   axis.cwiseAbs().minCoeff(&least);
@@ -45,7 +46,8 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
   }
 }
 
-void add_swimmer_springs(const Swimmer& swimmer, int first_body, const std::string& path, Assembly& assembly) {
+void add_swimmer_springs(const Swimmer& swimmer, int first_body, const std::string& path,
+                         Assembly& assembly) {
   const std::array<double, 2> arms = rest_arms_m(swimmer);
   for (int arm = 0; arm < 2; ++arm) {
     SpringSpecification spring;
@@ -126,8 +128,9 @@ Assembly assemble(const Case& the_case) {
     const int first_body = first_body_of_swimmer(i);
     add_swimmer_bodies(swimmer, path, assembly);
     add_swimmer_springs(swimmer, first_body, path, assembly);
-    for (DrivingTerm& term : stroke_terms(swimmer.stroke.amplitude_N * swimmer.axis, swimmer.stroke.period_steps,
-                                          swimmer.stroke.phase_lag_steps, swimmer.stroke.cycles, first_body)) {
+    for (DrivingTerm& term :
+         stroke_terms(swimmer.stroke.amplitude_N * swimmer.axis, swimmer.stroke.period_steps,
+                      swimmer.stroke.phase_lag_steps, swimmer.stroke.cycles, first_body)) {
       assembly.driving.push_back(term);
       assembly.driving_paths.push_back(path + ".stroke");
     }

@@ -9,11 +9,12 @@
 
 namespace copepod::coupler {
 
-/// All bodies, springs and driving forces of a case: swimmers expanded, names turned into positions in `bodies`.
-/// Bodies of swimmers come first, each as trailing, middle, leading ("name.B2", "name.B1", "name.B3").
+/// All bodies, springs and driving forces of a case: swimmers expanded, names turned into positions in
+/// `bodies`. Bodies of swimmers come first, each as trailing, middle, leading ("name.B2", "name.B1",
+/// "name.B3").
 struct Assembly {
   std::vector<BodySpecification> bodies;
-  std::vector<std::string> body_paths;             ///< key path in the case that each body came from
+  std::vector<std::string> body_paths;  ///< key path in the case that each body came from
   std::vector<SpringSpecification> springs;
   std::vector<std::string> spring_paths;
   std::vector<DrivingTerm> driving;

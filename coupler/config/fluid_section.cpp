@@ -14,8 +14,9 @@ Boundary read_face(Reader& faces, const std::string& key) {
     boundary.kind = faces.choice(key, boundary_names, std::optional(BoundaryKind::no_slip));
     if (boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure) {
       const std::string name = name_of(boundary_names, boundary.kind);
-      faces.problems().error(faces.path_of(key), faces.path_of(key) + " is '" + name + "' without a value (how much is open). " +
-                                                     "Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
+      faces.problems().error(faces.path_of(key),
+                             faces.path_of(key) + " is '" + name + "' without a value (how much is open). " +
+                                 "Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
     }
     return boundary;
   }
@@ -23,8 +24,10 @@ Boundary read_face(Reader& faces, const std::string& key) {
   const bool moves = face.has("velocity_m_per_s");
   const bool presses = face.has("pressure_Pa");
   if (moves == presses) {
-    faces.problems().error(faces.path_of(key), faces.path_of(key) + " needs exactly one condition (a wall with a velocity, or an "
-                                               "opening with a pressure). Give velocity_m_per_s or pressure_Pa.");
+    faces.problems().error(faces.path_of(key),
+                           faces.path_of(key) +
+                               " needs exactly one condition (a wall with a velocity, or an "
+                               "opening with a pressure). Give velocity_m_per_s or pressure_Pa.");
     return boundary;
   }
   boundary.kind = moves ? BoundaryKind::velocity : BoundaryKind::pressure;
@@ -36,7 +39,8 @@ Boundary read_face(Reader& faces, const std::string& key) {
 /// Both faces of an axis: one condition for both, or {low: …, high: …}.
 void read_axis(Reader& boundaries, const std::string& axis, Boundary& low, Boundary& high) {
   const Value* value = boundaries.raw(axis);
-  const bool two_sided = value != nullptr && (value->find("low") != nullptr || value->find("high") != nullptr);
+  const bool two_sided =
+      value != nullptr && (value->find("low") != nullptr || value->find("high") != nullptr);
   if (!two_sided) {
     low = high = read_face(boundaries, axis);
     return;
@@ -53,8 +57,9 @@ std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
     if (axis != axis_names.end()) {
       planes[static_cast<std::size_t>(axis - axis_names.begin())] = true;
     } else {
-      fluid.problems().error(fluid.path_of("symmetry_planes"),
-                             "symmetry_planes contains '" + word + "' (planes are named after their normal). Use x, y or z.");
+      fluid.problems().error(
+          fluid.path_of("symmetry_planes"),
+          "symmetry_planes contains '" + word + "' (planes are named after their normal). Use x, y or z.");
     }
   }
   return planes;
@@ -68,10 +73,12 @@ FluidCase read_fluid(Reader fluid) {
   const bool lattice = result.solver == FluidSolverChoice::lattice_boltzmann;
   const bool viscous = lattice || result.solver == FluidSolverChoice::stokes;
   const auto unless = [](bool required) { return required ? std::optional<double>() : std::optional(0.0); };
-  result.density_kg_per_m3 = fluid.number("density_kg_per_m3", lattice ? Range::positive : Range::not_negative, unless(viscous));
-  result.kinematic_viscosity_m2_per_s =
-      fluid.number("kinematic_viscosity_m2_per_s", viscous ? Range::positive : Range::not_negative, unless(viscous));
-  result.cell_size_m = fluid.number("cell_size_m", lattice ? Range::positive : Range::not_negative, unless(lattice));
+  result.density_kg_per_m3 =
+      fluid.number("density_kg_per_m3", lattice ? Range::positive : Range::not_negative, unless(viscous));
+  result.kinematic_viscosity_m2_per_s = fluid.number(
+      "kinematic_viscosity_m2_per_s", viscous ? Range::positive : Range::not_negative, unless(viscous));
+  result.cell_size_m =
+      fluid.number("cell_size_m", lattice ? Range::positive : Range::not_negative, unless(lattice));
   if (fluid.has("relaxation_time")) result.relaxation_time = fluid.number("relaxation_time", Range::positive);
   const auto cells = fluid.integers("domain_cells", 3, lattice ? Range::positive : Range::not_negative,
                                     lattice ? std::nullopt : std::optional(std::vector<std::int64_t>(3, 0)));
@@ -85,7 +92,8 @@ FluidCase read_fluid(Reader fluid) {
   result.symmetry_planes = read_symmetry_planes(fluid);
   result.body_force_N_per_m3 = fluid.numbers("body_force_N_per_m3", 3, Eigen::VectorXd::Zero(3));
   result.collision = fluid.choice("collision", collision_names, std::optional(CollisionKind::bgk));
-  result.moving_boundary = fluid.choice("moving_boundary", moving_boundary_names, std::optional(MovingBoundary::bounce_back));
+  result.moving_boundary =
+      fluid.choice("moving_boundary", moving_boundary_names, std::optional(MovingBoundary::bounce_back));
   result.refill = fluid.choice("refill", refill_names, std::optional(Refill::equilibrium));
   result.precision = fluid.choice("precision", precision_names, std::optional(Precision::double_precision));
   return result;

@@ -7,8 +7,8 @@ namespace copepod::coupler {
 namespace {
 
 /// Shortest distance between the segments p ± a/2 and q ± b/2.
-/// The closest points minimise |p + s a − q − t b|² over s, t ∈ [−1/2, 1/2]; after one unconstrained solve for s,
-/// clamping t and then s again finds the minimum (Ericson, Real-Time Collision Detection, 5.1.9).
+/// The closest points minimise |p + s a − q − t b|² over s, t ∈ [−1/2, 1/2]; after one unconstrained solve
+/// for s, clamping t and then s again finds the minimum (Ericson, Real-Time Collision Detection, 5.1.9).
 double segment_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& q,
                         const Eigen::Vector3d& b) {
   const Eigen::Vector3d r = p - q;
@@ -44,9 +44,10 @@ double volume_m3(const Shape& shape) {
   return std::numbers::pi * r * r * (4.0 / 3.0 * r + shape.length_m);
 }
 
-double surface_distance_m(const BodySpecification& A, const BodySpecification& B, const Eigen::Vector3d& shift_m) {
-  const double between_axes = segment_distance(A.position_m, A.shape.length_m * body_axis(A), B.position_m + shift_m,
-                                               B.shape.length_m * body_axis(B));
+double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
+                          const Eigen::Vector3d& shift_m) {
+  const double between_axes = segment_distance(A.position_m, A.shape.length_m * body_axis(A),
+                                               B.position_m + shift_m, B.shape.length_m * body_axis(B));
   return between_axes - A.shape.radius_m - B.shape.radius_m;
 }
 

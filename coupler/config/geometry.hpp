@@ -16,6 +16,7 @@ Eigen::Vector3d half_extents_m(const BodySpecification& body);
 double volume_m3(const Shape& shape);
 
 /// Distance between the surfaces of two bodies, B shifted by `shift_m` [m]; negative where they overlap.
-double surface_distance_m(const BodySpecification& A, const BodySpecification& B, const Eigen::Vector3d& shift_m);
+double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
+                          const Eigen::Vector3d& shift_m);
 
 }  // namespace copepod::coupler

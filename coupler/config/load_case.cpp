@@ -11,8 +11,10 @@ namespace {
 double derived_step_s(const Case& the_case) {
   if (the_case.given_step_s) return *the_case.given_step_s;
   const FluidCase& fluid = the_case.fluid;
-  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0) return 0.0;
-  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
+  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0)
+    return 0.0;
+  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m,
+                                   fluid.kinematic_viscosity_m2_per_s);
 }
 
 LoadedCase read_document(const Document& document, AskedKeys& asked) {
@@ -34,8 +36,8 @@ LoadedCase load_case(const std::string& file, const std::vector<std::string>& ov
   return read_document(Document::load(file, overrides), asked);
 }
 
-LoadedCase load_case_text(const std::string& text, const std::string& source, const std::vector<std::string>& overrides,
-                          AskedKeys* asked) {
+LoadedCase load_case_text(const std::string& text, const std::string& source,
+                          const std::vector<std::string>& overrides, AskedKeys* asked) {
   AskedKeys ignored;
   return read_document(Document::parse(text, source, overrides), asked == nullptr ? ignored : *asked);
 }

@@ -13,7 +13,7 @@ namespace copepod::coupler {
 struct LoadedCase {
   Case content;
   Assembly assembly;
-  std::vector<std::string> warnings;   ///< "file:line: warning: …"
+  std::vector<std::string> warnings;  ///< "file:line: warning: …"
 };
 
 /// Reads and checks a case file.
@@ -21,8 +21,9 @@ struct LoadedCase {
 /// @throws CaseInvalid with every error found
 LoadedCase load_case(const std::string& file, const std::vector<std::string>& overrides);
 
-/// The same from text; `source` names it in messages. `asked`, if given, receives every key that was looked for.
-LoadedCase load_case_text(const std::string& text, const std::string& source, const std::vector<std::string>& overrides,
-                          AskedKeys* asked = nullptr);
+/// The same from text; `source` names it in messages. `asked`, if given, receives every key that was looked
+/// for.
+LoadedCase load_case_text(const std::string& text, const std::string& source,
+                          const std::vector<std::string>& overrides, AskedKeys* asked = nullptr);
 
 }  // namespace copepod::coupler

@@ -19,7 +19,8 @@ bool at_or_below(const std::string& path, const std::string& top) {
 
 }  // namespace
 
-CaseInvalid::CaseInvalid(std::vector<std::string> lines) : CaseError(joined(lines)), lines_(std::move(lines)) {}
+CaseInvalid::CaseInvalid(std::vector<std::string> lines)
+    : CaseError(joined(lines)), lines_(std::move(lines)) {}
 
 CaseInvalid::CaseInvalid(const Origin& origin, const std::string& message)
     : CaseInvalid(std::vector<std::string>{to_string(origin) + ": error: " + message}) {}
@@ -37,7 +38,8 @@ void Problems::warning(const std::string& path, const std::string& message) {
 }
 
 bool Problems::any_under(const std::string& path) const {
-  return std::any_of(errors_.begin(), errors_.end(), [&](const Entry& e) { return at_or_below(e.path, path); });
+  return std::any_of(errors_.begin(), errors_.end(),
+                     [&](const Entry& e) { return at_or_below(e.path, path); });
 }
 
 void Problems::throw_if_any() const {

@@ -10,7 +10,8 @@ namespace copepod::coupler {
 
 class Document;
 
-/// The case file is unusable; carries every error found, one line each: "file:line: error: problem (why). What to do."
+/// The case file is unusable; carries every error found, one line each: "file:line: error: problem (why).
+/// What to do."
 class CaseInvalid : public CaseError {
  public:
   explicit CaseInvalid(std::vector<std::string> lines);

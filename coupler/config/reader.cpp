@@ -94,7 +94,8 @@ Reader::~Reader() {
   for (const Value::Entry& entry : mapping_->entries) {
     if (known_.contains(entry.key)) continue;
     const std::string nearest = nearest_word(entry.key, known);
-    const std::string advice = nearest.empty() ? "Known here: " + listed(known) + "." : "Did you mean " + nearest + "?";
+    const std::string advice =
+        nearest.empty() ? "Known here: " + listed(known) + "." : "Did you mean " + nearest + "?";
     const std::string where = path_.empty() ? "at the top of the case" : "in " + path_;
     problems_.error_at(entry.key_origin, path_of(entry.key),
                        "key '" + entry.key + "' is unknown (nothing " + where + " has this name). " + advice);
@@ -113,7 +114,8 @@ const Value* Reader::raw(const std::string& key) {
 const Value* Reader::wanted(const std::string& key, bool required) {
   const Value* value = raw(key);
   if (value == nullptr && required) {
-    problems_.error(path_of(key), path_of(key) + " is missing (the case cannot run without it). Add `" + key + ": …`.");
+    problems_.error(path_of(key),
+                    path_of(key) + " is missing (the case cannot run without it). Add `" + key + ": …`.");
   }
   return value;
 }
@@ -125,7 +127,8 @@ std::optional<double> Reader::parse_number(const std::string& path, const Value&
   if (begin != end && *begin == '+') ++begin;
   const auto [stop, error] = std::from_chars(begin, end, number);
   if (value.kind != Value::Kind::scalar || error != std::errc{} || stop != end || !std::isfinite(number)) {
-    problems_.error(path, path + " is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
+    problems_.error(path,
+                    path + " is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
     return {};
   }
   if ((range == Range::positive && number <= 0) || (range == Range::not_negative && number < 0)) {
@@ -164,7 +167,8 @@ std::string Reader::text(const std::string& key, std::optional<std::string> othe
   const Value* value = wanted(key, !otherwise);
   if (value == nullptr) return otherwise.value_or("");
   if (value->kind != Value::Kind::scalar || value->text.empty()) {
-    problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) + " (a word is needed). Write one word.");
+    problems_.error(path_of(key),
+                    path_of(key) + " is " + quoted(*value) + " (a word is needed). Write one word.");
     return otherwise.value_or("");
   }
   return value->text;
@@ -182,7 +186,8 @@ const Value* Reader::wanted_list(const std::string& key, std::size_t size, bool 
   return nullptr;
 }
 
-Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size, std::optional<Eigen::VectorXd> otherwise) {
+Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size,
+                                std::optional<Eigen::VectorXd> otherwise) {
   const Value* list = wanted_list(key, static_cast<std::size_t>(size), !otherwise);
   Eigen::VectorXd result = otherwise.value_or(Eigen::VectorXd::Zero(size));
   if (list == nullptr) return result;
@@ -215,8 +220,9 @@ std::vector<std::string> Reader::words(const std::string& key) {
     if (item.kind == Value::Kind::scalar) result.push_back(item.text);
   }
   if (value->kind != Value::Kind::sequence || result.size() != value->items.size()) {
-    problems_.error(path_of(key), path_of(key) + " is no list of words (each entry must be one word). "
-                                                 "Write it in brackets: [a, b].");
+    problems_.error(path_of(key), path_of(key) +
+                                      " is no list of words (each entry must be one word). "
+                                      "Write it in brackets: [a, b].");
   }
   return result;
 }
@@ -229,8 +235,9 @@ std::size_t Reader::choose(const std::string& key, const std::vector<std::string
     return static_cast<std::size_t>(found - names.begin());
   }
   const std::string nearest = nearest_word(value->text, names);
-  problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) + " (allowed: " + listed(names) + "). " +
-                                    (nearest.empty() ? "Choose one of them." : "Did you mean " + nearest + "?"));
+  problems_.error(path_of(key),
+                  path_of(key) + " is " + quoted(*value) + " (allowed: " + listed(names) + "). " +
+                      (nearest.empty() ? "Choose one of them." : "Did you mean " + nearest + "?"));
   return names.size();
 }
 

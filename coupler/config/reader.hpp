@@ -30,9 +30,9 @@ using AskedKeys = std::set<std::string>;
 /// The known word closest to `word` in edit distance, empty if none is close.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
-/// Reads one mapping of the case. Every key that is asked for is known; any other key in the mapping is an error,
-/// reported when the reader goes out of scope. A value that cannot be used is reported and replaced by its default,
-/// so that reading goes on and finds every error.
+/// Reads one mapping of the case. Every key that is asked for is known; any other key in the mapping is an
+/// error, reported when the reader goes out of scope. A value that cannot be used is reported and replaced by
+/// its default, so that reading goes on and finds every error.
 class Reader {
  public:
   /// @param mapping  nullptr stands for an empty section
@@ -48,10 +48,11 @@ class Reader {
   double number(const std::string& key, Range range, std::optional<double> otherwise = {});
   std::int64_t integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise = {});
   std::string text(const std::string& key, std::optional<std::string> otherwise = {});
-  Eigen::VectorXd numbers(const std::string& key, Eigen::Index size, std::optional<Eigen::VectorXd> otherwise = {});
+  Eigen::VectorXd numbers(const std::string& key, Eigen::Index size,
+                          std::optional<Eigen::VectorXd> otherwise = {});
   std::vector<std::int64_t> integers(const std::string& key, std::size_t size, Range range,
                                      std::optional<std::vector<std::int64_t>> otherwise = {});
-  std::vector<std::string> words(const std::string& key);   ///< a list of texts, or one text; empty if absent
+  std::vector<std::string> words(const std::string& key);  ///< a list of texts, or one text; empty if absent
   template <typename E, std::size_t N>
   E choice(const std::string& key, const std::array<Choice<E>, N>& choices, std::optional<E> otherwise = {});
 
@@ -59,7 +60,7 @@ class Reader {
   Reader section(const std::string& key);
   /// Reader of an item of the list `key`.
   Reader item(const std::string& key, std::size_t index);
-  [[nodiscard]] std::size_t size(const std::string& key);   ///< of a list; 0 if absent
+  [[nodiscard]] std::size_t size(const std::string& key);  ///< of a list; 0 if absent
   /// The raw value of a key, nullptr if absent.
   const Value* raw(const std::string& key);
   /// Marks every key of the mapping as known: for sections whose keys the user invents.
@@ -92,7 +93,8 @@ const char* name_of(const std::array<Choice<E>, N>& choices, E value) {
 }
 
 template <typename E, std::size_t N>
-E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices, std::optional<E> otherwise) {
+E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices,
+                 std::optional<E> otherwise) {
   std::vector<std::string> names;
   for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
   const std::size_t index = choose(key, names, !otherwise.has_value());

@@ -131,7 +131,8 @@ Value resolved_force(const NamedForce& force) {
     section.add("sinusoidal", std::move(wave));
   }
   section.add("start_step", Value::of_integer(force.start_step));
-  return section.add("stop_step", force.stop_step ? Value::of_integer(*force.stop_step) : Value::of_text("never"));
+  return section.add("stop_step",
+                     force.stop_step ? Value::of_integer(*force.stop_step) : Value::of_text("never"));
 }
 
 Value resolved_output(const OutputCase& output) {

@@ -5,7 +5,8 @@
 
 namespace copepod::coupler {
 
-// One function per section of the case; each reads its keys and reports what it cannot use to the reader's problems.
+// One function per section of the case; each reads its keys and reports what it cannot use to the reader's
+// problems.
 
 FluidCase read_fluid(Reader fluid);
 Shape read_shape(Reader& reader);

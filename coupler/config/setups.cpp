@@ -21,7 +21,7 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
       return FluidKind::stokes;
     case FluidSolverChoice::vacuum:
       return FluidKind::vacuum;
-    case FluidSolverChoice::external:           // told everything that the case says about a lattice
+    case FluidSolverChoice::external:  // told everything that the case says about a lattice
     case FluidSolverChoice::lattice_boltzmann:
       break;
   }
@@ -45,7 +45,8 @@ void require_lattice_features(const FluidCase& fluid, std::set<std::string>& req
 
 }  // namespace
 
-FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory) {
+FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
+                            const std::string& field_directory) {
   const FluidCase& fluid = the_case.fluid;
   FluidSetup setup;
   setup.kind = fluid_kind(fluid.solver);
@@ -79,7 +80,8 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
       the_case.fluid.solver == FluidSolverChoice::vacuum ? 0.0 : the_case.fluid.density_kg_per_m3;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (the_case.fluid.boundaries[2 * axis].kind == BoundaryKind::periodic) {
-      setup.periodic_length_m[axis] = static_cast<double>(the_case.fluid.domain_cells[axis]) * the_case.fluid.cell_size_m;
+      setup.periodic_length_m[axis] =
+          static_cast<double>(the_case.fluid.domain_cells[axis]) * the_case.fluid.cell_size_m;
     }
   }
   setup.bodies = assembly.bodies;
@@ -90,7 +92,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly) {
   std::set<std::string> required;
   const FluidSolverChoice solver = the_case.fluid.solver;
-  if (solver == FluidSolverChoice::external) return required;   // whoever brings a solver knows what it is for
+  if (solver == FluidSolverChoice::external) return required;  // whoever brings a solver knows what it is for
   required.insert(std::string("solver:") + name_of(solver_names, solver));
   if (solver == FluidSolverChoice::vacuum) return required;
   for (const BodySpecification& body : assembly.bodies) {
@@ -122,8 +124,8 @@ void require_features(const Capabilities& capabilities, const std::set<std::stri
     if (!capabilities.features.contains(feature)) missing += (missing.empty() ? "" : ", ") + feature;
   }
   if (missing.empty()) return;
-  throw Refused("the case needs what " + capabilities.name + " " + capabilities.version + " cannot do (" + missing +
-                "). Change the case, or use another component.");
+  throw Refused("the case needs what " + capabilities.name + " " + capabilities.version + " cannot do (" +
+                missing + "). Change the case, or use another component.");
 }
 
 std::int64_t computed_cells(const FluidCase& fluid) {

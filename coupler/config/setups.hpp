@@ -18,7 +18,8 @@ double step_from_relaxation_time(double relaxation_time, double cell_size_m, dou
 double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s);
 
 /// @param field_directory  absolute path of the run directory
-FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory);
+FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
+                            const std::string& field_directory);
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
 
 /// Features that a case needs of its components, in the words of Capabilities.

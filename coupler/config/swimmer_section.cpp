@@ -33,8 +33,9 @@ Swimmer read_swimmer(Reader swimmer) {
   if (beads == 3) {
     for (std::size_t i = 0; i < 3; ++i) result.beads[i] = read_bead(swimmer.item("beads", i));
   } else {
-    swimmer.problems().error(swimmer.path_of("beads"), swimmer.path_of("beads") + " has " + std::to_string(beads) +
-                                                           " entries (a swimmer has three). List trailing, middle and leading bead.");
+    swimmer.problems().error(swimmer.path_of("beads"),
+                             swimmer.path_of("beads") + " has " + std::to_string(beads) +
+                                 " entries (a swimmer has three). List trailing, middle and leading bead.");
   }
   result.bead_mass_kg = swimmer.number("bead_mass_kg", Range::positive);
   const Eigen::Vector2d gaps = swimmer.numbers("rest_gap_m", 2);

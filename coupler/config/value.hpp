@@ -23,18 +23,18 @@ std::string to_string(const Origin& origin);
 /// Scalars keep their text, so that the reader decides what it means and a message can quote it.
 struct Value {
   enum class Kind { null, scalar, sequence, mapping };
-  enum class ScalarType { text, number };   ///< decides whether JSON output is quoted
+  enum class ScalarType { text, number };  ///< decides whether JSON output is quoted
   struct Entry;
 
   Kind kind = Kind::null;
   ScalarType scalar_type = ScalarType::text;
-  std::string text;                ///< of a scalar
-  std::vector<Value> items;        ///< of a sequence
-  std::vector<Entry> entries;      ///< of a mapping, in written order
+  std::string text;            ///< of a scalar
+  std::vector<Value> items;    ///< of a sequence
+  std::vector<Entry> entries;  ///< of a mapping, in written order
   Origin origin;
 
   static Value of_text(std::string text);
-  static Value of_number(double number);              ///< shortest text that reads back to the same bits
+  static Value of_number(double number);  ///< shortest text that reads back to the same bits
   static Value of_integer(std::int64_t number);
   static Value of_vector(const Eigen::VectorXd& vector);
   static Value sequence();
@@ -44,7 +44,7 @@ struct Value {
   Value& add(Value item);
   Value& add(const std::string& key, Value item);
 
-  [[nodiscard]] const Value* find(std::string_view key) const;   ///< nullptr if not a mapping or not there
+  [[nodiscard]] const Value* find(std::string_view key) const;  ///< nullptr if not a mapping or not there
   [[nodiscard]] Value* find(std::string_view key);
 };
 

@@ -18,8 +18,9 @@ class Conversion {
 
   Value convert(const YAML::Node& node) {
     if (++values_ > most_values) {
-      throw CaseInvalid(origin(node.Mark()), "the case has more than 2000000 values (aliases multiply them). "
-                                             "Write fewer bodies or no nested aliases.");
+      throw CaseInvalid(origin(node.Mark()),
+                        "the case has more than 2000000 values (aliases multiply them). "
+                        "Write fewer bodies or no nested aliases.");
     }
     Value value;
     value.origin = origin(node.Mark());
@@ -53,12 +54,14 @@ class Conversion {
     for (const auto& pair : node) {
       const Origin key_origin = origin(pair.first.Mark());
       if (!pair.first.IsScalar()) {
-        throw CaseInvalid(key_origin, "a key is a list or a mapping (keys are plain words). Write `key: value`.");
+        throw CaseInvalid(key_origin,
+                          "a key is a list or a mapping (keys are plain words). Write `key: value`.");
       }
       const std::string& key = pair.first.Scalar();
       if (!seen.insert(key).second) {
-        throw CaseInvalid(key_origin, "key '" + key + "' appears twice in one section (only one can count). "
-                                      "Remove one of them.");
+        throw CaseInvalid(key_origin, "key '" + key +
+                                          "' appears twice in one section (only one can count). "
+                                          "Remove one of them.");
       }
       value.entries.push_back({key, key_origin, convert(pair.second)});
     }
@@ -107,8 +110,8 @@ Value parse_yaml(const std::string& text, const std::string& source, LineNumbers
   try {
     return conversion.convert(YAML::Load(text));
   } catch (const YAML::Exception& error) {
-    throw CaseInvalid(conversion.origin(error.mark),
-                      "this is not valid YAML (" + error.msg + "). Look at indentation, brackets and colons here.");
+    throw CaseInvalid(conversion.origin(error.mark), "this is not valid YAML (" + error.msg +
+                                                         "). Look at indentation, brackets and colons here.");
   }
 }
 

@@ -25,8 +25,8 @@ struct DrivingTerm {
 
 /// The stroke of a three-bead swimmer whose bodies are trailing B2 = first_body, middle B1, leading B3:
 ///   F_B2 = −a sin(2π t/T)          for 0 ≤ t < cycles·T       [paper, eq. (19)]
-///   F_B3 =  a sin(2π (t − φ)/T)    for φ ≤ t < cycles·T + φ   [paper, eq. (20), with the delay its text describes]
-///   F_B1 = −(F_B2 + F_B3)                                     [paper, eq. (21)]
+///   F_B3 =  a sin(2π (t − φ)/T)    for φ ≤ t < cycles·T + φ   [paper, eq. (20), with the delay its text
+///   describes] F_B1 = −(F_B2 + F_B3)                                     [paper, eq. (21)]
 /// @param amplitude_N  a times the unit vector from trailing to leading [N]
 std::vector<DrivingTerm> stroke_terms(const Eigen::Vector3d& amplitude_N, std::int64_t period_steps,
                                       std::int64_t phase_lag_steps, std::int64_t cycles, int first_body);
@@ -41,8 +41,8 @@ class DrivingProtocol {
   DrivingProtocol(std::vector<DrivingTerm> terms, Eigen::Index bodies);
 
   /// Forces at times (step + node) of one step.
-  /// A term acts in a whole step or not at all: which one is decided by the step, not by the node, so a force that is
-  /// switched at the end of a step does not leak into its last node.
+  /// A term acts in a whole step or not at all: which one is decided by the step, not by the node, so a force
+  /// that is switched at the end of a step does not leak into its last node.
   /// @param nodes    fractions of the step
   /// @param force_N  resized to (3, nodes × bodies) and overwritten: node 0 of all bodies, then node 1, …
   void sample(std::int64_t step, std::span<const double> nodes, Eigen::Matrix3Xd& force_N) const;

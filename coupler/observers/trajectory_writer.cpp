@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -14,7 +13,8 @@ namespace copepod::coupler {
 namespace {
 
 constexpr const char* header =
-    "step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s,"
+    "step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_"
+    "rad_per_s,"
     "fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,drive_fx_N,drive_fy_N,drive_fz_N\n";
 
 template <typename Number>
@@ -42,8 +42,8 @@ std::string csv_field(const std::string& name) {
 
 }  // namespace
 
-TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
-                                   std::int64_t every_steps)
+TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::string> body_names,
+                                   double step_s, std::int64_t every_steps)
     : path_(path),
       body_names_(std::move(body_names)),
       step_s_(step_s),
@@ -52,7 +52,8 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::str
       buffer_(header),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {
-    throw StorageError(path + " cannot be written (" + std::strerror(errno) + "). Choose another --out folder.");
+    throw StorageError(path + " cannot be written (" + std::strerror(errno) +
+                       "). Choose another --out folder.");
   }
   for (std::string& name : body_names_) name = csv_field(name);
   flush();
@@ -105,7 +106,8 @@ void TrajectoryWriter::flush() {
     const ssize_t count = ::write(file_, buffer_.data() + written, buffer_.size() - written);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
-      throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). Free space on that disk and run again.");
+      throw StorageError(path_ + " cannot be written (" + std::strerror(errno) +
+                         "). Free space on that disk and run again.");
     }
     written += static_cast<std::size_t>(count);
   }

@@ -9,19 +9,22 @@
 
 namespace copepod::coupler {
 
-/// Writes trajectory.csv: one row per body and sample, doubles as the shortest text that reads back to the same bits.
+/// Writes trajectory.csv: one row per body and sample, doubles as the shortest text that reads back to the
+/// same bits.
 ///
-/// Columns: step, time_s, body, position, orientation (w, x, y, z), velocity, angular velocity, then the hydrodynamic
-/// force and torque that were applied (after averaging), then the driving force at the start of the step. Rows are
-/// written for every `every_steps`-th step, for the first and for the last; the row of the last step holds the state at
-/// the end of the run and the loads of the step that led there. Positions are not folded back into a periodic domain.
+/// Columns: step, time_s, body, position, orientation (w, x, y, z), velocity, angular velocity, then the
+/// hydrodynamic force and torque that were applied (after averaging), then the driving force at the start of
+/// the step. Rows are written for every `every_steps`-th step, for the first and for the last; the row of the
+/// last step holds the state at the end of the run and the loads of the step that led there. Positions are
+/// not folded back into a periodic domain.
 ///
 /// Only whole lines reach the file, at least once a second, so a run that crashes leaves a readable file.
 class TrajectoryWriter final : public Observer {
  public:
   /// @param every_steps  0: first and last step only
   /// @throws StorageError if the file cannot be written
-  TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s, std::int64_t every_steps);
+  TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
+                   std::int64_t every_steps);
   ~TrajectoryWriter() override;
 
   void observe(const StepRecord& record) override;

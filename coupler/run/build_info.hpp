@@ -7,7 +7,7 @@ namespace copepod::coupler {
 /// What this program was built from and with.
 struct BuildInfo {
   std::string version;
-  std::string git_revision;   ///< with "-dirty" if the tree had changes; "unknown" outside a checkout
+  std::string git_revision;  ///< with "-dirty" if the tree had changes; "unknown" outside a checkout
   std::string compiler;
   std::string build_type;
 };

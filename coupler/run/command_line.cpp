@@ -22,7 +22,8 @@ std::string joined(int argc, const char* const* argv) {
 
 void require(const std::string& value, const char* option) {
   if (value.empty()) {
-    throw CaseError(std::string("--run needs ") + option + " (the deploy command gives it). Use deploy/copepod run CASE.yaml.");
+    throw CaseError(std::string("--run needs ") + option +
+                    " (the deploy command gives it). Use deploy/copepod run CASE.yaml.");
   }
 }
 
@@ -39,8 +40,10 @@ std::vector<std::string> split_command(const std::string& command) {
       word += command[++i];
       inside = true;
     } else if (quote != 0) {
-      if (c == quote) quote = 0;
-      else word += c;
+      if (c == quote)
+        quote = 0;
+      else
+        word += c;
     } else if (c == '"' || c == '\'') {
       quote = c;
       inside = true;
@@ -53,7 +56,9 @@ std::vector<std::string> split_command(const std::string& command) {
       inside = true;
     }
   }
-  if (quote != 0) throw CaseError("'" + command + "' opens a quote that never closes (where does the word end?). Close it.");
+  if (quote != 0)
+    throw CaseError("'" + command +
+                    "' opens a quote that never closes (where does the word end?). Close it.");
   if (inside) words.push_back(word);
   return words;
 }
@@ -69,24 +74,28 @@ Options parse_command_line(int argc, const char* const* argv) {
   app.set_version_flag("--version", build_info().version);
   auto* plan_option = app.add_option("--plan", plan, "Check a case file and print it, resolved, as JSON");
   app.add_option("--run", run, "Run a case file")->excludes(plan_option);
-  app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")->expected(1)->take_all();
+  app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")
+      ->expected(1)
+      ->take_all();
   app.add_option("--ranks", ranks, "Processes of the fluid service")->check(CLI::PositiveNumber);
   app.add_option("--fluid", fluid, "Command that starts another fluid component");
   app.add_option("--body", body, "Command that starts another body component");
   app.add_option("--out", options.out, "Run directory");
-  app.add_option("--endpoint", options.endpoint, "Where the components connect: ipc:///path or tcp://host:port");
+  app.add_option("--endpoint", options.endpoint,
+                 "Where the components connect: ipc:///path or tcp://host:port");
   app.add_option("--session", options.session, "Token that the components must show");
   app.add_option("--log-file", options.log_file, "Log file");
   app.add_flag("--resume", options.resume, "Continue from the newest checkpoint of the run directory");
   try {
     app.parse(argc, argv);
-  } catch (const CLI::Success& success) {   // --help, --version
+  } catch (const CLI::Success& success) {  // --help, --version
     app.exit(success, std::cout, std::cerr);
     return options;
   } catch (const CLI::ParseError& error) {
     throw CaseError(std::string(error.what()) + " (the command line makes no sense). See --help.");
   }
-  if (plan.empty() && run.empty()) throw CaseError("neither --plan nor --run is given (nothing to do). See --help.");
+  if (plan.empty() && run.empty())
+    throw CaseError("neither --plan nor --run is given (nothing to do). See --help.");
   options.action = run.empty() ? Options::Action::plan : Options::Action::run;
   options.case_file = run.empty() ? plan : run;
   options.command_line = joined(argc, argv);

@@ -7,17 +7,17 @@ namespace copepod::coupler {
 
 /// What the coupler was asked to do.
 struct Options {
-  enum class Action { plan, run, nothing };   ///< nothing: --help or --version said it all
+  enum class Action { plan, run, nothing };  ///< nothing: --help or --version said it all
 
   Action action = Action::nothing;
   std::string case_file;
-  std::vector<std::string> overrides;         ///< of --set, --ranks, --fluid and --body, as "key.path=value"
-  std::string out;                            ///< run directory
+  std::vector<std::string> overrides;  ///< of --set, --ranks, --fluid and --body, as "key.path=value"
+  std::string out;                     ///< run directory
   std::string endpoint;
   std::string session;
   std::string log_file;
   bool resume = false;
-  std::string command_line;                   ///< all arguments, for the provenance
+  std::string command_line;  ///< all arguments, for the provenance
 };
 
 /// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.

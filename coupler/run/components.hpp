@@ -3,19 +3,19 @@
 #include <cstdint>
 #include <memory>
 
+#include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/errors.hpp"
-#include "contract/fluid_solver.hpp"
-#include "contract/body_setup.hpp"
 #include "contract/fluid_setup.hpp"
+#include "contract/fluid_solver.hpp"
 
 namespace copepod::coupler {
 
 /// The two components of a run, wherever they are.
 ///
-/// Legal call order: connect -> fluid_capabilities, body_capabilities -> make_fluid, make_body -> finish; abort from
-/// anywhere. Solvers must not outlive this object.
+/// Legal call order: connect -> fluid_capabilities, body_capabilities -> make_fluid, make_body -> finish;
+/// abort from anywhere. Solvers must not outlive this object.
 class Components {
  public:
   Components() = default;

@@ -7,7 +7,11 @@ namespace copepod::coupler {
 void Events::phase(const std::string& phase) { write({{"event", "phase"}, {"phase", phase}}); }
 
 void Events::progress(std::int64_t step, std::int64_t steps, double steps_per_s, double remaining_s) {
-  write({{"event", "progress"}, {"step", step}, {"steps", steps}, {"steps_per_s", steps_per_s}, {"remaining_s", remaining_s}});
+  write({{"event", "progress"},
+         {"step", step},
+         {"steps", steps},
+         {"steps_per_s", steps_per_s},
+         {"remaining_s", remaining_s}});
 }
 
 void Events::failure(const FailureReport& report) {
@@ -20,13 +24,16 @@ void Events::failure(const FailureReport& report) {
          {"reason", report.reason}});
 }
 
-void Events::finished(const std::string& summary_path) { write({{"event", "finished"}, {"summary", summary_path}}); }
+void Events::finished(const std::string& summary_path) {
+  write({{"event", "finished"}, {"summary", summary_path}});
+}
 
 void Events::notice(const std::string& text) { write({{"event", "notice"}, {"text", text}}); }
 
 void Events::write(const nlohmann::ordered_json& event) {
   // A reason may hold bytes of a peer that are no UTF-8; they must not end the coupler.
-  stream_ << event.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n' << std::flush;
+  stream_ << event.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n'
+          << std::flush;
 }
 
 }  // namespace copepod::coupler

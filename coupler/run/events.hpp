@@ -21,7 +21,7 @@ class Events {
   void progress(std::int64_t step, std::int64_t steps, double steps_per_s, double remaining_s);
   void failure(const FailureReport& report);
   void finished(const std::string& summary_path);
-  void notice(const std::string& text);   ///< something worth a line that does not end the run
+  void notice(const std::string& text);  ///< something worth a line that does not end the run
 
  private:
   void write(const nlohmann::ordered_json& event);

@@ -29,7 +29,8 @@ ordered_json make_notes(const Case& the_case) {
   const FluidCase& fluid = the_case.fluid;
   if (fluid.solver == FluidSolverChoice::lattice_boltzmann) {
     note(notes, "relaxation time",
-         fluid.relaxation_time.value_or(relaxation_time_from_step(the_case.step_s, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s)));
+         fluid.relaxation_time.value_or(relaxation_time_from_step(the_case.step_s, fluid.cell_size_m,
+                                                                  fluid.kinematic_viscosity_m2_per_s)));
     note(notes, "viscosity [cells^2/step]",
          fluid.kinematic_viscosity_m2_per_s * the_case.step_s / (fluid.cell_size_m * fluid.cell_size_m));
   }
@@ -37,7 +38,8 @@ ordered_json make_notes(const Case& the_case) {
     // D = γ / (2 √(m k))   [paper, eq. (11)]
     note(notes, "damping ratio of " + swimmer.name,
          swimmer.damping_N_s_per_m / (2.0 * std::sqrt(swimmer.bead_mass_kg * swimmer.stiffness_N_per_m)));
-    if (fluid.cell_size_m > 0.0) note(notes, "rest length of " + swimmer.name + " [cells]", rest_length_m(swimmer) / fluid.cell_size_m);
+    if (fluid.cell_size_m > 0.0)
+      note(notes, "rest length of " + swimmer.name + " [cells]", rest_length_m(swimmer) / fluid.cell_size_m);
   }
   return notes;
 }
@@ -53,10 +55,13 @@ ordered_json make_plan(const LoadedCase& loaded) {
   plan["case_yaml"] = to_yaml(tree);
   plan["name"] = the_case.name;
   plan["steps"] = the_case.steps;
-  plan["services"] = {{"fluid", {{"ranks", the_case.services.fluid_ranks}, {"command", command(the_case.services.fluid_command)}}},
-                      {"body", {{"command", command(the_case.services.body_command)}}},
-                      {"transport", the_case.services.transport}};
-  plan["requires"] = {{"fluid", required_of_fluid(the_case, loaded.assembly)}, {"body", required_of_body(the_case, loaded.assembly)}};
+  plan["services"] = {
+      {"fluid",
+       {{"ranks", the_case.services.fluid_ranks}, {"command", command(the_case.services.fluid_command)}}},
+      {"body", {{"command", command(the_case.services.body_command)}}},
+      {"transport", the_case.services.transport}};
+  plan["requires"] = {{"fluid", required_of_fluid(the_case, loaded.assembly)},
+                      {"body", required_of_body(the_case, loaded.assembly)}};
   plan["estimate"] = {{"cells", cells},
                       {"memory_bytes", lattice_memory_bytes(the_case.fluid)},
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};

@@ -6,7 +6,8 @@
 
 namespace copepod::coupler {
 
-/// Everything that the deploy command needs to know about a case: how to start it, what it needs, what it will cost.
+/// Everything that the deploy command needs to know about a case: how to start it, what it needs, what it
+/// will cost.
 nlohmann::ordered_json make_plan(const LoadedCase& loaded);
 
 }  // namespace copepod::coupler

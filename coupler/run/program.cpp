@@ -22,14 +22,13 @@ namespace copepod::coupler {
 namespace {
 
 void start_log(const std::string& file) {
-  std::shared_ptr<spdlog::logger> logger;
+  spdlog::sink_ptr sink = std::make_shared<spdlog::sinks::null_sink_mt>();
   try {
-    logger = file.empty() ? spdlog::create<spdlog::sinks::null_sink_mt>("")
-                          : std::make_shared<spdlog::logger>(
-                                "coupler", std::make_shared<spdlog::sinks::basic_file_sink_mt>(file));
+    if (!file.empty()) sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file);
   } catch (const spdlog::spdlog_ex& error) {
     throw StorageError(file + " cannot be written (" + error.what() + "). Choose another --log-file.");
   }
+  const auto logger = std::make_shared<spdlog::logger>("coupler", sink);
   logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e %^%l%$ coupler %v");
   logger->flush_on(spdlog::level::info);
   spdlog::set_default_logger(logger);

@@ -16,6 +16,7 @@ using MakeComponents = std::function<std::unique_ptr<Components>(const Options&)
 /// @param out   plan, or events of the run, one JSON object per line
 /// @param err   one line per error
 /// @return exit code of the process
-int run_program(int argc, const char* const* argv, std::ostream& out, std::ostream& err, const MakeComponents& make_components);
+int run_program(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
+                const MakeComponents& make_components);
 
 }  // namespace copepod::coupler

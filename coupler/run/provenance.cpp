@@ -3,9 +3,9 @@
 #include <array>
 #include <chrono>
 #include <ctime>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "run/build_info.hpp"
 
@@ -47,17 +47,26 @@ void Provenance::write_end(ExitCode code, const std::string& reason) {
   write(code == ExitCode::finished ? "finished" : "failed", static_cast<int>(code), reason, utc_now());
 }
 
-void Provenance::write(const std::string& status, int code, const std::string& reason, const std::string& end) {
+void Provenance::write(const std::string& status, int code, const std::string& reason,
+                       const std::string& end) {
   using nlohmann::ordered_json;
   const BuildInfo& build = build_info();
   ordered_json components = ordered_json::object();
   for (const auto& [role, name] : components_) components[role] = name;
   const ordered_json content = {
-      {"version", build.version},       {"git_revision", build.git_revision}, {"compiler", build.compiler},
-      {"build_type", build.build_type}, {"host", host_name()},                {"fluid_ranks", fluid_ranks_},
-      {"command_line", command_line_},  {"resumed", resumed_},                {"components", components},
-      {"start", start_},                {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
-      {"status", status},               {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
+      {"version", build.version},
+      {"git_revision", build.git_revision},
+      {"compiler", build.compiler},
+      {"build_type", build.build_type},
+      {"host", host_name()},
+      {"fluid_ranks", fluid_ranks_},
+      {"command_line", command_line_},
+      {"resumed", resumed_},
+      {"components", components},
+      {"start", start_},
+      {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
+      {"status", status},
+      {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
       {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
   write_atomically(directory_.provenance(),
                    content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");

@@ -9,8 +9,8 @@
 
 namespace copepod::coupler {
 
-/// Where the results of a run come from: provenance.json, written at the start and again at the end, so that a run
-/// that was killed still says what it was.
+/// Where the results of a run come from: provenance.json, written at the start and again at the end, so that
+/// a run that was killed still says what it was.
 class Provenance {
  public:
   Provenance(const RunDirectory& directory, std::string command_line, int fluid_ranks, bool resumed);
@@ -27,7 +27,7 @@ class Provenance {
   int fluid_ranks_;
   bool resumed_;
   std::string start_;
-  std::map<std::string, std::string> components_;   ///< role to name and version
+  std::map<std::string, std::string> components_;  ///< role to name and version
 };
 
 /// Name of this machine.

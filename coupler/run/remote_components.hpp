@@ -12,10 +12,13 @@ namespace copepod::coupler {
 class RemoteComponents final : public Components {
  public:
   /// @param stop_signal  non-zero ends every wait; must outlive this object
-  RemoteComponents(const std::string& endpoint, const std::string& session, const std::atomic<int>& stop_signal);
+  RemoteComponents(const std::string& endpoint, const std::string& session,
+                   const std::atomic<int>& stop_signal);
 
   void connect() override;
-  [[nodiscard]] const Capabilities& fluid_capabilities() const override { return link_->fluid_capabilities(); }
+  [[nodiscard]] const Capabilities& fluid_capabilities() const override {
+    return link_->fluid_capabilities();
+  }
   [[nodiscard]] const Capabilities& body_capabilities() const override { return link_->body_capabilities(); }
   std::unique_ptr<FluidSolver> make_fluid(const FluidSetup& setup, std::int64_t first_step) override;
   std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t first_step) override;
@@ -24,7 +27,7 @@ class RemoteComponents final : public Components {
 
  private:
   LinkSettings settings_;
-  std::optional<Link> link_;   ///< after connect: binding may fail, and that is a failure of the run
+  std::optional<Link> link_;  ///< after connect: binding may fail, and that is a failure of the run
 };
 
 }  // namespace copepod::coupler

@@ -73,9 +73,13 @@ class Audience {
 
 }  // namespace
 
-CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
-                 const std::atomic<int>& stop_signal)
-    : loaded_(loaded), directory_(directory), components_(components), events_(events), stop_signal_(stop_signal) {}
+CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components,
+                 Events& events, const std::atomic<int>& stop_signal)
+    : loaded_(loaded),
+      directory_(directory),
+      components_(components),
+      events_(events),
+      stop_signal_(stop_signal) {}
 
 void CaseRun::run(const std::function<void(const Capabilities&, const Capabilities&)>& on_connected) {
   using Clock = std::chrono::steady_clock;
@@ -88,8 +92,10 @@ void CaseRun::run(const std::function<void(const Capabilities&, const Capabiliti
 
   events_.phase("configuring");
   const auto body = components_.make_body(make_body_setup(the_case, loaded_.assembly), 0);
-  const auto fluid = components_.make_fluid(make_fluid_setup(the_case, loaded_.assembly, directory_.root().string()), 0);
-  const DrivingProtocol driving(loaded_.assembly.driving, static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
+  const auto fluid =
+      components_.make_fluid(make_fluid_setup(the_case, loaded_.assembly, directory_.root().string()), 0);
+  const DrivingProtocol driving(loaded_.assembly.driving,
+                                static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
   Audience audience(loaded_, directory_, events_, step_);
   SerialExplicit scheme(*fluid, *body, driving, the_case.load_averaging, audience.all());
 
@@ -97,7 +103,7 @@ void CaseRun::run(const std::function<void(const Capabilities&, const Capabiliti
   spdlog::info("running {} steps of {}", the_case.steps, the_case.name);
   const Clock::time_point start = Clock::now();
   scheme.run(the_case.steps, &stop_signal_);
-  const SolverSummary fluid_summary = fluid->summarise();   // answered after the last bulk update
+  const SolverSummary fluid_summary = fluid->summarise();  // answered after the last bulk update
   RunTiming timing;
   timing.loop_s = std::chrono::duration<double>(Clock::now() - start).count();
   timing.fluid_wait_s = scheme.fluid_wait_s();
@@ -105,8 +111,8 @@ void CaseRun::run(const std::function<void(const Capabilities&, const Capabiliti
   scheme.finish();
 
   events_.phase("finishing");
-  const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body->summarise(), scheme.kinematics(), timing,
-                                    audience.swimmer_reports());
+  const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body->summarise(),
+                                    scheme.kinematics(), timing, audience.swimmer_reports());
   components_.finish();
   write_atomically(directory_.summary(), summary.dump(2) + "\n");
   spdlog::info("finished after {:.1f} s", timing.loop_s);

@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <cstring>
-
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -52,7 +51,8 @@ RunDirectory::RunDirectory(const std::filesystem::path& root) : root_(std::files
   std::error_code error;
   std::filesystem::create_directories(root_ / "logs", error);
   if (error) {
-    throw StorageError(root_.string() + " cannot be created (" + error.message() + "). Choose another --out folder.");
+    throw StorageError(root_.string() + " cannot be created (" + error.message() +
+                       "). Choose another --out folder.");
   }
 }
 

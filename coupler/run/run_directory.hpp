@@ -23,7 +23,7 @@ class RunDirectory {
   [[nodiscard]] std::filesystem::path summary() const { return root_ / "summary.json"; }
 
  private:
-  std::filesystem::path root_;   ///< absolute
+  std::filesystem::path root_;  ///< absolute
 };
 
 }  // namespace copepod::coupler

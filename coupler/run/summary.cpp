@@ -40,7 +40,8 @@ double busy_s(const SolverSummary& solver) {
 
 }  // namespace
 
-std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, const Kinematics& kinematics) {
+std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body,
+                         const Kinematics& kinematics) {
   Digest digest;
   digest.add(fluid.digest);
   digest.add(body.digest);
@@ -52,27 +53,32 @@ std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, 
   return digest.value();
 }
 
-ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const SolverSummary& fluid, const SolverSummary& body,
-                          const Kinematics& kinematics, const RunTiming& timing, const ordered_json& swimmers) {
+ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const SolverSummary& fluid,
+                          const SolverSummary& body, const Kinematics& kinematics, const RunTiming& timing,
+                          const ordered_json& swimmers) {
   const double own_s = timing.loop_s - timing.fluid_wait_s - timing.body_wait_s;
   ordered_json summary;
   summary["case"] = the_case.name;
-  summary["parameter_set"] = the_case.parameter_set.empty() ? ordered_json(nullptr) : ordered_json(the_case.parameter_set);
+  summary["parameter_set"] =
+      the_case.parameter_set.empty() ? ordered_json(nullptr) : ordered_json(the_case.parameter_set);
   summary["status"] = "finished";
   summary["steps"] = steps_done;
   summary["step_s"] = the_case.step_s;
-  summary["cell_size_m"] = the_case.fluid.cell_size_m > 0.0 ? ordered_json(the_case.fluid.cell_size_m) : ordered_json(nullptr);
+  summary["cell_size_m"] =
+      the_case.fluid.cell_size_m > 0.0 ? ordered_json(the_case.fluid.cell_size_m) : ordered_json(nullptr);
   summary["wall_s"] = timing.loop_s;
-  summary["mlups"] = timing.loop_s > 0.0 ? static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
+  summary["mlups"] =
+      timing.loop_s > 0.0 ? static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
   summary["ranks"] = fluid.ranks;
   summary["precision"] = name_of(precision_names, the_case.fluid.precision);
   summary["digest"] = hexadecimal(run_digest(fluid, body, kinematics));
-  summary["timing"] = {{"fluid_s", phase_s(fluid, "bulk")},
-                       {"body_s", busy_s(body)},
-                       {"coupler_s", own_s},
-                       {"exchange_wait_s", timing.fluid_wait_s},
-                       {"body_wait_s", timing.body_wait_s},
-                       {"coupling_overhead", timing.loop_s > 0.0 ? 1.0 - busy_s(fluid) / timing.loop_s : 0.0}};
+  summary["timing"] = {
+      {"fluid_s", phase_s(fluid, "bulk")},
+      {"body_s", busy_s(body)},
+      {"coupler_s", own_s},
+      {"exchange_wait_s", timing.fluid_wait_s},
+      {"body_wait_s", timing.body_wait_s},
+      {"coupling_overhead", timing.loop_s > 0.0 ? 1.0 - busy_s(fluid) / timing.loop_s : 0.0}};
   summary["phases_s"] = {{"fluid", fluid.seconds}, {"body", body.seconds}};
   summary["swimmers"] = swimmers;
   return summary;

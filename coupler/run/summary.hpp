@@ -14,9 +14,9 @@ namespace copepod::coupler {
 
 /// Where the time of a run went; seconds of wall time.
 struct RunTiming {
-  double loop_s = 0.0;             ///< from the first exchange until the fluid had nothing left to do
-  double fluid_wait_s = 0.0;       ///< the coupler waited for the fluid
-  double body_wait_s = 0.0;        ///< the coupler waited for the bodies
+  double loop_s = 0.0;        ///< from the first exchange until the fluid had nothing left to do
+  double fluid_wait_s = 0.0;  ///< the coupler waited for the fluid
+  double body_wait_s = 0.0;   ///< the coupler waited for the bodies
 };
 
 /// Digest of a whole run: of the fluid's state, the bodies' state and the final kinematics, in this order.
@@ -24,7 +24,7 @@ std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, 
 
 /// Content of summary.json (docs: "The run directory").
 nlohmann::ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const SolverSummary& fluid,
-                                    const SolverSummary& body, const Kinematics& kinematics, const RunTiming& timing,
-                                    const nlohmann::ordered_json& swimmers);
+                                    const SolverSummary& body, const Kinematics& kinematics,
+                                    const RunTiming& timing, const nlohmann::ordered_json& swimmers);
 
 }  // namespace copepod::coupler

@@ -17,7 +17,8 @@ class LoadAverage {
   /// @param applied  overwritten with the loads to apply in step n
   void apply(const Loads& raw, Loads& applied);
 
-  /// Raw loads of the step before: all that must be kept to continue bit for bit; no bodies before the first step.
+  /// Raw loads of the step before: all that must be kept to continue bit for bit; no bodies before the first
+  /// step.
   [[nodiscard]] const Loads& previous() const { return previous_; }
   void restore(const Loads& previous) { previous_ = previous; }
 

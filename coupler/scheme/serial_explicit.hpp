@@ -14,15 +14,15 @@
 
 namespace copepod::coupler {
 
-/// Serial explicit coupling of one fluid and one body solver [paper, Algorithm 2]: fluid and bodies take turns, each
-/// once per step, and nothing is iterated.
+/// Serial explicit coupling of one fluid and one body solver [paper, Algorithm 2]: fluid and bodies take
+/// turns, each once per step, and nothing is iterated.
 ///
-/// Legal call order: construct -> [restore] -> run -> { run }*; solvers, driving and observer must outlive the scheme.
-/// An exception of a solver leaves the scheme unusable.
+/// Legal call order: construct -> [restore] -> run -> { run }*; solvers, driving and observer must outlive
+/// the scheme. An exception of a solver leaves the scheme unusable.
 class SerialExplicit {
  public:
-  SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving, LoadAveraging averaging,
-                 Observer& observer);
+  SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
+                 LoadAveraging averaging, Observer& observer);
 
   /// Advances to the start of step `stop`.
   /// @param stop_signal  not zero: ends with Interrupted before the next step; may be nullptr

@@ -34,10 +34,13 @@ class ConstantDragFluid : public FluidSolver {
   void save(const std::string& path) override { std::ofstream(path) << exchanges; }
   void restore(const std::string& path) override { std::ifstream(path) >> exchanges; }
   SolverSummary summarise() override {
-    return {static_cast<std::uint64_t>(exchanges), static_cast<std::uint64_t>(exchanges) * 1000, 1, {{"bulk", 0.25}, {"map", 0.05}}};
+    return {static_cast<std::uint64_t>(exchanges),
+            static_cast<std::uint64_t>(exchanges) * 1000,
+            1,
+            {{"bulk", 0.25}, {"map", 0.05}}};
   }
 
-  std::function<void(std::int64_t step)> before_exchange;   ///< to make it fail, or to look
+  std::function<void(std::int64_t step)> before_exchange;  ///< to make it fail, or to look
   int exchanges = 0;
   int advances = 0;
 
@@ -45,8 +48,8 @@ class ConstantDragFluid : public FluidSolver {
   double drag_;
 };
 
-/// Point masses with springs between their centres, advanced by classical Runge-Kutta with loads held over the step and
-/// driving forces sampled at 0, 1/2 and 1. Rotation is left out.
+/// Point masses with springs between their centres, advanced by classical Runge-Kutta with loads held over
+/// the step and driving forces sampled at 0, 1/2 and 1. Rotation is left out.
 class PointMassBodies : public BodySolver {
  public:
   explicit PointMassBodies(BodySetup setup) : setup_(std::move(setup)) {
@@ -85,24 +88,27 @@ class PointMassBodies : public BodySolver {
     std::ofstream file(path, std::ios::binary);
     file.write(reinterpret_cast<const char*>(&state_.step), sizeof state_.step);
     for (const Eigen::Matrix3Xd* part : {&state_.position_m, &state_.velocity_m_per_s}) {
-      file.write(reinterpret_cast<const char*>(part->data()), static_cast<std::streamsize>(part->size() * sizeof(double)));
+      file.write(reinterpret_cast<const char*>(part->data()),
+                 static_cast<std::streamsize>(part->size() * sizeof(double)));
     }
   }
   void restore(const std::string& path) override {
     std::ifstream file(path, std::ios::binary);
     file.read(reinterpret_cast<char*>(&state_.step), sizeof state_.step);
     for (Eigen::Matrix3Xd* part : {&state_.position_m, &state_.velocity_m_per_s}) {
-      file.read(reinterpret_cast<char*>(part->data()), static_cast<std::streamsize>(part->size() * sizeof(double)));
+      file.read(reinterpret_cast<char*>(part->data()),
+                static_cast<std::streamsize>(part->size() * sizeof(double)));
     }
     if (!file) throw StorageError(path + " cannot be read (too short). Use another checkpoint.");
   }
   SolverSummary summarise() override { return {42, 0, 1, {{"integrate", 0.01}}}; }
 
  private:
-  Eigen::Matrix3Xd acceleration(const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v, const AppliedLoads& applied,
-                                Eigen::Index node) const {
+  Eigen::Matrix3Xd acceleration(const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v,
+                                const AppliedLoads& applied, Eigen::Index node) const {
     const Eigen::Index bodies = x.cols();
-    Eigen::Matrix3Xd force = applied.hydrodynamic.force_N + applied.driving_N.middleCols(node * bodies, bodies);
+    Eigen::Matrix3Xd force =
+        applied.hydrodynamic.force_N + applied.driving_N.middleCols(node * bodies, bodies);
     for (const SpringSpecification& spring : setup_.springs) {
       const Eigen::Vector3d between = x.col(spring.body_B) - x.col(spring.body_A);
       const Eigen::Vector3d closing = v.col(spring.body_B) - v.col(spring.body_A);
@@ -112,7 +118,8 @@ class PointMassBodies : public BodySolver {
       force.col(spring.body_A) += pull * direction;
       force.col(spring.body_B) -= pull * direction;
     }
-    for (Eigen::Index i = 0; i < bodies; ++i) force.col(i) /= setup_.bodies[static_cast<std::size_t>(i)].mass_kg;
+    for (Eigen::Index i = 0; i < bodies; ++i)
+      force.col(i) /= setup_.bodies[static_cast<std::size_t>(i)].mass_kg;
     return force;
   }
 
@@ -124,8 +131,10 @@ class PointMassBodies : public BodySolver {
 class LocalComponents : public Components {
  public:
   explicit LocalComponents(double drag) : drag_(drag) {
-    fluid_capabilities_ = {"ConstantDragFluid", "1", {"solver:vacuum", "solver:stokes", "shape:sphere", "checkpoint"}};
-    body_capabilities_ = {"PointMassBodies", "1", {"shape:sphere", "motion:free", "integrator:runge_kutta_4", "checkpoint"}};
+    fluid_capabilities_ = {
+        "ConstantDragFluid", "1", {"solver:vacuum", "solver:stokes", "shape:sphere", "checkpoint"}};
+    body_capabilities_ = {
+        "PointMassBodies", "1", {"shape:sphere", "motion:free", "integrator:runge_kutta_4", "checkpoint"}};
   }
 
   void connect() override {

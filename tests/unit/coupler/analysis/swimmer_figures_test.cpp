@@ -22,7 +22,8 @@ double K_of(const std::array<Bead, 3>& beads, double arm_1_cells, double arm_2_c
 }
 
 TEST(GeometricalFactor, IsThatOfThePapersTables) {
-  // Rest arms of reference/designs.csv; the paper prints four decimals and uses mean arms, hence half a unit and a bit.
+  // Rest arms of reference/designs.csv; the paper prints four decimals and uses mean arms, hence half a unit
+  // and a bit.
   EXPECT_NEAR(K_of({small_sphere, small_sphere, small_sphere}, 16, 16), 0.0045, 0.8e-4);
   EXPECT_NEAR(K_of({parallel, small_sphere, small_sphere}, 20, 16), 0.0041, 0.8e-4);
   EXPECT_NEAR(K_of({small_sphere, parallel, small_sphere}, 20, 20), 0.0032, 0.8e-4);

@@ -37,7 +37,8 @@ Case case_of(const Swimmer& swimmer) {
   return the_case;
 }
 
-/// A made-up swimmer whose arms follow l̄ + d cos(ωt + φ) exactly and whose middle bead drifts at a steady speed.
+/// A made-up swimmer whose arms follow l̄ + d cos(ωt + φ) exactly and whose middle bead drifts at a steady
+/// speed.
 struct MadeUpMotion {
   double drift_cells_per_step = 1e-4;
   std::array<double, 2> mean{16.2, 15.9};
@@ -59,7 +60,8 @@ struct MadeUpMotion {
     state.position_m.setConstant(50 * cell_m);
     state.position_m.row(2) << (middle - arm(0, t)) * cell_m, middle * cell_m, (middle + arm(1, t)) * cell_m;
     state.velocity_m_per_s.setZero();
-    state.velocity_m_per_s.row(2) << drift_cells_per_step - arm_rate(0, t), drift_cells_per_step, drift_cells_per_step + arm_rate(1, t);
+    state.velocity_m_per_s.row(2) << drift_cells_per_step - arm_rate(0, t), drift_cells_per_step,
+        drift_cells_per_step + arm_rate(1, t);
     state.velocity_m_per_s *= cell_m / step_s;
     return state;
   }
@@ -71,9 +73,11 @@ Eigen::Matrix3Xd constant_forces(double trailing, double middle, double leading)
   return force;
 }
 
-void play(SwimmerObserver& observer, const MadeUpMotion& motion, const Eigen::Matrix3Xd& driving, std::int64_t steps) {
+void play(SwimmerObserver& observer, const MadeUpMotion& motion, const Eigen::Matrix3Xd& driving,
+          std::int64_t steps) {
   const Loads none;
-  for (std::int64_t step = 0; step < steps; ++step) observer.observe({step, motion.at(step), none, none, driving});
+  for (std::int64_t step = 0; step < steps; ++step)
+    observer.observe({step, motion.at(step), none, none, driving});
   observer.finish({steps, motion.at(steps), none, none, driving});
 }
 
@@ -126,7 +130,7 @@ TEST(SwimmerObserver, EvaluatesThePowerWithRoundedOmegaFromForcesOutOfPhase) {
   ASSERT_TRUE(measured);
   EXPECT_EQ(measured->mean_power_W, 0.0);
   const double omega = rounded_omega_per_step(period);
-  EXPECT_DOUBLE_EQ(omega, 0.016);   // 2π/400 = 0.01571
+  EXPECT_DOUBLE_EQ(omega, 0.016);  // 2π/400 = 0.01571
   double expected = 0.0;
   for (std::int64_t step = 2 * period; step < 3 * period; ++step) {
     const double force = 1e-5 * std::sin(omega * static_cast<double>(step));
@@ -156,7 +160,8 @@ TEST(SwimmerObserver, ContinuesFromRestoredSumsBitForBit) {
   for (std::int64_t step = 0; step < cut; ++step) first.observe({step, motion.at(step), none, none, driving});
   SwimmerObserver second(three_spheres(), 0);
   second.restore(first.sums());
-  for (std::int64_t step = cut; step < 3 * period; ++step) second.observe({step, motion.at(step), none, none, driving});
+  for (std::int64_t step = cut; step < 3 * period; ++step)
+    second.observe({step, motion.at(step), none, none, driving});
   second.finish({3 * period, motion.at(3 * period), none, none, driving});
   ASSERT_TRUE(second.measurement());
   EXPECT_EQ(whole.measurement()->arms[0].amplitude_m, second.measurement()->arms[0].amplitude_m);
@@ -177,7 +182,8 @@ TEST(SwimmerReport, PrintsTheRowOfThePapersTablesInLatticeUnits) {
   const double K = 3.0 * 64 / (2.0 * 144) * (1 / (16.2 * 16.2) + 1 / (15.9 * 15.9) - 1 / (32.1 * 32.1));
   EXPECT_NEAR(report["K"].get<double>(), K, 1e-12);
   EXPECT_NEAR(report["u_GA_lattice"].get<double>(), K * 2.5 * 3.8 * 2 * pi / period * std::sin(1.3), 1e-12);
-  EXPECT_NEAR(report["as_in_paper"]["u_GA_lattice"].get<double>(), K * 2.5 * 3.8 * 0.016 * std::sin(1.3), 1e-12);
+  EXPECT_NEAR(report["as_in_paper"]["u_GA_lattice"].get<double>(), K * 2.5 * 3.8 * 0.016 * std::sin(1.3),
+              1e-12);
   EXPECT_EQ(report["as_in_paper"]["Re_bodies"]["B2"], report["Re_bodies"]["B1"]);
   EXPECT_EQ(report["as_in_paper"]["Re_bodies"]["B1"], report["Re_bodies"]["B2"]);
   EXPECT_EQ(report["as_in_paper"]["Re_bodies"]["B3"], report["Re_bodies"]["B3"]);

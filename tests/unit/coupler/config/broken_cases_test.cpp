@@ -26,7 +26,8 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-/// Errors that a case file says it has: a comment `# error: words | more words & other error` in the line they belong to.
+/// Errors that a case file says it has: a comment `# error: words | more words & other error` in the line
+/// they belong to.
 std::multimap<int, std::vector<std::string>> announced_errors(const std::filesystem::path& file) {
   std::multimap<int, std::vector<std::string>> expected;
   std::ifstream stream(file);
@@ -36,7 +37,8 @@ std::multimap<int, std::vector<std::string>> announced_errors(const std::filesys
     const std::string mark = "# error: ";
     const std::size_t place = line.find(mark);
     if (place == std::string::npos) continue;
-    for (const std::string& error : split(line.substr(place + mark.size()), '&')) expected.emplace(line_number, split(error, '|'));
+    for (const std::string& error : split(line.substr(place + mark.size()), '&'))
+      expected.emplace(line_number, split(error, '|'));
   }
   return expected;
 }
@@ -52,7 +54,8 @@ std::vector<std::string> errors_of(const std::filesystem::path& file) {
 
 std::vector<std::string> broken_cases() {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(BROKEN_CASES)) names.push_back(entry.path().stem().string());
+  for (const auto& entry : std::filesystem::directory_iterator(BROKEN_CASES))
+    names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -64,11 +67,12 @@ TEST_P(BrokenCase, IsRejectedWithFileAndLineReasonAndRemedy) {
   std::vector<std::string> found = errors_of(file);
   for (const auto& [line, words] : announced_errors(file)) {
     const std::string place = file.string() + ":" + std::to_string(line) + ": error: ";
-    const auto match = std::find_if(found.begin(), found.end(), [&, &expected = words](const std::string& error) {
-      return error.starts_with(place) && std::all_of(expected.begin(), expected.end(), [&](const std::string& word) {
-               return error.find(word) != std::string::npos;
-             });
-    });
+    const auto match =
+        std::find_if(found.begin(), found.end(), [&, &expected = words](const std::string& error) {
+          return error.starts_with(place) &&
+                 std::all_of(expected.begin(), expected.end(),
+                             [&](const std::string& word) { return error.find(word) != std::string::npos; });
+        });
     EXPECT_NE(match, found.end()) << "expected at line " << line << ": " << words.front() << "\nfound:\n"
                                   << testing::PrintToString(found);
     if (match == found.end()) continue;
@@ -80,7 +84,8 @@ TEST_P(BrokenCase, IsRejectedWithFileAndLineReasonAndRemedy) {
   EXPECT_TRUE(found.empty()) << "errors that nobody announced: " << testing::PrintToString(found);
 }
 
-INSTANTIATE_TEST_SUITE_P(Config, BrokenCase, testing::ValuesIn(broken_cases()), [](const auto& instance) { return instance.param; });
+INSTANTIATE_TEST_SUITE_P(Config, BrokenCase, testing::ValuesIn(broken_cases()),
+                         [](const auto& instance) { return instance.param; });
 
 TEST(BrokenCases, AreAtLeastTwentyFiveDifferentOnes) { EXPECT_GE(broken_cases().size(), 25U); }
 

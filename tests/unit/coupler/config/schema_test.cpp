@@ -32,7 +32,8 @@ class SchemaKeys {
     if (node.contains("$ref")) collect(schema_.at("$defs").at(std::string(node["$ref"]).substr(8)), path);
     for (const auto& option : node.value("anyOf", json::array())) collect(option, path);
     if (node.contains("items")) collect(node["items"], path + ".[]");
-    if (node.contains("additionalProperties") && node["additionalProperties"].is_object()) keys.insert(path + ".*");
+    if (node.contains("additionalProperties") && node["additionalProperties"].is_object())
+      keys.insert(path + ".*");
     const json properties = node.value("properties", json::object());
     for (const auto& [key, child] : properties.items()) {
       const std::string below = path.empty() ? key : path + "." + key;
@@ -49,15 +50,18 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
   const std::string text = content_of(std::string(CONFIG_TESTS) + "/every_key.yaml");
   load_case_text(text, "every_key.yaml", {}, &asked);
   // A face can be written in several ways; no single case has them all.
-  for (const std::string condition : {"{velocity_m_per_s: [0, 0, 0]}", "{pressure_Pa: 0}"}) {
-    for (const std::string faces : {condition, "{low: " + condition + ", high: " + condition + "}"}) {
+  for (const std::string& condition :
+       {std::string("{velocity_m_per_s: [0, 0, 0]}"), std::string("{pressure_Pa: 0}")}) {
+    for (const std::string& faces : {condition, "{low: " + condition + ", high: " + condition + "}"}) {
       const std::string boundaries = "{x: " + faces + ", y: " + faces + ", z: " + faces + "}";
       load_case_text(text, "every_key.yaml", {"fluid.boundaries=" + boundaries}, &asked);
     }
   }
   const SchemaKeys schema(json::parse(content_of(std::string(CONFIGS) + "/schema/case.schema.json")));
-  for (const std::string& key : asked) EXPECT_TRUE(schema.keys.contains(key)) << key << " is missing in the schema";
-  for (const std::string& key : schema.keys) EXPECT_TRUE(asked.contains(key)) << key << " is unknown to the parser";
+  for (const std::string& key : asked)
+    EXPECT_TRUE(schema.keys.contains(key)) << key << " is missing in the schema";
+  for (const std::string& key : schema.keys)
+    EXPECT_TRUE(asked.contains(key)) << key << " is unknown to the parser";
   EXPECT_TRUE(schema.undescribed.empty()) << testing::PrintToString(schema.undescribed);
   EXPECT_GT(asked.size(), 80U);
 }

@@ -21,9 +21,7 @@ Eigen::Matrix3Xd sampled(const DrivingProtocol& driving, std::int64_t step) {
   return force;
 }
 
-DrivingProtocol paper_stroke() {
-  return {stroke_terms(Eigen::Vector3d(0, 0, 1e-5), period, lag, 5, 0), 3};
-}
+DrivingProtocol paper_stroke() { return {stroke_terms(Eigen::Vector3d(0, 0, 1e-5), period, lag, 5, 0), 3}; }
 
 TEST(DrivingProtocol, FollowsThePapersEquationsWithTheDelayOfItsText) {
   const DrivingProtocol driving = paper_stroke();
