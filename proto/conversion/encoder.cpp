@@ -57,6 +57,16 @@ Bytes Encoder::serialise(const Header& header) {
   envelope.set_sequence(header.sequence);
   envelope.set_attempt(header.attempt);
   envelope.set_step(header.step);
+  return write_bytes();
+}
+
+Bytes Encoder::encode_again(std::uint32_t attempt) {
+  buffers_->envelope.set_attempt(attempt);
+  return write_bytes();
+}
+
+Bytes Encoder::write_bytes() {
+  const v1::Envelope& envelope = buffers_->envelope;
   const std::size_t size = envelope.ByteSizeLong();
   require_at_most(size, kLimits.message_bytes, "the message");
   std::vector<std::byte>& bytes = buffers_->bytes;

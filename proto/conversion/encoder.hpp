@@ -52,9 +52,13 @@ class Encoder {
   /// A message without fields: kinematics_request, saved, restored, summarise, finish, finished.
   Bytes encode(const session::Header& header, session::MessageKind kind);
 
+  /// The last message once more, as a repeated attempt.
+  Bytes encode_again(std::uint32_t attempt);
+
  private:
   struct Buffers;
   Bytes serialise(const session::Header& header);
+  Bytes write_bytes();
   std::unique_ptr<Buffers> buffers_;
 };
 

@@ -140,9 +140,8 @@ void Exchange::look_after(Party& party) {
                                       party.hello.host, 0, step_, reason});
   }
   if (party.session.waits() && was_lost(party.liveness, party.session.sequence, party.sent_s, patience_)) {
-    // The bytes keep their attempt number 0: header and body were encoded together. What counts is the
-    // sequence number.
     party.session = ask_again(party.session);
+    party.request = party.encoder.encode_again(party.session.attempt);
     party.sent_s = now;
     router_.send(party.data_peer, party.request);
   }

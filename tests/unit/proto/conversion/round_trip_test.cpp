@@ -37,6 +37,19 @@ TEST_F(RoundTrip, KeepsEveryHeaderField) {
   EXPECT_EQ(decoder.header(), kHeader);
 }
 
+TEST_F(RoundTrip, ChangesNothingButTheAttemptWhenAMessageIsSentAgain) {
+  const Kinematics sent = sample_kinematics(2);
+  ASSERT_EQ(send(sent), MessageKind::kinematics);
+  ASSERT_EQ(decoder.parse(encoder.encode_again(7)), MessageKind::kinematics);
+  Header expected = kHeader;
+  expected.step = sent.step;
+  expected.attempt = 7;
+  EXPECT_EQ(decoder.header(), expected);
+  Kinematics received;
+  decoder.read(received, 2);
+  expect_same_bits(received.position_m, sent.position_m);
+}
+
 TEST_F(RoundTrip, KeepsKinematicsBitForBit) {
   for (const Eigen::Index bodies : {0, 1, 3, 2000}) {
     const Kinematics sent = sample_kinematics(bodies);

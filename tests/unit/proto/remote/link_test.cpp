@@ -96,7 +96,7 @@ TEST(Link, BrokenDataLaneThatComesBackCostsNothingButTime) {
 }
 
 TEST(Link, BrokenControlLaneIsAComponentLost) {
-  MemoryCoupling coupling(doubles::misbehaving(doubles::constant_drag_component(), {.slow_ms = 2000}),
+  MemoryCoupling coupling(doubles::misbehaving(doubles::constant_drag_component(), {.slow_ms = 1200}),
                           doubles::free_point_component());
   coupling.link->await_components();
   RemoteFluid fluid(*coupling.link, fluid_setup(), 0);

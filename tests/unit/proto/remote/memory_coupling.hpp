@@ -10,6 +10,7 @@
 #include "component/served_body.hpp"
 #include "component/served_fluid.hpp"
 #include "component/server.hpp"
+#include "component/stop_request.hpp"
 #include "remote/link.hpp"
 #include "transport/in_memory.hpp"
 
@@ -38,7 +39,10 @@ class MemoryCoupling {
     if (body_thread_.joinable()) body_thread_.join();
   }
 
-  ~MemoryCoupling() { join(); }
+  ~MemoryCoupling() {
+    join();
+    stop_request() = 0;  // an abort reaches the whole process, the next test included
+  }
 
   transport::InMemoryWire wire;  ///< lanes are called fluid-data, fluid-control, body-data, body-control
   std::unique_ptr<Link> link;
