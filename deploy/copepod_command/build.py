@@ -10,7 +10,7 @@ import time
 from contextlib import contextmanager
 
 from copepod_command import exit_codes, packages
-from copepod_command.checkout import BUILD, PROGRAMS, ROOT, chosen_programs
+from copepod_command.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
 from copepod_command.errors import Stop
 from copepod_command.stages import Stage
 
@@ -31,7 +31,7 @@ def ensure_everything():
 
 def ensure_targets(targets):
     """Builds `targets` (none: all). Raises Stop(1) with the compiler's last words if that fails."""
-    if chosen_programs():
+    if chosen_programs() or _belongs_to_somebody_else():
         return
     packages.ensure()
     if not shutil.which("ninja") or not shutil.which("cmake"):
@@ -45,6 +45,20 @@ def ensure_targets(targets):
         if not _is_configured():
             _configure()
         _build(targets)
+
+
+def _belongs_to_somebody_else():
+    """Whether the programs are there and only their owner can build them, as in an installation for many users."""
+    folder = BUILD if BUILD.exists() else ROOT
+    if os.access(folder, os.W_OK):
+        return False
+    if all(program(name).exists() for name in PROGRAMS):
+        return True
+    raise Stop(
+        exit_codes.BAD_CASE,
+        f"{folder} belongs to somebody else and holds no complete build (you may not write there). "
+        f"Ask its owner to run: {ROOT}/deploy/copepod setup",
+    )
 
 
 def parallel_jobs():

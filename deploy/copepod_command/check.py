@@ -23,7 +23,7 @@ def check(options):
     for name, value in rows:
         print(f"  {name:<{width}}{value}")
     for warning in [*plan.warnings, *_resource_warnings(plan)]:
-        print(f"warning: {warning}")
+        print(warning)
     lacking = _lacking_features(plan)
     for problem in lacking:
         print(f"error: {problem}")
@@ -60,13 +60,13 @@ def _resource_warnings(plan):
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if plan.estimate.get("memory_bytes", 0) > 0.9 * memory:
         warnings.append(
-            f"the run needs {plan.estimate['memory_bytes'] / 2**30:.1f} GiB (this machine has "
+            f"warning: the run needs {plan.estimate['memory_bytes'] / 2**30:.1f} GiB (this machine has "
             f"{memory / 2**30:.1f} GiB). Use fewer cells, symmetry_planes or precision: single."
         )
     cores = len(os.sched_getaffinity(0))
     if plan.fluid_ranks > cores:
         warnings.append(
-            f"{plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
+            f"warning: {plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
             f"Use --ranks {cores}."
         )
     return warnings

@@ -32,7 +32,7 @@ def run(options):
     plan = request_plan(options)
     components.check_replacements(plan)
     for warning in plan.warnings:
-        say(f"warning: {warning}")
+        say(warning)
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)
     else:

@@ -94,6 +94,7 @@ class Preparation(CommandTest):
         (self.state / "libzmq3-dev").unlink()
         (self.state / "ninja-build").unlink()
         self.folder.chmod(0o755)
+        self.checkout.chmod(0o777)
         answer = self.run_command(user="nobody")
         self.assertEqual(answer.returncode, 2)
         self.assertEqual(
@@ -109,6 +110,21 @@ class Preparation(CommandTest):
         answer = self.run_command()
         self.assertEqual(answer.returncode, 2)
         self.assertIn("packages.log", answer.stderr.splitlines()[-1])
+
+    @unittest.skipIf(os.geteuid() != 0, "changes to another user")
+    def test_other_users_use_the_owners_build(self):
+        self.install_everything()
+        self.folder.chmod(0o755)
+        answer = self.run_command(user="nobody")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("belongs to somebody else", answer.stderr)
+        self.run_command()
+        for name in ("fluid_service", "body_service"):
+            (self.checkout / "build/bin" / name).touch()
+        calls = self.calls()
+        answer = self.run_command(user="nobody")
+        self.assertEqual((answer.returncode, answer.stderr), (2, ""))  # the stand-in coupler's
+        self.assertEqual(self.calls(), calls)
 
     def test_failing_build_shows_the_compilers_words(self):
         self.install_everything()
