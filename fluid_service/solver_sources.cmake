@@ -4,6 +4,7 @@ set(FLUID_SOLVER_SOURCES
   bodies/boundary_links.cpp
   bodies/momentum_exchange.cpp
   bodies/refill.cpp
+  bodies/row_interval.cpp
   boundary/copy_runs.cpp
   boundary/domain.cpp
   boundary/ghost_exchange.cpp

@@ -15,35 +15,128 @@ BodyMap::BodyMap(const Domain& domain, const PopulationLayout& layout, std::vect
       mapped_(bodies_.size()),
       owner_(static_cast<std::size_t>(layout.cells()), fluid) {}
 
+RowInterval BodyMap::Footprint::row(std::int64_t at_x, std::int64_t at_y) const {
+  const std::int64_t i = at_x - x;
+  const std::int64_t j = at_y - y;
+  if (j < 0 || j >= width || i < 0 || i * width >= static_cast<std::int64_t>(rows.size())) return {};
+  return rows[static_cast<std::size_t>(i * width + j)];
+}
+
 bool BodyMap::update() {
   uncovered_.clear();
   covered_.clear();
-  changed_.clear();
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    Mapped& mapped = mapped_[b];
+    Footprint& before = mapped_[b];
     const LatticeBody& body = bodies_[b];
-    const bool never = mapped.slack < 0.0;
-    if (!never && moved(mapped.state, body) < mapped.slack) continue;
+    const bool mapped = before.width > 0;
+    if (mapped && before.state.position == body.position && before.state.axis == body.axis) continue;
     check_inside(body, b);
-
-    std::vector<Box> boxes = reach(body);
-    if (!never) {
-      const std::vector<Box> before = reach(mapped.state);
-      for (const Box& box : before)
-        if (std::find(boxes.begin(), boxes.end(), box) == boxes.end()) boxes.push_back(box);
-    }
-    // Half a cell is closer than any centre outside the boxes can be.
-    double slack = 0.5;
-    for (const Box& box : boxes) {
-      bool any = false;
-      map_box(static_cast<std::int32_t>(b), box, slack, any);
-      if (any) changed_.push_back(box);
-    }
-    mapped.state = body;
-    mapped.slack = slack;
+    if (!near_block(body) && !(mapped && near_block(before.state))) continue;
+    Footprint after = footprint(body);
+    compare(before, after, static_cast<std::int32_t>(b));
+    before = std::move(after);
   }
   cover_cells();
-  return !changed_.empty();
+  return !uncovered_.empty() || !covered_.empty();
+}
+
+BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) const {
+  const Eigen::Vector3d half = body.half_extents();
+  const auto first = [&](int axis) {
+    return static_cast<std::int64_t>(std::floor(body.position[axis] - half[axis]));
+  };
+  const auto last = [&](int axis) {
+    return static_cast<std::int64_t>(std::floor(body.position[axis] + half[axis]));
+  };
+  Footprint result{.state = body, .x = first(0), .y = first(1), .width = last(1) - first(1) + 1, .rows = {}};
+  result.rows.reserve(static_cast<std::size_t>((last(0) - first(0) + 1) * result.width));
+  for (std::int64_t x = result.x; x <= last(0); ++x)
+    for (std::int64_t y = result.y; y < result.y + result.width; ++y)
+      result.rows.push_back(covered_cells(body, x, y));
+  return result;
+}
+
+/// Whether the body or an image of it can cover a cell of the block or its ghosts.
+bool BodyMap::near_block(const LatticeBody& body) const {
+  const Eigen::Vector3d half = body.half_extents();
+  const Box& block = layout_.block();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cells = static_cast<double>(domain_.cells()[axis]);
+    const double margin = half[axis] + 2.0;
+    const double low = static_cast<double>(block.low[axis]) - margin;
+    const double high = static_cast<double>(block.high[axis]) + margin;
+    double x = body.position[axis];
+    if (domain_.periodic(axis))
+      x -= cells * std::floor((x - low) / cells);  // the first image at or above low
+    if (x < low || x > high) return false;
+  }
+  return true;
+}
+
+void BodyMap::compare(const Footprint& before, const Footprint& after, std::int32_t body) {
+  const auto lines = [](const Footprint& f) {
+    return f.width == 0 ? std::int64_t{0} : static_cast<std::int64_t>(f.rows.size()) / f.width;
+  };
+  const bool fresh_map = before.width == 0;
+  const std::int64_t x0 = fresh_map ? after.x : std::min(before.x, after.x);
+  const std::int64_t y0 = fresh_map ? after.y : std::min(before.y, after.y);
+  const std::int64_t x1 = std::max(fresh_map ? after.x : before.x + lines(before), after.x + lines(after));
+  const std::int64_t y1 = std::max(fresh_map ? after.y : before.y + before.width, after.y + after.width);
+  for (std::int64_t x = x0; x < x1; ++x)
+    for (std::int64_t y = y0; y < y1; ++y) {
+      const RowInterval old_row = before.row(x, y);
+      const RowInterval new_row = after.row(x, y);
+      if (old_row != new_row) compare_rows(old_row, new_row, {x, y, 0}, body);
+    }
+}
+
+void BodyMap::compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body) {
+  const auto inside = [](const RowInterval& interval, std::int64_t z) {
+    return z >= interval.low && z < interval.high;
+  };
+  for (row[2] = before.low; row[2] < before.high; ++row[2]) {
+    if (inside(after, row[2])) continue;
+    for_each_image(row, [&](const Cell& cell) {
+      std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(cell))];
+      if (owner != body + 1) return;
+      owner = fresh;
+      uncovered_.push_back({cell, body});
+    });
+  }
+  for (row[2] = after.low; row[2] < after.high; ++row[2])
+    if (!inside(before, row[2]))
+      for_each_image(row, [&](const Cell& cell) { covered_.push_back({cell, body}); });
+}
+
+template <class Visit>
+void BodyMap::for_each_image(const Cell& unwrapped, const Visit& visit) const {
+  const Box& block = layout_.block();
+  std::array<std::array<std::int64_t, 3>, 3> images{};
+  std::array<int, 3> count{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t cells = domain_.cells()[axis];
+    const auto add = [&](std::int64_t index) {
+      if (index < block.low[axis] - 1 || index > block.high[axis]) return;
+      // Beyond a wall there is nothing to cover.
+      const bool outside = index < 0 || index >= cells;
+      if (outside && domain_.face(axis, index >= cells).kind != FaceKind::periodic &&
+          domain_.face(axis, index >= cells).kind != FaceKind::mirror)
+        return;
+      images[axis][count[axis]++] = index;
+    };
+    if (domain_.periodic(axis)) {
+      const std::int64_t wrapped = ((unwrapped[axis] % cells) + cells) % cells;
+      for (const std::int64_t shift : {-cells, std::int64_t{0}, cells}) add(wrapped + shift);
+    } else if (unwrapped[axis] >= 0 && unwrapped[axis] < cells) {
+      add(unwrapped[axis]);
+      // The ghost behind a mirror is covered when the cell before it is.
+      if (unwrapped[axis] == 0 && domain_.face(axis, false).kind == FaceKind::mirror) add(-1);
+      if (unwrapped[axis] == cells - 1 && domain_.face(axis, true).kind == FaceKind::mirror) add(cells);
+    }
+  }
+  for (int i = 0; i < count[0]; ++i)
+    for (int j = 0; j < count[1]; ++j)
+      for (int k = 0; k < count[2]; ++k) visit(Cell{images[0][i], images[1][j], images[2][k]});
 }
 
 void BodyMap::cover_cells() {
@@ -54,36 +147,8 @@ void BodyMap::cover_cells() {
   }
 }
 
-void BodyMap::map_box(std::int32_t body, const Box& box, double& slack, bool& any) {
-  const LatticeBody& shape = bodies_[static_cast<std::size_t>(body)];
-  for (std::int64_t x = box.low[0]; x < box.high[0]; ++x)
-    for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
-      for (std::int64_t z = box.low[2]; z < box.high[2]; ++z) {
-        // The domain cell that a ghost stands for decides, so that every rank decides by the same arithmetic.
-        const auto cell = domain_.canonical({x, y, z});
-        if (!cell) continue;
-        const double distance = shape.signed_distance(domain_.from_position(shape.position, *cell));
-        slack = std::min(slack, std::abs(distance));
-        std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(Cell{x, y, z}))];
-        if (distance < 0.0) {
-          if (owner == body + 1) continue;
-          covered_.push_back({{x, y, z}, body});
-          any = true;
-        } else if (owner == body + 1) {
-          owner = fresh;
-          uncovered_.push_back({{x, y, z}, body});
-          any = true;
-        }
-      }
-}
-
 void BodyMap::accept_fresh_cells() {
   for (const ChangedCell& u : uncovered_) owner_[static_cast<std::size_t>(layout_.cell(u.cell))] = fluid;
-}
-
-/// Bound on how far any surface point can have moved: |ΔX| and, for a capsule, the swing of its axis.
-double BodyMap::moved(const LatticeBody& from, const LatticeBody& to) const {
-  return (to.position - from.position).norm() + to.half_length * (to.axis - from.axis).norm();
 }
 
 void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
@@ -99,32 +164,6 @@ void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
                         "xyz"[axis] + " (its centre is at " + std::to_string(x) +
                         " cells). Enlarge the domain or make it periodic.");
   }
-}
-
-std::vector<Box> BodyMap::reach(const LatticeBody& body) const {
-  const Eigen::Vector3d half = body.half_extents();
-  const Box& block = layout_.block();
-  std::array<std::vector<std::pair<std::int64_t, std::int64_t>>, 3> spans;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto cells = static_cast<double>(domain_.cells()[axis]);
-    const double centre = domain_.periodic(axis)
-                              ? body.position[axis] - cells * std::floor(body.position[axis] / cells)
-                              : body.position[axis];
-    for (int image = -1; image <= 1; ++image) {
-      if (image != 0 && !domain_.periodic(axis)) continue;
-      const double x = centre + image * cells;
-      const auto low =
-          std::max(static_cast<std::int64_t>(std::floor(x - half[axis] - 1.0)), block.low[axis] - 1);
-      const auto high =
-          std::min(static_cast<std::int64_t>(std::ceil(x + half[axis] + 1.0)), block.high[axis] + 1);
-      if (low < high) spans[axis].emplace_back(low, high);
-    }
-  }
-  std::vector<Box> boxes;
-  for (const auto& [x0, x1] : spans[0])
-    for (const auto& [y0, y1] : spans[1])
-      for (const auto& [z0, z1] : spans[2]) boxes.push_back({{x0, y0, z0}, {x1, y1, z1}});
-  return boxes;
 }
 
 }  // namespace copepod::fluid

@@ -4,21 +4,24 @@
 #include <vector>
 
 #include "bodies/lattice_body.hpp"
+#include "bodies/row_interval.hpp"
 #include "boundary/domain.hpp"
 #include "lattice/population_layout.hpp"
 
 namespace copepod::fluid {
 
 /// Which cells of a block and its ghost layer are covered by which body: a cell belongs to a body if its
-/// centre lies inside [paper, section 2.3]. Updated incrementally: a body is looked at again only when it has
-/// moved further than the cell centre nearest to its surface was away from it.
+/// centre lies inside [paper, section 2.3].
+///
+/// A body is kept as one interval of cells per row; from step to step only the ends of intervals differ, so
+/// an update costs a square root per row and touches only cells that change.
 class BodyMap {
  public:
   static constexpr std::int32_t fluid = 0;
   static constexpr std::int32_t fresh = -1;  ///< uncovered in this step, populations not yet refilled
 
   struct ChangedCell {
-    Cell cell{};
+    Cell cell{};            ///< of the block or its ghost layer, domain indices
     std::int32_t body = 0;  ///< index of the body that covers or covered it
   };
 
@@ -36,31 +39,37 @@ class BodyMap {
   /// 0 fluid, 1 + body index, or `fresh`; beyond walls 0.
   [[nodiscard]] std::int32_t owner(std::int64_t cell) const { return owner_[static_cast<std::size_t>(cell)]; }
   [[nodiscard]] const std::vector<ChangedCell>& uncovered() const { return uncovered_; }
-  /// Boxes, in domain cells, around every cell that changed in the last update; one box per changed body and
-  /// image.
-  [[nodiscard]] const std::vector<Box>& changed() const { return changed_; }
-  /// Boxes of block and ghost cells that body b and its images can cover, with a margin of one cell.
-  [[nodiscard]] std::vector<Box> reach(const LatticeBody& body) const;
+  [[nodiscard]] const std::vector<ChangedCell>& covered() const { return covered_; }
 
  private:
-  struct Mapped {
-    LatticeBody state;
-    double slack = -1.0;  ///< distance that the surface may move before any cell can change; −1: never mapped
+  /// Rows of one body, around its centre, in cells counted without wrapping.
+  struct Footprint {
+    LatticeBody state;   ///< when the rows were made
+    std::int64_t x = 0;  ///< of the first row
+    std::int64_t y = 0;
+    std::int64_t width = 0;         ///< rows along y; 0: never mapped
+    std::vector<RowInterval> rows;  ///< shape (x, y)
+
+    [[nodiscard]] RowInterval row(std::int64_t at_x, std::int64_t at_y) const;
   };
 
-  [[nodiscard]] double moved(const LatticeBody& from, const LatticeBody& to) const;
-  void map_box(std::int32_t body, const Box& box, double& slack, bool& any);
+  [[nodiscard]] Footprint footprint(const LatticeBody& body) const;
+  [[nodiscard]] bool near_block(const LatticeBody& body) const;
+  void compare(const Footprint& before, const Footprint& after, std::int32_t body);
+  void compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body);
+  /// visit(cell) for every cell of the block and its ghosts that `unwrapped` stands for.
+  template <class Visit>
+  void for_each_image(const Cell& unwrapped, const Visit& visit) const;
   void cover_cells();
   void check_inside(const LatticeBody& body, std::size_t index) const;
 
   const Domain& domain_;
   const PopulationLayout& layout_;
   std::vector<LatticeBody> bodies_;
-  std::vector<Mapped> mapped_;
+  std::vector<Footprint> mapped_;
   std::vector<std::int32_t> owner_;
   std::vector<ChangedCell> uncovered_;
   std::vector<ChangedCell> covered_;  ///< taken when every body has given up its cells
-  std::vector<Box> changed_;
 };
 
 }  // namespace copepod::fluid

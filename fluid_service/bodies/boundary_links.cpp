@@ -4,64 +4,57 @@
 
 namespace copepod::fluid {
 
-namespace {
-
-bool overlap(const Box& a, const Box& b) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (a.low[axis] >= b.high[axis] || b.low[axis] >= a.high[axis]) return false;
-  return true;
-}
-
-Box intersection(const Box& a, const Box& b) {
-  Box result;
-  for (int axis = 0; axis < 3; ++axis) {
-    result.low[axis] = std::max(a.low[axis], b.low[axis]);
-    result.high[axis] = std::min(a.high[axis], b.high[axis]);
-  }
-  return result;
-}
-
-}  // namespace
-
 BoundaryLinks::BoundaryLinks(const BodyMap& map, const PopulationLayout& layout, const Box& interior)
     : map_(map), layout_(layout), interior_(interior), cells_(map.bodies().size()) {}
 
-void BoundaryLinks::rebuild_changed() {
-  for (std::size_t body = 0; body < cells_.size(); ++body) {
-    const std::vector<Box> reach = map_.reach(map_.bodies()[body]);
-    const auto changed = [&](const Box& box) {
-      return std::any_of(map_.changed().begin(), map_.changed().end(),
-                         [&](const Box& c) { return overlap(box, c); });
-    };
-    if (std::any_of(reach.begin(), reach.end(), changed)) rebuild(body);
+void BoundaryLinks::update() {
+  for (const auto* changed : {&map_.uncovered(), &map_.covered()})
+    for (const BodyMap::ChangedCell& c : *changed)
+      for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+        const auto& e = d3q19::e[alpha];
+        const Cell cell = {c.cell[0] + e[0], c.cell[1] + e[1], c.cell[2] + e[2]};
+        if (layout_.block().contains(cell)) look_at(cell, c.body);
+      }
+}
+
+/// Links of one cell into every body beside it, and into the one that changed there.
+void BoundaryLinks::look_at(const Cell& cell, std::int32_t changed_body) {
+  const std::int64_t index = layout_.cell(cell);
+  const bool solid = map_.owner(index) > BodyMap::fluid;
+  std::uint32_t left = 0;  // directions into bodies that have not been looked at
+  for (int alpha = 1; alpha < d3q19::directions; ++alpha)
+    if (map_.owner(index + layout_.neighbour(alpha)) > BodyMap::fluid) left |= 1U << alpha;
+  const auto directions_into = [&](std::int32_t body) {
+    std::uint32_t directions = 0;
+    for (int alpha = 1; alpha < d3q19::directions; ++alpha)
+      if (map_.owner(index + layout_.neighbour(alpha)) == body + 1) directions |= 1U << alpha;
+    return directions;
+  };
+  set(changed_body, cell, solid ? 0 : directions_into(changed_body));
+  for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
+    if (((left >> alpha) & 1U) == 0) continue;
+    const std::int32_t body = map_.owner(index + layout_.neighbour(alpha)) - 1;
+    const std::uint32_t directions = directions_into(body);
+    left &= ~directions;
+    if (body != changed_body) set(body, cell, solid ? 0 : directions);
   }
 }
 
-void BoundaryLinks::rebuild(std::size_t body) {
-  std::vector<BoundaryCell>& cells = cells_[body];
-  cells.clear();
-  const auto owner = static_cast<std::int32_t>(body) + 1;
-  const Box& block = layout_.block();
-  for (const Box& reach : map_.reach(map_.bodies()[body])) {
-    const Box box = intersection(reach, block);
-    for (std::int64_t x = box.low[0]; x < box.high[0]; ++x)
-      for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
-        for (std::int64_t z = box.low[2]; z < box.high[2]; ++z) {
-          const std::int64_t cell = layout_.cell(Cell{x, y, z});
-          if (map_.owner(cell) > BodyMap::fluid) continue;
-          std::uint32_t directions = 0;
-          for (int alpha = 1; alpha < d3q19::directions; ++alpha)
-            if (map_.owner(cell + layout_.neighbour(alpha)) == owner) directions |= 1U << alpha;
-          if (directions == 0) continue;
-          const Cell local = {x - block.low[0], y - block.low[1], z - block.low[2]};
-          cells.push_back({cell, {x, y, z}, directions, !interior_.contains(local)});
-        }
+void BoundaryLinks::set(std::int32_t body, const Cell& cell, std::uint32_t directions) {
+  std::vector<BoundaryCell>& cells = cells_[static_cast<std::size_t>(body)];
+  const std::int64_t index = layout_.cell(cell);
+  const auto place = std::lower_bound(cells.begin(), cells.end(), index,
+                                      [](const BoundaryCell& b, std::int64_t i) { return b.cell < i; });
+  const bool present = place != cells.end() && place->cell == index;
+  if (directions == 0) {
+    if (present) cells.erase(place);
+  } else if (present) {
+    place->directions = directions;
+  } else {
+    const Cell& low = layout_.block().low;
+    const Cell local = {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]};
+    cells.insert(place, {index, cell, directions, !interior_.contains(local)});
   }
-  // Boxes of several images may overlap: each cell counts once.
-  std::sort(cells.begin(), cells.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
-  cells.erase(
-      std::unique(cells.begin(), cells.end(), [](const auto& a, const auto& b) { return a.cell == b.cell; }),
-      cells.end());
 }
 
 }  // namespace copepod::fluid

@@ -16,17 +16,20 @@ struct BoundaryCell {
   bool border = false;           ///< touches another rank's populations (GhostExchange::interior)
 };
 
-/// Links of each body: lists of boundary cells that are rebuilt only near changed cells.
+/// Links of each body: lists of boundary cells, kept up to date around cells that change hands.
 class BoundaryLinks {
  public:
   BoundaryLinks(const BodyMap& map, const PopulationLayout& layout, const Box& interior);
 
-  /// Rebuilds the lists of every body that can have a link near `map.changed()`.
-  void rebuild_changed();
+  /// Brings the lists in line with the map after an update of it: only cells next to a changed one can
+  /// differ.
+  void update();
+  /// Sorted by cell.
   [[nodiscard]] std::span<const BoundaryCell> of_body(std::size_t body) const { return cells_[body]; }
 
  private:
-  void rebuild(std::size_t body);
+  void look_at(const Cell& cell, std::int32_t changed_body);
+  void set(std::int32_t body, const Cell& cell, std::uint32_t directions);
 
   const BodyMap& map_;
   const PopulationLayout& layout_;

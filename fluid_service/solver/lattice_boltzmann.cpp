@@ -50,7 +50,7 @@ void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
                       std::to_string(setup_.bodies.size()) + "). Send all bodies in the order of the setup.");
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b)
     map_.bodies()[static_cast<std::size_t>(b)].move(kinematics, b, units_);
-  if (map_.update()) links_.rebuild_changed();
+  if (map_.update()) links_.update();
 }
 
 template <class T>
