@@ -12,7 +12,7 @@
 
 namespace copepod::fluid {
 
-/// The ranks of the fluid service. All MPI calls of the project are behind this class and NeighbourExchange.
+/// The ranks of the fluid service. All MPI calls of the project are behind this class.
 ///
 /// Every wait polls with a back-off that soon sleeps, so a waiting rank does not burn its core, and watches
 /// for a failure report: a rank that throws calls `report_failure`, and every other rank's wait then throws

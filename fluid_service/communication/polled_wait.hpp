@@ -8,9 +8,9 @@ namespace copepod::fluid {
 
 /// Pauses between two polls of a wait: yields at first, then sleeps ever longer.
 ///
-/// A message that comes within `spin_s` is seen at once; afterwards the pause is a quarter of the time waited
+/// A message that comes within `spin_s` is seen at once; afterwards the pause is an eighth of the time waited
 /// so far, so it adds at most that share to the wait, up to `longest_pause_s`.
-/// docs/decisions/waiting-ranks-sleep.md has the measurement behind the figures.
+/// docs/decisions/waiting_ranks_sleep.md has the measurement behind the figures.
 class Backoff {
  public:
   static constexpr double spin_s = 100e-6;

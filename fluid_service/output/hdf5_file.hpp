@@ -9,7 +9,7 @@ namespace copepod::fluid {
 /// An HDF5 file opened by one process; the only place that calls HDF5.
 ///
 /// No MPI: rank 0 alone lays a file out, all ranks then write their cells at the offsets of its contiguous
-/// datasets (shared_file.hpp), and each rank reads by itself. docs/decisions/hdf5-without-mpi-io.md says why.
+/// datasets (shared_file.hpp), and each rank reads by itself. docs/decisions/hdf5_without_mpi_io.md says why.
 /// Every method throws StorageError with HDF5's innermost reason. Locks are not used: somebody may look at a
 /// snapshot while the run goes on.
 class Hdf5File {

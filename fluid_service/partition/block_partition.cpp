@@ -17,7 +17,7 @@ using Grid = std::array<int, 3>;
 ///
 /// Packing, copying and unpacking one face cell costs 0.8 cell updates normal to x, 1.3 normal to y and 7
 /// normal to z: rows along z are contiguous in memory, so a face normal to z touches one cache line per value
-/// (docs/decisions/partition-cost.md has the measurement).
+/// (docs/decisions/partition_cost.md has the measurement).
 std::int64_t step_cost(const Cell& cells, const Grid& grid) {
   constexpr std::array<std::int64_t, 3> face_cost = {8, 13, 70};
   constexpr std::int64_t cell_cost = 10;
