@@ -27,9 +27,6 @@ enum class Range { any, positive, not_negative };
 /// Key paths that a reading asked for, list positions written as "[]": what the schema must document.
 using AskedKeys = std::set<std::string>;
 
-/// The known word closest to `word` in edit distance, empty if none is close.
-std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
-
 /// Reads one mapping of the case. Every key that is asked for is known; any other key in the mapping is an
 /// error, reported when the reader goes out of scope. A value that cannot be used is reported and replaced by
 /// its default, so that reading goes on and finds every error.

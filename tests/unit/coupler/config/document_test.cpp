@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "config/nearest_word.hpp"
 #include "config/problems.hpp"
-#include "config/reader.hpp"
 #include "config/yaml_text.hpp"
 
 namespace copepod::coupler {

@@ -166,6 +166,18 @@ TEST_F(Program, NamesTheStepWhenAnErrorDoesNot) {
   EXPECT_EQ(events().back()["step"], 76);  // the last step that the observers saw
 }
 
+TEST_F(Program, NamesTheComponentThatWasLost) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 5)
+      throw ComponentLost(
+          FailureReport{ExitCode::component_lost, "body", "node2", 0, -1, "it died (a test). Nothing."});
+  };
+  EXPECT_EQ(run(), 69);
+  EXPECT_EQ(events().back()["component"], "body");
+  EXPECT_EQ(events().back()["host"], "node2");
+  EXPECT_EQ(events().back()["step"], 4);
+}
+
 TEST_F(Program, TurnsAnUnexpectedExceptionIntoAReport) {
   before_exchange = [](std::int64_t) { throw std::runtime_error("surprise"); };
   EXPECT_EQ(run(), 70);
