@@ -7,16 +7,14 @@ import re
 from pathlib import Path
 
 from copepod_command import exit_codes
-from copepod_command.checkout import called_as
 from copepod_command.errors import Stop
 
 
 class RunDirectory:
     """A run's folder, held by this command; the lock lives on the folder itself and leaves no file."""
 
-    def __init__(self, path, resumed):
+    def __init__(self, path):
         self.path = Path(path).absolute()
-        self.resumed = resumed
         self._descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -30,6 +28,12 @@ class RunDirectory:
 
     def close(self):
         os.close(self._descriptor)
+
+    @property
+    def shown(self):
+        """The path as text, relative to the current directory if that is shorter."""
+        relative = os.path.relpath(self.path)
+        return relative if len(relative) < len(str(self.path)) else str(self.path)
 
     def summary(self):
         """summary.json, or None if there is none that can be read."""
@@ -57,28 +61,31 @@ def create(name, out):
                 "Go on with it by --resume, or choose another --out.",
             )
         _make(path, exist_ok=True)
-        return RunDirectory(path, resumed=False)
+        return RunDirectory(path)
     for number in range(1, 100000):
         path = Path("runs") / _numbered(name, number)
         try:
             _make(path, exist_ok=False)
-            return RunDirectory(path, resumed=False)
+            return RunDirectory(path)
         except FileExistsError:
             continue
     raise Stop(exit_codes.BAD_CASE, f"runs/ holds 100000 runs of {name} (no free number). Remove some.")
 
 
 def reopen(name, out):
-    """Folder of the run to go on with: `out`, or the latest runs/<name>-N. Raises Stop(2) if there is none."""
+    """Folder of the run to go on with: `out`, or the latest runs/<name>-N. Raises Stop(2) if it cannot be resumed."""
     path = Path(out) if out is not None else _latest(name)
     if path is None or not (path / "case.yaml").exists():
         where = out if out is not None else f"runs/{name}"
+        raise Stop(exit_codes.BAD_CASE, f"{where} holds no run (no case.yaml). Start it without --resume.")
+    directory = RunDirectory(path)
+    if not directory.has_checkpoint():
+        directory.close()
         raise Stop(
             exit_codes.BAD_CASE,
-            f"{where} holds no run that could be resumed (no case.yaml). "
-            f"Start it without --resume, or see: {called_as()} run --help",
+            f"{path} cannot be resumed (it holds no checkpoint). Start again without --resume; that makes a new folder.",
         )
-    return RunDirectory(path, resumed=True)
+    return directory
 
 
 def _make(path, exist_ok):

@@ -143,7 +143,7 @@ class RunLifecycle(CommandTest):
 
     def test_resume_goes_on_in_the_latest_directory(self):
         for _ in range(2):
-            self.assert_ends(self.start("run", self.case(steps=1)), 0, within_s=10)
+            self.assert_ends(self.start("run", self.case(steps=1, checkpoint_at=1)), 0, within_s=10)
         self.assert_ends(self.start("run", self.case(steps=1), "--resume"), 0, within_s=10)
         self.assertTrue((self.folder / "runs/tiny-2/resumed").exists())
         self.assertFalse((self.folder / "runs/tiny-3").exists())
@@ -151,7 +151,15 @@ class RunLifecycle(CommandTest):
     def test_resume_of_nothing_is_an_error(self):
         session = self.start("run", self.case(), "--resume")
         self.assert_ends(session, 2, within_s=5)
-        self.assertIn("no run that could be resumed", session.last_line)
+        self.assertIn("holds no run", session.last_line)
+
+    def test_resume_without_a_checkpoint_is_an_error_and_changes_nothing(self):
+        self.assert_ends(self.start("run", self.case(steps=1)), 0, within_s=10)
+        before = (self.folder / "runs/tiny/summary.json").stat().st_mtime_ns
+        session = self.start("run", self.case(steps=1), "--resume")
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("no checkpoint", session.last_line)
+        self.assertEqual((self.folder / "runs/tiny/summary.json").stat().st_mtime_ns, before)
 
     def test_restart_goes_on_from_the_checkpoint(self):
         session = self.start("run", self.case(steps=100, checkpoint_at=5), "--restarts", "1")
