@@ -1,6 +1,7 @@
 #include "contact/segment_distance.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -64,6 +65,17 @@ TEST(SegmentDistance, OfCollinearSegmentsIsTheGapBetweenTheirEnds) {
 
 TEST(SegmentDistance, OfCrossingSegmentsIsZero) {
   EXPECT_NEAR(segment_distance_m({{0, 0, 0}, {1, 1, 0}}, {{0, 0, 0}, {1, -1, 0}}), 0.0, 1e-15);
+}
+
+TEST(SegmentDistance, OfNearlyParallelSegmentsIsFoundWhereTheyCross) {
+  // They pass each other at a distance of 0.1, far from both middles, whatever the angle between them.
+  for (const double angle : {0.3, 0.05, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9}) {
+    const Eigen::Vector3d half(std::cos(angle), std::sin(angle), 0.0);
+    const CoreSegment first{{0, 0, 0}, {1, 0, 0}};
+    const CoreSegment second{Eigen::Vector3d(0.8, 0, 0.1) - 0.8 * half, half};
+    EXPECT_NEAR(segment_distance_m(first, second), 0.1, 1e-12) << "angle " << angle;
+    EXPECT_NEAR(segment_distance_m(second, first), 0.1, 1e-12) << "angle " << angle;
+  }
 }
 
 TEST(SegmentDistance, BetweenAnEndAndTheMiddleOfTheOther) {
