@@ -20,8 +20,8 @@ _MOMENT_S = 0.5  # a build that takes longer is announced
 
 
 def ensure_programs():
-    """Packages and the three programs of a run, up to date."""
-    ensure_targets(PROGRAMS)
+    """Packages, the three programs of a run, and what components in Python need; all up to date."""
+    ensure_targets((*PROGRAMS, "copepod_python"))
 
 
 def ensure_everything():

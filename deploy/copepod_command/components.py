@@ -33,13 +33,18 @@ def coupler_command(options, directory, endpoint, session, resume):
     return command + (["--resume"] if resume else [])
 
 
-def fluid_command(plan, directory, endpoint, session):
-    """Our fluid service, or the command that replaces it; started by mpirun unless it brings its own starter."""
+def needs_mpirun(plan):
+    """Our fluid service always, one that replaces it if it is to have several ranks and brings no starter."""
     own = plan.fluid_command
-    command = (own or [str(program("fluid_service"))]) + _connection("fluid", directory, endpoint, session)
-    if own and (plan.fluid_ranks == 1 or Path(own[0]).name in _STARTERS):
-        return command
-    return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command]
+    return own is None or (plan.fluid_ranks > 1 and Path(own[0]).name not in _STARTERS)
+
+
+def fluid_command(plan, directory, endpoint, session):
+    """Our fluid service, or the command that replaces it."""
+    command = (plan.fluid_command or [str(program("fluid_service"))]) + _connection(
+        "fluid", directory, endpoint, session
+    )
+    return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command] if needs_mpirun(plan) else command
 
 
 def body_command(plan, directory, endpoint, session):
@@ -62,8 +67,11 @@ def _connection(name, directory, endpoint, session):
 
 
 def environment(mark, scratch, ranks):
-    """Environment of all three processes: the mark, and Open MPI's settings unless the user made them."""
+    """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
     settings = {
+        "COPEPOD_BUILD_PYTHON": str(
+            program("coupler").parent.parent / "python"
+        ),  # message classes, for Python components
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),

@@ -5,6 +5,8 @@ import time
 
 LINE_EVERY_S = 5.0
 _WIDEST_BAR = 40
+_NARROWEST_BAR = 10
+_PLACES = (12, 22)  # columns of time left and speed, so that the bar does not shake
 
 
 def for_stream(stream, cells):
@@ -102,15 +104,17 @@ class TerminalProgress:
 
     def line(self, event, width):
         """The bar with its figures in at most `width` columns; what does not fit is left out from the right."""
+        steps = str(event["steps"])
         share = min(event["step"] / max(event["steps"], 1), 1.0)
-        head = f"{100 * share:3.0f} % "
-        words = [f"step {event['step']}/{event['steps']}", *figures(event, self._cells)]
-        while words and len(head) + len("  ".join(words)) + 12 > width:
+        head = f"{int(100 * share):3d} % "
+        words = [f"step {event['step']:>{len(steps)}}/{steps}"]
+        words += [word.ljust(places) for word, places in zip(figures(event, self._cells), _PLACES)]
+        while words and len(head) + len("  ".join(words)) + _NARROWEST_BAR > width:
             words.pop()
         tail = "  ".join(["", *words])
-        columns = min(_WIDEST_BAR, width - len(head) - len(tail))
-        full = int(share * max(columns, 0))
-        return (head + self._full * full + self._empty * (columns - full) + tail)[:width]
+        columns = max(min(_WIDEST_BAR, width - len(head) - len(tail)), 0)
+        full = int(share * columns)
+        return (head + self._full * full + self._empty * (columns - full) + tail)[:width].rstrip()
 
     def _width(self):
         try:

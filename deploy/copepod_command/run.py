@@ -20,6 +20,8 @@ def run(options):
     components.check_replacements(plan)
     for warning in plan.warnings:
         say(warning)
+    if plan.fluid_command and components.needs_mpirun(plan):
+        say(f"the fluid component is started {plan.fluid_ranks} times, by mpirun; use --ranks 1 if it knows no MPI")
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)
     else:

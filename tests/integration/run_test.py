@@ -1,6 +1,8 @@
 """Whole runs with the real coupler, fluid service and body service."""
 
+import csv
 import json
+import math
 import os
 import signal
 import time
@@ -14,6 +16,20 @@ QUICK = ROOT / "configs/quick/three_sphere.yaml"
 VACUUM = ROOT / "configs/quick/vacuum.yaml"
 SHORT = ("--set", "run.steps=300", "--set", "output.fields.mean_over_steps=[0, 0]")
 RUN = "runs/quick_three_sphere"
+
+
+FALLING_BALL = """
+case: falling_ball
+fluid: {solver: external, density_kg_per_m3: 1000, kinematic_viscosity_m2_per_s: 1.0e-4}
+step_s: 1.0e-9
+bodies:
+  - {name: ball, shape: sphere, radius_m: 4.0e-6, mass_kg: 5.0e-13, position_m: [0, 0, 0], motion: free}
+forces:
+  - {body: ball, constant_N: [0, 0, -1.0e-9]}
+coupling: {scheme: serial_explicit, load_averaging: none}
+run: {steps: 400}
+output: {trajectory: {every_steps: 100}}
+"""
 
 
 class RealRun(CommandTest):
@@ -61,6 +77,15 @@ class Finishing(RealRun):
     def test_fluid_can_be_replaced_by_another_command(self):
         replaced = self.finish(QUICK, *SHORT, "--ranks", "1", "--fluid", PROGRAMS / "fluid_service")
         self.assertEqual(replaced["digest"], self.finish(QUICK, *SHORT, "--ranks", "1")["digest"])
+
+    def test_fluid_component_in_python_lets_a_ball_fall_with_stokes_speed(self):
+        (self.folder / "case.yaml").write_text(FALLING_BALL)
+        fluid = f"/usr/bin/python3 {ROOT}/proto/python/examples/stokes_drag_fluid.py"
+        self.finish("case.yaml", "--fluid", fluid)
+        trajectory = next(self.folder.glob("out_*")) / "trajectory.csv"
+        *_, last = csv.DictReader(trajectory.read_text().splitlines())
+        stokes_m_per_s = -1e-9 / (6 * math.pi * 0.1 * 4e-6)  # relaxation time m/(6 pi eta r) = 66 steps
+        self.assertAlmostEqual(float(last["vz_m_per_s"]) / stokes_m_per_s, 1.0, delta=0.01)
 
     def test_check_tells_the_key_figures(self):
         session = self.start("check", QUICK)
