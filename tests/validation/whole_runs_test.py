@@ -1,0 +1,50 @@
+"""Experiments that need all three services: each with its reference and tolerance."""
+
+import csv
+import os
+import sys
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "tests" / "integration"))
+
+from copepod_session import CommandTest  # noqa: E402
+from vacuum_deviation import deviation  # noqa: E402
+
+
+class WholeRun(CommandTest):
+    programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+
+    def trajectory_of(self, name, *arguments):
+        session = self.start("run", *arguments, "--out", name)
+        self.assertEqual(session.end(timeout_s=400), 0, "".join(session.stderr))
+        return self.folder / name / "trajectory.csv"
+
+    def test_swimmer_in_vacuum_has_ten_digits_at_every_step_of_the_reference(self):
+        """Exact modal solution; ten significant digits as the paper claims [physics: vacuum]."""
+        rows, position, velocity = deviation(self.trajectory_of("vacuum", ROOT / "configs/paper/vacuum.yaml"))
+        self.assertEqual(rows, 3 * 197)
+        self.assertLess(position, 1e-10)
+        self.assertLess(velocity, 1e-10)
+
+    def test_quarter_of_the_domain_moves_like_the_whole(self):
+        """Mirrors on cell faces are exact: 1e-9 cells over 3000 steps allow for rounding only."""
+        case = (ROOT / "configs/quick/three_sphere.yaml", "--set", "run.steps=3000", "--set",
+                "output.fields.mean_over_steps=[0, 0]")
+        quarter = self.trajectory_of("quarter", *case)
+        whole = self.trajectory_of("whole", *case, "--set", "fluid.symmetry_planes=[]")
+        moved = 0.0
+        for ours, theirs in zip(rows_of(quarter), rows_of(whole), strict=True):
+            for key in ("x_m", "y_m", "z_m"):
+                self.assertLess(abs(float(ours[key]) - float(theirs[key])) / 1e-6, 1e-9)
+            moved = max(moved, abs(float(ours["vz_m_per_s"])))
+        self.assertGreater(moved, 1.0)
+
+
+def rows_of(trajectory):
+    return csv.DictReader(trajectory.read_text().splitlines())
+
+
+if __name__ == "__main__":
+    unittest.main()
