@@ -29,8 +29,12 @@ double now_s() {
 class Conversation {
  public:
   Conversation(std::unique_ptr<transport::Dealer> dealer, const Vitals& vitals, spdlog::logger& log,
-               const session::Hello& hello, session::OrphanPatience patience)
-      : dealer_(std::move(dealer)), vitals_(vitals), log_(log), hello_(hello), patience_(patience) {
+               session::Hello hello, session::OrphanPatience patience)
+      : dealer_(std::move(dealer)),
+        vitals_(vitals),
+        log_(log),
+        hello_(std::move(hello)),
+        patience_(patience) {
     hello_.lane = session::Lane::control;
   }
 
@@ -137,8 +141,9 @@ void block_signals() {
 }  // namespace
 
 ControlLane::ControlLane(std::unique_ptr<transport::Dealer> dealer, const Vitals& vitals, spdlog::logger& log,
-                         const session::Hello& hello, session::OrphanPatience patience) {
-  auto conversation = std::make_unique<Conversation>(std::move(dealer), vitals, log, hello, patience);
+                         session::Hello hello, session::OrphanPatience patience) {
+  auto conversation =
+      std::make_unique<Conversation>(std::move(dealer), vitals, log, std::move(hello), patience);
   thread_ = std::thread([this, conversation = std::move(conversation)] {
     block_signals();
     conversation->run(leaving_);

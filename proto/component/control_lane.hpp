@@ -23,7 +23,7 @@ class ControlLane {
   /// @param hello  what to say; its lane is set here
   /// @param vitals  outlives this object, as does `log`
   ControlLane(std::unique_ptr<transport::Dealer> dealer, const Vitals& vitals, spdlog::logger& log,
-              const session::Hello& hello, session::OrphanPatience patience);
+              session::Hello hello, session::OrphanPatience patience);
   ControlLane(const ControlLane&) = delete;
   ControlLane& operator=(const ControlLane&) = delete;
 

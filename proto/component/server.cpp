@@ -41,12 +41,12 @@ bool has_ended(State state) {
 }  // namespace
 
 Server::Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, spdlog::logger& log,
-               const session::Hello& hello, double connect_deadline_s)
+               session::Hello hello, double connect_deadline_s)
     : dealer_(dealer),
       solver_(solver),
       vitals_(vitals),
       log_(log),
-      hello_(hello),
+      hello_(std::move(hello)),
       connect_deadline_s_(connect_deadline_s) {
   hello_.lane = session::Lane::data;
   session_.role = solver.role();

@@ -20,7 +20,7 @@ class Server {
   /// @param hello  what to say; its lane is set here
   /// All references outlive the server.
   Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, spdlog::logger& log,
-         const session::Hello& hello, double connect_deadline_s);
+         session::Hello hello, double connect_deadline_s);
 
   /// @return how the process should end; never throws
   ExitCode run() noexcept;

@@ -109,7 +109,7 @@ ExitCode read_exit_code(int code) {
 /// The message lives in an arena whose first block grows to what the largest message so far needed, so that a
 /// stream of messages of one size allocates nothing.
 struct Decoder::Buffers {
-  std::vector<char> block = std::vector<char>(16 * 1024);
+  std::vector<char> block = std::vector<char>(std::size_t{16} << 10);
   std::unique_ptr<google::protobuf::Arena> arena;
   v1::Envelope* envelope = nullptr;
   Header header;

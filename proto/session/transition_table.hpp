@@ -70,13 +70,13 @@ struct Trigger {
 /// One row: in any of `from`, for any of `roles`, `trigger` leads to `to` (or to the same state) and to
 /// `work`.
 struct Transition {
-  Roles roles;
-  States from;
-  Trigger trigger;
-  bool stays;  ///< the state does not change
-  State to;
-  Work work;
-  MessageKind reply;
+  Roles roles = 0;
+  States from = 0;
+  Trigger trigger = LocalEvent::work_done;
+  bool stays = false;  ///< the state does not change
+  State to = State::connected;
+  Work work = Work::none;
+  MessageKind reply = MessageKind::none;
 };
 
 constexpr Transition row(Roles roles, States from, Trigger trigger, State to, Work work, MessageKind reply) {
