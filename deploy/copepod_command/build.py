@@ -102,7 +102,8 @@ def _configure():
 
 def _build(targets):
     """Runs ninja; says nothing if that is over in a moment."""
-    environment = dict(os.environ, NINJA_STATUS="[%f/%t] ")
+    # With paths relative to the checkout, ccache serves every clone on this machine.
+    environment = dict(os.environ, NINJA_STATUS="[%f/%t] ", CCACHE_BASEDIR=str(ROOT))
     ninja = subprocess.Popen(
         ["ninja", "-C", str(BUILD), "-j", str(parallel_jobs()), *targets],
         env=environment,
