@@ -31,8 +31,8 @@ TEST(Address, LeftoversOfADeadCouplerAreNoObstacle) {
 }
 
 TEST(Address, TakenTcpPortIsRefused) {
-  const Link first(at("tcp://127.0.0.1:47612"));
-  EXPECT_THROW(Link second(at("tcp://127.0.0.1:47612")), Refused);
+  const Link first(at(tcp_endpoint()));
+  EXPECT_THROW(Link second(at(tcp_endpoint())), Refused);
 }
 
 TEST(Address, NonsenseIsRefusedBeforeAnythingIsBound) {

@@ -29,7 +29,7 @@ TEST(CoupledExchange, OverIpcFollowsTheClosedForm) {
 }
 
 TEST(CoupledExchange, OverTcpFollowsTheClosedForm) {
-  CoupledRun run({}, {}, {}, "tcp://127.0.0.1:47611");
+  CoupledRun run({}, {}, {}, tcp_endpoint());
   run.begin();
   run.advance(200);
   expect_closed_form(run.kinematics, 200);

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
+#include <unistd.h>
 
 #include "fake_programs.hpp"
 
@@ -46,6 +47,8 @@ TemporaryFolder::~TemporaryFolder() {
   std::error_code ignored;
   std::filesystem::remove_all(folder_, ignored);
 }
+
+std::string tcp_endpoint() { return "tcp://127.0.0.1:" + std::to_string(20000 + getpid() % 12000); }
 
 FluidSetup two_spheres_in_fluid() {
   FluidSetup setup;

@@ -27,6 +27,9 @@ class TemporaryFolder {
   std::filesystem::path folder_;
 };
 
+/// A port of this machine that other runs of the tests, at the same time, are unlikely to use.
+std::string tcp_endpoint();
+
 /// Two spheres: the first moves along x, the second rests.
 FluidSetup two_spheres_in_fluid();
 BodySetup two_free_spheres();
