@@ -2,11 +2,11 @@
 
 #include "run/program.hpp"
 #include "run/remote_components.hpp"
-#include "run/stop_signal.hpp"
+#include "run/signals.hpp"
 
 int main(int argc, char** argv) {
   using namespace copepod::coupler;
   return run_program(argc, argv, std::cout, std::cerr, [](const Options& options) {
-    return std::make_unique<RemoteComponents>(options.endpoint, options.session, stop_signal());
+    return std::make_unique<RemoteComponents>(options.endpoint, options.session, process_signals().stop);
   });
 }

@@ -1,6 +1,8 @@
 #include "config/resolved.hpp"
 
 #include "config/names.hpp"
+#include "config/yaml_text.hpp"
+#include "contract/digest.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -195,6 +197,17 @@ Value resolved(const Case& the_case) {
   top.add("run", std::move(run.add("steps", Value::of_integer(the_case.steps))));
   top.add("output", resolved_output(the_case.output));
   return top.add("services", resolved_services(the_case.services));
+}
+
+std::string case_key(const Case& the_case) {
+  Digest digest;
+  Value physics = resolved(the_case);
+  std::erase_if(physics.entries, [](const Value::Entry& entry) {
+    return entry.key == "run" || entry.key == "output" || entry.key == "services";
+  });
+  for (const char letter : to_yaml(physics))
+    digest.add(static_cast<std::uint64_t>(static_cast<unsigned char>(letter)));
+  return std::to_string(digest.value());
 }
 
 }  // namespace copepod::coupler

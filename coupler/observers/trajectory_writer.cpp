@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstring>
 #include <fcntl.h>
+#include <fstream>
 #include <unistd.h>
 
 #include "contract/errors.hpp"
@@ -43,20 +44,50 @@ std::string csv_field(const std::string& name) {
 }  // namespace
 
 TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::string> body_names,
-                                   double step_s, std::int64_t every_steps)
+                                   double step_s, std::int64_t every_steps, std::int64_t from_step)
     : path_(path),
       body_names_(std::move(body_names)),
       step_s_(step_s),
       every_steps_(every_steps),
-      file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)),
-      buffer_(header),
+      file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {
     throw StorageError(path + " cannot be written (" + std::strerror(errno) +
                        "). Choose another --out folder.");
   }
   for (std::string& name : body_names_) name = csv_field(name);
+  keep_rows_before(from_step);
   flush();
+}
+
+/// Cuts the file after its last whole row of a step before `step`; what is left then ends with a sample that
+/// was taken.
+void TrajectoryWriter::keep_rows_before(std::int64_t step) {
+  std::ifstream stream(path_, std::ios::binary);
+  std::string line;
+  std::int64_t kept = 0;
+  const bool usable = step > 0 && std::getline(stream, line) && line + "\n" == header;
+  if (usable) {
+    kept = static_cast<std::int64_t>(line.size()) + 1;
+    while (std::getline(stream, line) && !stream.eof()) {
+      std::int64_t row_step = 0;
+      const auto parsed = std::from_chars(line.data(), line.data() + line.size(), row_step);
+      if (parsed.ec != std::errc{} || row_step >= step) break;
+      kept += static_cast<std::int64_t>(line.size()) + 1;
+      last_written_ = row_step;
+    }
+  } else {
+    buffer_ = header;
+  }
+  if (::ftruncate(file_, kept) != 0 || ::lseek(file_, kept, SEEK_SET) != kept) {
+    const std::string reason = std::strerror(errno);
+    if (kept > 0) throw StorageError(path_ + " cannot be shortened (" + reason + "). Check its permissions.");
+  }
+}
+
+void TrajectoryWriter::sync() {
+  flush();
+  ::fsync(file_);
 }
 
 TrajectoryWriter::~TrajectoryWriter() {

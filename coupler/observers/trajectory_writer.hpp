@@ -22,16 +22,23 @@ namespace copepod::coupler {
 class TrajectoryWriter final : public Observer {
  public:
   /// @param every_steps  0: first and last step only
+  /// @param from_step    0: starts a new file; else goes on with the one that is there, without its rows from
+  /// this
+  ///                     step on, which a run that was interrupted may have left
   /// @throws StorageError if the file cannot be written
   TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
-                   std::int64_t every_steps);
+                   std::int64_t every_steps, std::int64_t from_step = 0);
   ~TrajectoryWriter() override;
 
   void observe(const StepRecord& record) override;
   void finish(const StepRecord& last) override;
 
+  /// Hands every row so far to the operating system and the disk.
+  void sync();
+
  private:
   void append_rows(const StepRecord& record);
+  void keep_rows_before(std::int64_t step);
   void flush();
 
   std::string path_;

@@ -16,7 +16,7 @@
 #include "run/provenance.hpp"
 #include "run/run_case.hpp"
 #include "run/run_directory.hpp"
-#include "run/stop_signal.hpp"
+#include "run/signals.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -65,10 +65,11 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   provenance.write_start();
 
   const std::unique_ptr<Components> components = make_components(options);
-  CaseRun run(loaded, directory, *components, events, stop_signal());
+  CaseRun run(loaded, directory, *components, events, process_signals());
   FailureReport failure;
   try {
-    run.run([&](const Capabilities& fluid, const Capabilities& body) {
+    const Beginning beginning = options.resume ? Beginning::resumed : Beginning::fresh;
+    run.run(beginning, [&](const Capabilities& fluid, const Capabilities& body) {
       provenance.set_components(fluid, body);
       provenance.write_start();
     });

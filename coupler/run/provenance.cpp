@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <ctime>
+#include <fstream>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -22,6 +23,18 @@ std::string utc_now() {
   return text.data();
 }
 
+/// The provenance that a resumed run finds, added to the attempts which that one found; JSON list.
+std::string earlier_attempts(const RunDirectory& directory) {
+  using nlohmann::ordered_json;
+  std::ifstream stream(directory.provenance());
+  ordered_json last = ordered_json::parse(stream, nullptr, false);
+  if (!last.is_object()) return "[]";
+  ordered_json attempts = last.value("earlier_attempts", ordered_json::array());
+  last.erase("earlier_attempts");
+  attempts.push_back(last);
+  return attempts.dump();
+}
+
 }  // namespace
 
 std::string host_name() {
@@ -35,7 +48,8 @@ Provenance::Provenance(const RunDirectory& directory, std::string command_line, 
       command_line_(std::move(command_line)),
       fluid_ranks_(fluid_ranks),
       resumed_(resumed),
-      start_(utc_now()) {}
+      start_(utc_now()),
+      earlier_(resumed ? earlier_attempts(directory) : "[]") {}
 
 void Provenance::set_components(const Capabilities& fluid, const Capabilities& body) {
   components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};
@@ -67,6 +81,7 @@ void Provenance::write(const std::string& status, int code, const std::string& r
       {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
       {"status", status},
       {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
+      {"earlier_attempts", ordered_json::parse(earlier_)},
       {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
   write_atomically(directory_.provenance(),
                    content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");

@@ -27,6 +27,7 @@ class Provenance {
   int fluid_ranks_;
   bool resumed_;
   std::string start_;
+  std::string earlier_;                            ///< JSON list of the attempts before a resumed one
   std::map<std::string, std::string> components_;  ///< role to name and version
 };
 

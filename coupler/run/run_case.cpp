@@ -1,117 +1,104 @@
 #include "run/run_case.hpp"
 
 #include <chrono>
-#include <memory>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include "analysis/swimmer_observer.hpp"
-#include "analysis/swimmer_report.hpp"
+#include "config/resolved.hpp"
 #include "config/setups.hpp"
-#include "observers/progress.hpp"
-#include "observers/trajectory_writer.hpp"
+#include "run/audience.hpp"
+#include "run/checkpointer.hpp"
 #include "run/summary.hpp"
 #include "scheme/serial_explicit.hpp"
 
 namespace copepod::coupler {
 namespace {
 
-std::vector<std::string> body_names(const Assembly& assembly) {
-  std::vector<std::string> names;
-  for (const BodySpecification& body : assembly.bodies) names.push_back(body.name);
-  return names;
+std::optional<FoundCheckpoint> find_checkpoint(Beginning beginning, const CheckpointStore& store,
+                                               Events& events) {
+  if (beginning == Beginning::fresh) return {};
+  FoundCheckpoint found = store.newest();
+  for (const std::string& reason : found.skipped) {
+    spdlog::warn(reason);
+    events.notice(reason);
+  }
+  spdlog::info("resuming at step {}", found.state.step);
+  return found;
 }
 
-/// Remembers how far a run came, for the report of a failure.
-class StepKeeper final : public Observer {
- public:
-  explicit StepKeeper(std::int64_t& step) : step_(step) {}
-  void observe(const StepRecord& record) override { step_ = record.step; }
-  void finish(const StepRecord& last) override { step_ = last.step; }
-
- private:
-  std::int64_t& step_;
-};
-
-/// Everybody who looks at a run.
-class Audience {
- public:
-  Audience(const LoadedCase& loaded, const RunDirectory& directory, Events& events, std::int64_t& step)
-      : case_(loaded.content),
-        keeper_(step),
-        trajectory_(directory.trajectory().string(), body_names(loaded.assembly), case_.step_s,
-                    case_.output.trajectory_every_steps),
-        progress_(events, case_.steps) {
-    all_.add(keeper_);
-    all_.add(trajectory_);
-    for (std::size_t i = 0; i < case_.swimmers.size(); ++i) {
-      swimmers_.push_back(std::make_unique<SwimmerObserver>(case_.swimmers[i], first_body_of_swimmer(i)));
-      all_.add(*swimmers_.back());
-    }
-    all_.add(progress_);
-  }
-
-  Observer& all() { return all_; }
-  [[nodiscard]] nlohmann::ordered_json swimmer_reports() const {
-    nlohmann::ordered_json reports = nlohmann::ordered_json::array();
-    for (std::size_t i = 0; i < swimmers_.size(); ++i) {
-      reports.push_back(swimmer_report(case_.swimmers[i], *swimmers_[i], case_));
-    }
-    return reports;
-  }
-
- private:
-  const Case& case_;
-  StepKeeper keeper_;
-  TrajectoryWriter trajectory_;
-  Progress progress_;
-  std::vector<std::unique_ptr<SwimmerObserver>> swimmers_;
-  Observers all_;
-};
+std::int64_t first_step(const std::optional<FoundCheckpoint>& checkpoint) {
+  return checkpoint ? checkpoint->state.step : 0;
+}
 
 }  // namespace
 
 CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components,
-                 Events& events, const std::atomic<int>& stop_signal)
-    : loaded_(loaded),
-      directory_(directory),
-      components_(components),
-      events_(events),
-      stop_signal_(stop_signal) {}
+                 Events& events, RunSignals& signals)
+    : loaded_(loaded), directory_(directory), components_(components), events_(events), signals_(signals) {}
 
-void CaseRun::run(const std::function<void(const Capabilities&, const Capabilities&)>& on_connected) {
-  using Clock = std::chrono::steady_clock;
-  const Case& the_case = loaded_.content;
+void CaseRun::run(Beginning beginning,
+                  const std::function<void(const Capabilities&, const Capabilities&)>& on_connected) {
+  const CheckpointStore store(directory_.checkpoints(), case_key(loaded_.content));
+  const std::optional<FoundCheckpoint> checkpoint = find_checkpoint(beginning, store, events_);
+  connect(on_connected);
+  make_solvers(checkpoint);
+  compute(store, checkpoint);
+}
+
+void CaseRun::connect(const std::function<void(const Capabilities&, const Capabilities&)>& on_connected) {
   events_.phase("handshake");
   components_.connect();
   on_connected(components_.fluid_capabilities(), components_.body_capabilities());
-  require_features(components_.fluid_capabilities(), required_of_fluid(the_case, loaded_.assembly));
-  require_features(components_.body_capabilities(), required_of_body(the_case, loaded_.assembly));
+  require_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
+  require_features(components_.body_capabilities(), required_of_body(loaded_.content, loaded_.assembly));
+}
 
+void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
   events_.phase("configuring");
-  const auto body = components_.make_body(make_body_setup(the_case, loaded_.assembly), 0);
-  const auto fluid =
-      components_.make_fluid(make_fluid_setup(the_case, loaded_.assembly, directory_.root().string()), 0);
+  const std::int64_t first = first_step(checkpoint);
+  body_ = components_.make_body(make_body_setup(loaded_.content, loaded_.assembly), first);
+  fluid_ = components_.make_fluid(
+      make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string()), first);
+  if (!checkpoint) return;
+  body_->restore(checkpoint->body_path.string());
+  fluid_->restore(checkpoint->fluid_path.string());
+}
+
+void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint) {
+  using Clock = std::chrono::steady_clock;
+  const Case& the_case = loaded_.content;
   const DrivingProtocol driving(loaded_.assembly.driving,
                                 static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
-  Audience audience(loaded_, directory_, events_, step_);
-  SerialExplicit scheme(*fluid, *body, driving, the_case.load_averaging, audience.all());
+  Audience audience(loaded_, directory_, events_, first_step(checkpoint), step_);
+  SerialExplicit scheme(*fluid_, *body_, driving, the_case.load_averaging, audience.all());
+  if (checkpoint) {
+    scheme.restore_previous_loads(checkpoint->state.previous_loads);
+    audience.restore(checkpoint->state.swimmers);
+  }
+  const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
+                    components_.body_capabilities().features.contains("checkpoint");
+  Checkpointer checkpointer(store, able ? Checkpointer::Ability::saves : Checkpointer::Ability::none,
+                            the_case, scheme.step(), signals_, events_);
 
   events_.phase("running");
-  spdlog::info("running {} steps of {}", the_case.steps, the_case.name);
-  const Clock::time_point start = Clock::now();
-  scheme.run(the_case.steps, &stop_signal_);
-  const SolverSummary fluid_summary = fluid->summarise();  // answered after the last bulk update
+  spdlog::info("running steps {} to {} of {}", scheme.step(), the_case.steps, the_case.name);
   RunTiming timing;
+  timing.first_step = scheme.step();
+  const Clock::time_point start = Clock::now();
+  const auto pause = [&](std::int64_t step) { return checkpointer.wants_pause(step); };
+  while (scheme.step() < the_case.steps) {
+    scheme.run(the_case.steps, pause);
+    if (scheme.step() < the_case.steps) checkpointer.write(*fluid_, *body_, scheme, audience);
+  }
+  const SolverSummary fluid_summary = fluid_->summarise();  // answered after the last bulk update
   timing.loop_s = std::chrono::duration<double>(Clock::now() - start).count();
   timing.fluid_wait_s = scheme.fluid_wait_s();
   timing.body_wait_s = scheme.body_wait_s();
   scheme.finish();
 
   events_.phase("finishing");
-  const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body->summarise(),
+  const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(),
                                     scheme.kinematics(), timing, audience.swimmer_reports());
   components_.finish();
   write_atomically(directory_.summary(), summary.dump(2) + "\n");

@@ -1,39 +1,48 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
-#include <string>
+#include <optional>
 
+#include "checkpoint/checkpoint_store.hpp"
 #include "config/load_case.hpp"
-#include "contract/errors.hpp"
 #include "run/components.hpp"
 #include "run/events.hpp"
 #include "run/run_directory.hpp"
+#include "run/signals.hpp"
 
 namespace copepod::coupler {
+
+/// Whether a run begins at step 0 or at the newest checkpoint of its directory.
+enum class Beginning { fresh, resumed };
 
 /// Runs one case from connecting its components to the summary, and leaves a complete run directory.
 class CaseRun {
  public:
   /// References must outlive this object.
-  /// @param stop_signal  non-zero ends the run with Interrupted
   CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
-          const std::atomic<int>& stop_signal);
+          RunSignals& signals);
 
   /// @param on_connected  called once both components said who they are
   /// @throws what a component, the disk or a signal makes fail; the caller reports it
-  void run(const std::function<void(const Capabilities& fluid, const Capabilities& body)>& on_connected);
+  void run(Beginning beginning,
+           const std::function<void(const Capabilities& fluid, const Capabilities& body)>& on_connected);
 
   /// Step that was being computed; −1 before the first. Meaningful after a failure too.
   [[nodiscard]] std::int64_t step() const { return step_; }
 
  private:
+  void connect(const std::function<void(const Capabilities&, const Capabilities&)>& on_connected);
+  void make_solvers(const std::optional<FoundCheckpoint>& checkpoint);
+  void compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint);
+
   const LoadedCase& loaded_;
   const RunDirectory& directory_;
   Components& components_;
   Events& events_;
-  const std::atomic<int>& stop_signal_;
+  RunSignals& signals_;
+  std::unique_ptr<FluidSolver> fluid_;
+  std::unique_ptr<BodySolver> body_;
   std::int64_t step_ = -1;
 };
 

@@ -63,12 +63,16 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
       the_case.parameter_set.empty() ? ordered_json(nullptr) : ordered_json(the_case.parameter_set);
   summary["status"] = "finished";
   summary["steps"] = steps_done;
+  summary["resumed_from_step"] =
+      timing.first_step > 0 ? ordered_json(timing.first_step) : ordered_json(nullptr);
   summary["step_s"] = the_case.step_s;
   summary["cell_size_m"] =
       the_case.fluid.cell_size_m > 0.0 ? ordered_json(the_case.fluid.cell_size_m) : ordered_json(nullptr);
   summary["wall_s"] = timing.loop_s;
+  const std::int64_t computed = steps_done - timing.first_step;  // the solver counts from step 0
+  const double share = steps_done > 0 ? static_cast<double>(computed) / static_cast<double>(steps_done) : 0.0;
   summary["mlups"] =
-      timing.loop_s > 0.0 ? static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
+      timing.loop_s > 0.0 ? share * static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
   summary["ranks"] = fluid.ranks;
   summary["precision"] = name_of(precision_names, the_case.fluid.precision);
   summary["digest"] = hexadecimal(run_digest(fluid, body, kinematics));

@@ -14,9 +14,10 @@ namespace copepod::coupler {
 
 /// Where the time of a run went; seconds of wall time.
 struct RunTiming {
-  double loop_s = 0.0;        ///< from the first exchange until the fluid had nothing left to do
-  double fluid_wait_s = 0.0;  ///< the coupler waited for the fluid
-  double body_wait_s = 0.0;   ///< the coupler waited for the bodies
+  std::int64_t first_step = 0;  ///< not 0 where a checkpoint was resumed
+  double loop_s = 0.0;          ///< from the first exchange until the fluid had nothing left to do
+  double fluid_wait_s = 0.0;    ///< the coupler waited for the fluid
+  double body_wait_s = 0.0;     ///< the coupler waited for the bodies
 };
 
 /// Digest of a whole run: of the fluid's state, the bodies' state and the final kinematics, in this order.

@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "contract/errors.hpp"
-
 namespace copepod::coupler {
 
 SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
@@ -18,10 +16,8 @@ SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const Drivi
   step_ = kinematics_.step;
 }
 
-void SerialExplicit::run(std::int64_t stop, const std::atomic<int>* stop_signal) {
-  while (step_ < stop) {
-    if (stop_signal != nullptr && stop_signal->load() != 0) throw Interrupted(stop_signal->load(), step_);
-
+void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_t)>& pause) {
+  while (step_ < stop && !pause(step_)) {
     // Map the bodies to the lattice; hydrodynamic forces on them.
     fluid_watch_.time([&] { fluid_.exchange(kinematics_, loads_); });
     averaging_.apply(loads_, applied_.hydrodynamic);

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "contract/body_solver.hpp"
@@ -17,17 +17,21 @@ namespace copepod::coupler {
 /// Serial explicit coupling of one fluid and one body solver [paper, Algorithm 2]: fluid and bodies take
 /// turns, each once per step, and nothing is iterated.
 ///
-/// Legal call order: construct -> [restore] -> run -> { run }*; solvers, driving and observer must outlive
-/// the scheme. An exception of a solver leaves the scheme unusable.
+/// Legal call order: construct -> [restore_previous_loads] -> { run }* -> finish; solvers, driving and
+/// observer must outlive the scheme. An exception of a solver leaves the scheme unusable.
 class SerialExplicit {
  public:
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
                  LoadAveraging averaging, Observer& observer);
 
-  /// Advances to the start of step `stop`.
-  /// @param stop_signal  not zero: ends with Interrupted before the next step; may be nullptr
-  /// @throws Interrupted, and whatever a solver or observer throws
-  void run(std::int64_t stop, const std::atomic<int>* stop_signal);
+  /// Advances to the start of step `stop`, or of the first step before which `pause` says yes.
+  /// @param pause  asked before every step
+  /// @throws whatever a solver, an observer or `pause` throws
+  void run(std::int64_t stop, const std::function<bool(std::int64_t step)>& pause);
+
+  /// Loads of the step before that the averaging needs: with the solvers' states all there is to save.
+  [[nodiscard]] const Loads& previous_loads() const { return averaging_.previous(); }
+  void restore_previous_loads(const Loads& loads) { averaging_.restore(loads); }
 
   /// Tells the observer that this was the end.
   void finish();

@@ -130,11 +130,13 @@ class PointMassBodies : public BodySolver {
 /// Components in this process, made of the solvers above.
 class LocalComponents : public Components {
  public:
-  explicit LocalComponents(double drag) : drag_(drag) {
-    fluid_capabilities_ = {
-        "ConstantDragFluid", "1", {"solver:vacuum", "solver:stokes", "shape:sphere", "checkpoint"}};
+  LocalComponents(double drag, bool saves) : drag_(drag) {
+    fluid_capabilities_ = {"ConstantDragFluid", "1", {"solver:vacuum", "solver:stokes", "shape:sphere"}};
     body_capabilities_ = {
-        "PointMassBodies", "1", {"shape:sphere", "motion:free", "integrator:runge_kutta_4", "checkpoint"}};
+        "PointMassBodies", "1", {"shape:sphere", "motion:free", "integrator:runge_kutta_4"}};
+    if (!saves) return;
+    fluid_capabilities_.features.insert("checkpoint");
+    body_capabilities_.features.insert("checkpoint");
   }
 
   void connect() override {

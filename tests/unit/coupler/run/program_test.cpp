@@ -56,7 +56,7 @@ output: {trajectory: {every_steps: 100}}
     err.str("");
     return run_program(static_cast<int>(argv.size()), argv.data(), out, err, [&](const Options& options) {
       seen = options;
-      auto made = std::make_unique<LocalComponents>(drag);
+      auto made = std::make_unique<LocalComponents>(drag, saves);
       made->before_exchange = before_exchange;
       made->on_connect = on_connect;
       components = made.get();
@@ -83,6 +83,7 @@ output: {trajectory: {every_steps: 100}}
   std::ostringstream err;
   Options seen;
   double drag = 1e-6;
+  bool saves = true;
   std::function<void(std::int64_t)> before_exchange;
   std::function<void()> on_connect;
   LocalComponents* components = nullptr;  ///< valid inside a run only
@@ -106,7 +107,7 @@ TEST_F(Program, RunsACaseAndLeavesACompleteRunDirectory) {
   EXPECT_EQ(provenance["exit_code"], 0);
   EXPECT_EQ(provenance["components"]["fluid"], "ConstantDragFluid 1");
   EXPECT_FALSE(provenance["end"].is_null());
-  EXPECT_NE(content_of(out_dir / "logs" / "coupler.log").find("running 2500 steps"), std::string::npos);
+  EXPECT_NE(content_of(out_dir / "logs" / "coupler.log").find("running steps 0 to 2500"), std::string::npos);
   EXPECT_EQ(content_of(out_dir / "trajectory.csv").substr(0, 5), "step,");
   EXPECT_TRUE(std::filesystem::exists(out_dir / "case.yaml"));
 }
@@ -225,6 +226,101 @@ TEST_F(Program, SaysThatTheRunDirectoryCannotBeMade) {
 
 TEST_F(Program, SaysThatTheLogCannotBeWritten) {
   EXPECT_EQ(run({"--log-file", "/proc/nothing/coupler.log"}), 73);
+}
+
+const std::vector<std::string> checkpoints_every_700{"--set", "output.checkpoint.every_steps=700"};
+
+TEST_F(Program, ResumesAfterACrashBitForBit) {
+  EXPECT_EQ(run(checkpoints_every_700), 0) << out.str();
+  const json undisturbed = file("summary.json");
+  const std::string trajectory = content_of(out_dir / "trajectory.csv");
+  for (const std::int64_t crash : {701L, 1399L, 1400L, 1401L, 2499L}) {
+    std::filesystem::remove_all(out_dir);
+    before_exchange = [crash](std::int64_t step) {
+      if (step == crash) throw ComponentLost("the fluid died (a test). Nothing to do.");
+    };
+    EXPECT_EQ(run(checkpoints_every_700), 69);
+    before_exchange = nullptr;
+    std::vector<std::string> resume = checkpoints_every_700;
+    resume.emplace_back("--resume");
+    EXPECT_EQ(run(resume), 0) << out.str();
+    const json resumed = file("summary.json");
+    EXPECT_EQ(resumed["digest"], undisturbed["digest"]) << crash;
+    EXPECT_EQ(resumed["swimmers"], undisturbed["swimmers"]) << crash;
+    EXPECT_EQ(resumed["resumed_from_step"], crash / 700 * 700) << crash;
+    EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory) << crash;
+    EXPECT_EQ(file("provenance.json")["earlier_attempts"][0]["exit_code"], 69);
+  }
+}
+
+TEST_F(Program, FallsBackToTheCheckpointBeforeADamagedOne) {
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  const json undisturbed = file("summary.json");
+  std::filesystem::resize_file(out_dir / "checkpoints" / "step_000002100" / "body.bin", 10);
+  EXPECT_EQ(run({"--set", "output.checkpoint.every_steps=700", "--resume"}), 0) << out.str();
+  EXPECT_EQ(file("summary.json")["resumed_from_step"], 1400);
+  EXPECT_EQ(file("summary.json")["digest"], undisturbed["digest"]);
+  bool told = false;
+  for (const json& event : events()) told = told || (event["event"] == "notice");
+  EXPECT_TRUE(told);
+}
+
+TEST_F(Program, CannotResumeWithoutACheckpointOrWithThatOfAnotherCase) {
+  EXPECT_EQ(run({"--resume"}), 73);
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  EXPECT_EQ(run({"--resume", "--set", "swimmers.0.stroke.amplitude_N=1.0e-5"}), 73);
+  EXPECT_NE(events().back()["reason"].get<std::string>().find("another case"), std::string::npos);
+}
+
+TEST_F(Program, WritesACheckpointOnSigusr1AndGoesOn) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 1000) std::raise(SIGUSR1);
+  };
+  EXPECT_EQ(run(), 0);
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000001001" / "manifest.json"));
+}
+
+TEST_F(Program, WritesACheckpointBeforeItObeysSigterm) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 1000) std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(), 143);
+  EXPECT_EQ(events().back()["event"], "failure");
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000001001" / "manifest.json"));
+  before_exchange = nullptr;
+  EXPECT_EQ(run({"--resume"}), 0);
+  EXPECT_EQ(file("summary.json")["resumed_from_step"], 1001);
+}
+
+TEST_F(Program, StopsAtOnceWhenSigtermComesTwice) {
+  before_exchange = [](std::int64_t step) {
+    if (step != 1000) return;
+    std::raise(SIGTERM);
+    std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(), 143);
+  EXPECT_FALSE(std::filesystem::exists(out_dir / "checkpoints" / "step_000001001"));
+}
+
+TEST_F(Program, GoesOnWhenTheDiskDoesNotTakeACheckpoint) {
+  std::filesystem::create_directories(out_dir);
+  std::ofstream(out_dir / "checkpoints") << "a file where the folder should be";
+  EXPECT_EQ(run(checkpoints_every_700), 0) << out.str();
+  std::size_t notices = 0;
+  for (const json& event : events()) notices += event["event"] == "notice" ? 1 : 0;
+  EXPECT_EQ(notices, 3U);
+}
+
+TEST_F(Program, WritesCheckpointsByTime) {
+  EXPECT_EQ(run({"--set", "output.checkpoint.every_wall_s=1.0e-9", "--set", "run.steps=5"}), 0);
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000004"));
+}
+
+TEST_F(Program, DoesNotAskComponentsForCheckpointsThatTheyCannotWrite) {
+  saves = false;
+  EXPECT_EQ(run({"--set", "output.checkpoint.every_wall_s=1.0e-9", "--set", "run.steps=5"}), 0);
+  EXPECT_FALSE(std::filesystem::exists(out_dir / "checkpoints"));
+  EXPECT_EQ(run(checkpoints_every_700), 65);
 }
 
 TEST_F(Program, PlansACaseForTheDeployCommand) {

@@ -1,0 +1,137 @@
+#include "checkpoint/checkpoint_store.hpp"
+
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <fcntl.h>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "checkpoint/manifest.hpp"
+#include "contract/errors.hpp"
+#include "run/run_directory.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* name_start = "step_";
+constexpr const char* unfinished = "unfinished";
+constexpr std::size_t kept = 2;
+
+std::string name_of_step(std::int64_t step) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "%s%09lld", name_start, static_cast<long long>(step));
+  return name.data();
+}
+
+/// Step in a checkpoint's name, −1 if it is no such name.
+std::int64_t step_of_name(const std::string& name) {
+  const std::string start = name_start;
+  std::int64_t step = -1;
+  if (!name.starts_with(start)) return -1;
+  const char* end = name.data() + name.size();
+  const auto [stop, error] = std::from_chars(name.data() + start.size(), end, step);
+  return error == std::errc{} && stop == end ? step : -1;
+}
+
+/// A rename is on the disk only when the folder that holds the name is.
+void sync_folder(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+CouplerState read_state(const fs::path& folder) {
+  std::ifstream stream(folder / "coupler.json");
+  return coupler_state_from_json(nlohmann::ordered_json::parse(stream, nullptr, false));
+}
+
+}  // namespace
+
+CheckpointStore::CheckpointStore(fs::path folder, std::string case_key)
+    : folder_(std::move(folder)), case_key_(std::move(case_key)) {}
+
+void CheckpointStore::write(FluidSolver& fluid, BodySolver& body, const CouplerState& state) {
+  const fs::path draft = folder_ / unfinished;
+  const fs::path final = folder_ / name_of_step(state.step);
+  try {
+    fs::remove_all(draft);
+    fs::create_directories(draft);
+    fluid.save((draft / "fluid.h5").string());
+    body.save((draft / "body.bin").string());
+    write_atomically(draft / "coupler.json", to_json(state).dump() + "\n");
+    write_manifest(draft, case_key_, state.step);
+    sync_folder(draft);
+    fs::remove_all(final);  // one that was damaged and computed again
+    fs::rename(draft, final);
+    sync_folder(folder_);
+    remove_old();
+  } catch (const fs::filesystem_error& error) {
+    throw StorageError(std::string("a checkpoint cannot be written (") + error.what() +
+                       "). Free space or check permissions.");
+  }
+}
+
+std::vector<fs::path> CheckpointStore::newest_first() const {
+  std::map<std::int64_t, fs::path, std::greater<>> by_step;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_, error)) {
+    const std::int64_t step = step_of_name(entry.path().filename().string());
+    if (step >= 0) by_step[step] = entry.path();
+  }
+  std::vector<fs::path> folders;
+  for (const auto& [step, path] : by_step) folders.push_back(path);
+  return folders;
+}
+
+void CheckpointStore::remove_old() const {
+  const std::vector<fs::path> folders = newest_first();
+  for (std::size_t i = kept; i < folders.size(); ++i) fs::remove_all(folders[i]);
+}
+
+FoundCheckpoint CheckpointStore::newest() const {
+  FoundCheckpoint found;
+  for (const fs::path& folder : newest_first()) {
+    std::string damage = find_damage(folder, case_key_);
+    if (damage.empty()) {
+      try {
+        found.state = read_state(folder);
+        found.fluid_path = folder / "fluid.h5";
+        found.body_path = folder / "body.bin";
+        return found;
+      } catch (const StorageError& error) {
+        damage = error.what();
+      }
+    }
+    found.skipped.push_back("checkpoint " + folder.string() + " is left out (" + damage + ")");
+  }
+  std::string reasons;
+  for (const std::string& reason : found.skipped) reasons += "; " + reason;
+  throw StorageError(folder_.string() + " holds no checkpoint to resume (none is complete" + reasons +
+                     "). Run the case again without --resume.");
+}
+
+std::uintmax_t CheckpointStore::newest_bytes() const {
+  const std::vector<fs::path> folders = newest_first();
+  if (folders.empty()) return 0;
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folders.front())) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}
+
+std::uintmax_t free_bytes(const fs::path& path) {
+  std::error_code error;
+  const fs::space_info space = fs::space(path, error);
+  return error ? UINTMAX_MAX : space.available;
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "checkpoint/coupler_state.hpp"
+#include "contract/body_solver.hpp"
+#include "contract/fluid_solver.hpp"
+
+namespace copepod::coupler {
+
+/// A checkpoint that can be resumed.
+struct FoundCheckpoint {
+  std::filesystem::path fluid_path;
+  std::filesystem::path body_path;
+  CouplerState state;
+  std::vector<std::string> skipped;  ///< newer ones that could not be used, and why
+};
+
+/// The checkpoints of a run: `checkpoints/step_000001000/{fluid.h5, body.bin, coupler.json, manifest.json}`.
+///
+/// Writing takes two phases: everything goes to a folder with another name first; once it is complete and on
+/// the disk the folder gets its name. So a checkpoint that has a name is complete, and one that was damaged
+/// later is found out by the checksums in its manifest. The newest two are kept.
+class CheckpointStore {
+ public:
+  /// @param case_key  what makes two runs the same case; a checkpoint of another one is not used
+  CheckpointStore(std::filesystem::path folder, std::string case_key);
+
+  /// Lets both solvers save and commits the result as the newest checkpoint. Legal between two steps.
+  /// @throws StorageError, and what the solvers throw; older checkpoints stay as they are
+  void write(FluidSolver& fluid, BodySolver& body, const CouplerState& state);
+
+  /// The newest checkpoint that is complete, undamaged and of this case.
+  /// @throws StorageError if there is none
+  [[nodiscard]] FoundCheckpoint newest() const;
+
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+
+  /// Bytes of the newest checkpoint, 0 if there is none; what the next one will need, more or less.
+  [[nodiscard]] std::uintmax_t newest_bytes() const;
+
+ private:
+  [[nodiscard]] std::vector<std::filesystem::path> newest_first() const;
+  void remove_old() const;
+
+  std::filesystem::path folder_;
+  std::string case_key_;
+};
+
+/// Free bytes of the disk that holds `path`.
+std::uintmax_t free_bytes(const std::filesystem::path& path);
+
+}  // namespace copepod::coupler

@@ -1,0 +1,90 @@
+#include "checkpoint/manifest.hpp"
+
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "contract/digest.hpp"
+#include "contract/errors.hpp"
+#include "run/run_directory.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr const char* manifest_name = "manifest.json";
+constexpr int format_version = 1;
+
+std::set<fs::path> files_below(const fs::path& folder) {
+  std::set<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const fs::path relative = fs::relative(entry.path(), folder);
+    if (entry.is_regular_file() && relative != manifest_name) files.insert(relative);
+  }
+  return files;
+}
+
+std::string find_damage_of_file(const fs::path& folder, const ordered_json& file) {
+  const fs::path path = folder / file.at("path").get<std::string>();
+  std::error_code error;
+  if (fs::file_size(path, error) != file.at("bytes").get<std::uintmax_t>() || error)
+    return path.string() + " has the wrong size";
+  if (checksum(path) != file.at("checksum").get<std::uint64_t>()) return path.string() + " has changed";
+  return {};
+}
+
+}  // namespace
+
+std::uint64_t checksum(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  Digest digest;
+  std::uint64_t length = 0;
+  std::array<std::uint64_t, 8192> words{};
+  while (stream) {
+    words.fill(0);
+    stream.read(reinterpret_cast<char*>(words.data()), sizeof words);
+    const auto bytes = static_cast<std::uint64_t>(stream.gcount());
+    for (std::uint64_t i = 0; i < (bytes + 7) / 8; ++i) digest.add(words[i]);
+    length += bytes;
+  }
+  if (!stream.eof())
+    throw StorageError(file.string() + " cannot be read (missing or a bad disk). Use another checkpoint.");
+  digest.add(length);
+  return digest.value();
+}
+
+void write_manifest(const fs::path& folder, const std::string& case_key, std::int64_t step) {
+  ordered_json files = ordered_json::array();
+  for (const fs::path& file : files_below(folder)) {
+    files.push_back({{"path", file.string()},
+                     {"bytes", fs::file_size(folder / file)},
+                     {"checksum", checksum(folder / file)}});
+  }
+  const ordered_json manifest = {
+      {"format", format_version}, {"case", case_key}, {"step", step}, {"files", files}};
+  write_atomically(folder / manifest_name, manifest.dump(2) + "\n");
+}
+
+std::string find_damage(const fs::path& folder, const std::string& case_key) {
+  std::ifstream stream(folder / manifest_name);
+  if (!stream) return "it has no manifest (writing it was interrupted)";
+  try {
+    const ordered_json manifest = ordered_json::parse(stream);
+    if (manifest.at("format") != format_version) return "its format is unknown";
+    if (manifest.at("case") != case_key) return "it belongs to another case";
+    for (const ordered_json& file : manifest.at("files")) {
+      const std::string damage = find_damage_of_file(folder, file);
+      if (!damage.empty()) return damage;
+    }
+  } catch (const std::exception& error) {
+    return std::string("it cannot be read: ") + error.what();
+  }
+  return {};
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace copepod::coupler {
+
+/// Checksum of a file's bytes (splitmix64 chain over 8-byte words, length last).
+/// @throws StorageError if it cannot be read
+std::uint64_t checksum(const std::filesystem::path& file);
+
+/// Writes `folder`/manifest.json: case, step, and size and checksum of every other file below `folder`.
+/// @throws StorageError
+void write_manifest(const std::filesystem::path& folder, const std::string& case_key, std::int64_t step);
+
+/// Compares a folder with its manifest.
+/// @return what is wrong with it, empty if nothing is
+std::string find_damage(const std::filesystem::path& folder, const std::string& case_key);
+
+}  // namespace copepod::coupler

@@ -1,0 +1,65 @@
+#include "run/checkpointer.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <string>
+
+#include <spdlog/spdlog.h>
+
+#include "config/setups.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::coupler {
+
+Checkpointer::Checkpointer(const CheckpointStore& store, Ability able, const Case& the_case,
+                           std::int64_t first_step, RunSignals& signals, Events& events)
+    : store_(store),
+      able_(able),
+      schedule_(the_case.output.checkpoint_every_steps, the_case.output.checkpoint_every_wall_s, first_step,
+                CheckpointSchedule::Clock::now()),
+      expected_bytes_(
+          static_cast<std::uintmax_t>(lattice_memory_bytes(the_case.fluid) / 2)),  // one set of populations
+      signals_(signals),
+      events_(events) {
+  signals_.sigterm_waits_for_checkpoint.store(able_ == Ability::saves);
+}
+
+Checkpointer::~Checkpointer() { signals_.sigterm_waits_for_checkpoint.store(false); }
+
+bool Checkpointer::wants_pause(std::int64_t step) {
+  if (const int signal = signals_.stop.load(); signal != 0) throw Interrupted(signal, step);
+  if (able_ == Ability::none) return false;
+  return signals_.checkpoint.load() != 0 || schedule_.due(step, CheckpointSchedule::Clock::now());
+}
+
+void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
+                         Audience& audience) {
+  events_.phase("checkpointing");
+  const int signal = signals_.checkpoint.exchange(0);
+  try {
+    commit(fluid, body, scheme, audience);
+  } catch (const StorageError& error) {
+    const std::string text = "No checkpoint of step " + std::to_string(scheme.step()) + ": " + error.what();
+    spdlog::error(text);
+    events_.notice(text);
+  }
+  schedule_.written(scheme.step(), CheckpointSchedule::Clock::now());
+  if (signal == SIGTERM) throw Interrupted(signal, scheme.step());
+  events_.phase("running");
+}
+
+/// Looks at the disk first: a solver that fails to save cannot go on, one that was not asked can.
+void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
+                          Audience& audience) {
+  const std::uintmax_t needed = std::max(store_.newest_bytes(), expected_bytes_) + (std::uintmax_t{1} << 20);
+  if (const std::uintmax_t available = free_bytes(store_.folder().parent_path()); available < needed) {
+    throw StorageError(std::to_string(available) + " bytes are free where a checkpoint takes about " +
+                       std::to_string(needed) +
+                       " (the disk is nearly full). Free some space; the run goes on.");
+  }
+  audience.sync_files();
+  store_.write(fluid, body, {scheme.step(), scheme.previous_loads(), audience.sums()});
+  spdlog::info("checkpoint of step {}", scheme.step());
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+
+#include "checkpoint/checkpoint_schedule.hpp"
+#include "checkpoint/checkpoint_store.hpp"
+#include "config/case.hpp"
+#include "run/audience.hpp"
+#include "run/events.hpp"
+#include "run/signals.hpp"
+#include "scheme/serial_explicit.hpp"
+
+namespace copepod::coupler {
+
+/// Interrupts a run where a checkpoint is due or a signal wants something, and writes checkpoints.
+class Checkpointer {
+ public:
+  /// References must outlive this object.
+  /// @param able  whether both components can save; if not, signals only stop
+  enum class Ability { none, saves };
+  Checkpointer(const CheckpointStore& store, Ability able, const Case& the_case, std::int64_t first_step,
+               RunSignals& signals, Events& events);
+  Checkpointer(const Checkpointer&) = delete;
+  Checkpointer& operator=(const Checkpointer&) = delete;
+  ~Checkpointer();
+
+  /// Whether the run should pause before `step`.
+  /// @throws Interrupted if a signal wants the run to end now
+  bool wants_pause(std::int64_t step);
+
+  /// Writes a checkpoint of the pausing run. Where the disk does not take it, says so and lets the run go on.
+  /// @throws Interrupted after it, if SIGTERM asked for it; what the solvers throw
+  void write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, Audience& audience);
+
+ private:
+  void commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, Audience& audience);
+
+  CheckpointStore store_;
+  Ability able_;
+  CheckpointSchedule schedule_;
+  std::uintmax_t expected_bytes_;  ///< of the first checkpoint
+  RunSignals& signals_;
+  Events& events_;
+};
+
+}  // namespace copepod::coupler

@@ -1,0 +1,200 @@
+#include "checkpoint/checkpoint_store.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "checkpoint/manifest.hpp"
+#include "contract/errors.hpp"
+#include "fakes.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string content_of(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+CouplerState state_of(std::int64_t step) {
+  CouplerState state;
+  state.step = step;
+  state.previous_loads.step = step - 1;
+  state.previous_loads.force_N = Eigen::Matrix3Xd::Random(3, 2) / 3.0;
+  state.previous_loads.torque_N_m = Eigen::Matrix3Xd::Random(3, 2) * 1e-300;
+  PeriodSums sums;
+  sums.arm_m = {1.0 / 3.0, -1e-17};
+  sums.power_W = 0.1 + 0.2;
+  sums.samples = 12345;
+  state.swimmers = {sums, PeriodSums{}};
+  return state;
+}
+
+class Store : public testing::Test {
+ protected:
+  Store()
+      : folder(fs::path(testing::TempDir()) /
+               ("store_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))),
+        store(folder, "case one"),
+        body(BodySetup{}) {
+    fs::remove_all(folder);
+  }
+  void write(std::int64_t step) { store.write(fluid, body, state_of(step)); }
+
+  fs::path folder;
+  CheckpointStore store;
+  ConstantDragFluid fluid{1.0};
+  PointMassBodies body;
+};
+
+TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
+  const CouplerState state = state_of(1000);
+  store.write(fluid, body, state);
+  const CouplerState found = store.newest().state;
+  EXPECT_EQ(found.step, 1000);
+  EXPECT_EQ(found.previous_loads.step, 999);
+  EXPECT_EQ(found.previous_loads.force_N, state.previous_loads.force_N);
+  EXPECT_EQ(found.previous_loads.torque_N_m, state.previous_loads.torque_N_m);
+  ASSERT_EQ(found.swimmers.size(), 2U);
+  EXPECT_EQ(found.swimmers[0].arm_m, state.swimmers[0].arm_m);
+  EXPECT_EQ(found.swimmers[0].power_W, state.swimmers[0].power_W);
+  EXPECT_EQ(found.swimmers[0].samples, 12345);
+}
+
+TEST_F(Store, KeepsTheNewestTwoAndNothingUnfinished) {
+  for (const std::int64_t step : {1000L, 2000L, 3000L, 1'000'000'000L}) write(step);
+  EXPECT_FALSE(fs::exists(folder / "step_000001000"));
+  EXPECT_FALSE(fs::exists(folder / "step_000002000"));
+  EXPECT_TRUE(fs::exists(folder / "step_000003000" / "manifest.json"));
+  EXPECT_TRUE(fs::exists(folder / "step_1000000000" / "fluid.h5"));
+  EXPECT_FALSE(fs::exists(folder / "unfinished"));
+  EXPECT_EQ(store.newest().state.step, 1'000'000'000);
+}
+
+TEST_F(Store, IgnoresACheckpointThatWasNotFinished) {
+  write(1000);
+  write(2000);
+  fs::rename(folder / "step_000002000", folder / "unfinished");
+  EXPECT_EQ(store.newest().state.step, 1000);
+}
+
+TEST_F(Store, FindsEveryBitThatFlipsInAnyFile) {
+  write(1000);
+  write(2000);
+  const fs::path newest = folder / "step_000002000";
+  for (const char* name : {"fluid.h5", "body.bin", "coupler.json"}) {
+    const std::string good = content_of(newest / name);
+    ASSERT_FALSE(good.empty());
+    for (std::size_t byte = 0; byte < good.size(); byte += 7) {
+      std::string bad = good;
+      bad[byte] = static_cast<char>(bad[byte] ^ (1 << (byte % 8)));
+      std::ofstream(newest / name, std::ios::binary) << bad;
+      const FoundCheckpoint found = store.newest();
+      EXPECT_EQ(found.state.step, 1000) << name << " byte " << byte;
+      EXPECT_EQ(found.skipped.size(), 1U);
+    }
+    std::ofstream(newest / name, std::ios::binary) << good;
+  }
+  EXPECT_EQ(store.newest().state.step, 2000);
+}
+
+TEST_F(Store, NeverUsesADamagedManifestForSomethingElse) {
+  write(1000);
+  write(2000);
+  const fs::path manifest = folder / "step_000002000" / "manifest.json";
+  const std::string good = content_of(manifest);
+  for (std::size_t length = 0; length < good.size() - 1; length += 11) {
+    std::ofstream(manifest, std::ios::binary) << good.substr(0, length);
+    EXPECT_EQ(store.newest().state.step, 1000) << length;
+  }
+}
+
+TEST_F(Store, FindsATruncatedAndAMissingFile) {
+  write(1000);
+  write(2000);
+  fs::resize_file(folder / "step_000002000" / "body.bin", 3);
+  EXPECT_EQ(store.newest().state.step, 1000);
+  fs::remove(folder / "step_000001000" / "fluid.h5");
+  EXPECT_THROW(store.newest(), StorageError);
+}
+
+TEST_F(Store, RefusesTheCheckpointOfAnotherCase) {
+  write(1000);
+  const CheckpointStore other(folder, "case two");
+  try {
+    (void)other.newest();
+    FAIL() << "the checkpoint of another case was used";
+  } catch (const StorageError& error) {
+    EXPECT_NE(std::string(error.what()).find("belongs to another case"), std::string::npos);
+  }
+}
+
+TEST_F(Store, SaysThatThereIsNothingToResume) {
+  EXPECT_THROW(store.newest(), StorageError);
+  EXPECT_EQ(store.newest_bytes(), 0U);
+}
+
+TEST_F(Store, LeavesOlderOnesAloneWhenASolverCannotSave) {
+  write(1000);
+  class FullDisk final : public ConstantDragFluid {
+   public:
+    FullDisk() : ConstantDragFluid(1.0) {}
+    void save(const std::string& path) override {
+      throw StorageError(path + " cannot be written (disk full). Free space.");
+    }
+  } full;
+  EXPECT_THROW(store.write(full, body, state_of(2000)), StorageError);
+  EXPECT_EQ(store.newest().state.step, 1000);
+  write(3000);
+  EXPECT_EQ(store.newest().state.step, 3000);
+}
+
+TEST_F(Store, ReportsAFolderThatCannotBeMade) {
+  std::ofstream(folder) << "a file where the folder should be";
+  EXPECT_THROW(write(1000), StorageError);
+  fs::remove(folder);
+}
+
+TEST_F(Store, KnowsHowMuchRoomACheckpointTakes) {
+  write(1000);
+  EXPECT_GT(store.newest_bytes(), 500U);
+  EXPECT_GT(free_bytes(folder), 0U);
+  EXPECT_EQ(free_bytes("/nonexistent"), UINTMAX_MAX);
+}
+
+TEST(CouplerState, RejectsWhatIsIncomplete) {
+  auto json = to_json(state_of(5));
+  EXPECT_NO_THROW(coupler_state_from_json(json));
+  auto odd = json;
+  odd["previous_loads"]["force_N"] = {1.0, 2.0};
+  EXPECT_THROW(coupler_state_from_json(odd), StorageError);
+  json["swimmers"][0].erase("power_W");
+  EXPECT_THROW(coupler_state_from_json(json), StorageError);
+  EXPECT_THROW(coupler_state_from_json(nlohmann::ordered_json::parse("[1", nullptr, false)), StorageError);
+}
+
+TEST(Checksum, DependsOnEveryByteAndOnTheLength) {
+  const fs::path file = fs::path(testing::TempDir()) / "checksum.bin";
+  const auto of = [&](const std::string& content) {
+    std::ofstream(file, std::ios::binary) << content;
+    return checksum(file);
+  };
+  const std::string text(100'003, 'x');
+  EXPECT_NE(of(text), of(text + std::string(1, '\0')));
+  std::string other = text;
+  other[70'001] = 'y';
+  EXPECT_NE(of(text), of(other));
+  EXPECT_EQ(of(text), of(text));
+  EXPECT_THROW(checksum("/nonexistent"), StorageError);
+}
+
+}  // namespace
+}  // namespace copepod::coupler
