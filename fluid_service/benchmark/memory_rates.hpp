@@ -18,7 +18,7 @@ inline double seconds_since(std::chrono::steady_clock::time_point start) {
 /// nothing else: the memory traffic of an in-place update without its arithmetic.
 template <class T>
 void touch_streams(T* populations, const PopulationLayout& layout) {
-  typedef T Pack __attribute__((vector_size(32), aligned(sizeof(T)), may_alias));
+  using Pack [[gnu::vector_size(32), gnu::aligned(sizeof(T)), gnu::may_alias]] = T;
   constexpr auto width = static_cast<std::int64_t>(32 / sizeof(T));
   const Box& block = layout.block();
   for (std::int64_t x = 0; x < block.extent(0); ++x)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "bodies/body_map.hpp"
@@ -32,7 +33,9 @@ class Refill {
     std::int64_t neighbour = 0;  ///< linear index of the domain cell whose density is needed
     std::int64_t cell = 0;       ///< index in the layout, on the side that knows the density
     double density = 0.0;
-    auto operator<=>(const Request&) const = default;
+    bool operator<(const Request& other) const {
+      return std::tie(rank, uncovered, neighbour) < std::tie(other.rank, other.uncovered, other.neighbour);
+    }
   };
   struct Site {
     const BodyMap::ChangedCell* cell = nullptr;

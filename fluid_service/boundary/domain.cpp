@@ -40,10 +40,12 @@ Domain::Domain(const FluidSetup& setup, const LatticeUnits& units)
     if (cells_[axis] < 1)
       throw CaseError(
           "domain_cells has no cell along an axis (a domain needs at least one). Make it larger.");
-    for (int side = 0; side < 2; ++side)
-      faces_[2 * axis + side] = make_face(setup.boundaries[2 * axis + side], units);
-    const bool low_periodic = faces_[2 * axis].kind == FaceKind::periodic;
-    if (low_periodic != (faces_[2 * axis + 1].kind == FaceKind::periodic))
+    Face& low = faces_[face_index(axis, false)];
+    Face& high = faces_[face_index(axis, true)];
+    low = make_face(setup.boundaries[face_index(axis, false)], units);
+    high = make_face(setup.boundaries[face_index(axis, true)], units);
+    const bool low_periodic = low.kind == FaceKind::periodic;
+    if (low_periodic != (high.kind == FaceKind::periodic))
       throw CaseError(
           std::string("only one face of axis ") + axis_name[axis] +
           " is periodic (what leaves through one must enter through the other). Make both periodic.");
@@ -54,8 +56,8 @@ Domain::Domain(const FluidSetup& setup, const LatticeUnits& units)
           " in a domain with an odd number of cells (the plane must lie on cell faces). Use an even number.");
     cells_[axis] /= 2;
     // A domain that is periodic and symmetric about its middle is symmetric about its ends too.
-    if (low_periodic) faces_[2 * axis].kind = FaceKind::mirror;
-    faces_[2 * axis + 1] = Face{.kind = FaceKind::mirror};
+    if (low_periodic) low.kind = FaceKind::mirror;
+    high = Face{.kind = FaceKind::mirror};
   }
 }
 

@@ -25,6 +25,11 @@ struct Face {
   double excess_density_lu = 0.0;
 };
 
+/// Place of a face in arrays of six: x low, x high, y low, …
+constexpr std::size_t face_index(int axis, bool high) {
+  return 2 * static_cast<std::size_t>(axis) + (high ? 1 : 0);
+}
+
 /// The computed part of the domain: size, faces and symmetry; pure arithmetic on cell indices.
 ///
 /// A symmetry plane through the middle of an axis halves the computed domain: the lower half is kept and its
@@ -34,7 +39,7 @@ class Domain {
   Domain(const FluidSetup& setup, const LatticeUnits& units);
 
   [[nodiscard]] const Cell& cells() const { return cells_; }  ///< computed
-  [[nodiscard]] const Face& face(int axis, bool high) const { return faces_[2 * axis + (high ? 1 : 0)]; }
+  [[nodiscard]] const Face& face(int axis, bool high) const { return faces_[face_index(axis, high)]; }
   [[nodiscard]] bool periodic(int axis) const { return face(axis, false).kind == FaceKind::periodic; }
   [[nodiscard]] bool symmetric(int axis) const { return symmetric_[axis]; }
   [[nodiscard]] Box box() const { return {{0, 0, 0}, cells_}; }

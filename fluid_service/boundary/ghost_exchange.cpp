@@ -95,8 +95,8 @@ void GhostExchange<T>::collect(const Domain& domain, const BlockPartition& parti
       for (int p = 0; p < 2; ++p)
         peer(owner).receive[p].add(layout.location(ghost_cell, direction, placements[p]), 0);
       for (int axis = 0; axis < 3; ++axis) {
-        if (ghost[axis] < block.low[axis]) remote[2 * axis] = true;
-        if (ghost[axis] >= block.high[axis]) remote[2 * axis + 1] = true;
+        if (ghost[axis] < block.low[axis]) remote[face_index(axis, false)] = true;
+        if (ghost[axis] >= block.high[axis]) remote[face_index(axis, true)] = true;
       }
     } else if (source.kind == GhostSource::Kind::pressure) {
       pressure_.push_back(
@@ -117,7 +117,7 @@ void GhostExchange<T>::split_block(const PopulationLayout& layout, const std::ar
   interior_ = {{0, 0, 0}, {block.extent(0), block.extent(1), block.extent(2)}};
   for (int axis = 0; axis < 3; ++axis)
     for (const bool high : {false, true}) {
-      if (!remote[2 * axis + (high ? 1 : 0)] || interior_.extent(axis) == 0) continue;
+      if (!remote[face_index(axis, high)] || interior_.extent(axis) == 0) continue;
       Box slab = interior_;
       if (high) {
         slab.low[axis] = --interior_.high[axis];

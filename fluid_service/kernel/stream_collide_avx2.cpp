@@ -13,7 +13,7 @@ StreamCollide<T> stream_collide_avx2() {
 #ifdef __AVX2__
   return __builtin_cpu_supports("avx2") ? &StreamCollideLoop<Avx2, T>::run : nullptr;
 #else
-  return nullptr;   // not built for x86-64
+  return nullptr;  // not built for x86-64
 #endif
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <new>
 #include <sys/mman.h>
 
@@ -16,8 +17,9 @@ class HugeArray {
     base_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (base_ == MAP_FAILED) throw std::bad_alloc();
     madvise(base_, bytes_, MADV_HUGEPAGE);
-    const auto address = reinterpret_cast<std::size_t>(base_);
-    data_ = reinterpret_cast<T*>((address + page - 1) / page * page);
+    void* aligned = base_;
+    std::size_t room = bytes_;
+    data_ = static_cast<T*>(std::align(page, size * sizeof(T), aligned, room));
   }
   HugeArray(const HugeArray&) = delete;
   HugeArray& operator=(const HugeArray&) = delete;

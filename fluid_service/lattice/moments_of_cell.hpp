@@ -16,7 +16,7 @@ struct CellMoments {
 template <class T>
 double excess_density_of_cell(const T* populations, const PopulationLayout& layout, std::int64_t cell,
                               Placement placement) {
-  double sum = static_cast<double>(populations[layout.location(cell, 0, placement)]);
+  auto sum = static_cast<double>(populations[layout.location(cell, 0, placement)]);
   // Pairs first: the sum is then the same for a cell and its mirror image.
   double axes = 0.0;
   double diagonals[3] = {0.0, 0.0, 0.0};

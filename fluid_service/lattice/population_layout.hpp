@@ -73,7 +73,7 @@ class PopulationLayout {
   std::int64_t pitch_;  ///< values per row
   std::int64_t plane_;  ///< values per plane of constant x
   std::int64_t slot_;   ///< values between two slots of a cell
-  std::int64_t location_[2][d3q19::directions];  ///< of f̃_α relative to its cell, by placement
+  std::int64_t location_[2][d3q19::directions] = {};  ///< of f̃_α relative to its cell, by placement
 };
 
 }  // namespace copepod::fluid

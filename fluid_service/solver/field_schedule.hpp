@@ -28,7 +28,7 @@ class FieldSchedule {
   [[nodiscard]] bool enters_mean(std::int64_t step) const;
 
   FieldOutput output_;
-  std::unique_ptr<FieldWriter> writer_;   ///< none if nothing is to be written
+  std::unique_ptr<FieldWriter> writer_;  ///< none if nothing is to be written
   MeanField mean_;
 };
 
