@@ -1,0 +1,119 @@
+#include "config/setups.hpp"
+
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "config/load_case.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+LoadedCase every_key(const std::vector<std::string>& overrides = {}) {
+  return load_case(std::string(CONFIG_TESTS) + "/every_key.yaml", overrides);
+}
+
+TEST(Step, FollowsFromTheRelaxationTimeAndBack) {
+  // The paper's parameters: τ = 2/3, Δx = 1 µm, ν = 7.36e-5 m²/s give 7.5483e-10 s.
+  const double step_s = step_from_relaxation_time(2.0 / 3.0, 1e-6, 7.36e-5);
+  EXPECT_NEAR(step_s, 7.54831e-10, 1e-15);
+  EXPECT_NEAR(relaxation_time_from_step(step_s, 1e-6, 7.36e-5), 2.0 / 3.0, 1e-15);
+}
+
+TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
+  const LoadedCase loaded = every_key();
+  const FluidSetup setup = make_fluid_setup(loaded.content, loaded.assembly, "/somewhere");
+  EXPECT_EQ(setup.kind, FluidKind::lattice_boltzmann);
+  EXPECT_EQ(setup.step_s, loaded.content.step_s);
+  EXPECT_EQ(setup.domain_cells, (std::array<std::int64_t, 3>{48, 50, 96}));
+  EXPECT_EQ(setup.boundaries[0].kind, BoundaryKind::no_slip);
+  EXPECT_EQ(setup.boundaries[1].velocity_m_per_s, Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ(setup.boundaries[2].kind, BoundaryKind::velocity);
+  EXPECT_EQ(setup.boundaries[4].pressure_Pa, 1.0);
+  EXPECT_EQ(setup.symmetry_planes, (std::array<bool, 3>{false, true, false}));
+  EXPECT_EQ(setup.body_force_N_per_m3, Eigen::Vector3d(0, 0, 0.25));
+  EXPECT_EQ(setup.collision, CollisionKind::trt);
+  EXPECT_EQ(setup.precision, Precision::single_precision);
+  ASSERT_EQ(setup.bodies.size(), 4U);
+  EXPECT_EQ(setup.bodies[1].kind, ShapeKind::capsule);
+  EXPECT_EQ(setup.fields.directory, "/somewhere");
+  EXPECT_EQ(setup.fields.every_steps, 1000);
+  EXPECT_EQ(setup.fields.mean_start, 8000);
+  EXPECT_EQ(setup.fields.mean_stop, 12000);
+  EXPECT_EQ(setup.fields.mean_every_steps, 10);
+}
+
+TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
+  const LoadedCase loaded = every_key();
+  const BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
+  EXPECT_EQ(setup.integrator, Integrator::semi_implicit_euler);
+  EXPECT_EQ(setup.gravity_m_per_s2, Eigen::Vector3d(0, 0, -9.81));
+  EXPECT_EQ(setup.fluid_density_kg_per_m3, 1360);
+  ASSERT_EQ(setup.bodies.size(), 4U);
+  EXPECT_EQ(setup.bodies[3].name, "ball");
+  EXPECT_EQ(setup.bodies[3].motion, MotionKind::axis);
+  EXPECT_TRUE(setup.bodies[3].axis.isApprox(Eigen::Vector3d(0, 0.6, 0.8)));
+  ASSERT_EQ(setup.springs.size(), 3U);
+  EXPECT_EQ(setup.springs[0].stiffness_N_per_m, 20);  // of the chosen parameter set
+  EXPECT_EQ(setup.springs[2].body_A, 3);
+  EXPECT_EQ(setup.springs[2].body_B, 0);
+  EXPECT_EQ(setup.springs[2].anchor_B_m, Eigen::Vector3d(0, 0, -1e-6));
+}
+
+TEST(BodySetup, KnowsThePeriodsOfTheDomain) {
+  const LoadedCase loaded = every_key({"fluid.boundaries.z=periodic"});
+  const BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
+  EXPECT_EQ(setup.periodic_length_m[0], 0.0);
+  EXPECT_NEAR(setup.periodic_length_m[2], 96e-6, 1e-18);
+}
+
+TEST(BodySetup, HasNoBuoyancyInVacuum) {
+  LoadedCase loaded = every_key();
+  loaded.content.fluid.solver = FluidSolverChoice::vacuum;
+  EXPECT_EQ(make_body_setup(loaded.content, loaded.assembly).fluid_density_kg_per_m3, 0.0);
+}
+
+TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
+  const LoadedCase loaded = every_key();
+  EXPECT_EQ(required_of_fluid(loaded.content, loaded.assembly),
+            (std::set<std::string>{"boundary:no_slip", "boundary:pressure", "boundary:velocity", "checkpoint",
+                                   "collision:trt", "fields", "precision:single", "shape:capsule",
+                                   "shape:sphere", "solver:lattice_boltzmann", "symmetry_planes"}));
+  // The case brings its own body service, which integrates in its own way.
+  EXPECT_EQ(
+      required_of_body(loaded.content, loaded.assembly),
+      (std::set<std::string>{"checkpoint", "motion:axis", "motion:free", "shape:capsule", "shape:sphere"}));
+}
+
+TEST(Requirements, AreFewForOtherSolvers) {
+  LoadedCase loaded = every_key();
+  loaded.content.fluid.solver = FluidSolverChoice::stokes;
+  EXPECT_TRUE(required_of_fluid(loaded.content, loaded.assembly).contains("solver:stokes"));
+  EXPECT_FALSE(required_of_fluid(loaded.content, loaded.assembly).contains("collision:trt"));
+  EXPECT_EQ(make_fluid_setup(loaded.content, loaded.assembly, "").kind, FluidKind::stokes);
+  loaded.content.fluid.solver = FluidSolverChoice::external;
+  EXPECT_TRUE(required_of_fluid(loaded.content, loaded.assembly).empty());
+}
+
+TEST(Requirements, AreComparedWithWhatAComponentCanDo) {
+  const Capabilities component{"Drag", "2", {"shape:sphere"}};
+  EXPECT_NO_THROW(require_features(component, {"shape:sphere"}));
+  try {
+    require_features(component, {"shape:capsule", "shape:sphere", "fields"});
+    FAIL() << "a missing feature was not noticed";
+  } catch (const Refused& refusal) {
+    EXPECT_NE(std::string(refusal.what()).find("fields, shape:capsule"), std::string::npos);
+    EXPECT_NE(std::string(refusal.what()).find("Drag 2"), std::string::npos);
+  }
+}
+
+TEST(Estimate, CountsTheComputedPartOfASymmetricDomain) {
+  const LoadedCase loaded = every_key();
+  EXPECT_EQ(computed_cells(loaded.content.fluid), 48 * 25 * 96);
+  EXPECT_EQ(lattice_memory_bytes(loaded.content.fluid), 48 * 25 * 96 * 2 * 19 * 4);
+}
+
+}  // namespace
+}  // namespace copepod::coupler

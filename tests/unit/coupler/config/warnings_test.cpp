@@ -1,0 +1,63 @@
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "config/load_case.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// A case that runs but has something doubtful: overrides of the quick swimmer, the line, and words of the
+/// warning.
+struct Doubtful {
+  std::string name;
+  std::vector<std::string> overrides;
+  std::string words;
+};
+
+const std::vector<Doubtful> doubtful_cases{
+    {"large_relaxation_time", {"fluid.relaxation_time=2.5"}, "walls lose their place"},
+    {"bead_close_to_a_wall",
+     {"swimmers.0.center_m=[24.0e-6, 24.0e-6, 21.0e-6]", "swimmers.0.rest_gap_m=[8.5e-6, 8.0e-6]"},
+     "less than one cell from the z face"},
+    {"beads_close_together", {"swimmers.0.rest_gap_m=[0.5e-6, 8.0e-6]"}, "less than one cell apart"},
+    {"bead_of_a_cell", {"swimmers.0.beads.1.radius_m=1.0e-6"}, "less than two cells"},
+    {"strong_stroke",
+     {"swimmers.0.stroke.amplitude_N=2.0e-3", "fluid.collision=trt"},
+     "compressibility shows"},
+    {"long_stroke", {"swimmers.0.stroke.amplitude_N=3.0e-4"}, "more than the gap between them"},
+    {"short_run",
+     {"run.steps=11000", "output.fields.mean_over_steps=[0, 0]"},
+     "Run longer for a result table"},
+    {"mean_of_one_sample", {"output.fields.mean_every_steps=5000"}, "one sample in the whole window"},
+    {"stretched_spring",
+     {"springs=[{bodies: [swimmer.B2, swimmer.B3], stiffness_N_per_m: 1, rest_length_m: 1.0e-6}]"},
+     "it will jerk its bodies"},
+};
+
+class DoubtfulCase : public testing::TestWithParam<Doubtful> {};
+
+TEST_P(DoubtfulCase, IsAcceptedWithAWarning) {
+  const LoadedCase loaded =
+      load_case(std::string(CONFIGS) + "/quick/three_sphere.yaml", GetParam().overrides);
+  bool found = false;
+  for (const std::string& warning : loaded.warnings) {
+    found = found || (warning.find(": warning: ") != std::string::npos &&
+                      warning.find(GetParam().words) != std::string::npos);
+  }
+  EXPECT_TRUE(found) << testing::PrintToString(loaded.warnings);
+}
+
+INSTANTIATE_TEST_SUITE_P(Config, DoubtfulCase, testing::ValuesIn(doubtful_cases),
+                         [](const auto& instance) { return instance.param.name; });
+
+TEST(DoubtfulCases, AreNotThoseOfOurConfigs) {
+  for (const char* file : {"/quick/three_sphere.yaml", "/quick/vacuum.yaml", "/paper/vacuum.yaml",
+                           "/paper/design_a.yaml", "/paper/design_q.yaml"}) {
+    EXPECT_TRUE(load_case(std::string(CONFIGS) + file, {}).warnings.empty()) << file;
+  }
+}
+
+}  // namespace
+}  // namespace copepod::coupler
