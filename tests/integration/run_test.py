@@ -100,6 +100,41 @@ class Finishing(RealRun):
         self.assertTrue((self.folder / "report/quick_three_sphere_mean_flow.png").exists())
 
 
+class Resuming(RealRun):
+    LENGTH = ("--set", "run.steps=3000", "--set", "output.fields.mean_over_steps=[0, 0]")
+
+    def summary_of(self, directory):
+        return json.loads((self.folder / directory / "summary.json").read_text())
+
+    def test_sigterm_leaves_a_checkpoint_from_which_the_run_ends_as_if_nothing_had_happened(self):
+        undisturbed = self.finish(QUICK, *self.LENGTH)
+        session = self.start("run", QUICK, *self.LENGTH, "--out", "stopped")
+        session.wait_for("copepod: step 0 of")
+        time.sleep(0.7)
+        session.process.send_signal(signal.SIGTERM)
+        self.assertEqual(session.end(), 143, "".join(session.stderr))
+        self.assert_nothing_left(session)
+        self.assertIn("--out stopped", session.last_line)
+        self.assertTrue(session.last_line.endswith("--resume"), session.last_line)
+        session = self.start("run", QUICK, *self.LENGTH, "--out", "stopped", "--ranks", "1", "--resume")
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        self.assertEqual(self.summary_of("stopped")["digest"], undisturbed["digest"])
+
+    def test_killed_rank_is_restarted_from_the_last_checkpoint(self):
+        undisturbed = self.finish(QUICK, *self.LENGTH)
+        checkpoints = ("--set", "output.checkpoint.every_steps=200")
+        session = self.start("run", QUICK, *self.LENGTH, *checkpoints, "--out", "killed", "--restarts", "1")
+        session.wait_for("copepod: step 0 of")
+        while not any((self.folder / "killed").glob("checkpoints/*")):
+            time.sleep(0.05)
+        time.sleep(0.3)
+        session.kill(signal.SIGKILL, "fluid", "1")
+        session.wait_for("starting again from the last checkpoint")
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        self.assertEqual(self.summary_of("killed")["digest"], undisturbed["digest"])
+        self.assert_nothing_left(session)
+
+
 class Failing(RealRun):
     def assert_loss(self, session, component, rank):
         self.assert_ends(session, 69, within_s=5)
