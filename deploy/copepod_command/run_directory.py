@@ -43,8 +43,8 @@ class RunDirectory:
             return None
 
     def has_checkpoint(self):
-        folder = self.path / "checkpoints"
-        return folder.is_dir() and any(folder.iterdir())
+        """Whether there is a complete one; a folder has this name, and its manifest, only once all of it is written."""
+        return any((self.path / "checkpoints").glob("step_*/manifest.json"))
 
 
 def create(name, out):
