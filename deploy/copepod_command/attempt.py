@@ -17,7 +17,7 @@ from copepod_command.stages import say
 from copepod_command.watch import Watch
 
 _COUPLER_PATIENCE_S = 2.0  # to close its files after a signal
-_CHECKPOINT_PATIENCE_S = 60.0  # if a signal finds it writing a checkpoint, or makes it write one
+_CHECKPOINT_PATIENCE_S = 120.0  # if a signal finds it writing a checkpoint, or makes it write one
 _PIPE_BYTES = 1 << 20  # events of half an hour, should this command be stopped by Ctrl-Z
 
 
