@@ -16,7 +16,7 @@ from copepod_command.stages import Stage
 
 _BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40
-_MOMENT_S = 0.5  # a build that takes longer is announced
+_MOMENT_S = 1.0  # a build that takes longer is announced
 
 
 def ensure_programs():

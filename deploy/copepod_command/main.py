@@ -1,11 +1,13 @@
 """Runs one subcommand and turns its ending into exit code and last line."""
 
+import os
 import signal
 import sys
 
 from copepod_command import exit_codes
 from copepod_command.command_line import parse
 from copepod_command.errors import Stop
+from copepod_command.stages import say
 
 
 def main(arguments):
@@ -16,14 +18,14 @@ def main(arguments):
         return options.action(options)
     except Stop as stop:
         if stop.message:
-            print(f"copepod: {stop.message}", file=sys.stderr, flush=True)
+            say(stop.message)
         return stop.code
     except KeyboardInterrupt:
-        print("\ncopepod: stopped by Ctrl-C.", file=sys.stderr, flush=True)
+        say("stopped by Ctrl-C.")
         return exit_codes.INTERRUPTED
-    except BrokenPipeError:  # the reader of our output went away, as in `copepod check … | head`
-        sys.stderr.close()
-        return exit_codes.FINISHED
+    except BrokenPipeError:  # the reader of our results went away, as in `copepod check … | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return exit_codes.PREPARATION_FAILED
 
 
 def _terminate(number, frame):

@@ -3,6 +3,8 @@
 import os
 import time
 
+from copepod_command.stages import write
+
 LINE_EVERY_S = 5.0
 _WIDEST_BAR = 40
 _NARROWEST_BAR = 10
@@ -70,8 +72,7 @@ class PlainProgress:
         pass
 
     def _write(self, text):
-        self._stream.write(f"copepod: {text}\n")
-        self._stream.flush()
+        write(self._stream, f"copepod: {text}\n")
 
 
 class TerminalProgress:
@@ -94,13 +95,11 @@ class TerminalProgress:
 
     def notice(self, text):
         """A line of its own, above the bar."""
-        self._stream.write(f"\r\033[Kcopepod: {text}\n")
-        self._stream.flush()
+        write(self._stream, f"\r\033[Kcopepod: {text}\n")
 
     def close(self):
         """Leaves the last state of the bar standing."""
-        self._stream.write("\n")
-        self._stream.flush()
+        write(self._stream, "\n")
 
     def line(self, event, width):
         """The bar with its figures in at most `width` columns; what does not fit is left out from the right."""
@@ -123,5 +122,4 @@ class TerminalProgress:
             return 79
 
     def _draw(self, text):
-        self._stream.write(f"\r{text[:self._width()]}\033[K")
-        self._stream.flush()
+        write(self._stream, f"\r{text[:self._width()]}\033[K")

@@ -62,6 +62,7 @@ def create(name, out):
             )
         _make(path, exist_ok=True)
         return RunDirectory(path)
+    name = folder_name(name)
     for number in range(1, 100000):
         path = Path("runs") / _numbered(name, number)
         try:
@@ -99,12 +100,18 @@ def _make(path, exist_ok):
         ) from None
 
 
+def folder_name(case_name):
+    """The case's name without what has a meaning in paths."""
+    return re.sub(r"[^\w.+=-]+", "_", case_name).lstrip(".") or "run"
+
+
 def _numbered(name, number):
     return name if number == 1 else f"{name}-{number}"
 
 
 def _latest(name):
     """Highest numbered runs/<name>-N that holds a case."""
+    name = folder_name(name)
     pattern = re.compile(re.escape(name) + r"(?:-(\d+))?")
     found = []
     for path in Path("runs").glob(f"{name}*"):

@@ -14,9 +14,18 @@ def elapsed_text(seconds):
     return f"{seconds // 3600} h {seconds % 3600 // 60:02d} min"
 
 
+def write(stream, text):
+    """Writes and flushes; a reader that went away (`copepod run … 2>&1 | head`) must not end a run."""
+    try:
+        stream.write(text)
+        stream.flush()
+    except BrokenPipeError:
+        pass
+
+
 def say(text):
     """A line of the command's own on stderr."""
-    print(f"copepod: {text}", file=sys.stderr, flush=True)
+    write(sys.stderr, f"copepod: {text}\n")
 
 
 class Stage:
@@ -44,5 +53,4 @@ class Stage:
 
     @staticmethod
     def _write(text):
-        sys.stderr.write(text)
-        sys.stderr.flush()
+        write(sys.stderr, text)

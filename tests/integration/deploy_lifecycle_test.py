@@ -3,10 +3,11 @@
 import json
 import os
 import signal
+import subprocess
 import time
 import unittest
 
-from copepod_session import FAKES, CommandTest
+from copepod_session import COMMAND, FAKES, CommandTest
 
 LONG = {"name": "tiny", "steps": 3000, "step_s": 0.01, "ranks": 2}
 
@@ -177,16 +178,22 @@ class RunLifecycle(CommandTest):
         self.assert_ends(session, 69, within_s=5)
         self.assertIn("run case.yaml --out runs/tiny --set extra=1 --resume", session.last_line)
 
+    def test_run_goes_on_when_nobody_reads_its_progress_any_more(self):
+        script = f"{COMMAND} run {self.case(steps=100)} --out here 2>&1 | head -1; echo ${{PIPESTATUS[0]}} > code"
+        environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}
+        subprocess.run(["bash", "-c", script], cwd=self.folder, env=environment, stdout=subprocess.DEVNULL, timeout=30)
+        self.assertTrue((self.folder / "here/summary.json").exists())
+
+    def test_name_of_a_case_cannot_lead_out_of_the_runs_folder(self):
+        self.assert_ends(self.start("run", self.case(name="../up/a b", steps=1)), 0, within_s=10)
+        self.assertTrue((self.folder / "runs/_up_a_b/summary.json").exists())
+
     def test_run_directory_with_a_long_name(self):
         out = self.folder / ("long_" * 30)
         self.assert_ends(self.start("run", self.case(steps=2), "--out", out), 0, within_s=10)
 
     def test_command_works_through_a_symbolic_link(self):
-        from copepod_session import COMMAND
-
         (self.folder / "linked").symlink_to(COMMAND)
-        import subprocess
-
         environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}
         answer = subprocess.run(
             ["./linked", "check", self.case()], cwd=self.folder, env=environment, stdout=subprocess.PIPE, text=True

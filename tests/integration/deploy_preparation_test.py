@@ -26,7 +26,7 @@ if [ -e "$STATE/compile_error" ]; then
     echo "[0/2] compiling a.cpp"; echo "FAILED: a.o"; echo "a.cpp:1: error: this is wrong"; exit 1
 fi
 if [ -e build/bin/coupler ]; then echo "ninja: no work to do."; exit 0; fi
-sleep 1
+sleep 2
 mkdir -p build/bin && echo '#!/bin/sh' > build/bin/coupler && echo 'exit 2' >> build/bin/coupler && chmod +x build/bin/coupler
 echo "[1/1] linking coupler"
 """
@@ -79,8 +79,8 @@ class Preparation(CommandTest):
         self.assertEqual(answer.returncode, 2, answer.stderr)  # the stand-in coupler's
         self.assertRegex(self.calls(), r"install -y --no-install-recommends libzmq3-dev\n")
         self.assertIn("copepod: installing 1 Debian packages", answer.stderr)
-        self.assertIn("copepod: configuring … 0 s", answer.stderr)
-        self.assertRegex(answer.stderr, r"copepod: building \(log: .*build.log\) … 1 s")
+        self.assertIn("copepod: configuring … ", answer.stderr)
+        self.assertRegex(answer.stderr, r"copepod: building \(log: .*build.log\) … \d+ s")
 
     def test_second_time_is_quiet(self):
         self.install_everything()
