@@ -15,7 +15,7 @@ def check(options):
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
     build.ensure_programs()
     plan = request_plan(options)
-    components.check_replacements(plan)
+    components.check_services(plan)
     rows = [(note["what"], note["value"]) for note in plan.notes]
     rows += _estimate_rows(plan)
     width = max((len(name) for name, _ in rows), default=0) + 2

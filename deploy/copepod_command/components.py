@@ -1,6 +1,7 @@
 """Command line and environment of the three processes of a run."""
 
 import os
+import re
 import shlex
 import shutil
 from pathlib import Path
@@ -51,8 +52,14 @@ def body_command(plan, directory, endpoint, session):
     return (plan.body_command or [str(program("body_service"))]) + _connection("body", directory, endpoint, session)
 
 
-def check_replacements(plan):
-    """Raises Stop(2) if a replacing command cannot be found, before anything is started."""
+def check_services(plan):
+    """Raises Stop(2) if a replacing command cannot be found or the address is not ours, before anything is started."""
+    if not _stays_here(plan.transport):
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"services.transport is {plan.transport} (other machines could listen and take part: there are no keys). "
+            "Use ipc, or tcp://127.0.0.1:port.",
+        )
     for key, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
         if command is not None and shutil.which(command[0]) is None:
             raise Stop(
@@ -60,6 +67,12 @@ def check_replacements(plan):
                 f"the {key} component {shlex.join(command)} cannot be started "
                 "(no such program). Give its path, or put it in PATH.",
             )
+
+
+def _stays_here(transport):
+    """Whether messages never leave this machine."""
+    host = transport.removeprefix("tcp://").rpartition(":")[0].strip("[]")
+    return transport == "ipc" or host in ("localhost", "::1") or re.fullmatch(r"127(\.\d{1,3}){3}", host) is not None
 
 
 def _connection(name, directory, endpoint, session):

@@ -17,7 +17,7 @@ def run(options):
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
     build.ensure_programs()
     plan = request_plan(options)
-    components.check_replacements(plan)
+    components.check_services(plan)
     for warning in plan.warnings:
         say(warning)
     if plan.fluid_command and components.needs_mpirun(plan):
