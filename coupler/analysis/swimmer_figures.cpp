@@ -53,7 +53,8 @@ double rest_length_m(const Swimmer& swimmer) {
 }
 
 SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimmer, const Case& the_case) {
-  const auto& [arm1, arm2] = measured.arms;
+  const ArmFit& arm1 = measured.arms[0];
+  const ArmFit& arm2 = measured.arms[1];
   const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
   std::array<double, 3> radii_m{};
   for (std::size_t bead = 0; bead < 3; ++bead) radii_m[bead] = equivalent_radius_m(swimmer.beads[bead]);

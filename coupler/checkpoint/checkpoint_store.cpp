@@ -87,6 +87,7 @@ std::vector<fs::path> CheckpointStore::newest_first() const {
     if (step >= 0) by_step[step] = entry.path();
   }
   std::vector<fs::path> folders;
+  folders.reserve(by_step.size());
   for (const auto& [step, path] : by_step) folders.push_back(path);
   return folders;
 }

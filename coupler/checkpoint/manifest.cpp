@@ -78,7 +78,7 @@ std::string find_damage(const fs::path& folder, const std::string& case_key) {
     if (manifest.at("format") != format_version) return "its format is unknown";
     if (manifest.at("case") != case_key) return "it belongs to another case";
     for (const ordered_json& file : manifest.at("files")) {
-      const std::string damage = find_damage_of_file(folder, file);
+      std::string damage = find_damage_of_file(folder, file);
       if (!damage.empty()) return damage;
     }
   } catch (const std::exception& error) {

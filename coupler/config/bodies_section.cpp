@@ -22,7 +22,7 @@ Shape read_shape(Reader& reader) {
 }
 
 Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eigen::Vector3d& otherwise) {
-  const Eigen::Vector3d direction = reader.numbers(key, 3, otherwise);
+  Eigen::Vector3d direction = reader.numbers(key, 3, otherwise);
   const double length = direction.norm();
   // A direction that is normalised already must keep its bits: the resolved case is read again.
   if (std::abs(length - 1.0) < 1e-15) return direction;
@@ -36,7 +36,7 @@ Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eig
 namespace {
 
 Eigen::Vector4d read_orientation(Reader& body) {
-  const Eigen::Vector4d q = body.numbers("orientation_wxyz", 4, Eigen::Vector4d(1, 0, 0, 0));
+  Eigen::Vector4d q = body.numbers("orientation_wxyz", 4, Eigen::Vector4d(1, 0, 0, 0));
   const double norm = q.norm();
   if (std::abs(norm - 1.0) < 1e-15) return q;
   if (std::abs(norm - 1.0) < 1e-3) return q / norm;

@@ -93,6 +93,7 @@ template <typename E, std::size_t N>
 E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices,
                  std::optional<E> otherwise) {
   std::vector<std::string> names;
+  names.reserve(N);
   for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
   const std::size_t index = choose(key, names, !otherwise.has_value());
   return index < N ? choices[index].value : otherwise.value_or(choices[0].value);
