@@ -21,6 +21,16 @@ struct StreamCollideLoop {
   /// The 19 slots of a row's first cell; slot α is read as direction α or ᾱ (Placement).
   using Row = T * [d3q19::directions];
 
+  static constexpr std::int64_t values_per_line = 64 / sizeof(T);
+  /// 19 streams are more than the hardware follows: asked for this far ahead, a line is there when it is
+  /// needed. Past a row's end lies the next row (docs/decisions/in_place_streaming.md).
+  static constexpr std::int64_t prefetch_lines = 4;
+
+  [[gnu::always_inline]] static void prefetch(T* const (&row)[d3q19::directions], std::int64_t z) {
+#pragma GCC unroll 19
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) __builtin_prefetch(row[alpha] + z, 1);
+  }
+
   template <bool streamed, bool has_force, class U>
   [[gnu::always_inline]] static void update(T* const (&row)[d3q19::directions], std::int64_t z,
                                             const CollisionConstants<T>& constants) {
@@ -47,7 +57,10 @@ struct StreamCollideLoop {
         for (int alpha = 0; alpha < d3q19::directions; ++alpha)
           row[alpha] = populations + layout.slot(alpha) + first + (streamed ? 0 : layout.neighbour(alpha));
         std::int64_t z = 0;
-        for (; z + width <= length; z += width) update<streamed, has_force, V>(row, z, constants);
+        for (; z + width <= length; z += width) {
+          if (z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
+          update<streamed, has_force, V>(row, z, constants);
+        }
         for (; z < length; ++z) update<streamed, has_force, T>(row, z, constants);
       }
   }
