@@ -72,26 +72,16 @@ void OverlapCheck::check(const MotionState& state, std::int64_t step) {
 
 bool OverlapCheck::moved_beyond_margin(const MotionState& state) const {
   if (listed_centre_m_.cols() != state.bodies()) return true;
+  // Turning does not matter: the bounding balls, by which candidates are listed, turn into themselves.
   for (Eigen::Index body = 0; body < state.bodies(); ++body) {
-    // No point of a capsule moves further than its centre and the end of its core together.
-    const double margin_m = margin_m_[body];
     const double shift_m2 = (state.position_m.col(body) - listed_centre_m_.col(body)).squaredNorm();
-    if (model_.shape(body).kind == ShapeKind::sphere) {
-      if (shift_m2 > margin_m * margin_m) return true;
-    } else {
-      const double turn_m = (core(body, state).half_W_m - listed_half_m_.col(body)).norm();
-      if (std::sqrt(shift_m2) + turn_m > margin_m) return true;
-    }
+    if (shift_m2 > margin_m_[body] * margin_m_[body]) return true;
   }
   return false;
 }
 
 void OverlapCheck::list_candidates(const MotionState& state) {
   listed_centre_m_ = state.position_m;
-  listed_half_m_.resize(3, state.bodies());
-  for (Eigen::Index body = 0; body < state.bodies(); ++body) {
-    listed_half_m_.col(body) = core(body, state).half_W_m;
-  }
   grid_.find_pairs(state.position_m, candidates_);
   // Ascending order: bodies that are neighbours in the setup are neighbours in memory.
   std::sort(candidates_.begin(), candidates_.end());

@@ -46,7 +46,6 @@ class OverlapCheck {
   std::vector<BodyPair> candidates_;
   std::vector<int> longer_than_the_box_;  ///< bodies that may overlap with their own periodic image
   Eigen::Matrix3Xd listed_centre_m_;      ///< when the candidates were listed; no columns: never
-  Eigen::Matrix3Xd listed_half_m_;
 };
 
 }  // namespace copepod::body

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -91,15 +92,24 @@ TEST(ClosedForms, PrescribedMotionIgnoresAllLoads) {
   EXPECT_TRUE(end.orientation_wxyz.col(0).isApprox(turned, 1e-10));
 }
 
-TEST(ClosedForms, AFixedBodyKeepsEveryBit) {
-  BodySpecification body = capsule("wall", {0.1, 0.2, 0.3});
-  body.motion = MotionKind::fixed;
-  body.orientation_wxyz = Eigen::Vector4d(0.8, 0.3, -0.4, 0.2).normalized();
+TEST(ClosedForms, FixedBodiesKeepEveryBit) {
+  constexpr int bodies = 200;
+  std::mt19937 random(1);
+  std::normal_distribution<double> number;
+  BodySetup setup = setup_of({}, 1e-4);
+  for (int i = 0; i < bodies; ++i) {
+    BodySpecification body = capsule("wall", {1e-4 * i, 0.2, 0.3});
+    body.motion = MotionKind::fixed;
+    body.orientation_wxyz << number(random), number(random), number(random), number(random);
+    body.orientation_wxyz.normalize();
+    setup.bodies.push_back(body);
+  }
   for (const Integrator integrator : {Integrator::runge_kutta_4, Integrator::semi_implicit_euler}) {
-    RigidBodySolver solver(setup_of({body}, 1e-4, integrator));
+    setup.integrator = integrator;
+    RigidBodySolver solver(setup);
     Kinematics start;
     solver.kinematics(start);
-    const Kinematics end = advance(solver, 100, [](AppliedLoads& applied) {
+    const Kinematics end = advance(solver, 20, [](AppliedLoads& applied) {
       applied.hydrodynamic.force_N.setConstant(1.0);
       applied.hydrodynamic.torque_N_m.setConstant(1.0);
     });
