@@ -13,7 +13,7 @@ from copepod_command.errors import Stop
 
 _CELL_M = 1e-6
 _RADIUS_CELLS = 4
-_SPACING_CELLS = 12   # centre to centre: a gap as long as a bead's radius
+_SPACING_CELLS = 11   # centre to centre: gaps of three cells
 _SPEED_M_PER_S = 1.0  # 7.5e-4 cells per step, a swimmer's
 
 
@@ -61,9 +61,8 @@ def bead_positions(domain, beads):
     middle = [cells / 2 for cells in domain]
     if beads <= 3:
         return [(middle[0], middle[1], middle[2] + 16 * (i - 1)) for i in range(beads)]
-    counts = [(cells - _SPACING_CELLS // 2) // _SPACING_CELLS for cells in domain]
-    grid = [((x + 0.75) * _SPACING_CELLS, (y + 0.75) * _SPACING_CELLS, (z + 0.75) * _SPACING_CELLS)
-            for x in range(counts[0]) for y in range(counts[1]) for z in range(counts[2])]
+    places = [[(i + 0.5) * _SPACING_CELLS for i in range(cells // _SPACING_CELLS)] for cells in domain]
+    grid = [(x, y, z) for x in places[0] for y in places[1] for z in places[2]]
     if len(grid) < beads:
         raise Stop(exit_codes.BAD_CASE, f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). "
                                         "Use fewer.")
