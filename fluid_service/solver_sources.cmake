@@ -13,7 +13,6 @@ set(FLUID_SOLVER_SOURCES
   solver/field_schedule.cpp
   solver/checkpoint.cpp
   solver/lattice_boltzmann.cpp
-  stateless/stateless_checkpoint.cpp
   stokes/grand_mobility.cpp
   stokes/stokes_flow.cpp)
 
