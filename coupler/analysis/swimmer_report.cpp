@@ -37,6 +37,16 @@ struct Lattice {
   }
 };
 
+/// Published figures at the places where the report has its own.
+ordered_json published(const PublishedFigures& figures) {
+  ordered_json report = ordered_json::object();
+  for (const auto& [key, value] : figures) {
+    const std::size_t dot = key.find('.');
+    (dot == std::string::npos ? report[key] : report[key.substr(0, dot)][key.substr(dot + 1)]) = value;
+  }
+  return report;
+}
+
 ordered_json omega_figures(const OmegaFigures& figures, const Lattice& lattice) {
   return {{"omega_lattice", number(figures.omega_rad_per_s * lattice.step_s)},
           {"u_GA_lattice", number(lattice.velocity(figures.u_GA_m_per_s))},
@@ -53,6 +63,7 @@ ordered_json swimmer_report(const Swimmer& swimmer, const SwimmerObserver& obser
   ordered_json report = {{"name", swimmer.name},
                          {"analysed", measured.has_value()},
                          {"window_steps", {observer.start_step(), observer.stop_step()}}};
+  if (!swimmer.published.empty()) report["published"] = published(swimmer.published);
   if (!measured) {
     for (const char* key :
          {"u_swim_lattice", "u_swim_m_per_s", "d1_cells", "d2_cells", "sin_dphi", "mean_arm_cells", "K",

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -48,6 +49,9 @@ struct Stroke {
   std::int64_t cycles = 0;
 };
 
+/// Figures that somebody else found for a swimmer, by their place in summary.json ("Re_bodies.B2").
+using PublishedFigures = std::vector<std::pair<std::string, double>>;
+
 /// Three bodies and two springs; beads are trailing (B2), middle (B1), leading (B3).
 struct Swimmer {
   std::string name;
@@ -59,6 +63,7 @@ struct Swimmer {
   double stiffness_N_per_m = 0.0;
   double damping_N_s_per_m = 0.0;
   Stroke stroke;
+  PublishedFigures published;
 };
 
 /// A spring of the case, its bodies by name.

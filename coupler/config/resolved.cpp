@@ -70,6 +70,20 @@ void add_shape(Value& section, const Shape& shape) {
   section.add("length_m", Value::of_number(shape.length_m));
 }
 
+Value resolved_published(const PublishedFigures& figures) {
+  const std::string of_bodies = "Re_bodies.";
+  Value section = Value::mapping();
+  Value bodies = Value::mapping();
+  for (const auto& [key, value] : figures) {
+    if (key.starts_with(of_bodies))
+      bodies.add(key.substr(of_bodies.size()), Value::of_number(value));
+    else
+      section.add(key, Value::of_number(value));
+  }
+  if (!bodies.entries.empty()) section.add("Re_bodies", std::move(bodies));
+  return section;
+}
+
 Value resolved_swimmer(const Swimmer& swimmer) {
   Value section = Value::mapping();
   section.add("name", Value::of_text(swimmer.name));
@@ -93,7 +107,9 @@ Value resolved_swimmer(const Swimmer& swimmer) {
   stroke.add("period_steps", Value::of_integer(swimmer.stroke.period_steps));
   stroke.add("phase_lag_steps", Value::of_integer(swimmer.stroke.phase_lag_steps));
   stroke.add("cycles", Value::of_integer(swimmer.stroke.cycles));
-  return section.add("stroke", std::move(stroke));
+  section.add("stroke", std::move(stroke));
+  if (!swimmer.published.empty()) section.add("published", resolved_published(swimmer.published));
+  return section;
 }
 
 Value resolved_body(const BodySpecification& body) {
@@ -199,8 +215,9 @@ Value resolved(const Case& the_case) {
   return top.add("services", resolved_services(the_case.services));
 }
 
-std::string case_key(const Case& the_case) {
+std::string case_key(Case the_case) {
   Digest digest;
+  for (Swimmer& swimmer : the_case.swimmers) swimmer.published.clear();
   Value physics = resolved(the_case);
   std::erase_if(physics.entries, [](const Value::Entry& entry) {
     return entry.key == "run" || entry.key == "output" || entry.key == "services";

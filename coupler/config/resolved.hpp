@@ -9,8 +9,8 @@ namespace copepod::coupler {
 /// A parameter set that was chosen stays as a label only: its values are written where they belong.
 Value resolved(const Case& the_case);
 
-/// What makes two runs the same physics: a digest of the resolved case without length of the run, output and
-/// services.
-std::string case_key(const Case& the_case);
+/// What makes two runs the same physics: a digest of the resolved case without length of the run, output,
+/// services and published figures.
+std::string case_key(Case the_case);
 
 }  // namespace copepod::coupler

@@ -1,3 +1,5 @@
+#include <initializer_list>
+
 #include "config/names.hpp"
 #include "config/sections.hpp"
 
@@ -20,6 +22,24 @@ Stroke read_stroke(Reader stroke) {
   result.phase_lag_steps = stroke.integer("phase_lag_steps", Range::not_negative);
   result.cycles = stroke.integer("cycles", Range::positive);
   return result;
+}
+
+void read_figures(Reader& section, std::initializer_list<const char*> keys, const std::string& prefix,
+                  PublishedFigures& figures) {
+  for (const char* key : keys) {
+    if (section.has(key)) figures.emplace_back(prefix + key, section.number(key, Range::any));
+  }
+}
+
+PublishedFigures read_published(Reader published) {
+  PublishedFigures figures;
+  read_figures(published,
+               {"u_swim_lattice", "d1_cells", "d2_cells", "sin_dphi", "K", "u_GA_lattice", "error_percent",
+                "efficiency", "Re_swim"},
+               "", figures);
+  Reader bodies = published.section("Re_bodies");
+  read_figures(bodies, {"B2", "B1", "B3"}, "Re_bodies.", figures);
+  return figures;
 }
 
 }  // namespace
@@ -46,6 +66,7 @@ Swimmer read_swimmer(Reader swimmer) {
     result.damping_N_s_per_m = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
   }
   result.stroke = read_stroke(swimmer.section("stroke"));
+  result.published = read_published(swimmer.section("published"));
   return result;
 }
 

@@ -67,13 +67,16 @@ Options parse_command_line(int argc, const char* const* argv) {
   CLI::App app{"Copepod coupler: holds the coupling algorithm between a fluid and a body service."};
   Options options;
   std::string plan;
+  std::string campaign;
   std::string run;
   std::string fluid;
   std::string body;
   int ranks = 0;
   app.set_version_flag("--version", build_info().version);
   auto* plan_option = app.add_option("--plan", plan, "Check a case file and print it, resolved, as JSON");
-  app.add_option("--run", run, "Run a case file")->excludes(plan_option);
+  auto* campaign_option = app.add_option("--campaign", campaign, "Check a campaign file and print it as JSON")
+                              ->excludes(plan_option);
+  app.add_option("--run", run, "Run a case file")->excludes(plan_option)->excludes(campaign_option);
   app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")
       ->expected(1)
       ->take_all();
@@ -85,6 +88,7 @@ Options parse_command_line(int argc, const char* const* argv) {
                  "Where the components connect: ipc:///path or tcp://host:port");
   app.add_option("--session", options.session, "Token that the components must show");
   app.add_option("--log-file", options.log_file, "Log file");
+  app.add_option("--build", options.build, "What identifies the programs of this run");
   app.add_flag("--resume", options.resume, "Continue from the newest checkpoint of the run directory");
   try {
     app.parse(argc, argv);
@@ -94,10 +98,12 @@ Options parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     throw CaseError(std::string(error.what()) + " (the command line makes no sense). See --help.");
   }
-  if (plan.empty() && run.empty())
-    throw CaseError("neither --plan nor --run is given (nothing to do). See --help.");
-  options.action = run.empty() ? Options::Action::plan : Options::Action::run;
-  options.case_file = run.empty() ? plan : run;
+  if (plan.empty() && campaign.empty() && run.empty())
+    throw CaseError("neither --plan nor --campaign nor --run is given (nothing to do). See --help.");
+  options.action = !plan.empty()       ? Options::Action::plan
+                   : !campaign.empty() ? Options::Action::campaign
+                                       : Options::Action::run;
+  options.case_file = plan + campaign + run;  // two of them are empty
   options.command_line = joined(argc, argv);
   if (ranks > 0) options.overrides.push_back("services.fluid.ranks=" + std::to_string(ranks));
   if (!fluid.empty()) options.overrides.push_back("services.fluid.command=" + as_list(fluid));

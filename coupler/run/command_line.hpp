@@ -7,15 +7,16 @@ namespace copepod::coupler {
 
 /// What the coupler was asked to do.
 struct Options {
-  enum class Action { plan, run, nothing };  ///< nothing: --help or --version said it all
+  enum class Action { plan, campaign, run, nothing };  ///< nothing: --help or --version said it all
 
   Action action = Action::nothing;
-  std::string case_file;
+  std::string case_file;               ///< or campaign file
   std::vector<std::string> overrides;  ///< of --set, --ranks, --fluid and --body, as "key.path=value"
   std::string out;                     ///< run directory
   std::string endpoint;
   std::string session;
   std::string log_file;
+  std::string build;  ///< identifies the programs of the run, for the provenance
   bool resume = false;
   std::string command_line;  ///< all arguments, for the provenance
 };

@@ -70,4 +70,13 @@ ordered_json make_plan(const LoadedCase& loaded) {
   return plan;
 }
 
+ordered_json make_campaign_plan(const Campaign& campaign) {
+  ordered_json cases = ordered_json::array();
+  for (const CampaignEntry& entry : campaign.cases)
+    cases.push_back({{"name", entry.name}, {"file", entry.case_file}, {"set", entry.settings}});
+  return {{"name", campaign.name},
+          {"jobs", campaign.jobs > 0 ? ordered_json(campaign.jobs) : ordered_json(nullptr)},
+          {"cases", cases}};
+}
+
 }  // namespace copepod::coupler

@@ -53,6 +53,11 @@ int run_plan(const Options& options, std::ostream& out) {
   return static_cast<int>(ExitCode::finished);
 }
 
+int run_campaign_plan(const Options& options, std::ostream& out) {
+  out << make_campaign_plan(load_campaign(options.case_file)).dump() << std::endl;
+  return static_cast<int>(ExitCode::finished);
+}
+
 int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components) {
   Events events(out);
   events.phase("starting");
@@ -61,7 +66,8 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   start_log(options.log_file);
   for (const std::string& warning : loaded.warnings) spdlog::warn(warning);
   write_atomically(directory.resolved_case(), to_yaml(resolved(loaded.content)));
-  Provenance provenance(directory, options.command_line, loaded.content.services.fluid_ranks, options.resume);
+  Provenance provenance(directory, options.command_line, options.build, loaded.content.services.fluid_ranks,
+                        options.resume);
   provenance.write_start();
 
   const std::unique_ptr<Components> components = make_components(options);
@@ -103,6 +109,7 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
     const Options options = parse_command_line(argc, argv);
     if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
     if (options.action == Options::Action::plan) return run_plan(options, out);
+    if (options.action == Options::Action::campaign) return run_campaign_plan(options, out);
     watch_signals();
     return run_case(options, out, make_components);
   } catch (const CaseInvalid& invalid) {

@@ -43,9 +43,11 @@ std::string host_name() {
   return name.data();
 }
 
-Provenance::Provenance(const RunDirectory& directory, std::string command_line, int fluid_ranks, bool resumed)
+Provenance::Provenance(const RunDirectory& directory, std::string command_line, std::string build,
+                       int fluid_ranks, bool resumed)
     : directory_(directory),
       command_line_(std::move(command_line)),
+      build_(std::move(build)),
       fluid_ranks_(fluid_ranks),
       resumed_(resumed),
       start_(utc_now()),
@@ -72,6 +74,7 @@ void Provenance::write(const std::string& status, int code, const std::string& r
       {"git_revision", build.git_revision},
       {"compiler", build.compiler},
       {"build_type", build.build_type},
+      {"build", build_.empty() ? ordered_json(nullptr) : ordered_json(build_)},
       {"host", host_name()},
       {"fluid_ranks", fluid_ranks_},
       {"command_line", command_line_},

@@ -13,7 +13,9 @@ namespace copepod::coupler {
 /// a run that was killed still says what it was.
 class Provenance {
  public:
-  Provenance(const RunDirectory& directory, std::string command_line, int fluid_ranks, bool resumed);
+  /// @param build  identifies the programs of the run; empty: unknown
+  Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks,
+             bool resumed);
 
   void set_components(const Capabilities& fluid, const Capabilities& body);
   void write_start();
@@ -24,6 +26,7 @@ class Provenance {
 
   RunDirectory directory_;
   std::string command_line_;
+  std::string build_;
   int fluid_ranks_;
   bool resumed_;
   std::string start_;

@@ -35,7 +35,8 @@ class Attempt:
         """Ending of the attempt."""
         adopt_orphans()
         cells = self._plan.estimate.get("cells", 0)
-        self._display = progress.for_stream(sys.stderr, cells)
+        as_json = self._options.progress == "json"
+        self._display = progress.EventProgress(sys.stderr) if as_json else progress.for_stream(sys.stderr, cells)
         say(self._headline(cells))
         with ExitStack() as stack:
             self._signals = stack.enter_context(SignalRecorder())

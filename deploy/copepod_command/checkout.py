@@ -1,5 +1,6 @@
 """Where things are: this checkout, its build folder, the programs."""
 
+import hashlib
 import os
 from pathlib import Path
 
@@ -17,6 +18,14 @@ def chosen_programs():
 def program(name):
     """Path of one of PROGRAMS."""
     return (chosen_programs() or BUILD / "bin") / name
+
+
+def build_digest():
+    """First 16 digits of the digest of PROGRAMS: the same programs, the same build."""
+    digest = hashlib.sha256()
+    for name in PROGRAMS:
+        digest.update(program(name).read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def called_as():

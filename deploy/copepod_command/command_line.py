@@ -2,6 +2,7 @@
 
 import argparse
 
+from copepod_campaign import campaign
 from copepod_command import bench, check, reporting, run, setup, suite
 from copepod_command.checkout import called_as
 
@@ -18,6 +19,7 @@ def parse(arguments):
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_run(commands)
     _add_check(commands)
+    _add_campaign(commands)
     _add_report(commands)
     _add_bench(commands)
     _add_test(commands)
@@ -56,6 +58,12 @@ def _add_run(commands):
         metavar="N",
         help="start again up to N times when a component is lost (default: 0)",
     )
+    parser.add_argument(
+        "--progress",
+        choices=("auto", "json"),
+        default="auto",
+        help="json: one JSON object per line on stderr, for programs (default: auto)",
+    )
     parser.set_defaults(action=run.run)
 
 
@@ -68,6 +76,25 @@ def _add_check(commands):
     )
     _add_case(parser)
     parser.set_defaults(action=check.check)
+
+
+def _add_campaign(commands):
+    parser = commands.add_parser(
+        "campaign",
+        help="run a list of cases, going on where it stopped",
+        epilog=_EXIT_CODES,
+        description="Runs what is left to do of a campaign, several cases at once, and writes one result table. "
+        "The same command again goes on: finished cases are kept, begun ones go on from their checkpoint.",
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
+    parser.add_argument("--out", metavar="DIR", help="folder of the campaign (default: runs/<campaign>)")
+    parser.add_argument("--jobs", type=_positive_count, metavar="N", help="cases at once (default: see the campaign)")
+    parser.add_argument(
+        "--rerun-other-builds",
+        action="store_true",
+        help="run cases again that another build of the programs has finished (default: keep them, and say so)",
+    )
+    parser.set_defaults(action=campaign.campaign)
 
 
 def _add_case(parser):

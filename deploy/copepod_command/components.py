@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 from copepod_command import exit_codes
-from copepod_command.checkout import program
+from copepod_command.checkout import build_digest, program
 from copepod_command.errors import Stop
 from copepod_command.plan import case_arguments
 
@@ -30,6 +30,8 @@ def coupler_command(options, directory, endpoint, session, resume):
         session,
         "--log-file",
         str(directory / "logs" / "coupler.log"),
+        "--build",
+        build_digest(),
     ]
     return command + (["--resume"] if resume else [])
 

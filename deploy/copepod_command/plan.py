@@ -41,9 +41,34 @@ def case_arguments(options):
 
 def request_plan(options):
     """Asks the coupler. Raises Stop(2) after passing on its list of errors if the case is bad."""
-    command = [str(program("coupler")), "--plan", *case_arguments(options)]
+    return parse_plan(_ask_coupler(["--plan", *case_arguments(options)]))
+
+
+def request_campaign(file):
+    """Name, jobs and cases of a campaign file. Raises Stop(2) after passing on the errors if it is bad."""
+    return json.loads(_ask_coupler(["--campaign", file]))
+
+
+def resolved_case(file):
+    """The resolved case in `file` as the present coupler reads it, or None if there is none that it can read."""
     answer = subprocess.run(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [str(program("coupler")), "--plan", str(file)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    return parse_plan(answer.stdout).case if answer.returncode == 0 else None
+
+
+def _ask_coupler(arguments):
+    """What the coupler prints; its list of errors is passed on."""
+    answer = subprocess.run(
+        [str(program("coupler")), *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     sys.stderr.write(answer.stderr)
     if answer.returncode == exit_codes.BAD_CASE:
@@ -51,10 +76,10 @@ def request_plan(options):
     if answer.returncode != 0:
         raise Stop(
             exit_codes.SOLVER_FAILED,
-            f"coupler --plan ended with code {answer.returncode} "
-            "(a defect: it should name what is wrong with the case). Please report it.",
+            f"coupler {arguments[0]} ended with code {answer.returncode} "
+            "(a defect: it should name what is wrong with the file). Please report it.",
         )
-    return parse_plan(answer.stdout)
+    return answer.stdout
 
 
 def parse_plan(text):

@@ -36,7 +36,7 @@ class Process:
                 stdout=log if events is None else events,
                 stderr=log,
                 start_new_session=True,
-                preexec_fn=lambda: _end_with(parent),
+                preexec_fn=lambda: end_with_parent(parent),
             )
         self.pid = self._popen.pid
         self.descriptor = os.pidfd_open(self.pid)  # becomes readable when the process ends
@@ -69,7 +69,7 @@ class Process:
         os.close(self.descriptor)
 
 
-def _end_with(parent):
+def end_with_parent(parent):
     """Runs in the child: SIGTERM if this command dies, whatever kills it. mpirun then takes its ranks along."""
     _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     if os.getppid() != parent:

@@ -1,5 +1,6 @@
 """How far a run is: a bar that is redrawn on a terminal, a plain line every few seconds elsewhere."""
 
+import json
 import os
 import time
 
@@ -16,6 +17,28 @@ def for_stream(stream, cells):
     if stream.isatty() and os.environ.get("TERM", "dumb") != "dumb":
         return TerminalProgress(stream, cells)
     return PlainProgress(stream, cells)
+
+
+class EventProgress:
+    """Phases and steps as JSON lines, for a program that shows them in its own way."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def phase(self, name):
+        self._write({"event": "phase", "phase": name})
+
+    def step(self, event):
+        self._write(event)
+
+    def notice(self, text):
+        write(self._stream, f"copepod: {text}\n")
+
+    def close(self):
+        pass
+
+    def _write(self, event):
+        write(self._stream, json.dumps(event) + "\n")
 
 
 def speed_text(steps_per_s, cells):

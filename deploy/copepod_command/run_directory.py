@@ -43,8 +43,12 @@ class RunDirectory:
             return None
 
     def has_checkpoint(self):
-        """Whether there is a complete one; a folder has this name, and its manifest, only once all of it is written."""
-        return any((self.path / "checkpoints").glob("step_*/manifest.json"))
+        return has_checkpoint(self.path)
+
+
+def has_checkpoint(path):
+    """Whether there is a complete one; a folder has this name, and its manifest, only once all of it is written."""
+    return any((path / "checkpoints").glob("step_*/manifest.json"))
 
 
 def create(name, out):

@@ -1,5 +1,6 @@
 """The result table at the end of a run, made from summary.json."""
 
+from copepod_command.figures import at, number_text
 from copepod_command.stages import elapsed_text
 
 # key of a swimmer's summary, what to call it, unit
@@ -60,31 +61,13 @@ def swimmer_rows(swimmer):
     """(name, unit, value, {heading: value}) of all figures that a swimmer has."""
     rows = []
     for key, name, unit in _SWIMMER_ROWS:
-        value = _at(swimmer, key)
+        value = at(swimmer, key)
         if value is not None:
             others = {
-                heading: _at(swimmer.get(column), key) for column, heading in _OTHER_COLUMNS if swimmer.get(column)
+                heading: at(swimmer.get(column), key) for column, heading in _OTHER_COLUMNS if swimmer.get(column)
             }
             rows.append((name, unit, value, others))
     return rows
-
-
-def number_text(value):
-    """Numbers as people read them: four significant digits."""
-    if isinstance(value, (list, tuple)):
-        return " ".join(number_text(item) for item in value)
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    return "-" if value is None else str(value)
-
-
-def _at(mapping, path):
-    """Value at «a.b» in nested mappings, or None."""
-    for key in path.split("."):
-        if not isinstance(mapping, dict):
-            return None
-        mapping = mapping.get(key)
-    return mapping
 
 
 def _timing_rows(timing, has_fluid):

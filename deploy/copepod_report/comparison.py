@@ -1,6 +1,7 @@
 """Several runs beside each other: one table, one plot of the swimming speeds."""
 
-from copepod_command.table import number_text, swimmer_rows
+from copepod_command.figures import number_text
+from copepod_command.table import swimmer_rows
 from copepod_report.style import new_figure
 
 _COLUMNS = (

@@ -4,7 +4,8 @@ import base64
 from html import escape
 from pathlib import Path
 
-from copepod_command.table import number_text, run_rows, swimmer_rows
+from copepod_command.figures import number_text
+from copepod_command.table import run_rows, swimmer_rows
 from copepod_report.comparison import cell_text, comparison_columns, comparison_rows
 
 _STYLE = Path(__file__).with_name("page.css").read_text()

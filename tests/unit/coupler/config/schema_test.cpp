@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "config/campaign.hpp"
 #include "config/load_case.hpp"
 
 namespace copepod::coupler {
@@ -45,6 +46,16 @@ class SchemaKeys {
   json schema_;
 };
 
+/// Parser and schema know the same keys, and the schema says something about each.
+void expect_described(const AskedKeys& asked, const std::string& file) {
+  const SchemaKeys schema(json::parse(content_of(std::string(CONFIGS) + "/schema/" + file)));
+  for (const std::string& key : asked)
+    EXPECT_TRUE(schema.keys.contains(key)) << key << " is missing in the schema";
+  for (const std::string& key : schema.keys)
+    EXPECT_TRUE(asked.contains(key)) << key << " is unknown to the parser";
+  EXPECT_TRUE(schema.undescribed.empty()) << testing::PrintToString(schema.undescribed);
+}
+
 TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
   AskedKeys asked;
   const std::string text = content_of(std::string(CONFIG_TESTS) + "/every_key.yaml");
@@ -57,13 +68,16 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
       load_case_text(text, "every_key.yaml", {"fluid.boundaries=" + boundaries}, &asked);
     }
   }
-  const SchemaKeys schema(json::parse(content_of(std::string(CONFIGS) + "/schema/case.schema.json")));
-  for (const std::string& key : asked)
-    EXPECT_TRUE(schema.keys.contains(key)) << key << " is missing in the schema";
-  for (const std::string& key : schema.keys)
-    EXPECT_TRUE(asked.contains(key)) << key << " is unknown to the parser";
-  EXPECT_TRUE(schema.undescribed.empty()) << testing::PrintToString(schema.undescribed);
+  expect_described(asked, "case.schema.json");
   EXPECT_GT(asked.size(), 80U);
+}
+
+TEST(Schema, DescribesExactlyTheKeysOfACampaign) {
+  AskedKeys asked;
+  load_campaign_text(
+      "campaign: every_key\njobs: 2\ncases:\n  - {case: a.yaml, name: b, set: {run.steps: 10}}\n",
+      "every_key.yaml", &asked);
+  expect_described(asked, "campaign.schema.json");
 }
 
 }  // namespace

@@ -1,0 +1,79 @@
+"""`copepod campaign`: runs what is left to do of a list of cases and keeps one result table up to date."""
+
+import os
+from contextlib import ExitStack
+from pathlib import Path
+
+from copepod_campaign import display, programs, results
+from copepod_campaign.entry import Entry, State
+from copepod_campaign.pool import Pool
+from copepod_command import build, exit_codes
+from copepod_command.checkout import called_as
+from copepod_command.errors import Stop
+from copepod_command.plan import request_campaign
+from copepod_command.run_directory import RunDirectory, folder_name
+from copepod_command.signals import SignalRecorder
+from copepod_command.stages import say
+
+
+def campaign(options):
+    """Runs a campaign to its end. Returns 0 if every case is finished; every other ending is a Stop."""
+    build.ensure_programs()
+    plan = request_campaign(options.campaign)
+    folder = Path(options.out or Path("runs") / folder_name(plan["name"]))
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        directory = RunDirectory(folder)
+        stack.callback(directory.close)
+        own_programs = programs.keep_copy(folder)
+        entries = [Entry(item, folder, own_programs.build) for item in plan["cases"]]
+        for entry in entries:
+            entry.look(options.rerun_other_builds)
+        signals = stack.enter_context(SignalRecorder())
+        _tell_beginning(plan["name"], entries, directory.shown)
+        results.write(folder, plan["name"], entries)
+        pool = Pool(entries, options.jobs or plan["jobs"] or _cores(), own_programs, signals)
+        screen = display.for_stderr(plan["name"], pool)
+        for _ in pool.run(screen):
+            results.write(folder, plan["name"], entries)
+        screen.close()
+    return _ending(entries, signals, directory.shown, options)
+
+
+def _cores():
+    return len(os.sched_getaffinity(0))
+
+
+def _tell_beginning(name, entries, shown):
+    done = [entry for entry in entries if entry.state is State.DONE]
+    say(f"{name}: {len(entries)} cases, {len(done)} done already, in {shown}")
+    for entry in entries:
+        if entry.remark:
+            say(f"{entry.name}: {entry.remark}")
+
+
+def _ending(entries, signals, shown, options):
+    if signals.received:
+        code = exit_codes.INTERRUPTED if signals.received[0] == 2 else exit_codes.TERMINATED
+        raise Stop(code, f"stopped by a signal; nothing is lost. Go on with the same command: {_again(options)}")
+    failed = [entry for entry in entries if entry.state is State.FAILED]
+    print(results.text(entries))
+    print(f"\nresults in {shown}/results.md, .csv, .json", flush=True)
+    if failed:
+        names = ", ".join(entry.name for entry in failed)
+        raise Stop(
+            failed[0].exit_code,
+            f"{len(failed)} of {len(entries)} cases failed ({names}; the reasons are above and in {shown}/logs). "
+            f"Repair them and go on: {_again(options)}",
+        )
+    others = [entry.name for entry in entries if entry.of_another_build]
+    if others:
+        say(
+            f"{len(others)} results are of another build ({', '.join(others)}). "
+            "To have all of this one: --rerun-other-builds"
+        )
+    return exit_codes.FINISHED
+
+
+def _again(options):
+    return f"{called_as()} campaign {options.campaign}" + (f" --out {options.out}" if options.out else "")

@@ -1,0 +1,80 @@
+"""How far a campaign is: a line that is redrawn on a terminal, a plain line every minute elsewhere."""
+
+import os
+import sys
+import time
+
+from copepod_campaign.entry import State
+from copepod_command.progress import clock_text
+from copepod_command.stages import elapsed_text, write
+
+_LINE_EVERY_S = 60.0
+
+
+def for_stderr(name, pool):
+    terminal = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+    return (TerminalDisplay if terminal else PlainDisplay)(sys.stderr, name, pool)
+
+
+class PlainDisplay:
+    """Lines for logs and pipes: what starts and ends, and a look at the whole every minute."""
+
+    def __init__(self, stream, name, pool, clock=time.monotonic):
+        self._stream = stream
+        self._name = name
+        self._pool = pool
+        self._clock = clock
+        self._next = clock() + _LINE_EVERY_S
+
+    def notice(self, text):
+        write(self._stream, f"copepod: {text}\n")
+
+    def ended(self, entry):
+        if entry.state is State.DONE:
+            self.notice(f"{entry.name}: done{_wall_text(entry)}")
+        elif entry.state is State.FAILED:
+            self.notice(f"{entry.name}: failed. {entry.remark}")
+        else:
+            self.notice(f"{entry.name}: stopped")
+
+    def draw(self):
+        now = self._clock()
+        if now >= self._next:
+            self._next = now + _LINE_EVERY_S
+            self.notice(self.line())
+
+    def close(self):
+        pass
+
+    def line(self):
+        """«paper: 23 %, 3 of 17 done, 2:31:00 left; design_d 45 %, design_e 12 %»"""
+        entries = self._pool.entries
+        done = sum(entry.state is State.DONE for entry in entries)
+        words = [f"{self._name}: {100 * self._pool.share():.0f} %", f"{done} of {len(entries)} done"]
+        remaining = self._pool.remaining_s()
+        if remaining is not None:
+            words.append(f"{clock_text(remaining)} left")
+        running = ", ".join(f"{job.entry.name} {100 * job.share:.0f} %" for job in self._pool.running)
+        return ", ".join(words) + (f"; {running}" if running else "")
+
+
+class TerminalDisplay(PlainDisplay):
+    """One line, redrawn in place; what starts and ends stands above it."""
+
+    def notice(self, text):
+        write(self._stream, f"\r\033[Kcopepod: {text}\n")
+
+    def draw(self):
+        try:
+            width = os.get_terminal_size(self._stream.fileno()).columns - 1
+        except OSError:
+            width = 79
+        write(self._stream, f"\r{('copepod: ' + self.line())[:width]}\033[K")
+
+    def close(self):
+        write(self._stream, "\r\033[K")
+
+
+def _wall_text(entry):
+    wall_s = (entry.summary or {}).get("wall_s")
+    return f" after {elapsed_text(wall_s)} of computing" if wall_s else ""

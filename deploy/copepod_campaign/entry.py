@@ -1,0 +1,142 @@
+"""One case of a campaign: what is to be run, and what its folder says about how far it is."""
+
+import enum
+import fcntl
+import json
+import os
+import shutil
+import time
+from types import SimpleNamespace
+
+from copepod_command import exit_codes
+from copepod_command.errors import Stop
+from copepod_command.plan import request_plan, resolved_case
+from copepod_command.run_directory import has_checkpoint
+from copepod_command.stages import say
+
+_ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
+
+
+class State(enum.Enum):
+    NEW = "to do"
+    HALF_DONE = "half done"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+
+
+class Entry:
+    """A case of the campaign. All that is known about its progress is read from its run directory."""
+
+    def __init__(self, item, folder, build):
+        """`item`: name, file and settings from `coupler --campaign`. Raises Stop(2) if the case is bad."""
+        self.name = item["name"]
+        self.file = item["file"]
+        self.settings = item["set"]
+        self.path = folder / self.name
+        self.plan = request_plan(
+            SimpleNamespace(case=self.file, set=self.settings, ranks=None, fluid=None, body=None)
+        )
+        self.state = State.NEW
+        self.remark = ""
+        self.exit_code = exit_codes.FINISHED
+        self._this_build = build
+
+    @property
+    def weight(self):
+        """Cost in updates of a cell; a step without a fluid costs about as much as one of a thousand cells."""
+        return self.plan.steps * max(self.plan.estimate.get("cells", 0), 1000)
+
+    @property
+    def summary(self):
+        """summary.json of a finished run, else None."""
+        summary = _read_json(self.path / "summary.json")
+        return summary if summary and summary.get("status") == "finished" else None
+
+    @property
+    def builds(self):
+        """Builds that took part in the run, the last one last."""
+        provenance = _read_json(self.path / "provenance.json") or {}
+        attempts = [*provenance.get("earlier_attempts", []), provenance]
+        return list(dict.fromkeys(attempt.get("build") or "unknown" for attempt in attempts))
+
+    @property
+    def of_another_build(self):
+        return self.state is State.DONE and self.builds != [self._this_build]
+
+    def look(self, rerun_other_builds):
+        """Finds out how far the case is; what is of another case is set aside, what holds nothing is removed."""
+        if not self.path.exists():
+            return
+        self._wait_until_free()
+        if not self._holds_this_case():
+            self._set_aside()
+        elif self.summary:
+            self.state = State.DONE
+            if self.of_another_build and rerun_other_builds:
+                self._set_aside()
+                self.state = State.NEW
+            elif self.of_another_build:
+                self.remark = "done, by another build"
+        elif has_checkpoint(self.path):
+            self.state = State.HALF_DONE
+        else:
+            shutil.rmtree(self.path)
+
+    def _holds_this_case(self):
+        """Whether the folder is of this case, or of a run that ended before it had written its case."""
+        if not (self.path / "case.yaml").exists():
+            return all(child.name == "logs" for child in self.path.iterdir())
+        found = resolved_case(self.path / "case.yaml")
+        return found is not None and _physics(found) == _physics(self.plan.case)
+
+    def _wait_until_free(self):
+        """A killed campaign leaves runs behind that write a checkpoint and end."""
+        descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            deadline = time.monotonic() + _ENDING_PATIENCE_S
+            told = False
+            while not _lock(descriptor):
+                if time.monotonic() > deadline:
+                    raise Stop(
+                        exit_codes.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
+                    )
+                if not told:
+                    say(f"{self.name}: waits for the run that is still there to end")
+                    told = True
+                time.sleep(0.2)
+        finally:
+            os.close(descriptor)
+
+    def _set_aside(self):
+        """A finished or begun run of another case or build is not thrown away."""
+        number = 1
+        while (target := self.path.with_name(f"{self.name}.before-{number}")).exists():
+            number += 1
+        self.path.rename(target)
+        self.remark = f"the case or build has changed; the former run is now {target.name}"
+
+
+def _lock(descriptor):
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return True
+    except OSError:
+        return False
+
+
+def _physics(case):
+    """The resolved case without what changes no result: services, checkpoints, published figures."""
+    case = json.loads(json.dumps(case))
+    case.pop("services", None)
+    case.get("output", {}).pop("checkpoint", None)
+    for swimmer in case.get("swimmers", []):
+        swimmer.pop("published", None)
+    return case
+
+
+def _read_json(path):
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None

@@ -1,0 +1,46 @@
+"""A copy of the programs in the campaign's folder, so that a build in the middle of it changes nothing."""
+
+import os
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from copepod_command.checkout import PROGRAMS, build_digest, program
+
+
+@dataclass(frozen=True)
+class Programs:
+    """Where the copies are, and the digest that identifies them."""
+
+    folder: Path
+    build: str
+
+    def environment(self):
+        """Settings that make `copepod run` use the copies, and share the machine with its like.
+
+        Several mpirun at once would each bind their first rank to the same core.
+        """
+        python = program("coupler").parent.parent / "python"
+        return {
+            "OMPI_MCA_hwloc_base_binding_policy": "none",
+            "OMPI_MCA_mpi_yield_when_idle": "1",
+            "COPEPOD_BUILD_PYTHON": str(python),
+            **os.environ,
+            "COPEPOD_BIN_DIR": str(self.folder),
+        }
+
+
+def keep_copy(campaign_folder):
+    """Copies the present programs; copies of other builds are removed, their runs have gone on with this one."""
+    source = program("coupler").parent
+    build = build_digest()
+    shelf = campaign_folder / "programs"
+    target = shelf / build
+    if not target.exists():
+        shutil.rmtree(shelf, ignore_errors=True)
+        fresh = shelf / "new"
+        fresh.mkdir(parents=True)
+        for name in PROGRAMS:
+            shutil.copy2(source / name, fresh / name)
+        fresh.rename(target)
+    return Programs(target.absolute(), build)

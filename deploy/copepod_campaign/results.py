@@ -1,0 +1,101 @@
+"""The result table of a campaign as Markdown, CSV and JSON, rewritten after every case that ends."""
+
+import csv
+import io
+import json
+import os
+
+from copepod_campaign.entry import State
+from copepod_command.figures import FIGURES, compared, number_text, percent_text
+
+
+def write(folder, name, entries):
+    """results.md, results.csv and results.json in `folder`; each replaced in one go."""
+    _replace(folder / "results.md", f"# {name}\n\n{markdown(entries)}\n")
+    _replace(folder / "results.csv", _csv(entries))
+    records = [_record(entry) for entry in entries]
+    _replace(folder / "results.json", json.dumps({"campaign": name, "cases": records}, indent=1) + "\n")
+
+
+def markdown(entries):
+    """A row per swimmer; a cell holds our figure and in brackets the published one with ours' deviation from it."""
+    rows = list(_rows(entries))
+    keys = [key for key in FIGURES if any(key in figures for _, _, figures in rows)]
+    lines = ["| case | state | " + " | ".join(FIGURES[key] for key in keys) + " |", "|---" * (len(keys) + 2) + "|"]
+    for label, entry, figures in rows:
+        cells = [_cell(figures.get(key)) for key in keys]
+        lines.append(f"| {label} | {_state_text(entry)} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def text(entries):
+    """The table for the terminal: state, wall time, speed of every case."""
+    width = max(len(label) for label, _, _ in _rows(entries)) + 2
+    lines = []
+    for label, entry, figures in _rows(entries):
+        speed = figures.get("u_swim_lattice")
+        shown = f"u_swim {_cell(speed)}" if speed else ""
+        lines.append(f"  {label:<{width}}{_state_text(entry):<24}{shown}".rstrip())
+    return "\n".join(lines)
+
+
+def _rows(entries):
+    """(label, entry, {key: Figure}) of every swimmer; an entry without swimmers has one row without figures."""
+    for entry in entries:
+        swimmers = (entry.summary or {}).get("swimmers") or [] if entry.state is State.DONE else []
+        if not swimmers:
+            yield entry.name, entry, {}
+        for number, swimmer in enumerate(swimmers):
+            label = entry.name if len(swimmers) == 1 else f"{entry.name}, {swimmer['name']}"
+            yield label, entry, compared({**swimmer, "published": _published(entry, number)})
+
+
+def _published(entry, number):
+    """Published figures as the case has them now; a finished run may be older than they are."""
+    swimmers = entry.plan.case.get("swimmers", [])
+    return swimmers[number].get("published") if number < len(swimmers) else None
+
+
+def _cell(figure):
+    if figure is None or figure.ours is None:
+        return ""
+    if figure.published is None:
+        return number_text(figure.ours)
+    return f"{number_text(figure.ours)} ({number_text(figure.published)}, {percent_text(figure.deviation_percent)})"
+
+
+def _state_text(entry):
+    return "done, another build" if entry.of_another_build else entry.state.value
+
+
+def _csv(entries):
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    columns = [f"{key}{suffix}" for key in FIGURES for suffix in ("", "_published", "_deviation_percent")]
+    writer.writerow(["case", "state", "builds", "wall_s", "digest", *columns])
+    for label, entry, figures in _rows(entries):
+        summary = entry.summary or {}
+        values = []
+        for key in FIGURES:
+            figure = figures.get(key)
+            values += [figure.ours, figure.published, figure.deviation_percent] if figure else [None] * 3
+        known = [entry.state.value, " ".join(entry.builds), summary.get("wall_s"), summary.get("digest")]
+        writer.writerow([label, *known, *values])
+    return stream.getvalue()
+
+
+def _record(entry):
+    return {
+        "name": entry.name,
+        "state": entry.state.value,
+        "builds": entry.builds,
+        "of_another_build": entry.of_another_build,
+        "remark": entry.remark,
+        "summary": entry.summary,
+    }
+
+
+def _replace(path, content):
+    fresh = path.with_name(path.name + ".new")
+    fresh.write_text(content)
+    os.replace(fresh, path)

@@ -1,0 +1,171 @@
+"""Campaigns: killed and started again, of changed cases and builds, with cases that fail."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import time
+import unittest
+from pathlib import Path
+
+from copepod_session import FAKES, ROOT, CommandTest
+
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+QUICK = ROOT / "configs/quick"
+
+CAMPAIGN = f"""
+campaign: small
+jobs: 2
+cases:
+  - {{case: {QUICK}/vacuum.yaml}}
+  - {{case: {QUICK}/three_sphere.yaml, name: one, set: {{run.steps: 1500, output.fields.mean_over_steps: [0, 0]}}}}
+  - {{case: {QUICK}/three_sphere.yaml, name: two, set: {{run.steps: 2500, output.fields.mean_over_steps: [0, 0],
+     output.checkpoint.every_steps: 300}}}}
+"""
+
+
+class RealCampaign(CommandTest):
+    programs = PROGRAMS
+
+    def setUp(self):
+        super().setUp()
+        (self.folder / "small.yaml").write_text(CAMPAIGN)
+
+    def results(self, out):
+        """Rows of results.csv without what depends on the machine's mood."""
+        rows = csv.DictReader((self.folder / out / "results.csv").read_text().splitlines())
+        return [{key: value for key, value in row.items() if key != "wall_s"} for row in rows]
+
+    def finish(self, out):
+        session = self.start("campaign", "small.yaml", "--out", out)
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        return session
+
+    def test_ends_with_the_same_table_after_a_kill_and_after_ctrl_c(self):
+        self.finish("undisturbed")
+        table = (self.folder / "undisturbed/results.md").read_text()
+        self.assertIn("| vacuum | done | 5.1", table)
+        for number, out in ((signal.SIGKILL, "killed"), (signal.SIGINT, "stopped")):
+            session = self.start("campaign", "small.yaml", "--out", out)
+            session.wait_for("two: starts")
+            while not (self.folder / out / "two/checkpoints").exists():
+                time.sleep(0.02)
+            time.sleep(0.3)
+            session.process.send_signal(number)
+            self.assertEqual(session.end(timeout_s=60), -9 if number == signal.SIGKILL else 130)
+            again = self.finish(out)
+            self.assertIn("two: goes on from its checkpoint", "".join(again.stderr))
+            self.assert_nothing_left(again)
+            self.assertEqual((self.folder / out / "results.md").read_text(), table)
+            self.assertEqual(self.results(out), self.results("undisturbed"))
+
+    def test_a_finished_campaign_runs_nothing_again(self):
+        self.finish("out")
+        before = (self.folder / "out/one/provenance.json").stat().st_mtime_ns
+        again = self.finish("out")
+        self.assertIn("3 cases, 3 done already", "".join(again.stderr))
+        self.assertEqual((self.folder / "out/one/provenance.json").stat().st_mtime_ns, before)
+
+
+class FakeCampaign(CommandTest):
+    """With components that are no physics: what the command decides."""
+
+    def setUp(self):
+        super().setUp()
+        self.programs = self.folder / "bin"  # of our own, so that it can become another build
+        shutil.copytree(FAKES, self.programs)
+        self.write("campaign", {"name": "fakes", "jobs": 2, "cases": ["a", "b"]})
+        self.write_case("a")
+        self.write_case("b")
+
+    def write(self, name, content):
+        (self.folder / f"{name}.json").write_text(json.dumps(content))
+
+    def write_case(self, name, **keys):
+        self.write(name, {"name": name, "steps": 5, "step_s": 0.01, "case": {"run": {"steps": 5}}, **keys})
+
+    def run_campaign(self, *arguments, code=0):
+        session = self.start("campaign", "campaign.json", "--out", "out", *arguments)
+        self.assertEqual(session.end(timeout_s=60), code, "".join(session.stderr))
+        return "".join(session.stderr)
+
+    def states(self):
+        records = json.loads((self.folder / "out/results.json").read_text())["cases"]
+        return {record["name"]: (record["state"], record["of_another_build"]) for record in records}
+
+    def test_a_changed_case_runs_again_and_the_former_run_is_kept(self):
+        self.run_campaign()
+        self.write_case("b", case={"run": {"steps": 6}})
+        said = self.run_campaign()
+        self.assertIn("1 done already", said)
+        self.assertIn("the former run is now b.before-1", said)
+        self.assertTrue((self.folder / "out/b.before-1/summary.json").exists())
+
+    def test_published_figures_and_checkpoints_do_not_change_a_case(self):
+        swimmer = {"name": "s", "published": {"K": 1}}
+        self.write_case("a", case={"swimmers": [swimmer], "output": {"checkpoint": {"every_wall_s": 1}}})
+        self.run_campaign()
+        self.write_case("a", case={"swimmers": [{"name": "s"}], "output": {"checkpoint": {"every_wall_s": 2}}})
+        self.assertIn("2 done already", self.run_campaign())
+
+    def test_results_of_another_build_are_kept_and_said_to_be_so(self):
+        self.run_campaign()
+        with open(self.programs / "body_service", "a") as program:
+            program.write("# changed\n")
+        said = self.run_campaign()
+        self.assertIn("2 results are of another build (a, b)", said)
+        self.assertEqual(self.states(), {"a": ("done", True), "b": ("done", True)})
+        self.run_campaign("--rerun-other-builds")
+        self.assertEqual(self.states(), {"a": ("done", False), "b": ("done", False)})
+
+    def test_programs_that_change_in_the_middle_do_not_disturb_it(self):
+        self.write("campaign", {"name": "fakes", "jobs": 1, "cases": ["a", "b"]})
+        self.write_case("a", steps=50)
+        session = self.start("campaign", "campaign.json", "--out", "out")
+        session.wait_for("a: starts")
+        (self.programs / "fluid_service").unlink()
+        self.assertEqual(session.end(timeout_s=60), 0, "".join(session.stderr))
+
+    def test_a_case_that_fails_does_not_keep_the_others_from_running(self):
+        self.write_case("a", errors=["no such key"])
+        self.assertIn("no such key", self.run_campaign(code=2))
+        self.assertFalse((self.folder / "out/b").exists())  # nothing starts before every case is in order
+        self.write_case("a", fail=70)
+        said = self.run_campaign(code=70)
+        self.assertEqual(self.states(), {"a": ("failed", False), "b": ("done", False)})
+        self.assertIn("1 of 2 cases failed (a;", said)
+
+    def test_one_campaign_at_a_time_in_a_folder(self):
+        self.write_case("a", steps=300)
+        first = self.start("campaign", "campaign.json", "--out", "out")
+        first.wait_for("a: starts")
+        self.assertIn("is in use", self.run_campaign(code=2))
+        first.process.send_signal(signal.SIGTERM)
+        self.assertEqual(first.end(timeout_s=30), 143)
+
+
+class Forecast(unittest.TestCase):
+    class Running:
+        def __init__(self, weight, share, weight_per_s):
+            self.entry = type("Entry", (), {"weight": weight})
+            self.share = share
+            self.weight_per_s = weight_per_s
+            self.remaining_s = weight * (1 - share) / weight_per_s if weight_per_s else None
+
+    def test_waiting_cases_take_the_places_that_become_free_first(self):
+        from copepod_campaign.forecast import remaining_s
+
+        running = [self.Running(100, 0.5, 10), self.Running(100, 0.8, 10)]
+        self.assertEqual(remaining_s(running, [], 2), 5)
+        self.assertAlmostEqual(remaining_s(running, [100, 10], 2), 12)
+
+    def test_a_job_that_has_not_told_its_speed_is_as_fast_as_the_others(self):
+        from copepod_campaign.forecast import remaining_s
+
+        self.assertEqual(remaining_s([self.Running(100, 0, 10), self.Running(200, 0, None)], [], 2), 20)
+        self.assertIsNone(remaining_s([self.Running(100, 0, None)], [], 1))
+
+
+if __name__ == "__main__":
+    unittest.main()
