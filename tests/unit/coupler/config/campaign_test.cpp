@@ -45,6 +45,10 @@ TEST(Campaign, RefusesNamesThatLeaveItsFolder) {
             std::string::npos);
 }
 
+TEST(Campaign, OfThePaperRunsItsVacuumAndAllSeventeenDesigns) {
+  EXPECT_EQ(load_campaign(std::string(CONFIGS) + "/paper/campaign.yaml").cases.size(), 18U);
+}
+
 TEST(Campaign, RefusesToRunNothing) {
   EXPECT_NE(problems_of("campaign: c\n").find("has no cases"), std::string::npos);
 }
