@@ -8,8 +8,10 @@ set(FLUID_SOLVER_SOURCES
   boundary/copy_runs.cpp
   boundary/domain.cpp
   boundary/ghost_exchange.cpp
+  boundary/origin.cpp
   kernel/stream_collide_avx2.cpp
   kernel/stream_collide_baseline.cpp
+  lattice/population_layout.cpp
   solver/field_schedule.cpp
   solver/checkpoint.cpp
   solver/lattice_boltzmann.cpp

@@ -42,10 +42,10 @@ void BoundaryLinks::look_at(const Cell& cell, std::int32_t changed_body) {
 
 void BoundaryLinks::set(std::int32_t body, const Cell& cell, std::uint32_t directions) {
   std::vector<BoundaryCell>& cells = cells_[static_cast<std::size_t>(body)];
-  const std::int64_t index = layout_.cell(cell);
-  const auto place = std::lower_bound(cells.begin(), cells.end(), index,
-                                      [](const BoundaryCell& b, std::int64_t i) { return b.cell < i; });
-  const bool present = place != cells.end() && place->cell == index;
+  const Site site = layout_.site(cell);
+  const auto place = std::lower_bound(cells.begin(), cells.end(), site.index,
+                                      [](const BoundaryCell& b, std::int64_t i) { return b.site.index < i; });
+  const bool present = place != cells.end() && place->site.index == site.index;
   if (directions == 0) {
     if (present) cells.erase(place);
   } else if (present) {
@@ -53,7 +53,7 @@ void BoundaryLinks::set(std::int32_t body, const Cell& cell, std::uint32_t direc
   } else {
     const Cell& low = layout_.block().low;
     const Cell local = {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]};
-    cells.insert(place, {index, cell, directions, !interior_.contains(local)});
+    cells.insert(place, {site, cell, directions, !interior_.contains(local)});
   }
 }
 

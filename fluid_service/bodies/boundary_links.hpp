@@ -10,7 +10,7 @@ namespace copepod::fluid {
 
 /// A fluid cell next to a body, with its links into that body.
 struct BoundaryCell {
-  std::int64_t cell = 0;         ///< index in the layout
+  Site site;
   Cell position{};               ///< domain cell, of this rank
   std::uint32_t directions = 0;  ///< bit α set: x_f + e_α is covered by the body
   bool border = false;           ///< touches another rank's populations (GhostExchange::interior)

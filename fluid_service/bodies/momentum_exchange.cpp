@@ -21,7 +21,7 @@ template <class T>
 void prefetch(const T* populations, const PopulationLayout& layout, Placement placement,
               const BoundaryCell& boundary) {
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    __builtin_prefetch(populations + layout.location(boundary.cell, alpha, placement));
+    __builtin_prefetch(populations + layout.location(boundary.site, alpha, placement));
 }
 
 [[noreturn]] void throw_diverged(const Cell& cell) {
@@ -44,14 +44,14 @@ void exchange_momentum(const T* populations, const PopulationLayout& layout, Pla
     const BoundaryCell& boundary = cells[i];
     const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
     const Eigen::Vector3d u = body.surface_velocity(r);
-    const double density = 1.0 + excess_density_of_cell(populations, layout, boundary.cell, placement);
+    const double density = 1.0 + excess_density_of_cell(populations, layout, boundary.site, placement);
     const auto plane = static_cast<std::size_t>(boundary.position[0] - layout.block().low[0]);
     auto& target = boundary.border ? reflected.border : reflected.interior[plane];
     std::int64_t force[3] = {0, 0, 0};
     for (std::uint32_t bits = boundary.directions; bits != 0; bits &= bits - 1) {
       const int alpha = std::countr_zero(bits);
       const auto& e = d3q19::e[alpha];
-      const T leaving = populations[layout.location(boundary.cell, alpha, placement)];
+      const T leaving = populations[layout.location(boundary.site, alpha, placement)];
       const double eu = e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
       const T returning =
           static_cast<T>(static_cast<double>(leaving) - 6.0 * d3q19::weight(alpha) * density * eu);
@@ -60,9 +60,7 @@ void exchange_momentum(const T* populations, const PopulationLayout& layout, Pla
       const std::int64_t fixed = fixed_point::from_double(exchanged);
       for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
       // The population that leaves the solid cell x_f + e_α towards x_f.
-      target.push_back(
-          {layout.location(boundary.cell + layout.neighbour(alpha), d3q19::opposite(alpha), placement),
-           returning});
+      target.push_back({layout.entry(boundary.site, d3q19::opposite(alpha), placement), returning});
     }
     const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
                          fixed_point::to_double(force[2])};

@@ -17,13 +17,13 @@ std::int64_t Refill<T>::linear(const Cell& cell) const {
 
 template <class T>
 void Refill<T>::operator()(T* populations, Placement placement, const BodyMap& map) {
-  sites_.clear();
+  uncovered_.clear();
   needed_.clear();
   offered_.clear();
   if (map.uncovered().empty()) return;
   look_around(populations, placement, map);
   exchange_densities();
-  for (Site& site : sites_) fill(populations, placement, map, site);
+  for (Uncovered& site : uncovered_) fill(populations, placement, map, site);
 }
 
 /// Collects the densities that this rank knows, those that it needs, and those that others need from it.
@@ -36,7 +36,7 @@ void Refill<T>::look_around(const T* populations, Placement placement, const Bod
     const int rank = partition_.owner(domain_cell);
     if (!ours && rank == communicator_.rank())
       continue;  // an image of a cell of ours, which is in the list itself
-    if (ours) sites_.push_back({&uncovered, linear(domain_cell), {}});
+    if (ours) uncovered_.push_back({&uncovered, linear(domain_cell), {}});
     for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
       const auto& e = d3q19::e[alpha];
       const Cell neighbour = {uncovered.cell[0] + e[0], uncovered.cell[1] + e[1], uncovered.cell[2] + e[2]};
@@ -46,14 +46,14 @@ void Refill<T>::look_around(const T* populations, Placement placement, const Bod
       if (!source || map.owner(layout_.cell(neighbour)) != BodyMap::fluid) continue;
       const int source_rank = partition_.owner(*source);
       if (!ours) {
-        const std::int64_t cell = layout_.cell(neighbour);
-        offered_.push_back({rank, linear(domain_cell), linear(*source), cell,
-                            excess_density_of_cell(populations, layout_, cell, placement)});
+        offered_.push_back(
+            {rank, linear(domain_cell), linear(*source), layout_.cell(neighbour),
+             excess_density_of_cell(populations, layout_, layout_.site(neighbour), placement)});
       } else if (source_rank != communicator_.rank()) {
         needed_.push_back({source_rank, linear(domain_cell), linear(*source), 0, 0.0});
       } else {
-        sites_.back().densities.push_back(
-            excess_density_of_cell(populations, layout_, layout_.cell(*source), placement));
+        uncovered_.back().densities.push_back(
+            excess_density_of_cell(populations, layout_, layout_.site(*source), placement));
       }
     }
   }
@@ -81,13 +81,13 @@ void Refill<T>::exchange_densities() {
   std::map<int, std::size_t> next;
   for (const Request& request : needed_) {
     const double density = peers[request.rank].receive[next[request.rank]++];
-    for (Site& site : sites_)
+    for (Uncovered& site : uncovered_)
       if (site.linear == request.uncovered) site.densities.push_back(density);
   }
 }
 
 template <class T>
-void Refill<T>::fill(T* populations, Placement placement, const BodyMap& map, Site& site) const {
+void Refill<T>::fill(T* populations, Placement placement, const BodyMap& map, Uncovered& site) const {
   // Sorted, so that the sum depends neither on the decomposition nor on which mirror image it is.
   std::sort(site.densities.begin(), site.densities.end());
   double excess_density = 0.0;
@@ -97,7 +97,7 @@ void Refill<T>::fill(T* populations, Placement placement, const BodyMap& map, Si
   const LatticeBody& body = map.bodies()[static_cast<std::size_t>(site.cell->body)];
   const Eigen::Vector3d u = body.surface_velocity(domain_.from_position(body.position, site.cell->cell));
   const double velocity[3] = {u[0], u[1], u[2]};
-  const std::int64_t cell = layout_.cell(site.cell->cell);
+  const Site cell = layout_.site(site.cell->cell);
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
     populations[layout_.location(cell, alpha, placement)] =
         static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));

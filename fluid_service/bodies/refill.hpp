@@ -37,7 +37,7 @@ class Refill {
       return std::tie(rank, uncovered, neighbour) < std::tie(other.rank, other.uncovered, other.neighbour);
     }
   };
-  struct Site {
+  struct Uncovered {
     const BodyMap::ChangedCell* cell = nullptr;
     std::int64_t linear = 0;
     std::vector<double> densities;
@@ -46,13 +46,13 @@ class Refill {
   [[nodiscard]] std::int64_t linear(const Cell& cell) const;
   void look_around(const T* populations, Placement placement, const BodyMap& map);
   void exchange_densities();
-  void fill(T* populations, Placement placement, const BodyMap& map, Site& site) const;
+  void fill(T* populations, Placement placement, const BodyMap& map, Uncovered& site) const;
 
   const Domain& domain_;
   const BlockPartition& partition_;
   const PopulationLayout& layout_;
   Communicator& communicator_;
-  std::vector<Site> sites_;
+  std::vector<Uncovered> uncovered_;
   std::vector<Request> needed_;
   std::vector<Request> offered_;
 };

@@ -52,7 +52,6 @@ template <class T>
 GhostExchange<T>::GhostExchange(const Domain& domain, const BlockPartition& partition,
                                 const PopulationLayout& layout, Communicator& communicator)
     : layout_(layout), communicator_(communicator) {
-  for (auto& planes : local_) planes.resize(static_cast<std::size_t>(layout.block().extent(0)));
   for (int rank = 0; rank < partition.ranks(); ++rank)
     if (touches(domain, partition.block(rank), layout.block())) collect(domain, partition, layout, rank);
   for (Peer& peer : peers_) {
@@ -73,7 +72,8 @@ typename GhostExchange<T>::Peer& GhostExchange<T>::peer(int rank) {
   return peers_.back();
 }
 
-/// What `rank` receives from us, or, for our own rank, what we receive from anyone and from ourselves.
+/// What `rank` receives from us, or, for our own rank, what we receive from anyone and what our own faces
+/// change.
 template <class T>
 void GhostExchange<T>::collect(const Domain& domain, const BlockPartition& partition,
                                const PopulationLayout& layout, int rank) {
@@ -87,25 +87,23 @@ void GhostExchange<T>::collect(const Domain& domain, const BlockPartition& parti
     if (rank != self) {
       if (owner != self) return;
       for (int p = 0; p < 2; ++p)
-        peer(rank).send[p].add(0, layout.location(layout.cell(source.cell), source.direction, placements[p]));
+        peer(rank).send[p].add(0, layout.location(layout.site(source.cell), source.direction, placements[p]));
       return;
     }
-    const std::int64_t ghost_cell = layout.cell(ghost);
+    const Site entered = layout.site(shifted(ghost, direction));
     if (owner != self) {
       for (int p = 0; p < 2; ++p)
-        peer(owner).receive[p].add(layout.location(ghost_cell, direction, placements[p]), 0);
-      for (int axis = 0; axis < 3; ++axis) {
-        if (ghost[axis] < block.low[axis]) remote[face_index(axis, false)] = true;
-        if (ghost[axis] >= block.high[axis]) remote[face_index(axis, true)] = true;
-      }
+        peer(owner).receive[p].add(layout.entry(entered, direction, placements[p]), 0);
+      for (int axis = 0; axis < 3; ++axis)
+        if (source.cell[axis] < block.low[axis] || source.cell[axis] >= block.high[axis])
+          remote[face_index(axis, ghost[axis] >= block.high[axis])] = true;
     } else if (source.kind == GhostSource::Kind::pressure) {
-      pressure_.push_back(
-          {layout.cell(shifted(ghost, direction)), ghost_cell, direction, source.excess_density});
-    } else {
-      for (int p = 0; p < 2; ++p)
-        local_[p][static_cast<std::size_t>(ghost[0] + d3q19::e[direction][0] - block.low[0])].add(
-            layout.location(ghost_cell, direction, placements[p]),
-            layout.location(layout.cell(source.cell), source.direction, placements[p]), source.addition);
+      pressure_.push_back({entered, direction, source.excess_density});
+    } else if (source.addition != 0.0) {
+      for (int p = 0; p < 2; ++p) {
+        const std::int64_t entry = layout.entry(entered, direction, placements[p]);
+        moving_walls_[p].add(entry, entry, source.addition);
+      }
     }
   });
   if (rank == self) split_block(layout, remote);
@@ -133,6 +131,7 @@ void GhostExchange<T>::start(T* populations, Placement placement) {
   const auto p = static_cast<std::size_t>(placement);
   for (Peer& peer : peers_) peer.send[p].pack(populations, peer.send_buffer.data());
   wait_ = communicator_.start_exchange(messages_);
+  moving_walls_[p].copy(populations);
   apply_pressure(populations, placement);
 }
 
@@ -144,9 +143,11 @@ void GhostExchange<T>::finish(T* populations, Placement placement) {
 }
 
 /// Anti-bounce-back [Ginzburg, Verhaeghe, d'Humières 2008]: f_ᾱ(x_f) = −f̃_α(x_f) + 2 w_α ρ_w (1 + 9/2 (e·u)²
-/// − 3/2 u²), with the velocity of the fluid cell for that of the face.
+/// − 3/2 u²), with the velocity of the fluid cell for that of the face. f̃_α lies where f_ᾱ will be read, so
+/// all of a cell's are computed before one is replaced.
 template <class T>
-void GhostExchange<T>::apply_pressure(T* populations, Placement placement) const {
+void GhostExchange<T>::apply_pressure(T* populations, Placement placement) {
+  entering_.clear();
   for (const PressureLink& link : pressure_) {
     const CellMoments m = moments_of_cell(populations, layout_, link.cell, placement);
     const auto& e = d3q19::e[link.direction];
@@ -158,8 +159,10 @@ void GhostExchange<T>::apply_pressure(T* populations, Placement placement) const
         populations[layout_.location(link.cell, d3q19::opposite(link.direction), placement)];
     const double entering =
         -leaving + 2.0 * w * (link.excess_density + (1.0 + link.excess_density) * (4.5 * eu * eu - 1.5 * uu));
-    populations[layout_.location(link.ghost, link.direction, placement)] = static_cast<T>(entering);
+    entering_.push_back(static_cast<T>(entering));
   }
+  for (std::size_t i = 0; i < pressure_.size(); ++i)
+    populations[layout_.entry(pressure_[i].cell, pressure_[i].direction, placement)] = entering_[i];
 }
 
 template class GhostExchange<float>;

@@ -13,9 +13,9 @@
 
 namespace copepod::fluid {
 
-/// Fills, before each step, the populations that enter a block from its ghost cells: from other ranks,
-/// periodic images, mirror images and walls. All index arithmetic is done once, at construction; per step
-/// only runs are copied.
+/// Fills, before each step, the populations that enter a block from other ranks, and adds what moving walls
+/// and pressure faces change; every other face costs nothing (PopulationLayout). All index arithmetic is done
+/// once, at construction; per step only runs are copied.
 ///
 /// Five populations cross a face; edges carry one more each. Both sides of a message enumerate its values in
 /// the same order by the same arithmetic, so no index ever travels.
@@ -25,15 +25,8 @@ class GhostExchange {
   GhostExchange(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
                 Communicator& communicator);
 
-  /// Packs and sends what other ranks need.
+  /// Packs and sends what other ranks need; then lets this rank's faces act.
   void start(T* populations, Placement placement);
-  /// Fills, from this rank's own populations, what enters the cells of plane x (from the block's low corner).
-  /// Right before the plane's update these values are about to be read anyway. Sources and targets are
-  /// touched by no update of another cell, since a population that leaves the block belongs to the slots of a
-  /// ghost.
-  void fill_plane(T* populations, Placement placement, std::int64_t x) const {
-    local_[static_cast<std::size_t>(placement)][static_cast<std::size_t>(x)].copy(populations);
-  }
   /// Waits for the other ranks' populations and puts them in place.
   void finish(T* populations, Placement placement);
 
@@ -51,22 +44,22 @@ class GhostExchange {
     std::vector<T> receive_buffer;
   };
   struct PressureLink {
-    std::int64_t cell = 0;  ///< x_f
-    std::int64_t ghost = 0;
-    int direction = 0;  ///< entering: from ghost to x_f
+    Site cell;          ///< x_f
+    int direction = 0;  ///< entering
     double excess_density = 0.0;
   };
 
   void collect(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
                int rank);
   void split_block(const PopulationLayout& layout, const std::array<bool, 6>& remote);
-  void apply_pressure(T* populations, Placement placement) const;
+  void apply_pressure(T* populations, Placement placement);
   Peer& peer(int rank);
 
   const PopulationLayout& layout_;
   Communicator& communicator_;
-  std::array<std::vector<CopyRuns>, 2> local_;  ///< by placement, by plane of the cell that is entered
+  std::array<CopyRuns, 2> moving_walls_;  ///< in place; by placement
   std::vector<PressureLink> pressure_;
+  std::vector<T> entering_;  ///< through pressure faces
   std::vector<Peer> peers_;
   std::vector<Communicator::Message> messages_;
   std::function<void()> wait_;

@@ -45,23 +45,49 @@ struct StreamCollideLoop {
       std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
   }
 
+  /// Slots of a row's end cells that are not in line with the row's others are put there for the time of its
+  /// update, and back.
+  template <bool into_row>
+  [[gnu::always_inline]] static void move_row_ends(T* populations, const PopulationLayout& layout,
+                                                   const Box& region, std::int64_t x, std::int64_t y) {
+    const std::int64_t last = layout.block().extent(2) - 1;
+    const auto move = [&](const Site& end) {
+      for (const auto& [slot, in_row] : layout.detours(end.faces)) {
+        T* const away = populations + end.index + slot;
+        T* const in_line = populations + end.index + in_row;
+        if constexpr (into_row) {
+          *in_line = *away;
+          __builtin_prefetch(away + layout.row_pitch(), 1);
+          __builtin_prefetch(in_line + layout.row_pitch(), 1);
+        } else {
+          *away = *in_line;
+        }
+      }
+    };
+    if (region.low[2] == 0) move(layout.site(x, y, 0));
+    if (region.high[2] == last + 1 && last > 0) move(layout.site(x, y, last));
+  }
+
   template <bool streamed, bool has_force>
   static void rows(T* populations, const PopulationLayout& layout, const Box& region,
                    const CollisionConstants<T>& constants) {
     const std::int64_t length = region.extent(2);
     for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
       for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
-        const std::int64_t first = layout.cell(x, y, region.low[2]);
+        const Site middle = layout.in_row(x, y, region.low[2]);
         Row row;
 #pragma GCC unroll 19
         for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-          row[alpha] = populations + layout.slot(alpha) + first + (streamed ? 0 : layout.neighbour(alpha));
+          row[alpha] = populations + (streamed ? middle.index + layout.slot(alpha)
+                                               : layout.location(middle, alpha, Placement::streamed));
+        if constexpr (!streamed) move_row_ends<true>(populations, layout, region, x, y);
         std::int64_t z = 0;
         for (; z + width <= length; z += width) {
           if (z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
           update<streamed, has_force, V>(row, z, constants);
         }
         for (; z < length; ++z) update<streamed, has_force, T>(row, z, constants);
+        if constexpr (!streamed) move_row_ends<false>(populations, layout, region, x, y);
       }
   }
 

@@ -14,7 +14,7 @@ struct CellMoments {
 };
 
 template <class T>
-double excess_density_of_cell(const T* populations, const PopulationLayout& layout, std::int64_t cell,
+double excess_density_of_cell(const T* populations, const PopulationLayout& layout, const Site& cell,
                               Placement placement) {
   auto sum = static_cast<double>(populations[layout.location(cell, 0, placement)]);
   // Pairs first: the sum is then the same for a cell and its mirror image.
@@ -33,7 +33,7 @@ double excess_density_of_cell(const T* populations, const PopulationLayout& layo
 }
 
 template <class T>
-CellMoments moments_of_cell(const T* populations, const PopulationLayout& layout, std::int64_t cell,
+CellMoments moments_of_cell(const T* populations, const PopulationLayout& layout, const Site& cell,
                             Placement placement) {
   CellMoments result;
   result.excess_density = excess_density_of_cell(populations, layout, cell, placement);

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
 
 #include "lattice/d3q19.hpp"
 #include "partition/box.hpp"
@@ -23,23 +27,45 @@ constexpr Placement other(Placement placement) {
   return placement == Placement::home ? Placement::streamed : Placement::home;
 }
 
+/// Faces of the block that a cell lies on, as bits: x low, x high, y low, …
+using Faces = unsigned;
+
+constexpr Faces face_bit(int axis, bool high) { return 1U << (2 * axis + (high ? 1 : 0)); }
+
+/// A cell of the block: index within one slot's array, and its faces.
+struct Site {
+  std::int64_t index = 0;
+  Faces faces = 0;
+};
+
+/// The cell, relative to the one that is entered, and the direction whose f̃ enters. Inside: x − e_α and α.
+struct Origin {
+  Cell offset{};
+  int direction = 0;
+};
+
+/// Origin of f_α for a cell on the given faces. It must be one-to-one: no f̃ enters two cells.
+using OriginRule = std::function<Origin(Faces faces, int direction)>;
+
+constexpr Origin straight(int direction) {
+  const auto& e = d3q19::e[direction];
+  return {{-e[0], -e[1], -e[2]}, direction};
+}
+
 /// Addresses of the slots of one block: populations (q = 19, x, y, z), one ghost layer, z fastest.
+///
+/// Cells on faces may draw populations from elsewhere than the neighbour behind them: from themselves at a
+/// wall, from the other end of a period. Since in-place streaming stores f̃_α where f_α will be read, such a
+/// face costs nothing: the slots of the cells beside it are merely others.
 ///
 /// Interior rows start on a cache line. The stride between the 19 arrays is skewed so that a cell's 19 slots
 /// fall into different cache sets.
 class PopulationLayout {
  public:
-  explicit PopulationLayout(const Box& block, int value_bytes)
-      : block_(block),
-        lead_(64 / value_bytes),
-        pitch_(round_up(lead_ + block.extent(2) + 1, lead_)),
-        plane_(pitch_ * (block.extent(1) + 2)),
-        slot_(round_up(plane_ * (block.extent(0) + 2), 4096 / value_bytes) + skew_lines * lead_) {
-    for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
-      location_[static_cast<int>(Placement::home)][alpha] = slot(d3q19::opposite(alpha));
-      location_[static_cast<int>(Placement::streamed)][alpha] = slot(alpha) + neighbour(alpha);
-    }
-  }
+  /// @param origin  where populations enter cells on the block's faces from; by default from ghost cells
+  PopulationLayout(
+      const Box& block, int value_bytes,
+      const OriginRule& origin = [](Faces, int direction) { return straight(direction); });
 
   [[nodiscard]] const Box& block() const { return block_; }
   /// Index of cell (x, y, z), counted from the block's low corner; −1 and extent are ghosts.
@@ -49,23 +75,55 @@ class PopulationLayout {
   [[nodiscard]] constexpr std::int64_t cell(const Cell& global) const {
     return cell(global[0] - block_.low[0], global[1] - block_.low[1], global[2] - block_.low[2]);
   }
+  /// The same with the cell's faces; no ghosts.
+  [[nodiscard]] constexpr Site site(std::int64_t x, std::int64_t y, std::int64_t z) const {
+    return {cell(x, y, z), on_faces(0, x) | on_faces(1, y) | on_faces(2, z)};
+  }
+  [[nodiscard]] constexpr Site site(const Cell& global) const {
+    return site(global[0] - block_.low[0], global[1] - block_.low[1], global[2] - block_.low[2]);
+  }
+  /// A cell of row (x, y) as if it were none of the row's ends.
+  [[nodiscard]] constexpr Site in_row(std::int64_t x, std::int64_t y, std::int64_t z) const {
+    return {cell(x, y, z), on_faces(0, x) | on_faces(1, y)};
+  }
   /// Distance from a cell to its neighbour in direction α.
   [[nodiscard]] constexpr std::int64_t neighbour(int alpha) const {
     return d3q19::e[alpha][0] * plane_ + d3q19::e[alpha][1] * pitch_ + d3q19::e[alpha][2];
   }
   [[nodiscard]] constexpr std::int64_t slot(int alpha) const { return alpha * slot_; }
-  /// Where f̃_α of the cell with index `cell` is stored.
-  [[nodiscard]] constexpr std::int64_t location(std::int64_t cell, int alpha, Placement placement) const {
-    return location_[static_cast<int>(placement)][alpha] + cell;
+
+  /// Where f̃_α of a cell on `faces` is stored, relative to the cell's index, for all α.
+  using Locations = std::array<std::int64_t, d3q19::directions>;
+  [[nodiscard]] const Locations& locations(Faces faces, Placement placement) const {
+    return placement == Placement::home ? home_ : streamed_[faces];
   }
+  [[nodiscard]] std::int64_t location(const Site& site, int alpha, Placement placement) const {
+    return site.index + locations(site.faces, placement)[static_cast<std::size_t>(alpha)];
+  }
+  /// Where f_α, which enters the cell, is read in the next step: where that step will store f̃_ᾱ.
+  [[nodiscard]] std::int64_t entry(const Site& site, int alpha, Placement placement) const {
+    return location(site, d3q19::opposite(alpha), other(placement));
+  }
+
+  /// A slot of a row's end cell, relative to its index, and where the row's other cells would have it.
+  struct Detour {
+    std::int64_t slot = 0;
+    std::int64_t in_row = 0;
+  };
+  /// For an end cell on `faces`, in the streamed placement.
+  [[nodiscard]] std::span<const Detour> detours(Faces faces) const { return detours_[faces]; }
+
   [[nodiscard]] constexpr std::int64_t values() const { return d3q19::directions * slot_; }
   [[nodiscard]] constexpr std::int64_t cells() const { return plane_ * (block_.extent(0) + 2); }
   [[nodiscard]] constexpr std::int64_t row_pitch() const { return pitch_; }
 
  private:
+  static constexpr std::size_t face_sets = 64;
   static constexpr std::int64_t skew_lines = 3;
-  static constexpr std::int64_t round_up(std::int64_t value, std::int64_t multiple) {
-    return (value + multiple - 1) / multiple * multiple;
+
+  [[nodiscard]] constexpr Faces on_faces(int axis, std::int64_t local) const {
+    return (local == 0 ? face_bit(axis, false) : 0U) |
+           (local == block_.extent(axis) - 1 ? face_bit(axis, true) : 0U);
   }
 
   Box block_;
@@ -73,7 +131,9 @@ class PopulationLayout {
   std::int64_t pitch_;  ///< values per row
   std::int64_t plane_;  ///< values per plane of constant x
   std::int64_t slot_;   ///< values between two slots of a cell
-  std::int64_t location_[2][d3q19::directions] = {};  ///< of f̃_α relative to its cell, by placement
+  Locations home_{};
+  std::array<Locations, face_sets> streamed_{};
+  std::array<std::vector<Detour>, face_sets> detours_;
 };
 
 }  // namespace copepod::fluid

@@ -14,7 +14,7 @@ void LatticeBoltzmann<T>::for_each_population(const Visit& visit) const {
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z)
         for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-          visit(static_cast<std::size_t>(layout_.location(layout_.cell(Cell{x, y, z}), alpha, placement_)));
+          visit(static_cast<std::size_t>(layout_.location(layout_.site(Cell{x, y, z}), alpha, placement_)));
 }
 
 template <class T>

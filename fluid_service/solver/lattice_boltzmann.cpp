@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "boundary/origin.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "kernel/equilibrium.hpp"
@@ -28,7 +29,8 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       units_(setup),
       domain_(setup, units_),
       partition_(domain_.cells(), communicator.size()),
-      layout_(partition_.block(communicator.rank()), sizeof(T)),
+      layout_(partition_.block(communicator.rank()), sizeof(T),
+              origin_rule(domain_, partition_.block(communicator.rank()))),
       populations_(static_cast<std::size_t>(layout_.values())),
       constants_(collision_constants<T>(setup.collision,
                                         units_.relaxation_time(setup.kinematic_viscosity_m2_per_s),
@@ -112,13 +114,11 @@ void LatticeBoltzmann<T>::update(const Box& region) {
   stream_collide_(populations_.data(), layout_, placement_, region, constants_, has_force_);
 }
 
-/// Plane by plane, so that what the ghosts and bodies put in place is still in the cache when the update
-/// reads it.
+/// Plane by plane, so that what the bodies put in place is still in the cache when the update reads it.
 template <class T>
 void LatticeBoltzmann<T>::update_interior() {
   const Box& interior = ghosts_.interior();
   for (std::int64_t x = 0; x < layout_.block().extent(0); ++x) {
-    ghosts_.fill_plane(populations_.data(), placement_, x);
     apply(reflected_.interior[static_cast<std::size_t>(x)]);
     if (x >= interior.low[0] && x < interior.high[0])
       update({{x, interior.low[1], interior.low[2]}, {x + 1, interior.high[1], interior.high[2]}});
@@ -161,8 +161,8 @@ template <class T>
 void LatticeBoltzmann<T>::check_cell(const Cell& local) const {
   constexpr double largest_excess_density = 0.5;
   constexpr double largest_momentum = 0.4;
-  const std::int64_t cell = layout_.cell(local[0], local[1], local[2]);
-  if (map_.owner(cell) != BodyMap::fluid) return;
+  const Site cell = layout_.site(local[0], local[1], local[2]);
+  if (map_.owner(cell.index) != BodyMap::fluid) return;
   const CellMoments m = moments_of_cell(populations_.data(), layout_, cell, placement_);
   if (std::abs(m.excess_density) < largest_excess_density && m.momentum.norm() < largest_momentum) return;
   const Cell& low = layout_.block().low;
@@ -187,8 +187,8 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
   for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const std::int64_t cell = layout_.cell(Cell{x, y, z});
-        const std::int32_t owner = map_.owner(cell);
+        const Site cell = layout_.site(Cell{x, y, z});
+        const std::int32_t owner = map_.owner(cell.index);
         Eigen::Vector3d velocity;
         double density = 1.0;
         if (owner > BodyMap::fluid) {
@@ -214,8 +214,8 @@ double LatticeBoltzmann<T>::excess_mass_lu() const {
   for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const std::int64_t cell = layout_.cell(Cell{x, y, z});
-        if (map_.owner(cell) == BodyMap::fluid)
+        const Site cell = layout_.site(Cell{x, y, z});
+        if (map_.owner(cell.index) == BodyMap::fluid)
           mass += excess_density_of_cell(populations_.data(), layout_, cell, placement_);
       }
   return mass;
@@ -230,8 +230,8 @@ std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {
   for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const std::int64_t cell = layout_.cell(Cell{x, y, z});
-        if (map_.owner(cell) != BodyMap::fluid) continue;
+        const Site cell = layout_.site(Cell{x, y, z});
+        if (map_.owner(cell.index) != BodyMap::fluid) continue;
         Digest digest(static_cast<std::uint64_t>((x * cells[1] + y) * cells[2] + z));
         for (int alpha = 0; alpha < d3q19::directions; ++alpha)
           digest.add(populations_[static_cast<std::size_t>(layout_.location(cell, alpha, placement_))]);

@@ -166,7 +166,7 @@ TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
     for (std::size_t body = 0; body < 2; ++body) {
       ASSERT_EQ(links.of_body(body).size(), expected.of_body(body).size()) << "step " << step;
       for (std::size_t i = 0; i < expected.of_body(body).size(); ++i) {
-        ASSERT_EQ(links.of_body(body)[i].cell, expected.of_body(body)[i].cell);
+        ASSERT_EQ(links.of_body(body)[i].site.index, expected.of_body(body)[i].site.index);
         ASSERT_EQ(links.of_body(body)[i].directions, expected.of_body(body)[i].directions);
       }
     }
@@ -181,10 +181,10 @@ TEST(BoundaryLinks, EveryLinkJoinsAFluidCellAndACoveredOne) {
   links.update();
   std::int64_t found = 0;
   for (const BoundaryCell& boundary : links.of_body(0)) {
-    EXPECT_EQ(fixture.map.owner(boundary.cell), BodyMap::fluid);
+    EXPECT_EQ(fixture.map.owner(boundary.site.index), BodyMap::fluid);
     for (int alpha = 1; alpha < d3q19::directions; ++alpha)
       if ((boundary.directions >> alpha) & 1U) {
-        EXPECT_EQ(fixture.map.owner(boundary.cell + fixture.layout.neighbour(alpha)), 1);
+        EXPECT_EQ(fixture.map.owner(boundary.site.index + fixture.layout.neighbour(alpha)), 1);
         ++found;
       }
   }

@@ -45,14 +45,15 @@ TEST(D3Q19, MirroringTwiceGivesTheDirectionBack) {
 TEST(PopulationLayout, SlotsThatACellReadsAreThoseThatItWrites) {
   const PopulationLayout layout(Box{{0, 0, 0}, {4, 5, 6}}, 8);
   const std::int64_t cell = layout.cell(2, 2, 2);
+  const auto at = [](std::int64_t index) { return Site{index, 0}; };
   for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
     const int back = d3q19::opposite(alpha);
     // From home: what arrives in direction ᾱ left the neighbour x + e_α; it is read where f̃_α goes.
-    EXPECT_EQ(layout.location(cell + layout.neighbour(alpha), back, Placement::home),
-              layout.location(cell, alpha, Placement::streamed));
+    EXPECT_EQ(layout.location(at(cell + layout.neighbour(alpha)), back, Placement::home),
+              layout.location(at(cell), alpha, Placement::streamed));
     // From streamed: what arrives in direction α lies at x, where f̃_ᾱ goes.
-    EXPECT_EQ(layout.location(cell - layout.neighbour(alpha), alpha, Placement::streamed),
-              layout.location(cell, back, Placement::home));
+    EXPECT_EQ(layout.location(at(cell - layout.neighbour(alpha)), alpha, Placement::streamed),
+              layout.location(at(cell), back, Placement::home));
   }
 }
 
