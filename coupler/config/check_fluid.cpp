@@ -104,6 +104,13 @@ bool mirrored(const FluidCase& fluid, std::size_t face, std::size_t axis) {
   return one.kind == other.kind && one.pressure_Pa == other.pressure_Pa && one.velocity_m_per_s == reflected;
 }
 
+constexpr double plane_tolerance = 1e-9;
+
+/// Where symmetry plane `axis` is.
+double middle_m(const FluidCase& fluid, std::size_t axis) {
+  return 0.5 * static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+}
+
 void check_symmetric_faces(const FluidCase& fluid, std::size_t axis, Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (fluid.domain_cells[axis] % 2 != 0) {
@@ -135,18 +142,30 @@ void check_symmetric_vector(const Eigen::Vector3d& vector, std::size_t axis, con
                            axis_names[axis] + " allows none). Set it to 0 or remove the plane.");
 }
 
-void check_symmetric_body(const BodySpecification& body, const std::string& path, double middle_m,
-                          double cell_size_m, std::size_t axis, Problems& problems) {
+/// A body either lies on the plane or stays in the half that is computed: it then has a mirror image of its
+/// own.
+bool lies_on(const BodySpecification& body, const FluidCase& fluid, std::size_t axis) {
+  return std::abs(body.position_m[static_cast<Eigen::Index>(axis)] - middle_m(fluid, axis)) <=
+         plane_tolerance * fluid.cell_size_m;
+}
+
+void check_symmetric_body(const BodySpecification& body, const std::string& path, const FluidCase& fluid,
+                          std::size_t axis, Problems& problems) {
   const auto normal = static_cast<Eigen::Index>(axis);
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
-  const double tolerance = 1e-9;
-  if (std::abs(body.position_m[normal] - middle_m) > tolerance * cell_size_m) {
-    problems.error(path, "body '" + body.name + "' is " +
-                             shortest_text(std::abs(body.position_m[normal] - middle_m)) + " m off " + plane +
-                             " (a body must lie on it to be symmetric). Move it, or remove the plane.");
+  if (!lies_on(body, fluid, axis)) {
+    const double beyond_m = body.position_m[normal] + half_extents_m(body)[normal] - middle_m(fluid, axis);
+    if (beyond_m > -fluid.cell_size_m)
+      problems.error(
+          path, "body '" + body.name + "' is " +
+                    shortest_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " m off " +
+                    plane +
+                    " and not below it by a cell (a body lies on the plane, or all of it in the "
+                    "lower half and its mirror image in the upper). Move it, or remove the plane.");
+    return;
   }
   const double along = std::abs(body_axis(body)[normal]);
-  if (body.shape.kind != ShapeKind::sphere && along > tolerance && along < 1.0 - tolerance) {
+  if (body.shape.kind != ShapeKind::sphere && along > plane_tolerance && along < 1.0 - plane_tolerance) {
     problems.error(
         path,
         "body '" + body.name + "' is tilted against " + plane +
@@ -162,6 +181,19 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
   }
 }
 
+/// What ties a body on the plane to one beside it would tie it to the mirror image too.
+void check_symmetric_spring(const SpringSpecification& spring, const std::string& path,
+                            const Assembly& assembly, const FluidCase& fluid, std::size_t axis,
+                            Problems& problems) {
+  if (spring.body_A < 0 || spring.body_B < 0) return;
+  const auto& A = assembly.bodies[static_cast<std::size_t>(spring.body_A)];
+  const auto& B = assembly.bodies[static_cast<std::size_t>(spring.body_B)];
+  if (lies_on(A, fluid, axis) == lies_on(B, fluid, axis)) return;
+  problems.error(path, "a spring ties '" + A.name + "' to '" + B.name +
+                           "', only one of which lies on symmetry plane " + axis_names[axis] +
+                           " (the mirror image of the spring is not computed). Remove the plane.");
+}
+
 }  // namespace
 
 void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems) {
@@ -172,12 +204,13 @@ void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& pr
     check_symmetric_faces(fluid, axis, problems);
     check_symmetric_vector(fluid.body_force_N_per_m3, axis, "fluid.body_force_N_per_m3", problems);
     check_symmetric_vector(the_case.gravity_m_per_s2, axis, "gravity_m_per_s2", problems);
-    const double middle_m = 0.5 * static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
-    for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
-      check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], middle_m, fluid.cell_size_m, axis,
-                           problems);
-    }
+    for (std::size_t i = 0; i < assembly.bodies.size(); ++i)
+      check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], fluid, axis, problems);
+    for (std::size_t i = 0; i < assembly.springs.size(); ++i)
+      check_symmetric_spring(assembly.springs[i], assembly.spring_paths[i], assembly, fluid, axis, problems);
     for (std::size_t i = 0; i < assembly.driving.size(); ++i) {
+      const int body = assembly.driving[i].body;
+      if (body < 0 || !lies_on(assembly.bodies[static_cast<std::size_t>(body)], fluid, axis)) continue;
       check_symmetric_vector(assembly.driving[i].amplitude_N, axis, assembly.driving_paths[i], problems);
     }
   }

@@ -163,6 +163,11 @@ void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
       throw SolverError("body " + std::to_string(index) + " left the domain through a face normal to " +
                         "xyz"[axis] + " (its centre is at " + std::to_string(x) +
                         " cells). Enlarge the domain or make it periodic.");
+    if (domain_.symmetric(axis) && !domain_.cut_by_symmetry_plane(body.position, axis) &&
+        x + body.half_extents()[axis] > 0.5 * length)
+      throw SolverError("body " + std::to_string(index) + " reached the symmetry plane normal to " +
+                        "xyz"[axis] +
+                        " (behind it comes its mirror image). Start it further away, or remove the plane.");
   }
 }
 

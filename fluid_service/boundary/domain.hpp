@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include <Eigen/Core>
@@ -42,6 +43,12 @@ class Domain {
   [[nodiscard]] const Face& face(int axis, bool high) const { return faces_[face_index(axis, high)]; }
   [[nodiscard]] bool periodic(int axis) const { return face(axis, false).kind == FaceKind::periodic; }
   [[nodiscard]] bool symmetric(int axis) const { return symmetric_[axis]; }
+  /// Whether a body with its centre there lies on the symmetry plane normal to `axis`, which shows half of
+  /// it. Any other body is in the computed half, whole.
+  [[nodiscard]] bool cut_by_symmetry_plane(const Eigen::Vector3d& position_lu, int axis) const {
+    constexpr double tolerance = 1e-6;
+    return symmetric_[axis] && std::abs(position_lu[axis] - static_cast<double>(cells_[axis])) < tolerance;
+  }
   [[nodiscard]] Box box() const { return {{0, 0, 0}, cells_}; }
 
   /// The domain cell that `cell`, at most one cell outside, stands for: wrapped at periodic faces, reflected

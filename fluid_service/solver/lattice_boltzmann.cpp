@@ -84,16 +84,17 @@ template <class T>
 void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& loads) {
   loads.step = kinematics.step;
   loads.resize(kinematics.bodies());
-  double force_factor[3] = {1.0, 1.0, 1.0};
-  double torque_factor[3] = {1.0, 1.0, 1.0};
-  for (int plane = 0; plane < 3; ++plane) {
-    if (!domain_.symmetric(plane)) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      force_factor[axis] *= axis == plane ? 0.0 : 2.0;
-      torque_factor[axis] *= axis == plane ? 2.0 : 0.0;
-    }
-  }
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
+    const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(b)];
+    double force_factor[3] = {1.0, 1.0, 1.0};
+    double torque_factor[3] = {1.0, 1.0, 1.0};
+    for (int plane = 0; plane < 3; ++plane) {
+      if (!domain_.cut_by_symmetry_plane(body.position, plane)) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        force_factor[axis] *= axis == plane ? 0.0 : 2.0;
+        torque_factor[axis] *= axis == plane ? 2.0 : 0.0;
+      }
+    }
     const std::int64_t* sums = &load_sums_[static_cast<std::size_t>(b) * load_components];
     for (int axis = 0; axis < 3; ++axis) {
       loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[axis]) * force_factor[axis]);
