@@ -3,16 +3,18 @@
 import argparse
 
 from copepod_campaign import campaign
-from copepod_command import bench, check, reporting, run, setup, suite
+from copepod_command import bench, check, conformance, reporting, run, setup, suite
 from copepod_command.checkout import called_as
 
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
 70 a solver failed, 73 storage failed, 74 deadline passed, 130/143 stopped by a signal"""
 
+_TAKES_MORE = {"test": "ctest_arguments", "conformance": "component"}  # what comes after --
+
 
 def parse(arguments):
     """Options with `action` set to the function that carries them out. Exits with 2 on a bad command line."""
-    arguments, ctest_arguments = _split_at_dashes(arguments)
+    arguments, behind_dashes = _split_at_dashes(arguments)
     parser = argparse.ArgumentParser(
         prog=called_as(), description="Couples fluids and rigid bodies: one command.", epilog=_EXIT_CODES
     )
@@ -23,11 +25,13 @@ def parse(arguments):
     _add_report(commands)
     _add_bench(commands)
     _add_test(commands)
+    _add_conformance(commands)
     _add_setup(commands)
     options = parser.parse_args(arguments)
-    if ctest_arguments and options.command != "test":
+    if behind_dashes and options.command not in _TAKES_MORE:
         parser.error(f"{options.command} takes nothing after --")
-    options.ctest_arguments = ctest_arguments
+    if options.command in _TAKES_MORE:
+        setattr(options, _TAKES_MORE[options.command], behind_dashes)
     return options
 
 
@@ -146,6 +150,27 @@ def _add_test(commands):
     parser.set_defaults(action=suite.test)
 
 
+def _add_conformance(commands):
+    parser = commands.add_parser(
+        "conformance",
+        help="check a component against the protocol",
+        usage=f"{called_as()} conformance --role fluid|body [options] -- CMD…",
+        description="Plays the coupler of a component, many short lives long, and compares what it does with "
+        "docs/protocol.md. Exit code 0: conformant, 1: not.",
+    )
+    parser.add_argument("--role", required=True, choices=["fluid", "body"])
+    parser.add_argument("--solver", choices=["lattice_boltzmann", "stokes", "vacuum", "external"], help="which of a fluid's solvers (default: the first that it has)")
+    parser.add_argument("--quick", action="store_true", help="leave out checks that are much like others")
+    parser.add_argument("--only", action="append", metavar="GROUP", help="only this group of checks; may be repeated")
+    parser.add_argument("--junit", metavar="FILE", help="write the results as JUnit XML")
+    parser.add_argument("--verbose", action="store_true", help="show every check, not only those that failed")
+    parser.add_argument("--jobs", type=_positive_count, metavar="N", help="components at a time (default: 2 per core)")
+    parser.add_argument(
+        "--patience", type=_seconds, default=20.0, metavar="SECONDS", help="longest wait for an answer (default: 20)"
+    )
+    parser.set_defaults(action=conformance.conformance)
+
+
 def _add_setup(commands):
     parser = commands.add_parser("setup", help="install packages and build, nothing else")
     parser.add_argument("--ci", action="store_true", help="also what .ci/run needs: clang-format, clang-tidy, gcovr")
@@ -157,6 +182,13 @@ def _count(text):
     value = int(text)
     if value < 0:
         raise argparse.ArgumentTypeError("must not be negative")
+    return value
+
+
+def _seconds(text):
+    value = float(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError("must be positive")
     return value
 
 

@@ -2,6 +2,7 @@
 
 FINISHED = 0
 PREPARATION_FAILED = 1  # of this command alone: the build failed
+NOT_CONFORMANT = 1  # of this command alone: a component breaks the protocol
 BAD_CASE = 2  # bad case file or command line, missing packages
 REFUSED = 65  # refused by the peer: version, role, key, capability
 COMPONENT_LOST = 69  # a component died, froze or hung

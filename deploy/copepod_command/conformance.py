@@ -1,0 +1,66 @@
+"""`copepod conformance`: checks a component against the protocol."""
+
+import os
+import secrets
+import shlex
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+from copepod_command import build, cleanup, components, exit_codes
+from copepod_command.errors import Stop
+from copepod_command.guard import Guard
+from copepod_command.scratch import Scratch
+from copepod_command.stages import Stage
+
+_JOBS_PER_CORE = 2  # components mostly wait
+
+
+def conformance(options):
+    """Prints the table, writes JUnit XML to --junit; exit code 0 only if nothing failed."""
+    if not options.component:
+        raise Stop(exit_codes.BAD_CASE, "which component? Give its command after --, for example: "
+                                        "copepod conformance --role fluid -- build/bin/fluid_service")
+    if shutil.which(options.component[0]) is None:
+        raise Stop(exit_codes.BAD_CASE, f"{shlex.join(options.component)} cannot be started (no such program). "
+                                        "Give its path, or put it in PATH.")
+    build.ensure_programs()
+    mark = f"{components.MARK}={secrets.token_hex(8)}"
+    folder = tempfile.mkdtemp(prefix="copepod-")
+    scratch = Scratch(folder)
+    guard = Guard(mark, [folder, *scratch.folders])
+    try:
+        environment = components.environment(mark.split("=")[1], scratch, ranks=len(os.sched_getaffinity(0)))
+        return _check(options, environment)
+    finally:
+        cleanup.end_marked(mark)
+        cleanup.remove_folders([folder, *scratch.folders])
+        guard.dismiss()
+
+
+def _check(options, environment):
+    os.environ.setdefault("COPEPOD_BUILD_PYTHON", environment["COPEPOD_BUILD_PYTHON"])
+    import zmq  # these need packages that were installed just now
+    from copepod_conformance import report
+    from copepod_conformance.subject import Subject
+    from copepod_conformance.suite import Suite, all_checks
+
+    with zmq.Context() as context:
+        subject = Subject(options.role, options.component, environment, context, options.patience, options.solver)
+        checks = [check for check in all_checks(subject)
+                  if (not options.only or check.group in options.only) and not (options.quick and check.thorough)]
+        start = time.monotonic()
+        try:
+            with Stage(f"{len(checks)} checks of {subject.name}") as stage:
+                results = Suite(subject, checks, options.jobs or _JOBS_PER_CORE * _cores(), stage.count).run()
+        finally:
+            subject.reference.remove()
+    print(report.table(subject, results, options.verbose))
+    if options.junit:
+        Path(options.junit).write_bytes(report.junit(subject, results, time.monotonic() - start))
+    return exit_codes.NOT_CONFORMANT if report.counts(results)["failed"] else exit_codes.FINISHED
+
+
+def _cores():
+    return len(os.sched_getaffinity(0))

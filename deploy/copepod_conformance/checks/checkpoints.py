@@ -1,0 +1,123 @@
+"""A component that was restored goes on as if nothing had happened; what is damaged is refused."""
+
+import shutil
+from pathlib import Path
+
+from copepod_conformance.protocol import Envelope
+from copepod_conformance.reference import SAVED_STEP, digest_of
+from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
+
+_SAVE = Rule("Checkpoints", "Save writes the complete state to a new file or folder and changes nothing")
+_RESTORE = Rule("Checkpoints", "after Restore the component goes on with the same bits as if it had never stopped")
+_STORAGE = Rule("Checkpoints", "a path that cannot be written, or a state that is missing or damaged: Failure with code 73")
+
+
+def _require_checkpoints(trial):
+    if not trial.subject.can("checkpoint"):
+        raise NotApplicable("it does not announce checkpoint")
+
+
+def _restore_request(path):
+    message = Envelope(step=SAVED_STEP)
+    message.restore.path = str(path)
+    return message
+
+
+def _configure_for_restore(trial):
+    """The setup of a resumed run names the step that it starts at."""
+    _require_checkpoints(trial)
+    trial.reach("greeted")
+    setup = trial.case.setup_request()
+    setup.step = SAVED_STEP
+    trial.next_step = SAVED_STEP
+    trial.request(setup)
+
+
+def _save_changes_nothing(trial):
+    _require_checkpoints(trial)
+    trial.configure()
+    trial.advance(2)
+    trial.request("Save")
+    if not (trial.folder / "checkpoint").exists():
+        raise Violation("Saved, but there is no such file or folder")
+    trial.subject.reference.compare_end(trial)
+
+
+def _saved_again(trial):
+    """Two checkpoints of one run."""
+    _require_checkpoints(trial)
+    trial.configure()
+    for name in ("first", "second"):
+        trial.advance(1)
+        message = trial.make("Save")
+        message.save.path = str(trial.folder / name)
+        trial.request(message)
+    trial.subject.reference.compare_end(trial)
+
+
+def _restored(trial):
+    _configure_for_restore(trial)
+    path, digest = trial.subject.reference.checkpoint()
+    trial.request(_restore_request(path))
+    if (found := digest_of(trial)) != digest:
+        raise Violation(f"digest {found:016x} after Restore, but {digest:016x} when the state was saved")
+    trial.subject.reference.compare_end(trial)
+
+
+def _unwritable(trial):
+    _require_checkpoints(trial)
+    trial.configure()
+    trial.advance(1)
+    message = trial.make("Save")
+    message.save.path = str(trial.folder / "no such folder" / "checkpoint")
+    trial.send(message)
+    trial.sent[-1] += " to a folder that does not exist"
+    trial.expect_failure(73)
+
+
+def _damaged(damage, text):
+    def run(trial):
+        _require_checkpoints(trial)
+        _configure_for_restore(trial)
+        path, _ = trial.subject.reference.checkpoint()
+        copy = trial.folder / "damaged"
+        (shutil.copytree if Path(path).is_dir() else shutil.copyfile)(path, copy)
+        damage(copy)
+        trial.send(_restore_request(copy))
+        trial.sent[-1] += f" of {text}"
+        trial.expect_failure(73)
+    return run
+
+
+def _remove(path):
+    shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _largest_file(path):
+    return max((file for file in [path, *path.rglob("*")] if file.is_file()), key=lambda file: file.stat().st_size)
+
+
+def _empty(path):
+    _largest_file(path).write_bytes(b"")
+
+
+def _cut(path):
+    file = _largest_file(path)
+    file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
+
+
+def _overwrite(path):
+    file = _largest_file(path)
+    file.write_bytes(b"\xff" * file.stat().st_size)
+
+
+def checks(subject):
+    damages = ((_remove, "a file that does not exist"), (_empty, "an empty file"), (_cut, "half a file"),
+               (_overwrite, "a file overwritten with ones"))
+    return [
+        Check("checkpoints", "a run goes on after Save as if there had been none", _SAVE, _save_changes_nothing),
+        Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),
+        Check("checkpoints", "a restored run equals the undisturbed one", _RESTORE, _restored),
+        Check("checkpoints", "Save to a folder that does not exist", _STORAGE, _unwritable),
+        *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged(damage, text)) for damage, text in damages),
+    ]

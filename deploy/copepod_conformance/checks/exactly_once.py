@@ -1,0 +1,114 @@
+"""A step is done once, whatever happens to the messages about it."""
+
+from copepod_conformance.protocol import SETUP, STEP
+from copepod_conformance.reference import STEPS, digest_of
+from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
+
+_REPEAT = Rule("Exactly once", "a request with the number of the last one is answered with the same bytes as before, "
+                               "without computing anything")
+_IGNORE = Rule("Exactly once", "older numbers and messages of another session or epoch are ignored")
+_SKIP = Rule("Exactly once", "a number that skips ahead, and a step that is not the next one, are refused with code 65")
+_QUEUE = Rule("A run", "a request that comes during the bulk update waits in the queue")
+_SAME = Rule("Same bits", "the same case gives the same replies and the same digest")
+
+
+def _same_twice(trial):
+    trial.configure()
+    trial.subject.reference.compare_end(trial)
+
+
+def _repeated(name, times=1):
+    def run(trial):
+        if name == "Save" and not trial.subject.can("checkpoint"):
+            raise NotApplicable("it does not announce checkpoint")
+        if name == SETUP[trial.role]:
+            trial.reach("greeted")
+        else:
+            trial.configure()
+            trial.advance(2)
+        request = trial.make(name)
+        answer = trial.request(request)
+        for attempt in range(1, times + 1):
+            trial.send(request, sequence=trial.sequence, attempt=attempt)
+            trial.sent[-1] += " again"
+            if trial.expect_reply(name, request).data != answer.data:
+                raise Violation(f"another {answer.name} than the first time")
+        trial.subject.reference.compare_end(trial)
+    return run
+
+
+def _repeated_at_once(trial):
+    """The second copy is in the queue while the first is worked on."""
+    trial.configure()
+    message = trial.make(trial.step_name)
+    trial.send(message)
+    trial.send(message, sequence=trial.sequence, attempt=1)
+    trial.sent[-1] += " again"
+    first, second = trial.expect_reply(trial.step_name, message), trial.expect_reply(trial.step_name, message)
+    if first.data != second.data:
+        raise Violation(f"another {second.name} than the first time")
+    trial.subject.reference.compare_end(trial)
+
+
+def _old_number(trial):
+    trial.configure()
+    trial.advance(3)
+    trial.send(trial.case.step_request(1), sequence=trial.sequence - 1)
+    trial.subject.reference.compare_end(trial)
+
+
+def _foreign(field):
+    """A request of a foreign session must not count, whatever its number."""
+    def run(trial):
+        trial.configure()
+        trial.advance(1)
+        trial.send(trial.make("Finish"), sequence=trial.sequence + 1, **{field: getattr(trial, field) + 1})
+        trial.sent[-1] += f" with another {field}"
+        trial.subject.reference.compare_end(trial)
+    return run
+
+
+def _number_ahead(trial):
+    trial.configure()
+    trial.advance(1)
+    trial.send(trial.make(trial.step_name), sequence=trial.sequence + 2)
+    trial.expect_failure(65)
+
+
+def _other_step(offset):
+    def run(trial):
+        trial.configure()
+        trial.advance(2)
+        trial.send(trial.case.step_request(2 + offset))
+        trial.sent[-1] += " where step 2 is due"
+        trial.expect_failure(65)
+    return run
+
+
+def _early(trial):
+    """All steps at once: replies in order, none lost."""
+    trial.configure()
+    for _ in range(STEPS):
+        trial.send(trial.make(trial.step_name))
+    trial.subject.reference.compare([trial.receive("a reply").content for _ in range(STEPS)])
+    if digest_of(trial) != trial.subject.reference.digest():
+        raise Violation("another digest than that of a run whose requests wait for each other")
+
+
+def checks(subject):
+    repeated = [SETUP[subject.role], *(["KinematicsRequest"] if subject.role == "body" else []), "Save", "Summarise"]
+    group = "exactly once"
+    return [
+        Check(group, "two runs are the same", _SAME, _same_twice),
+        Check(group, "a step requested twice is done once", _REPEAT, _repeated(STEP[subject.role])),
+        Check(group, "a step requested four times is done once", _REPEAT, _repeated(STEP[subject.role], 3)),
+        Check(group, "a step requested again while it is done is done once", _REPEAT, _repeated_at_once),
+        *(Check(group, f"a repeated {name} is answered as before", _REPEAT, _repeated(name)) for name in repeated),
+        Check(group, "an older number is ignored", _IGNORE, _old_number),
+        Check(group, "another session is ignored", _IGNORE, _foreign("session_id")),
+        Check(group, "another epoch is ignored", _IGNORE, _foreign("epoch")),
+        Check(group, "a number that skips ahead is refused", _SKIP, _number_ahead),
+        Check(group, "a step left out is refused", _SKIP, _other_step(+1)),
+        Check(group, "a step done before is refused", _SKIP, _other_step(-1)),
+        Check(group, "requests that come early are answered in order", _QUEUE, _early),
+    ]

@@ -1,0 +1,69 @@
+"""What every fluid does: nothing to bodies at rest in a fluid at rest, and never anything along a motion."""
+
+import numpy as np
+
+from copepod_conformance.arrays import rows
+from copepod_conformance.fluid_case import DRAG_N, DRAG_N_M, REST, SPEED_M_PER_S, SPIN_RAD_PER_S
+from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
+
+_REST = Rule("What a role implies", "a fluid at rest exerts no load on bodies at rest")
+_AGAINST = Rule("What a role implies", "in a fluid that was at rest the load on a moving body is against its motion")
+
+_ROUNDING = 1e-9  # of the Stokes drag on a body that moves as in the other checks
+_STEPS = 3
+_DIRECTION = np.array([0.5, -1.0, 0.25])
+
+
+def _loads(trial, step, velocity, spin):
+    """Forces and torques in units of the Stokes drag, shape (bodies, 3)."""
+    loads = trial.request(trial.case.motion_request(step, velocity, spin)).envelope.loads
+    return rows(loads, "force_N") / DRAG_N, rows(loads, "torque_N_m") / DRAG_N_M
+
+
+def _at_rest(trial):
+    if trial.subject.can("imposes:flow"):
+        raise NotApplicable("its fluid is not at rest: it announces imposes:flow")
+    trial.configure()
+    for step in range(_STEPS):
+        for name, loads in zip(("force", "torque"), _loads(trial, step, REST, REST)):
+            if not np.abs(loads).max() <= _ROUNDING:
+                raise Violation(f"at step {step} a {name} of {np.abs(loads).max():.3g} times the Stokes drag at "
+                                f"{SPEED_M_PER_S:.3g} m/s on a body at rest")
+
+
+def _against(kind):
+    """Body 0 moves or turns, body 1 rests."""
+    def run(trial):
+        _require_loads(trial, kind)
+        trial.configure()
+        moving = (_DIRECTION * (SPEED_M_PER_S if kind == "force" else SPIN_RAD_PER_S), np.zeros(3))
+        for step in range(_STEPS):
+            force, torque = _loads(trial, step, *((moving, REST) if kind == "force" else (REST, moving)))
+            load = (force if kind == "force" else torque)[0]
+            if not np.all(load * _DIRECTION < 0):
+                raise Violation(f"at step {step} a {kind} of {_text(load)} times the Stokes drag on a body that "
+                                f"{'moves' if kind == 'force' else 'turns'} along {_text(_DIRECTION)}")
+    return run
+
+
+def _require_loads(trial, kind):
+    if trial.case.solver == "vacuum" or trial.subject.can("neglects:loads"):
+        raise NotApplicable("it exerts no loads by nature: its solver is vacuum, or it announces neglects:loads")
+    if kind == "torque" and trial.subject.can("neglects:torques"):
+        raise NotApplicable("it announces neglects:torques")
+    if trial.subject.can("imposes:flow"):
+        raise NotApplicable("its fluid is not at rest: it announces imposes:flow")
+
+
+def _text(vector):
+    return "(" + ", ".join(f"{value:.3g}" for value in vector) + ")"
+
+
+def checks(subject):
+    if subject.role != "fluid":
+        return []
+    return [
+        Check("physics", "no loads on bodies at rest in a fluid at rest", _REST, _at_rest),
+        Check("physics", "a force against the motion", _AGAINST, _against("force")),
+        Check("physics", "a torque against the rotation", _AGAINST, _against("torque")),
+    ]

@@ -1,0 +1,96 @@
+"""Every state × every message: what the table allows is done, everything else is answered with a Failure."""
+
+from copepod_conformance import protocol
+from copepod_conformance.protocol import Envelope, MESSAGES, part
+from copepod_conformance.reference import SAVED_STEP
+from copepod_conformance.verdicts import Check, NotApplicable, Rule
+
+_REFUSED = 65
+
+
+def _rule(role, state, message):
+    settled = protocol.settled(role, state)
+    row = protocol.transition(role, settled, message=message)
+    queued = f"a message waits until a {state} component is {settled}; there " if settled != state else ""
+    if row is None and message in protocol.HANDSHAKE:
+        return Rule("States", f"{queued}a {message} is ignored: the handshake is over")
+    if row is None:
+        return Rule("States", f"{queued}{message} is not allowed: a Failure (code 65) names state and legal messages")
+    answer = f"is answered with {row['reply']}" if "reply" in row else f"leads to {row.get('to', settled)}"
+    return Rule("States", f"{queued}{message} {answer}")
+
+
+def _run(state, message):
+    def run(trial):
+        role = trial.role
+        settled = protocol.settled(role, state)
+        row = protocol.transition(role, settled, message=message)
+        content = _message(trial, message, row)
+        trial.reach(state)
+        _send(trial, content, message)
+        if settled != state:
+            _expect_reply_to_the_work_at_hand(trial, state)
+        if row is not None:
+            _expect_legal(trial, row, message, content)
+        elif message in protocol.HANDSHAKE:
+            trial.finish()
+        else:
+            trial.expect_failure(_REFUSED, words=(settled,), told=settled != protocol.START)
+    return run
+
+
+def _message(trial, message, row):
+    """Legal messages as they would come in a run; of the others only the kind matters."""
+    if row is not None and message in ("Save", "Restore") and not trial.subject.can("checkpoint"):
+        raise NotApplicable("it does not announce checkpoint")
+    if message in (protocol.SETUP[trial.role], "Finish", "Summarise", "KinematicsRequest"):
+        return trial.make(message)
+    if row is None or message in protocol.HANDSHAKE or message == trial.step_name:
+        content = Envelope(step=0)
+        part(content, message)
+        return content
+    content = trial.make(message)
+    if message == "Restore":
+        content.restore.path, _ = trial.subject.reference.checkpoint()
+        content.step = SAVED_STEP
+    return content
+
+
+def _send(trial, content, message):
+    if message == "Welcome":
+        trial.welcome()
+    elif message == "Refusal":
+        trial.send(content, sequence=0, session_id=0, epoch=0)
+    else:
+        trial.send(trial.make(message) if message == trial.step_name else content)
+
+
+def _expect_reply_to_the_work_at_hand(trial, state):
+    last = protocol.path_to(trial.role, state)[-1]
+    reply = next(row["reply"] for row in protocol.TRANSITIONS if row.get("message") == last)
+    trial.expect(reply)
+
+
+def _expect_legal(trial, row, message, content):
+    if row["work"] == "end the process":
+        trial.expect_failure(_REFUSED, told=False)
+    elif message == "Finish":
+        trial.expect(row["reply"])
+        trial.expect_exit(0)
+    else:
+        if "reply" in row:
+            trial.expect(row["reply"])
+        trial.finish()
+
+
+def checks(subject):
+    role = subject.role
+    return [Check("states", f"{state}: {message}", _rule(role, state, message), _run(state, message),
+                  thorough=_is_like_another(role, state, message))
+            for state in protocol.states_with_requests(role) for message in MESSAGES]
+
+
+def _is_like_another(role, state, message):
+    """Illegal messages to a busy component end as in the state that it settles in, which is checked too."""
+    settled = protocol.settled(role, state)
+    return settled != state and protocol.transition(role, settled, message=message) is None

@@ -1,0 +1,76 @@
+"""The processes of a component under test: started, counted, measured, ended."""
+
+import os
+import signal
+import subprocess
+import time
+import uuid
+from pathlib import Path
+
+from copepod_command import cleanup
+
+_TRIAL = "COPEPOD_TRIAL"  # in the environment of all processes of one trial, grandchildren too
+_CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
+_END_S = 2.0  # for what the first process leaves behind: mpirun's ranks need a moment
+
+
+class ComponentProcess:
+    def __init__(self, command, environment, output):
+        """Raises OSError if it cannot be started."""
+        self._mark = f"{_TRIAL}={uuid.uuid4().hex}"
+        name, value = self._mark.split("=")
+        self._output = output
+        with open(output, "ab") as log:
+            self._popen = subprocess.Popen(command, env={**environment, name: value}, stdin=subprocess.DEVNULL,
+                                           stdout=log, stderr=log, start_new_session=True)
+
+    def exit_code(self, within_s=0.0):
+        """None if it still lives after `within_s`; minus the signal's number if one killed it."""
+        try:
+            return self._popen.wait(within_s) if within_s else self._popen.poll()
+        except subprocess.TimeoutExpired:
+            return None
+
+    def left_behind(self):
+        """Command lines of processes that outlive the component by more than a moment."""
+        deadline = time.monotonic() + _END_S
+        while (alive := cleanup.marked_processes(self._mark)) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        return [_command_line(pid) for pid in alive]
+
+    def cpu_seconds(self):
+        """CPU time so far of each of its processes, by process id."""
+        return {pid: _cpu_seconds(pid) for pid in cleanup.marked_processes(self._mark)}
+
+    def last_words(self, log):
+        """The last line that it wrote to its log, or to its terminal."""
+        for path in (log, self._output):
+            lines = Path(path).read_text(errors="replace").split("\n") if Path(path).exists() else []
+            words = [line.strip() for line in lines if line.strip()]
+            if words:
+                return words[-1]
+        return ""
+
+    def end(self):
+        """Ends whatever is left of it."""
+        for pid in cleanup.marked_processes(self._mark):
+            try:
+                os.kill(pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+        self._popen.wait()
+
+
+def _command_line(pid):
+    try:
+        return Path("/proc", str(pid), "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
+    except OSError:
+        return f"process {pid}"
+
+
+def _cpu_seconds(pid):
+    try:
+        fields = Path("/proc", str(pid), "stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / _CLOCK_TICKS

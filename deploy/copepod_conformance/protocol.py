@@ -1,0 +1,85 @@
+"""The protocol as data: message classes, the transition table, and questions to it. There is no second copy of either."""
+
+import importlib
+import sys
+from collections import deque
+
+from copepod_command.checkout import ROOT
+
+sys.path.insert(0, str(ROOT / "proto" / "python"))
+from copepod_component.schema import Envelope, TRANSITIONS, message_name  # noqa: E402
+from copepod_component.schema import PROTOCOL_MAJOR, PROTOCOL_MINOR  # noqa: E402,F401
+
+handshake = importlib.import_module("copepod.v1.handshake_pb2")
+setup = importlib.import_module("copepod.v1.setup_pb2")
+control = importlib.import_module("copepod.v1.control_pb2")
+
+_FIELDS = {field.message_type.name: field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
+MESSAGES = tuple(_FIELDS)  # every message of the protocol, in the order of the schema
+HANDSHAKE = ("Welcome", "Refusal")
+SETUP = {"fluid": "FluidSetup", "body": "BodySetup"}
+STEP = {"fluid": "Kinematics", "body": "AppliedLoads"}
+ROLE_NUMBER = {"fluid": handshake.ROLE_FLUID, "body": handshake.ROLE_BODY}
+START, WORK_DONE = "connected", "work done"
+
+
+def part(envelope, name):
+    """The message `name` inside an Envelope; made present if it is not."""
+    message = getattr(envelope, _FIELDS[name])
+    message.SetInParent()
+    return message
+
+
+def transition(role, state, **trigger):
+    """The row for message=… or event=…, or None where the state does not allow it."""
+    ((kind, name),) = trigger.items()
+    rows = (row for row in TRANSITIONS if row.get(kind) == name)
+    return next((row for row in rows if role in row["roles"] and state in row["from"]), None)
+
+
+def settled(role, state):
+    """The state once the work at hand is done: `stepping` becomes `ready`."""
+    row = transition(role, state, event=WORK_DONE)
+    return row.get("to", state) if row else state
+
+
+def is_busy(role, state):
+    """Whether a component only passes through this state while it works on a request."""
+    return settled(role, state) != state
+
+
+def states_with_requests(role):
+    """States in which a component can be sent a message, in the order of a run."""
+    return [state for state in _paths(role) if transition(role, state, event="work failed")]
+
+
+def path_to(role, state):
+    """Messages that lead from the start to `state`, as few as possible."""
+    return _paths(role)[state]
+
+
+def _paths(role):
+    """Shortest path to every state; without Restore, since what it reads must have been saved before."""
+    paths, queue = {START: []}, deque([START])
+    while queue:
+        state = queue.popleft()
+        for row in TRANSITIONS:
+            if role not in row["roles"] or state not in row["from"] or "to" not in row:
+                continue
+            name = row.get("message")
+            if row["to"] not in paths and (name or row.get("event") == WORK_DONE) and name != "Restore":
+                paths[row["to"]] = paths[state] + ([name] if name else [])
+                queue.append(row["to"])
+    return paths
+
+
+def describe(envelope):
+    """«Kinematics #4 of step 2», for people."""
+    text = message_name(envelope) or "an empty Envelope"
+    if envelope.sequence:
+        text += f" #{envelope.sequence}"
+    if envelope.step >= 0 and envelope.sequence:
+        text += f" of step {envelope.step}"
+    if envelope.WhichOneof("body") == "failure":
+        text += f" (code {envelope.failure.code}: {envelope.failure.reason})"
+    return text

@@ -1,0 +1,70 @@
+"""All checks of a component: chosen, run several at a time, and given up when the component answers nothing at all."""
+
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+from copepod_conformance.checks import (body_physics, checkpoints, exactly_once, fluid_physics, greeting, lifetime, limits,
+                                        numbers, states)
+from copepod_conformance.trial import Trial
+from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
+
+_MODULES = (greeting, states, exactly_once, limits, numbers, checkpoints, lifetime, fluid_physics, body_physics)
+_MOST_SILENCES = 12  # each costs the whole patience
+
+
+def all_checks(subject):
+    return [check for module in _MODULES for check in module.checks(subject)]
+
+
+def groups():
+    """Names of all groups, in the order of the report."""
+    return ["greeting", "versions", "states", "exactly once", "limits", "numbers", "checkpoints", "control lane", "ends",
+            "processes", "physics"]
+
+
+class Suite:
+    """`progress(done, total)` is called after every check."""
+
+    def __init__(self, subject, checks, jobs, progress):
+        self._subject, self._checks, self._jobs, self._progress = subject, checks, jobs, progress
+        self._lock, self._silences, self._done = threading.Lock(), 0, 0
+
+    def run(self):
+        """Results in the order of the checks."""
+        together = [check for check in self._checks if not check.alone]
+        with ThreadPoolExecutor(self._jobs) as pool:
+            results = dict(zip(map(id, together), pool.map(self._run_check, together)))
+        results.update((id(check), self._run_check(check)) for check in self._checks if check.alone)
+        return [results[id(check)] for check in self._checks]
+
+    def _run_check(self, check):
+        start = time.monotonic()
+        if self._silences >= _MOST_SILENCES:
+            result = Result(check, "failed", 0.0, "not tried: the component was silent too often")
+        else:
+            result = self._try(check, start)
+        with self._lock:
+            self._done += 1
+            self._progress(self._done, len(self._checks))
+        return result
+
+    def _try(self, check, start):
+        sent = []
+        try:
+            with Trial(self._subject, check.options) as trial:
+                sent = trial.sent
+                check.run(trial)
+            return Result(check, "passed", time.monotonic() - start)
+        except NotApplicable as reason:
+            return Result(check, "skipped", time.monotonic() - start, str(reason))
+        except (Violation, OSError) as violation:
+            with self._lock:
+                self._silences += isinstance(violation, Silence)
+            return Result(check, "failed", time.monotonic() - start, str(violation), _last(sent))
+
+
+def _last(sent):
+    """The end of the conversation, short enough to read."""
+    shown = sent[-5:]
+    return ", ".join((["…"] if len(sent) > len(shown) else []) + shown)

@@ -1,0 +1,44 @@
+"""What a check is, and how it can end."""
+
+import dataclasses
+from typing import Callable
+
+
+class Violation(Exception):
+    """The component broke the rule; the text says what came."""
+
+
+class Silence(Violation):
+    """Nothing came within the patience that every wait has."""
+
+
+class NotApplicable(Exception):
+    """The rule is not about this component; the text says why."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Rule:
+    """What docs/protocol.md demands, and under which heading."""
+
+    section: str
+    text: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Check:
+    group: str
+    name: str
+    rule: Rule
+    run: Callable  # of the open Trial; raises Violation or NotApplicable
+    thorough: bool = False  # left out by --quick
+    options: tuple = ()  # for the component's command line
+    alone: bool = False  # needs the machine's memory or cores for itself
+
+
+@dataclasses.dataclass
+class Result:
+    check: Check
+    outcome: str  # passed, failed, skipped
+    seconds: float
+    came: str = ""  # or why it was skipped
+    sent: str = ""
