@@ -26,7 +26,7 @@ class Received:
     @property
     def content(self):
         """The message without its Envelope, as bytes."""
-        return protocol.part(self.envelope, self.name).SerializeToString(deterministic=True)
+        return protocol.content(self.envelope).SerializeToString(deterministic=True)
 
 
 class Lanes:

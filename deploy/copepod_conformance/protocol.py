@@ -30,6 +30,11 @@ def part(envelope, name):
     return message
 
 
+def content(envelope):
+    """The message inside an Envelope."""
+    return getattr(envelope, envelope.WhichOneof("body"))
+
+
 def transition(role, state, **trigger):
     """The row for message=… or event=…, or None where the state does not allow it."""
     ((kind, name),) = trigger.items()

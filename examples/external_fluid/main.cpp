@@ -41,15 +41,16 @@ class UniformStream final : public FluidSolver {
 
   void save(const std::string& path) override {
     std::ofstream file(path);
-    file << steps_ << std::endl;
+    file << steps_ << " steps" << std::endl;
     if (!file)
       throw StorageError("The file " + path + " cannot be written (no such folder?). Choose another path.");
   }
 
   void restore(const std::string& path) override {
     std::ifstream file(path);
-    if (!(file >> steps_))
-      throw StorageError("The file " + path + " cannot be read (missing?). Choose another one.");
+    std::string unit;
+    if (!(file >> steps_ >> unit) || unit != "steps")
+      throw StorageError("The file " + path + " cannot be read (missing or damaged). Choose another one.");
   }
 
   SolverSummary summarise() override {
@@ -69,7 +70,7 @@ class UniformStream final : public FluidSolver {
 
 int main(int argc, char** argv) {
   const FluidComponent component{
-      {"Uniform stream", "1.0", {"solver:external", "shape:sphere", "checkpoint"}},
+      {"Uniform stream", "1.0", {"solver:external", "shape:sphere", "checkpoint", "imposes:flow"}},
       [](const FluidSetup& setup) { return std::make_unique<UniformStream>(setup); }};
   return run_fluid_component(argc, argv, component);
 }

@@ -34,6 +34,14 @@ Phase phase_of(Work work) {
   }
 }
 
+/// @throws Refused if the coupler wants to speak a minor version that our Hello did not offer
+void require_offered(std::uint32_t minor, const session::VersionRange& offered) {
+  if (offered.minor_min <= minor && minor <= offered.minor_max) return;
+  throw Refused("The coupler wants to speak protocol " + std::to_string(offered.major) + "." +
+                std::to_string(minor) + " (this component offered " + to_text(offered) +
+                "). Build both from the same release.");
+}
+
 bool has_ended(State state) {
   return state == State::done || state == State::failed || state == State::orphaned;
 }
@@ -142,6 +150,7 @@ void Server::do_work(const Action& action) {
   if (action.work == Work::accept_welcome) {
     session::Welcome welcome;
     decoder_.read(welcome);
+    require_offered(welcome.minor, hello_.versions);
     session_ = welcomed(session_, welcome);
     vitals_.phase = Phase::waiting;
     log_.info("Welcomed by the coupler, protocol {}.{}.", session::kProtocolMajor, welcome.minor);

@@ -15,6 +15,7 @@ from .control_lane import ControlLane, Vitals
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, handshake
 from .server import Server
 from .solvers import ServedBody, ServedFluid
+from .validation import MESSAGE_BYTES
 
 LINGER_MS = 500   # for the last message of a component that ends
 
@@ -81,6 +82,7 @@ def _run(served, capabilities):
     def make_socket(lane):
         sock = context.socket(zmq.DEALER)
         sock.linger = LINGER_MS
+        sock.maxmsgsize = MESSAGE_BYTES
         sock.setsockopt(zmq.ROUTING_ID, f"{served.role}-{instance}-{lane}".encode())
         return sock
 

@@ -5,6 +5,7 @@ import time
 from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control, message_name
 from .session import Session
+from .validation import check_version, check_welcome
 
 PHASES = {"make the solver": control.PHASE_CONFIGURING, "read the state": control.PHASE_CHECKPOINTING,
           "write the state": control.PHASE_CHECKPOINTING, "say goodbye": control.PHASE_FINISHING}
@@ -63,6 +64,8 @@ class Server:
         name = message_name(request)
         if name is None:
             raise Refused("A message was refused (it is empty or unknown). Use the same version on both sides.")
+        if name != "Refusal":   # which must be readable in any version
+            check_version(request)
         action = self._session.on_message(name, request)
         if action.kind == "ignore":
             self._log.warning("Ignored a %s: %s.", name, action.reason)
@@ -77,6 +80,7 @@ class Server:
         if name == "Refusal":
             raise Refused(request.refusal.reason)
         if name == "Welcome":
+            check_welcome(request.welcome)
             self._session.session_id, self._session.epoch = request.welcome.session_id, request.welcome.epoch
             self._vitals.phase = control.PHASE_WAITING
             return

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from .errors import Refused, SolverError
+from .validation import check_setup, check_text
 
 
 @dataclasses.dataclass
@@ -60,6 +61,8 @@ class _Served:
     def perform(self, request, reply):
         body = getattr(request, request.WhichOneof("body"))
         name = body.DESCRIPTOR.name
+        if name in ("Save", "Restore"):
+            check_text(body.path, "path")
         if name == "Save":
             self.solver.save(body.path)
             reply.saved.SetInParent()
@@ -84,6 +87,7 @@ class ServedFluid(_Served):
 
     def _perform_own(self, name, body, request, reply):
         if name == "FluidSetup":
+            check_setup(body)
             self._bodies = len(body.bodies)
             self.solver = self._make_solver(body)
             reply.configured.SetInParent()
@@ -102,6 +106,7 @@ class ServedBody(_Served):
 
     def _perform_own(self, name, body, request, reply):
         if name == "BodySetup":
+            check_setup(body)
             self._bodies = len(body.bodies)
             self.solver = self._make_solver(body)
             reply.configured.driving_nodes.extend(self.solver.driving_nodes())

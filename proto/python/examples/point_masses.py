@@ -10,6 +10,7 @@ Bodies of motion `free` only; springs, torques and contacts are neglected. Run a
 import hashlib
 import pathlib
 import sys
+import zipfile
 
 import numpy as np
 
@@ -55,7 +56,7 @@ class PointMasses:
             with np.load(path) as saved:
                 self._state.step = int(saved["step"])
                 self._state.position_m, self._state.velocity_m_per_s = saved["x"], saved["v"]
-        except (OSError, KeyError, ValueError) as error:
+        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise StorageError(f"The file {path} cannot be read ({error}). Choose another checkpoint.") from error
 
     def summarise(self):
@@ -65,4 +66,4 @@ class PointMasses:
 
 if __name__ == "__main__":
     sys.exit(run_body_component(PointMasses, Capabilities(
-        "Point masses in Python", "1.0", ["motion:free", "shape:sphere", "checkpoint"])))
+        "Point masses in Python", "1.0", ["motion:free", "shape:sphere", "checkpoint", "neglects:torques"])))

@@ -32,13 +32,16 @@ class StokesDrag:
 
     def save(self, path):
         try:
-            pathlib.Path(path).write_text(f"{self._steps}\n")
+            pathlib.Path(path).write_text(f"{self._steps} steps\n")
         except OSError as error:
             raise StorageError(f"The file {path} cannot be written ({error.strerror}). Choose another path.") from error
 
     def restore(self, path):
         try:
-            self._steps = int(pathlib.Path(path).read_text())
+            steps, unit = pathlib.Path(path).read_text().split(" ")
+            if unit != "steps\n":
+                raise ValueError("it does not end as it should")
+            self._steps = int(steps)
         except (OSError, ValueError) as error:
             raise StorageError(f"The file {path} cannot be read ({error}). Choose another checkpoint.") from error
 

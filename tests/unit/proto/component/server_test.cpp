@@ -68,6 +68,15 @@ FluidComponent counting_component(int& exchanges) {
   return {{}, [&exchanges](const FluidSetup&) { return std::make_unique<CountingFluid>(exchanges); }};
 }
 
+TEST(Server, RefusesAMinorVersionThatItDidNotOffer) {
+  int exchanges = 0;
+  ServedFluid solver(counting_component(exchanges));
+  MemoryServer server(solver);
+  EXPECT_EQ(server.receive(), MessageKind::hello);
+  server.send(session::Welcome{session::kProtocolMinor + 1, 4711, 1});
+  EXPECT_EQ(server.join(), ExitCode::refused);
+}
+
 TEST(Server, ServesAFluidFromHelloToFinished) {
   const FluidComponent component = doubles::constant_drag_component();
   ServedFluid fluid(component);

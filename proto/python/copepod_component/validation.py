@@ -1,0 +1,72 @@
+"""What comes from outside is judged before a solver sees it; limits as in proto/conversion/limits.hpp."""
+
+import math
+
+from google.protobuf.descriptor import FieldDescriptor
+
+from .errors import Refused
+from .schema import PROTOCOL_MAJOR, PROTOCOL_MINOR
+
+MESSAGE_BYTES = 256 << 20
+ENTRIES = 1_000_000   # bodies, springs
+STRING_BYTES = 4096
+_LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}   # of lists in a setup; all other lists of numbers are vectors of 3
+
+
+def check_version(envelope):
+    """Raises Refused for a message of another major version."""
+    if envelope.protocol_major != PROTOCOL_MAJOR:
+        raise _refused(f"it is of protocol version {envelope.protocol_major}, not {PROTOCOL_MAJOR}")
+
+
+def check_welcome(welcome):
+    """Raises Refused for a minor version that our Hello did not offer."""
+    if welcome.minor > PROTOCOL_MINOR:
+        raise _refused(f"the coupler wants protocol {PROTOCOL_MAJOR}.{welcome.minor}, "
+                       f"we speak up to {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}")
+
+
+def check_setup(setup):
+    """Raises Refused unless every field of a FluidSetup or BodySetup holds something that a solver can take."""
+    _check(setup)
+    bodies = len(setup.bodies)
+    for spring in getattr(setup, "springs", ()):
+        if max(spring.body_A, spring.body_B) >= bodies:
+            raise _refused(f"a spring joins bodies {spring.body_A} and {spring.body_B} of {bodies}")
+
+
+def check_text(text, name):
+    """Raises Refused for a text that is too long."""
+    if len(text.encode()) > STRING_BYTES:
+        raise _refused(f"{name} has more than {STRING_BYTES} bytes")
+
+
+def _check(message):
+    for field in message.DESCRIPTOR.fields:
+        value, name = getattr(message, field.name), field.name
+        repeated = field.label == FieldDescriptor.LABEL_REPEATED
+        if repeated:
+            _check_length(field, value)
+        entries = value if repeated else (value,)
+        if field.type == FieldDescriptor.TYPE_MESSAGE:
+            for entry in entries:
+                _check(entry)
+        elif field.type == FieldDescriptor.TYPE_DOUBLE and not all(map(math.isfinite, entries)):
+            raise _refused(f"{name} holds a number that is not finite")
+        elif field.type == FieldDescriptor.TYPE_ENUM:
+            if value == 0 or value not in field.enum_type.values_by_number:
+                raise _refused(f"{name} has the unknown value {value}")
+        elif field.type == FieldDescriptor.TYPE_STRING:
+            check_text(value, name)
+
+
+def _check_length(field, entries):
+    if field.type == FieldDescriptor.TYPE_MESSAGE and field.name not in _LENGTHS:
+        if len(entries) > ENTRIES:
+            raise _refused(f"{field.name} has {len(entries)} entries, at most {ENTRIES} are allowed")
+    elif len(entries) != _LENGTHS.get(field.name, 3):
+        raise _refused(f"{field.name} has {len(entries)} entries, not {_LENGTHS.get(field.name, 3)}")
+
+
+def _refused(why):
+    return Refused(f"A message was refused ({why}). Use the same protocol version on both sides.")
