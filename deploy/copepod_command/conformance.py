@@ -44,8 +44,11 @@ def _check(options, environment):
     import zmq  # these need packages that were installed just now
     from copepod_conformance import report
     from copepod_conformance.subject import Subject
-    from copepod_conformance.suite import Suite, all_checks
+    from copepod_conformance.suite import Suite, all_checks, groups
 
+    unknown = set(options.only or ()) - set(groups())
+    if unknown:
+        raise Stop(exit_codes.BAD_CASE, f"there is no group {', '.join(unknown)} of checks. Choose from: {', '.join(groups())}.")
     with zmq.Context() as context:
         subject = Subject(options.role, options.component, environment, context, options.patience, options.solver)
         checks = [check for check in all_checks(subject)

@@ -42,6 +42,11 @@ def transition(role, state, **trigger):
     return next((row for row in rows if role in row["roles"] and state in row["from"]), None)
 
 
+def reply_to(message):
+    """Name of the reply to a request; it does not depend on the state."""
+    return next(row["reply"] for row in TRANSITIONS if row.get("message") == message)
+
+
 def settled(role, state):
     """The state once the work at hand is done: `stepping` becomes `ready`."""
     row = transition(role, state, event=WORK_DONE)

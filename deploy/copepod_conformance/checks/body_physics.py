@@ -92,8 +92,7 @@ def _under_torque(trial):
 
 
 def _falling(trial):
-    if not trial.subject.can("gravity"):
-        raise NotApplicable("it does not announce gravity")
+    trial.require("gravity")
     motion = _move(trial, lambda content: content.gravity_m_per_s2.__setitem__(slice(None), _GRAVITY_M_PER_S2))
     for body in (0, 1):
         _expect_acceleration(motion, body, _GRAVITY_M_PER_S2)
@@ -101,8 +100,7 @@ def _falling(trial):
 
 def _on_a_spring(trial):
     """So short a time that the spring's force stays nearly the same."""
-    if not trial.subject.can("springs"):
-        raise NotApplicable("it does not announce springs")
+    trial.require("springs")
 
     def join(content):
         distance = POSITIONS_M[1][0] - POSITIONS_M[0][0]
@@ -118,8 +116,7 @@ def _on_a_spring(trial):
 
 
 def _fixed(trial):
-    if not trial.subject.can("motion:fixed"):
-        raise NotApplicable("it does not announce motion:fixed")
+    trial.require("motion:fixed")
 
     def fix(content):
         body = content.bodies[0]

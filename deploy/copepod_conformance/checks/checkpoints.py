@@ -5,16 +5,11 @@ from pathlib import Path
 
 from copepod_conformance.protocol import Envelope
 from copepod_conformance.reference import SAVED_STEP, digest_of
-from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
+from copepod_conformance.verdicts import Check, Rule, Violation
 
 _SAVE = Rule("Checkpoints", "Save writes the complete state to a new file or folder and changes nothing")
 _RESTORE = Rule("Checkpoints", "after Restore the component goes on with the same bits as if it had never stopped")
 _STORAGE = Rule("Checkpoints", "a path that cannot be written, or a state that is missing or damaged: Failure with code 73")
-
-
-def _require_checkpoints(trial):
-    if not trial.subject.can("checkpoint"):
-        raise NotApplicable("it does not announce checkpoint")
 
 
 def _restore_request(path):
@@ -25,7 +20,7 @@ def _restore_request(path):
 
 def _configure_for_restore(trial):
     """The setup of a resumed run names the step that it starts at."""
-    _require_checkpoints(trial)
+    trial.require("checkpoint")
     trial.reach("greeted")
     setup = trial.case.setup_request()
     setup.step = SAVED_STEP
@@ -34,7 +29,7 @@ def _configure_for_restore(trial):
 
 
 def _save_changes_nothing(trial):
-    _require_checkpoints(trial)
+    trial.require("checkpoint")
     trial.configure()
     trial.advance(2)
     trial.request("Save")
@@ -45,7 +40,7 @@ def _save_changes_nothing(trial):
 
 def _saved_again(trial):
     """Two checkpoints of one run."""
-    _require_checkpoints(trial)
+    trial.require("checkpoint")
     trial.configure()
     for name in ("first", "second"):
         trial.advance(1)
@@ -65,7 +60,7 @@ def _restored(trial):
 
 
 def _unwritable(trial):
-    _require_checkpoints(trial)
+    trial.require("checkpoint")
     trial.configure()
     trial.advance(1)
     message = trial.make("Save")
@@ -77,7 +72,6 @@ def _unwritable(trial):
 
 def _damaged(damage, text):
     def run(trial):
-        _require_checkpoints(trial)
         _configure_for_restore(trial)
         path, _ = trial.subject.reference.checkpoint()
         copy = trial.folder / "damaged"

@@ -6,7 +6,7 @@ from copepod_conformance.checks.refusal import refused
 from copepod_conformance.fields import field_of, fields_of
 from copepod_conformance.lanes import CONTROL
 from copepod_conformance.protocol import Envelope, SETUP, STEP, content, message_name
-from copepod_conformance.verdicts import Check, NotApplicable, Rule, Silence
+from copepod_conformance.verdicts import Check, Rule, Silence
 
 _SHAPE = Rule("Limits", "arrays whose lengths do not fit the number of bodies are refused with code 65")
 _ENUMERATION = Rule("Limits", "unknown enumeration values are refused with code 65")
@@ -70,8 +70,7 @@ def _unknown_message(trial):
 
 
 def _long_path(trial):
-    if not trial.subject.can("checkpoint"):
-        raise NotApplicable("it does not announce checkpoint")
+    trial.require("checkpoint")
     trial.configure()
     trial.advance(1)
     message = trial.make("Save")

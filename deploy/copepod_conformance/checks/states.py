@@ -1,9 +1,9 @@
 """Every state × every message: what the table allows is done, everything else is answered with a Failure."""
 
 from copepod_conformance import protocol
-from copepod_conformance.protocol import Envelope, MESSAGES, part
+from copepod_conformance.protocol import MESSAGES
 from copepod_conformance.reference import SAVED_STEP
-from copepod_conformance.verdicts import Check, NotApplicable, Rule
+from copepod_conformance.verdicts import Check, Rule
 
 _REFUSED = 65
 _SAMPLING = 5
@@ -26,13 +26,15 @@ def _run(state, message):
         role = trial.role
         settled = protocol.settled(role, state)
         row = protocol.transition(role, settled, message=message)
-        content = _message(trial, message, row)
+        if row is not None and message in ("Save", "Restore"):
+            trial.require("checkpoint")
+        saved = trial.subject.reference.checkpoint()[0] if row is not None and message == "Restore" else ""
         trial.reach(state)
-        _send(trial, content, message)
+        _send(trial, message, saved)
         if settled != state:
-            _expect_reply_to_the_work_at_hand(trial, state)
+            trial.expect(protocol.reply_to(protocol.path_to(role, state)[-1]))  # to the work at hand
         if row is not None:
-            _expect_legal(trial, row, message, content)
+            _expect_legal(trial, row, message)
         elif message in protocol.HANDSHAKE:
             trial.finish()
         else:
@@ -40,39 +42,21 @@ def _run(state, message):
     return run
 
 
-def _message(trial, message, row):
-    """Legal messages as they would come in a run; of the others only the kind matters."""
-    if row is not None and message in ("Save", "Restore") and not trial.subject.can("checkpoint"):
-        raise NotApplicable("it does not announce checkpoint")
-    if message in (protocol.SETUP[trial.role], "Finish", "Summarise", "KinematicsRequest"):
-        return trial.make(message)
-    if row is None or message in protocol.HANDSHAKE or message == trial.step_name:
-        content = Envelope(step=0)
-        part(content, message)
-        return content
-    content = trial.make(message)
-    if message == "Restore":
-        content.restore.path, _ = trial.subject.reference.checkpoint()
-        content.step = SAVED_STEP
-    return content
-
-
-def _send(trial, content, message):
+def _send(trial, message, saved):
+    """As it would come in a run; of a message that is not allowed only the kind matters."""
     if message == "Welcome":
         trial.welcome()
     elif message == "Refusal":
-        trial.send(content, sequence=0, session_id=0, epoch=0)
+        trial.send(trial.make(message), sequence=0, session_id=0, epoch=0)
+    elif saved:
+        request = trial.make(message)
+        request.restore.path, request.step = saved, SAVED_STEP
+        trial.send(request)
     else:
-        trial.send(trial.make(message) if message == trial.step_name else content)
+        trial.send(trial.make(message))
 
 
-def _expect_reply_to_the_work_at_hand(trial, state):
-    last = protocol.path_to(trial.role, state)[-1]
-    reply = next(row["reply"] for row in protocol.TRANSITIONS if row.get("message") == last)
-    trial.expect(reply)
-
-
-def _expect_legal(trial, row, message, content):
+def _expect_legal(trial, row, message):
     if row["work"] == "end the process":
         trial.expect_failure(_REFUSED, told=False)
     elif message == "Finish":

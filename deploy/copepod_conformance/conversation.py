@@ -1,0 +1,160 @@
+"""What goes over the lanes in one life of the component under test: sent, collected, pinged, waited for."""
+
+import secrets
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+from copepod_conformance.component_process import ComponentProcess
+from copepod_conformance.lanes import CONTROL, DATA, Lanes
+from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, describe, part
+from copepod_conformance.verdicts import Silence, Violation
+
+_PING_EVERY_S = 0.5
+_SLICE_S = 0.05
+
+
+class Conversation:
+    """Starts the component at once and leaves nothing of it on exit. Every wait ends by itself."""
+
+    def __init__(self, subject, options=()):
+        self.subject = subject
+        self.folder = Path(tempfile.mkdtemp(prefix="copepod-conformance-"))
+        self.token = secrets.token_hex(8)
+        self.session_id, self.epoch, self.sequence = secrets.randbits(63), 1, 0
+        self.hellos, self.sent = {}, []
+        self._inbox = {DATA: [], CONTROL: []}
+        self._last_ping = None  # no pings before the Welcome
+        self._log = self.folder / "component.log"
+        endpoint = f"ipc://{self.folder}/coupler.ipc"
+        self._lanes = Lanes(subject.context, endpoint)
+        connection = ["--endpoint", endpoint, "--session", self.token, "--log-file", str(self._log)]
+        self.process = ComponentProcess([*subject.command, *connection, *options], subject.environment,
+                                        self.folder / "terminal")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._lanes.close()
+        self.process.end()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    # -- sending
+
+    def with_header(self, message, **changes):
+        """Fills the header of an Envelope; `changes` are fields that differ."""
+        header = {"protocol_major": PROTOCOL_MAJOR, "protocol_minor": PROTOCOL_MINOR, "session_id": self.session_id,
+                  "epoch": self.epoch, "sequence": self.sequence, **changes}
+        for field, value in header.items():
+            setattr(message, field, value)
+        return message
+
+    def send_bytes(self, data, text, lane=DATA):
+        """Sends whatever it is; `text` is for the reader of the verdict."""
+        self.sent.append(text if lane == DATA else f"{text} on the control lane")
+        self._lanes.send(lane, data)
+
+    def welcome(self, minor=PROTOCOL_MINOR, **changes):
+        """Welcomes both lanes; `changes` are fields of the Envelope."""
+        for lane in (CONTROL, DATA):
+            message = self.with_header(Envelope(step=-1), **{"session_id": 0, "epoch": 0, "sequence": 0, **changes})
+            message.welcome.minor, message.welcome.session_id = minor, self.session_id
+            message.welcome.epoch = self.epoch
+            self._lanes.send(lane, message.SerializeToString())
+        self.sent.append("Welcome on both lanes")
+        self._last_ping = 0.0
+
+    def ping(self, **changes):
+        """Sends one Ping and returns its stamp, which is not 0."""
+        message = self._control_message("Ping", **changes)
+        message.ping.stamp_ns = 1 + secrets.randbits(62)
+        self.send_bytes(message.SerializeToString(), "Ping", CONTROL)
+        return message.ping.stamp_ns
+
+    def abort(self, code):
+        message = self._control_message("Abort")
+        failure = message.abort.failure
+        failure.code, failure.component, failure.reason = code, "coupler", "The run is over (a check ends it). Go on."
+        self.send_bytes(message.SerializeToString(), f"Abort (code {code})", CONTROL)
+
+    def stop_pings(self):
+        self._last_ping = None
+
+    def vanish(self):
+        """The coupler's socket is gone, as if its process had been killed."""
+        self.sent.append("nothing any more: the coupler is gone")
+        self._lanes.close()
+
+    # -- waiting
+
+    def greet(self):
+        """Waits for the Hello on both lanes."""
+        self._collect_until(lambda: len(self.hellos) == 2, "a Hello on both lanes")
+
+    def receive(self, what, lane=DATA):
+        """The next message on the lane; `what` it should be is for the verdict if there is none."""
+        self._collect_until(lambda: self._inbox[lane], what)
+        return self._inbox[lane].pop(0)
+
+    def wait(self, seconds):
+        """Time passes; messages are collected."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._collect(_SLICE_S)
+
+    def await_end(self, within_s=None):
+        """Exit code of the process, whatever it is."""
+        patience_s = within_s or self.subject.patience_s
+        deadline = time.monotonic() + patience_s
+        while (code := self.process.exit_code(_SLICE_S)) is None:
+            if not self._lanes.closed:
+                self._collect(0)
+            if time.monotonic() > deadline:
+                raise Silence(f"no end of the process within {patience_s:g} s")
+        return code
+
+    def said_something_at_the_end(self):
+        """Whether the data lane holds a message of a process that has ended."""
+        self._collect(0)
+        return bool(self._inbox[DATA])
+
+    def describe_end(self, code, wanted):
+        """«the end of the process with exit code 70 instead of 65; its last words: …»"""
+        how = f"by signal {-code}" if code < 0 else f"with exit code {code}"
+        words = self.process.last_words(self._log)
+        return f"the end of the process {how} instead of {wanted}" + (f"; its last words: {words}" if words else "")
+
+    # -- inside
+
+    def _control_message(self, name, **changes):
+        message = Envelope(step=-1)
+        part(message, name)
+        return self.with_header(message, **{"sequence": 0, **changes})
+
+    def _collect_until(self, done, what):
+        deadline = time.monotonic() + self.subject.patience_s
+        while not done():
+            if self._collect(_SLICE_S):
+                continue
+            code = self.process.exit_code()
+            if code is not None and not self._collect(_SLICE_S):
+                raise Violation(self.describe_end(code, what))
+            if time.monotonic() > deadline:
+                raise Silence(f"nothing within {self.subject.patience_s:g} s instead of {what}")
+
+    def _collect(self, seconds):
+        """Takes one message, and pings when it is time; False if there was none."""
+        now = time.monotonic()
+        if self._last_ping is not None and now - self._last_ping > _PING_EVERY_S:
+            self._last_ping = now
+            self._lanes.send(CONTROL, self._control_message("Ping").SerializeToString())
+        received = self._lanes.receive(seconds)
+        if received is None:
+            return False
+        if received.name == "Hello":
+            self.hellos.setdefault(received.lane, received)
+        elif received.name != "Pong" or received.envelope.pong.stamp_ns:  # answers to our own pings have stamp 0
+            self._inbox[received.lane].append(received)
+        return True

@@ -1,0 +1,85 @@
+#!/usr/bin/python3
+"""docs/adding_a_component.md is followed word by word; docs/protocol.md says what the table and the checks say.
+
+    documentation_test.py BUILD      folder of a build that is complete
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = Path(sys.argv.pop()).resolve()
+
+os.environ["COPEPOD_BUILD_PYTHON"] = str(BUILD / "python")
+sys.path.insert(0, str(ROOT / "deploy"))
+from copepod_conformance import protocol, suite  # noqa: E402
+from copepod_conformance.body_case import BodyCase  # noqa: E402
+from copepod_conformance.fluid_case import FluidCase  # noqa: E402
+
+
+class AddingAComponent(unittest.TestCase):
+    """Only the folders differ: /tmp becomes a folder of this test, build the build under test."""
+
+    def test_who_follows_the_page_has_two_components_that_conform(self):
+        page = (ROOT / "docs" / "adding_a_component.md").read_text()
+        with tempfile.TemporaryDirectory() as folder:
+            code = re.search(r"save it as `/tmp/(\S+)`:\n\n```python\n(.*?)```", page, re.DOTALL)
+            Path(folder, code[1]).write_text(code[2])
+            scripts = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
+            self.assertEqual(len(scripts), 2)
+            outputs = [self.follow(script, folder) for script in scripts]
+            self.assertTrue(Path(folder, "run_with_my_fluid", "summary.json").exists(), outputs[0])
+            for output in outputs:
+                self.assertIn("\nconformant: ", output)
+
+    def follow(self, script, folder):
+        """Output of one block of commands, each of which must succeed."""
+        here = script.replace("/tmp/", f"{folder}/").replace("$PWD/build", str(BUILD)).replace("--install build", f"--install {BUILD}")
+        ended = subprocess.run(["bash", "-euo", "pipefail", "-c", here], cwd=ROOT, stdin=subprocess.DEVNULL,
+                               env={**os.environ, "COPEPOD_BIN_DIR": str(BUILD / "bin")}, text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=200, check=False)
+        self.assertEqual(ended.returncode, 0, f"{here}\n{ended.stdout}")
+        return ended.stdout
+
+
+class ProtocolPage(unittest.TestCase):
+
+    def setUp(self):
+        self.page = (ROOT / "docs" / "protocol.md").read_text()
+
+    def test_every_rule_of_a_check_stands_under_its_heading(self):
+        headings = set(re.findall(r"^## (.*)$", self.page, re.MULTILINE))
+        for role, case in (("fluid", FluidCase(set())), ("body", BodyCase(set()))):
+            for check in suite.all_checks(types.SimpleNamespace(role=role, case=case)):
+                self.assertIn(check.rule.section, headings, f"{check.group}: {check.name}")
+                self.assertIn(check.group, suite.groups())
+
+    def test_the_message_sequence_is_the_one_of_the_table(self):
+        """Each request of the coupler is followed by the reply that the table has for it; no request is missing."""
+        drawing = re.search(r"```\n( component .*?)```", self.page, re.DOTALL)[1]
+        requests = {}
+        for line in drawing.splitlines():
+            if asked := re.search(r"◄─+ ([\w |]+)(?:\(n\))? +#\w ─+ │", line):
+                last = asked[1].strip()
+            elif told := re.search(r"│ ── (\w+)(?:\(n(?:\+1)?\))? #\w ─+►", line):
+                requests.update({name: told[1] for name in last.split(" | ")})
+        table = {row["message"]: row["reply"] for row in protocol.TRANSITIONS if "reply" in row and "message" in row}
+        self.assertEqual({name: table.get(name) for name in requests}, requests)
+        self.assertEqual(set(table) - set(requests), {"KinematicsRequest"})  # before the first step of the bodies only
+
+    def test_the_states_are_reached_from_the_table(self):
+        for role in ("fluid", "body"):
+            self.assertEqual(protocol.states_with_requests(role),
+                             ["connected", "greeted", "configured", "stepping", "ready", "checkpointing"])
+            self.assertEqual(protocol.path_to(role, "checkpointing"),
+                             ["Welcome", protocol.SETUP[role], protocol.STEP[role], "Save"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,119 @@
+#!/usr/bin/python3
+"""Conformance of the components that come with Copepod.
+
+    our_components.py --names             the components, one name per line
+    our_components.py BUILD NAME          checks one of them, as the test suite does
+    our_components.py BUILD --page        checks all of them in full, writes docs/results/conformance.md
+"""
+
+import dataclasses
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "results" / "conformance.md"
+EXAMPLES = ROOT / "proto" / "python" / "examples"
+JOBS = 8  # most of the time a component waits, or is waited for
+
+
+@dataclasses.dataclass(frozen=True)
+class Component:
+    name: str
+    role: str
+    command: tuple
+    solver: str = ""
+    quick: bool = True  # in the test suite
+
+    def conformance(self, build, *options):
+        """The command that checks it."""
+        solver = ["--solver", self.solver] if self.solver else []
+        words = [word.format(bin=build / "bin", examples=EXAMPLES) for word in self.command]
+        return [str(ROOT / "deploy" / "copepod"), "conformance", "--role", self.role, "--jobs", str(JOBS), *solver, *options,
+                "--", *words]
+
+
+COMPONENTS = (
+    Component("lattice_boltzmann", "fluid", ("{bin}/fluid_service",), "lattice_boltzmann", quick=False),
+    Component("lattice_boltzmann_on_2_ranks", "fluid", ("mpirun", "-n", "2", "--oversubscribe", "{bin}/fluid_service"),
+              "lattice_boltzmann"),
+    Component("stokes", "fluid", ("{bin}/fluid_service",), "stokes"),
+    Component("vacuum", "fluid", ("{bin}/fluid_service",), "vacuum"),
+    Component("python_fluid", "fluid", ("/usr/bin/python3", "{examples}/stokes_drag_fluid.py")),
+    Component("body_service", "body", ("{bin}/body_service",), quick=False),
+    Component("python_body", "body", ("/usr/bin/python3", "{examples}/point_masses.py")),
+)
+
+
+def run(component, build, *options):
+    """Exit code of the check; nothing is built for it."""
+    return subprocess.run(component.conformance(build, *options), stdin=subprocess.DEVNULL, check=False,
+                          env={**os.environ, "COPEPOD_BIN_DIR": str(build / "bin")}).returncode
+
+
+def write_page(build):
+    """Exit code 0 if all components conform; the page is written in any case."""
+    columns, codes = {}, []
+    for component in COMPONENTS:
+        with tempfile.TemporaryDirectory() as folder:
+            junit = Path(folder) / "junit.xml"
+            codes.append(run(component, build, "--junit", str(junit)))
+            columns[component] = _outcomes(ElementTree.parse(junit).getroot())
+    PAGE.write_text(_page(columns))
+    return max(codes)
+
+
+def _outcomes(suite):
+    """{group: [passed, failed, {reason of a skip}]}"""
+    groups = {}
+    for case in suite:
+        counts = groups.setdefault(case.get("classname").removeprefix("conformance."), [0, 0, set()])
+        skip = case.find("skipped")
+        if skip is not None:
+            counts[2].add(skip.get("message"))
+        else:
+            counts[1 if case.find("failure") is not None else 0] += 1
+    return groups
+
+
+def _page(columns):
+    groups = list(dict.fromkeys(group for column in columns.values() for group in column))
+    lines = ["# Conformance of our components", "",
+             "Number of checks of `copepod conformance` that each component passed (of how many, where it is not all of them). Made by",
+             "`tests/conformance/our_components.py build --page`; the test suite runs the same checks, for some components with `--quick`.",
+             "", "| | " + " | ".join(component.name.replace("_", " ") for component in columns) + " |",
+             "|---|" + "---|" * len(columns)]
+    for group in groups:
+        lines.append(f"| {group} | " + " | ".join(_cell(column.get(group, [0, 0, set()])) for column in columns.values()) + " |")
+    lines.append("| **all** | " + " | ".join(_cell([sum(counts[0] for counts in column.values()),
+                                                  sum(counts[1] for counts in column.values()), set()])
+                                           for column in columns.values()) + " |")
+    lines += ["", "Left out, and why:", ""]
+    for component, column in columns.items():
+        reasons = sorted({reason for counts in column.values() for reason in counts[2]})
+        if reasons:
+            lines.append(f"* {component.name.replace('_', ' ')}: {'; '.join(reasons)}.")
+    return "\n".join(lines) + "\n"
+
+
+def _cell(counts):
+    passed, failed, _ = counts
+    return f"{passed} of {passed + failed}" if failed else str(passed)
+
+
+def main(arguments):
+    if arguments == ["--names"]:
+        print("\n".join(component.name for component in COMPONENTS))
+        return 0
+    build, what = Path(arguments[0]).resolve(), arguments[1]
+    if what == "--page":
+        return write_page(build)
+    component = next(component for component in COMPONENTS if component.name == what)
+    return run(component, build, *(["--quick"] if component.quick else []))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
