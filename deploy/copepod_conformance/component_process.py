@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import tempfile
 import time
 import uuid
 from pathlib import Path
@@ -15,14 +16,14 @@ _END_S = 2.0  # for what the first process leaves behind: mpirun's ranks need a 
 
 
 class ComponentProcess:
-    def __init__(self, command, environment, output):
-        """Raises OSError if it cannot be started."""
+    def __init__(self, command, environment, folder):
+        """Its standard output and standard error become files in `folder`. Raises OSError if it cannot be started."""
         self._mark = f"{_TRIAL}={uuid.uuid4().hex}"
         name, value = self._mark.split("=")
-        self._output = output
-        with open(output, "ab") as log:
+        self._output, self._errors = Path(folder, "stdout"), Path(folder, "stderr")
+        with open(self._output, "wb") as output, open(self._errors, "wb") as errors:
             self._popen = subprocess.Popen(command, env={**environment, name: value}, stdin=subprocess.DEVNULL,
-                                           stdout=log, stderr=log, start_new_session=True)
+                                           stdout=output, stderr=errors, start_new_session=True)
 
     def exit_code(self, within_s=0.0):
         """None if it still lives after `within_s`; minus the signal's number if one killed it."""
@@ -43,13 +44,13 @@ class ComponentProcess:
         return {pid: _cpu_seconds(pid) for pid in cleanup.marked_processes(self._mark)}
 
     def last_words(self, log):
-        """The last line that it wrote to its log, or to its terminal."""
-        for path in (log, self._output):
-            lines = Path(path).read_text(errors="replace").split("\n") if Path(path).exists() else []
-            words = [line.strip() for line in lines if line.strip()]
-            if words:
-                return words[-1]
-        return ""
+        """The last line that it wrote to its log, or else to a terminal."""
+        texts = (Path(path).read_text(errors="replace") for path in (log, self._errors, self._output) if path.exists())
+        return next((text.strip().rpartition("\n")[2] for text in texts if text.strip()), "")
+
+    def output(self):
+        """What it wrote to its standard output."""
+        return self._output.read_text(errors="replace")
 
     def end(self):
         """Ends whatever is left of it."""
@@ -58,7 +59,18 @@ class ComponentProcess:
                 os.kill(pid, signal.SIGKILL)
             except ProcessLookupError:
                 pass
+        self._popen.kill()
         self._popen.wait()
+
+
+def run_to_end(command, environment, within_s):
+    """Exit code (None if it did not end by itself) and standard output of a command."""
+    with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
+        process = ComponentProcess(command, environment, folder)
+        try:
+            return process.exit_code(within_s), process.output()
+        finally:
+            process.end()
 
 
 def _command_line(pid):

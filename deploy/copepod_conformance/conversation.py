@@ -30,8 +30,7 @@ class Conversation:
         endpoint = f"ipc://{self.folder}/coupler.ipc"
         self._lanes = Lanes(subject.context, endpoint)
         connection = ["--endpoint", endpoint, "--session", self.token, "--log-file", str(self._log)]
-        self.process = ComponentProcess([*subject.command, *connection, *options], subject.environment,
-                                        self.folder / "terminal")
+        self.process = ComponentProcess([*subject.command, *connection, *options], subject.environment, self.folder)
 
     def __enter__(self):
         return self

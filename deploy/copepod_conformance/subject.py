@@ -1,16 +1,15 @@
 """The component under test: its command, what it says it can do, and the case that it is tried with."""
 
 import json
-import subprocess
 
 from copepod_command import exit_codes
 from copepod_command.errors import Stop
 from copepod_conformance.body_case import BodyCase
+from copepod_conformance.component_process import run_to_end
 from copepod_conformance.fluid_case import FluidCase
 from copepod_conformance.reference import Reference
 
 _CASES = {"fluid": FluidCase, "body": BodyCase}
-_ANSWER_S = 30.0
 
 
 class Subject:
@@ -33,17 +32,17 @@ class Subject:
     def _ask(self):
         asked = [*self.command, "--capabilities"]
         try:
-            answer = subprocess.run(asked, env=self.environment, stdin=subprocess.DEVNULL, capture_output=True,
-                                    text=True, timeout=_ANSWER_S, check=False)
-            return _only_object(answer.stdout)
-        except (OSError, subprocess.TimeoutExpired, ValueError) as error:
+            code, answer = run_to_end(asked, self.environment, self.patience_s)
+            if code != 0:
+                raise ValueError("it did not end" if code is None else f"its exit code is {code}")
+            capabilities = json.loads(answer)
+            if not isinstance(capabilities, dict):
+                raise ValueError("it is no object")
+        except (OSError, ValueError) as error:
             raise Stop(exit_codes.BAD_CASE,
                        f"{' '.join(asked)} does not print what the component can do as JSON ({error}). "
                        "See docs/adding_a_component.md.") from error
-
-
-def _only_object(text):
-    capabilities = json.loads(text)
-    if not isinstance(capabilities, dict):
-        raise ValueError("it is no object")
-    return capabilities
+        if capabilities.get("role") in _CASES and capabilities["role"] != self.role:
+            raise Stop(exit_codes.BAD_CASE, f"{' '.join(self.command)} is a {capabilities['role']} component. "
+                                            f"Use --role {capabilities['role']}.")
+        return capabilities

@@ -1,7 +1,6 @@
 """How a component introduces itself, and whom it takes for its coupler."""
 
-import subprocess
-
+from copepod_conformance.component_process import run_to_end
 from copepod_conformance.lanes import CONTROL, DATA
 from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, ROLE_NUMBER, message_name
 from copepod_conformance.verdicts import Check, Rule, Silence, Violation
@@ -52,14 +51,12 @@ def _capabilities(trial):
 
 
 def _no_options(trial):
-    try:
-        ended = subprocess.run(trial.subject.command, env=trial.subject.environment, stdin=subprocess.DEVNULL,
-                               capture_output=True, timeout=trial.subject.patience_s, check=False)
-    except subprocess.TimeoutExpired as error:
-        raise Silence("no end of the process without --endpoint and --session") from error
     trial.sent.append("nothing; started without options")
-    if ended.returncode != 2:
-        raise Violation(f"exit code {ended.returncode} instead of 2")
+    code, _ = run_to_end(trial.subject.command, trial.subject.environment, trial.subject.patience_s)
+    if code is None:
+        raise Silence("no end of the process")
+    if code != 2:
+        raise Violation(f"exit code {code} instead of 2")
 
 
 def _refusal(trial):
