@@ -114,8 +114,8 @@ class Conversation:
                 raise Silence(f"no end of the process within {patience_s:g} s")
         return code
 
-    def said_something_at_the_end(self):
-        """Whether the data lane holds a message of a process that has ended."""
+    def has_mail(self):
+        """Whether a message of the data lane is here that nobody has asked for yet."""
         self._collect(0)
         return bool(self._inbox[DATA])
 

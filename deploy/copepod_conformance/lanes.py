@@ -57,7 +57,7 @@ class Lanes:
         """False if nobody is there, or no longer."""
         try:
             peer = next(peer for peer, its_lane in reversed(self._peers.items()) if its_lane == lane)
-            self._socket.send_multipart([peer, data])
+            self._socket.send_multipart([peer, data], copy=False)
         except (StopIteration, zmq.ZMQError):
             return False
         return True

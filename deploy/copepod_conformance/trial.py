@@ -112,7 +112,7 @@ class Trial(Conversation):
         """
         if not told:
             self.await_end()
-        if told or self.said_something_at_the_end():
+        if told or self.has_mail():
             failure = self.expect("Failure").envelope.failure
             if failure.code != code:
                 raise Violation(f"a Failure with code {failure.code} instead of {code}: {failure.reason}")

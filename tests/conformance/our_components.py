@@ -37,7 +37,7 @@ class Component:
 
 
 COMPONENTS = (
-    Component("lattice_boltzmann", "fluid", ("{bin}/fluid_service",), "lattice_boltzmann", quick=False),
+    Component("lattice_boltzmann", "fluid", ("{bin}/fluid_service",), "lattice_boltzmann"),
     Component("lattice_boltzmann_on_2_ranks", "fluid", ("mpirun", "-n", "2", "--oversubscribe", "{bin}/fluid_service"),
               "lattice_boltzmann"),
     Component("stokes", "fluid", ("{bin}/fluid_service",), "stokes"),
