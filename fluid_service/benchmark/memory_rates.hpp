@@ -15,7 +15,8 @@ inline double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// Reads and writes the 19 slots of every cell of the block in place, with one multiplication each and
-/// nothing else: the memory traffic of an in-place update without its arithmetic.
+/// nothing else: the memory traffic of an in-place update without its arithmetic, asked for ahead of time like
+/// the kernel's (kernel/stream_collide_loop.hpp).
 template <class T>
 void touch_streams(T* populations, const PopulationLayout& layout) {
   using Pack [[gnu::vector_size(32), gnu::aligned(sizeof(T)), gnu::may_alias]] = T;
@@ -27,6 +28,7 @@ void touch_streams(T* populations, const PopulationLayout& layout) {
       for (std::int64_t z = 0; z + width <= block.extent(2); z += width)
 #pragma GCC unroll 19
         for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+          __builtin_prefetch(row + layout.slot(alpha) + z + 4 * 64 / sizeof(T), 1);
           Pack* pack = reinterpret_cast<Pack*>(row + layout.slot(alpha) + z);
           *pack = *pack * T(0.9999999);
         }
