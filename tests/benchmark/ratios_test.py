@@ -1,0 +1,49 @@
+"""Guards the speed by ratios of one moment, which hold on any machine and beside other work: fluid over streams, coupled over fluid.
+
+The limits lie well below what docs/results/performance.md shows, so that noise does not fail: a lost vectorisation, a copy of
+the ghost layer or a sleep in the exchange path does. The best of a few attempts counts.
+"""
+
+import os
+import sys
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "deploy"))
+os.environ["COPEPOD_BIN_DIR"] = os.environ.get("COPEPOD_BUILT_PROGRAMS", str(ROOT / "build/bin"))
+
+from copepod_bench import coupled, pure  # noqa: E402
+
+ATTEMPTS = 5
+
+
+class SpeedRatios(unittest.TestCase):
+    def assert_reaches(self, ratio_of_attempt, limit):
+        seen = []
+        for _ in range(ATTEMPTS):
+            seen.append(ratio_of_attempt())
+            if seen[-1] >= limit:
+                return
+        self.fail(f"ratios {[f'{ratio:.2f}' for ratio in seen]}, none reaches {limit}")
+
+    def test_fluid_runs_at_the_speed_of_its_streams(self):
+        self.assert_reaches(lambda: max(shares(pure.measure((60, 60, 120), 1, samples=3))), 0.65)
+
+    def test_single_precision_is_faster(self):
+        def ratio():
+            single, double = (max(pure.measure((60, 60, 120), 1, precision, samples=3)["fluid_mlups"])
+                              for precision in ("single", "double"))
+            return single / double
+        self.assert_reaches(ratio, 1.4)
+
+    def test_coupling_costs_little(self):
+        self.assert_reaches(lambda: coupled.measure((64, 64, 64), 3, 1, steps=400, samples=1)["median_ratio"], 0.6)
+
+
+def shares(measured):
+    return [fluid / limit for fluid, limit in zip(measured["fluid_mlups"], measured["streams_mcells_per_s"])]
+
+
+if __name__ == "__main__":
+    unittest.main()
