@@ -87,6 +87,7 @@ struct NamedForce {
 
 struct OutputCase {
   std::int64_t trajectory_every_steps = 0;        ///< 0: first and last step only
+  std::int64_t trajectory_from_step = 0;          ///< no samples before but the first step
   std::int64_t fields_every_steps = 0;            ///< 0: no snapshots
   std::array<std::int64_t, 2> mean_over_steps{};  ///< [start, stop); stop 0: no mean
   std::int64_t mean_every_steps = 10;
@@ -94,11 +95,20 @@ struct OutputCase {
   double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
 };
 
+/// Value of services.transport for a run in one process.
+inline constexpr const char* in_process_transport = "in_process";
+
 struct ServicesCase {
   int fluid_ranks = 1;
   std::vector<std::string> fluid_command;  ///< empty: our own service
   std::vector<std::string> body_command;
-  std::string transport = "ipc";  ///< "ipc" or "tcp://host:port"
+  std::string transport = "ipc";  ///< "ipc", "tcp://host:port" or "in_process"
+};
+
+/// One key of the case that takes several values, one run each.
+struct Sweep {
+  std::string key;                  ///< key path
+  std::vector<std::string> values;  ///< as written
 };
 
 /// A complete case with every default filled in.
@@ -118,6 +128,7 @@ struct Case {
   std::int64_t steps = 0;
   OutputCase output;
   ServicesCase services;
+  std::optional<Sweep> sweep;  ///< absent in each of its members
 };
 
 }  // namespace copepod::coupler

@@ -10,6 +10,7 @@ OutputCase read_output(Reader output) {
   {
     Reader trajectory = output.section("trajectory");
     result.trajectory_every_steps = trajectory.integer("every_steps", Range::not_negative, 100);
+    result.trajectory_from_step = trajectory.integer("from_step", Range::not_negative, 0);
   }
   {
     Reader fields = output.section("fields");
@@ -44,10 +45,23 @@ ServicesCase read_services(Reader services) {
     result.body_command = body.words("command");
   }
   result.transport = services.text("transport", "ipc");
-  if (result.transport != "ipc" && !result.transport.starts_with("tcp://")) {
-    services.problems().error(services.path_of("transport"),
-                              services.path_of("transport") + " is '" + result.transport +
-                                  "' (known: ipc, tcp). Write ipc or tcp://host:port.");
+  if (result.transport != "ipc" && result.transport != in_process_transport &&
+      !result.transport.starts_with("tcp://")) {
+    services.problems().error(
+        services.path_of("transport"),
+        services.path_of("transport") + " is '" + result.transport +
+            "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
+  }
+  return result;
+}
+
+std::optional<Sweep> read_sweep(Reader& top) {
+  if (!top.has("sweep")) return {};
+  Reader sweep = top.section("sweep");
+  Sweep result{sweep.text("key"), sweep.words("values")};
+  if (result.values.empty()) {
+    sweep.problems().error(
+        "sweep", "sweep has no values (there is nothing to run). List them: values: [1.0e-6, 2.0e-6].");
   }
   return result;
 }
@@ -84,6 +98,7 @@ Case read_case(Reader top) {
   }
   result.output = read_output(top.section("output"));
   result.services = read_services(top.section("services"));
+  result.sweep = read_sweep(top);
   return result;
 }
 

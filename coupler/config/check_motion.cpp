@@ -135,6 +135,19 @@ void check_output(const Case& the_case, Problems& problems) {
   }
 }
 
+void check_services(const Case& the_case, Problems& problems) {
+  const ServicesCase& services = the_case.services;
+  if (services.transport != in_process_transport) return;
+  const FluidSolverChoice solver = the_case.fluid.solver;
+  const bool replaced = !services.fluid_command.empty() || !services.body_command.empty();
+  if (replaced || (solver != FluidSolverChoice::vacuum && solver != FluidSolverChoice::stokes)) {
+    problems.error("services.transport",
+                   std::string("services.transport is in_process (") +
+                       (replaced ? "components with a command of their own" : "this fluid.solver") +
+                       " must be processes). Write transport: ipc.");
+  }
+}
+
 void check_case(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const bool time = !problems.any_under("fluid") && !problems.any_under("step_s");
   const bool domain = time && !problems.any_under("services");
@@ -150,6 +163,7 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   if (springs && run) check_strokes(the_case, problems);
   if (time && bodies && !problems.any()) check_velocities(the_case, assembly, problems);
   if (run && !problems.any_under("output")) check_output(the_case, problems);
+  if (domain) check_services(the_case, problems);
 }
 
 }  // namespace copepod::coupler

@@ -17,6 +17,7 @@ void check_springs(const Case& the_case, const Assembly& assembly, Problems& pro
 void check_strokes(const Case& the_case, Problems& problems);
 void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< Mach number
 void check_output(const Case& the_case, Problems& problems);
+void check_services(const Case& the_case, Problems& problems);  ///< what can run in one process
 
 /// All of them; a check whose sections hold errors already is left out, its values mean nothing.
 void check_case(const Case& the_case, const Assembly& assembly, Problems& problems);

@@ -156,6 +156,7 @@ Value resolved_force(const NamedForce& force) {
 Value resolved_output(const OutputCase& output) {
   Value trajectory = Value::mapping();
   trajectory.add("every_steps", Value::of_integer(output.trajectory_every_steps));
+  trajectory.add("from_step", Value::of_integer(output.trajectory_from_step));
   Value fields = Value::mapping();
   fields.add("every_steps", Value::of_integer(output.fields_every_steps));
   Value mean = Value::sequence();

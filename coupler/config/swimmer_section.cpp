@@ -1,3 +1,4 @@
+#include <cmath>
 #include <initializer_list>
 
 #include "config/names.hpp"
@@ -22,6 +23,20 @@ Stroke read_stroke(Reader stroke) {
   result.phase_lag_steps = stroke.integer("phase_lag_steps", Range::not_negative);
   result.cycles = stroke.integer("cycles", Range::positive);
   return result;
+}
+
+/// γ as given, or from the damping ratio D = γ / (2 √(m k))   [paper, eq. (11)]
+double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg) {
+  const double given = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
+  if (!spring.has("damping_ratio")) return given;
+  const double ratio = spring.number("damping_ratio", Range::not_negative, 0.0);
+  if (spring.has("damping_N_s_per_m")) {
+    spring.problems().error(
+        spring.path_of("damping_ratio"),
+        spring.path_of("damping_ratio") +
+            " is given beside damping_N_s_per_m (one follows from the other). Remove one.");
+  }
+  return 2.0 * ratio * std::sqrt(mass_kg * stiffness_N_per_m);
 }
 
 void read_figures(Reader& section, std::initializer_list<const char*> keys, const std::string& prefix,
@@ -63,7 +78,7 @@ Swimmer read_swimmer(Reader swimmer) {
   {
     Reader spring = swimmer.section("spring");
     result.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::positive);
-    result.damping_N_s_per_m = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
+    result.damping_N_s_per_m = read_damping(spring, result.stiffness_N_per_m, result.bead_mass_kg);
   }
   result.stroke = read_stroke(swimmer.section("stroke"));
   result.published = read_published(swimmer.section("published"));

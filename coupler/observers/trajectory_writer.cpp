@@ -44,11 +44,13 @@ std::string csv_field(const std::string& name) {
 }  // namespace
 
 TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::string> body_names,
-                                   double step_s, std::int64_t every_steps, std::int64_t from_step)
+                                   double step_s, std::int64_t every_steps, std::int64_t from_step,
+                                   std::int64_t sample_from)
     : path_(path),
       body_names_(std::move(body_names)),
       step_s_(step_s),
       every_steps_(every_steps),
+      sample_from_(sample_from),
       file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {
@@ -100,7 +102,7 @@ TrajectoryWriter::~TrajectoryWriter() {
 }
 
 void TrajectoryWriter::observe(const StepRecord& record) {
-  const bool sampled = every_steps_ > 0 && record.step % every_steps_ == 0;
+  const bool sampled = every_steps_ > 0 && record.step % every_steps_ == 0 && record.step >= sample_from_;
   if (sampled || last_written_ < 0) append_rows(record);
 }
 

@@ -25,9 +25,10 @@ class TrajectoryWriter final : public Observer {
   /// @param from_step    0: starts a new file; else goes on with the one that is there, without its rows from
   /// this
   ///                     step on, which a run that was interrupted may have left
+  /// @param sample_from  no samples before this step, except that of the first step
   /// @throws StorageError if the file cannot be written
   TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
-                   std::int64_t every_steps, std::int64_t from_step = 0);
+                   std::int64_t every_steps, std::int64_t from_step = 0, std::int64_t sample_from = 0);
   ~TrajectoryWriter() override;
 
   void observe(const StepRecord& record) override;
@@ -45,6 +46,7 @@ class TrajectoryWriter final : public Observer {
   std::vector<std::string> body_names_;
   double step_s_;
   std::int64_t every_steps_;
+  std::int64_t sample_from_;
   std::int64_t last_written_ = -1;
   int file_ = -1;
   std::string buffer_;

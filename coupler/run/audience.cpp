@@ -21,7 +21,7 @@ Audience::Audience(const LoadedCase& loaded, const RunDirectory& directory, Even
     : case_(loaded.content),
       keeper_(step),
       trajectory_(directory.trajectory().string(), body_names(loaded.assembly), case_.step_s,
-                  case_.output.trajectory_every_steps, first_step),
+                  case_.output.trajectory_every_steps, first_step, case_.output.trajectory_from_step),
       progress_(events, case_.steps) {
   all_.add(keeper_);
   all_.add(trajectory_);

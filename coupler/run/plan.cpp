@@ -44,6 +44,14 @@ ordered_json make_notes(const Case& the_case) {
   return notes;
 }
 
+/// What to --set for each member of a sweep, and the value that names it.
+ordered_json members(const Sweep& sweep) {
+  ordered_json list = ordered_json::array();
+  for (const std::string& value : sweep.values)
+    list.push_back({{"value", value}, {"set", {"sweep=null", sweep.key + "=" + value}}});
+  return {{"key", sweep.key}, {"members", list}};
+}
+
 }  // namespace
 
 ordered_json make_plan(const LoadedCase& loaded) {
@@ -67,6 +75,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};
   plan["warnings"] = loaded.warnings;
   plan["notes"] = make_notes(the_case);
+  if (the_case.sweep) plan["sweep"] = members(*the_case.sweep);
   return plan;
 }
 

@@ -62,6 +62,10 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   Events events(out);
   events.phase("starting");
   const LoadedCase loaded = load_case(options.case_file, options.overrides);
+  if (loaded.content.sweep) {
+    throw CaseError(options.case_file +
+                    " is a sweep (the coupler runs one case). Use deploy/copepod run, or --set sweep=null.");
+  }
   const RunDirectory directory(options.out);
   start_log(options.log_file);
   for (const std::string& warning : loaded.warnings) spdlog::warn(warning);

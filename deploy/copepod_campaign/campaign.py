@@ -1,11 +1,12 @@
 """`copepod campaign`: runs what is left to do of a list of cases and keeps one result table up to date."""
 
 import os
+import shlex
 from contextlib import ExitStack
 from pathlib import Path
 
 from copepod_campaign import display, programs, results
-from copepod_campaign.entry import Entry, State
+from copepod_campaign.entry import State, entries_of
 from copepod_campaign.pool import Pool
 from copepod_command import build, exit_codes
 from copepod_command.checkout import called_as
@@ -20,24 +21,41 @@ def campaign(options):
     """Runs a campaign to its end. Returns 0 if every case is finished; every other ending is a Stop."""
     build.ensure_programs()
     plan = request_campaign(options.campaign)
-    folder = Path(options.out or Path("runs") / folder_name(plan["name"]))
+    again = f"campaign {options.campaign}"
+    return _run(plan["name"], plan["cases"], options.jobs or plan["jobs"], options, again)
+
+
+def run_sweep(options, plan):
+    """`copepod run` of a case with a sweep: a campaign of its members, which goes on where it stopped."""
+    for name in ("ranks", "fluid", "body"):
+        if getattr(options, name) is not None:
+            raise Stop(exit_codes.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
+    item = {"name": plan.name, "file": options.case, "set": options.set}
+    settings = "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
+    options.rerun_other_builds = False
+    return _run(plan.name, [item], None, options, f"run {options.case}{settings}")
+
+
+def _run(name, items, jobs, options, again):
+    """Whatever is left to do of `items`; `again` is the command that goes on with them."""
+    folder = Path(options.out or Path("runs") / folder_name(name))
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
         directory = RunDirectory(folder)
         stack.callback(directory.close)
         own_programs = programs.keep_copy(folder)
-        entries = [Entry(item, folder, own_programs.build) for item in plan["cases"]]
+        entries = [entry for item in items for entry in entries_of(item, folder, own_programs.build)]
         for entry in entries:
             entry.look(options.rerun_other_builds)
         signals = stack.enter_context(SignalRecorder())
-        _tell_beginning(plan["name"], entries, directory.shown)
-        results.write(folder, plan["name"], entries)
-        pool = Pool(entries, options.jobs or plan["jobs"] or _cores(), own_programs, signals)
-        screen = display.for_stderr(plan["name"], pool)
+        _tell_beginning(name, entries, directory.shown)
+        results.write(folder, name, entries)
+        pool = Pool(entries, jobs or _cores(), own_programs, signals)
+        screen = display.for_stderr(name, pool)
         for _ in pool.run(screen):
-            results.write(folder, plan["name"], entries)
+            results.write(folder, name, entries)
         screen.close()
-    return _ending(entries, signals, directory.shown, options)
+    return _ending(entries, signals, directory.shown, f"{called_as()} {again} --out {directory.shown}")
 
 
 def _cores():
@@ -52,10 +70,10 @@ def _tell_beginning(name, entries, shown):
             say(f"{entry.name}: {entry.remark}")
 
 
-def _ending(entries, signals, shown, options):
+def _ending(entries, signals, shown, again):
     if signals.received:
         code = exit_codes.INTERRUPTED if signals.received[0] == 2 else exit_codes.TERMINATED
-        raise Stop(code, f"stopped by a signal; nothing is lost. Go on with the same command: {_again(options)}")
+        raise Stop(code, f"stopped by a signal; nothing is lost. Go on with the same command: {again}")
     failed = [entry for entry in entries if entry.state is State.FAILED]
     print(results.text(entries))
     print(f"\nresults in {shown}/results.md, .csv, .json", flush=True)
@@ -64,7 +82,7 @@ def _ending(entries, signals, shown, options):
         raise Stop(
             failed[0].exit_code,
             f"{len(failed)} of {len(entries)} cases failed ({names}; the reasons are above and in {shown}/logs). "
-            f"Repair them and go on: {_again(options)}",
+            f"Repair them and go on: {again}",
         )
     others = [entry.name for entry in entries if entry.of_another_build]
     if others:
@@ -73,7 +91,3 @@ def _ending(entries, signals, shown, options):
             "To have all of this one: --rerun-other-builds"
         )
     return exit_codes.FINISHED
-
-
-def _again(options):
-    return f"{called_as()} campaign {options.campaign}" + (f" --out {options.out}" if options.out else "")

@@ -25,18 +25,38 @@ class State(enum.Enum):
     FAILED = "failed"
 
 
+def entries_of(item, folder, build):
+    """The case of `item` (name, file and settings from `coupler --campaign`), or one for each member of its sweep.
+
+    Raises Stop(2) if a case is bad.
+    """
+    plan = _plan(item["file"], item["set"])
+    if not plan.sweep:
+        return [Entry(item["name"], item["name"], item["file"], item["set"], plan, folder, build)]
+    key = plan.sweep["key"].split(".")[-1]
+    entries = []
+    for number, member in enumerate(plan.sweep["members"], 1):
+        name, settings = f"{item['name']}_{number:02d}", item["set"] + member["set"]
+        label = f"{name}, {key} {member['value']}"
+        entries.append(Entry(name, label, item["file"], settings, _plan(item["file"], settings), folder, build))
+    return entries
+
+
+def _plan(file, settings):
+    return request_plan(SimpleNamespace(case=file, set=settings, ranks=None, fluid=None, body=None))
+
+
 class Entry:
     """A case of the campaign. All that is known about its progress is read from its run directory."""
 
-    def __init__(self, item, folder, build):
-        """`item`: name, file and settings from `coupler --campaign`. Raises Stop(2) if the case is bad."""
-        self.name = item["name"]
-        self.file = item["file"]
-        self.settings = item["set"]
-        self.path = folder / self.name
-        self.plan = request_plan(
-            SimpleNamespace(case=self.file, set=self.settings, ranks=None, fluid=None, body=None)
-        )
+    def __init__(self, name, label, file, settings, plan, folder, build):
+        """`label`: its name in tables; `build`: digest of the programs that would run it now."""
+        self.name = name
+        self.label = label
+        self.file = file
+        self.settings = settings
+        self.path = folder / name
+        self.plan = plan
         self.state = State.NEW
         self.remark = ""
         self.exit_code = exit_codes.FINISHED

@@ -5,7 +5,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_command.checkout import PROGRAMS, build_digest, program
+from copepod_command.checkout import build_digest, present_programs, program
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def keep_copy(campaign_folder):
         shutil.rmtree(shelf, ignore_errors=True)
         fresh = shelf / "new"
         fresh.mkdir(parents=True)
-        for name in PROGRAMS:
+        for name in present_programs():
             shutil.copy2(source / name, fresh / name)
         fresh.rename(target)
     return Programs(target.absolute(), build)

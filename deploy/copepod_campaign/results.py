@@ -44,9 +44,9 @@ def _rows(entries):
     for entry in entries:
         swimmers = (entry.summary or {}).get("swimmers") or [] if entry.state is State.DONE else []
         if not swimmers:
-            yield entry.name, entry, {}
+            yield entry.label, entry, {}
         for number, swimmer in enumerate(swimmers):
-            label = entry.name if len(swimmers) == 1 else f"{entry.name}, {swimmer['name']}"
+            label = entry.label if len(swimmers) == 1 else f"{entry.label}, {swimmer['name']}"
             yield label, entry, compared({**swimmer, "published": _published(entry, number)})
 
 

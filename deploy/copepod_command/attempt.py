@@ -66,10 +66,11 @@ class Attempt:
         self._processes = []
         stack.callback(self._forget_processes)
         commands = {
-            "coupler": components.coupler_command(self._options, path, endpoint, session, self._resume),
-            "fluid": components.fluid_command(self._plan, path, endpoint, session),
-            "body": components.body_command(self._plan, path, endpoint, session),
+            "coupler": components.coupler_command(self._options, self._plan, path, endpoint, session, self._resume)
         }
+        if self._plan.transport != components.IN_PROCESS:
+            commands["fluid"] = components.fluid_command(self._plan, path, endpoint, session)
+            commands["body"] = components.body_command(self._plan, path, endpoint, session)
         try:
             for name, command in commands.items():
                 self._processes.append(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build"
-PROGRAMS = ("coupler", "fluid_service", "body_service")
+PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
 
 
 def chosen_programs():
@@ -20,10 +20,15 @@ def program(name):
     return (chosen_programs() or BUILD / "bin") / name
 
 
+def present_programs():
+    """Those of PROGRAMS that are there; a folder that the user has put together may lack some."""
+    return [name for name in PROGRAMS if program(name).exists()]
+
+
 def build_digest():
-    """First 16 digits of the digest of PROGRAMS: the same programs, the same build."""
+    """First 16 digits of the digest of all programs: the same programs, the same build."""
     digest = hashlib.sha256()
-    for name in PROGRAMS:
+    for name in present_programs():
         digest.update(program(name).read_bytes())
     return digest.hexdigest()[:16]
 

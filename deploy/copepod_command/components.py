@@ -12,14 +12,15 @@ from copepod_command.errors import Stop
 from copepod_command.plan import case_arguments
 
 MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
+IN_PROCESS = "in_process"  # services.transport of a run without services
 COMPONENT = "COPEPOD_COMPONENT"  # says which one it belongs to
 
 _STARTERS = ("mpirun", "mpiexec", "srun")
 
 
-def coupler_command(options, directory, endpoint, session, resume):
+def coupler_command(options, plan, directory, endpoint, session, resume):
     command = [
-        str(program("coupler")),
+        str(program("in_process_run" if plan.transport == IN_PROCESS else "coupler")),
         "--run",
         *case_arguments(options),
         "--out",
@@ -74,7 +75,7 @@ def check_services(plan):
 def _stays_here(transport):
     """Whether messages never leave this machine."""
     host = transport.removeprefix("tcp://").rpartition(":")[0].strip("[]")
-    return transport == "ipc" or host in ("localhost", "::1") or re.fullmatch(r"127(\.\d{1,3}){3}", host) is not None
+    return transport in ("ipc", IN_PROCESS) or host in ("localhost", "::1") or re.fullmatch(r"127(\.\d{1,3}){3}", host) is not None
 
 
 def _connection(name, directory, endpoint, session):

@@ -26,6 +26,7 @@ class Plan:
     estimate: dict
     warnings: list
     notes: list
+    sweep: dict  # key and members (value, settings) of a case that is several, or None
 
 
 def case_arguments(options):
@@ -100,6 +101,7 @@ def parse_plan(text):
             estimate=plan.get("estimate", {}),
             warnings=plan.get("warnings", []),
             notes=plan.get("notes", []),
+            sweep=plan.get("sweep"),
         )
     except (ValueError, KeyError, TypeError) as problem:
         raise Stop(

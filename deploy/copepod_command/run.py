@@ -2,6 +2,7 @@
 
 import shlex
 
+from copepod_campaign import campaign
 from copepod_command import build, components, exit_codes, run_directory, speed
 from copepod_command.attempt import Attempt
 from copepod_command.checkout import called_as
@@ -17,6 +18,8 @@ def run(options):
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
     build.ensure_programs()
     plan = request_plan(options)
+    if plan.sweep:
+        return campaign.run_sweep(options, plan)
     components.check_services(plan)
     for warning in plan.warnings:
         say(warning)

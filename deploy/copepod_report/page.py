@@ -6,6 +6,7 @@ from pathlib import Path
 
 from copepod_command.figures import number_text
 from copepod_command.table import run_rows, swimmer_rows
+from copepod_report import resonance
 from copepod_report.comparison import cell_text, comparison_columns, comparison_rows
 
 _STYLE = Path(__file__).with_name("page.css").read_text()
@@ -43,19 +44,33 @@ def run_section(run, anchor, figures):
     return "\n".join([*parts, "<div class=\"figures\">", *figures, "</div></section>"])
 
 
+def resonance_section(name, points, figures):
+    """The resonance curve of a sweep in vacuum and its table."""
+    heads = ("ω₀/ω", "k [N/m]", "amplitude / force [m/N]", "steady [m/N]", "difference", "from the exact motion")
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in resonance.cells(point)) + "</tr>" for point in points
+    )
+    head = "".join(f"<th>{escape(text)}</th>" for text in heads)
+    return (
+        f"<section><h2>{escape(name)}</h2><div class=\"figures\">{''.join(figures)}</div>"
+        f"<details><summary>All stiffnesses</summary><div class=\"scroll\"><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{body}</tbody></table></div></details></section>"
+    )
+
+
 def comparison_section(runs, anchors, figures):
     """All swimmers of all runs in one table."""
     rows = comparison_rows(runs)
     columns = comparison_columns(rows)
     anchor_of = dict(zip((run.name for run in runs), anchors))
-    head = "".join(f"<th>{escape(name)}</th>" for name in columns)
+    head = "".join(f"<th>{escape(name)}</th>" for _, name in columns)
     lines = []
     for run_name, swimmer_name, cells in rows:
         line = [
             f"<td><a href=\"#{anchor_of[run_name]}\">{escape(run_name)}</a><small>{escape(swimmer_name)}</small></td>"
         ]
-        for name in columns:
-            ours, beside = cell_text(cells[name]) if name in cells else ("", "")
+        for key, _ in columns:
+            ours, beside = cell_text(cells[key]) if key in cells else ("", "")
             line.append(f"<td>{escape(ours)}<small>{escape(beside)}</small></td>")
         lines.append(f"<tr>{''.join(line)}</tr>")
     return (

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from copepod_report import body_plot, comparison, fields, flow_plot, page, swimmer_plots
+from copepod_report import body_plot, collection, comparison, fields, flow_plot, page, resonance, swimmer_plots
 from copepod_report.run_record import RunRecord
 from copepod_report.style import DARK, LIGHT, png_of
 
@@ -13,20 +13,34 @@ def write_report(directories, out, read_case):
 
     `read_case`: function from the path of a case file to the resolved case. Raises Stop(2) for folders without a run.
     """
-    runs = [RunRecord(directory, read_case) for directory in directories]
+    collected = [collection.collect(directory, read_case) for directory in directories]
+    runs = [run for found in collected for run in found.runs]
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     anchors = _anchors(runs)
-    sections = []
+    sections = [_resonance_section(sweep, out) for found in collected for sweep in found.sweeps]
     if len(runs) > 1:
         drawn = _draw(out, "speeds", lambda theme: comparison.speeds(runs, theme), "Swimming speeds of all runs.")
         sections.append(page.comparison_section(runs, anchors, drawn))
     for run, anchor in zip(runs, anchors):
         sections.append(page.run_section(run, anchor, _figures_of(run, out, anchor)))
-    title = runs[0].name if len(runs) == 1 else f"{len(runs)} runs"
+    title = runs[0].name if len(runs) == 1 else ", ".join(Path(directory).name for directory in directories)
     path = out / "report.html"
     path.write_text(page.page(f"Copepod: {title}", sections), encoding="utf-8")
     return path
+
+
+def _resonance_section(sweep, out):
+    points = resonance.points_of(sweep.runs)
+    (out / f"{sweep.name}.md").write_text(resonance.table(points) + "\n", encoding="utf-8")
+    drawn = _draw(
+        out,
+        sweep.name,
+        lambda theme: resonance.curve(points, theme),
+        "Amplitude of the trailing bead in vacuum over its natural frequency.",
+        wide=True,
+    )
+    return page.resonance_section(sweep.name, points, drawn)
 
 
 def _anchors(runs):

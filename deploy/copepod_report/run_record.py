@@ -66,6 +66,11 @@ class SwimmerRecord:
         unit = self.run.length_unit[0]
         return np.array([(self._body(bead)["position_m"] - self.center_m) @ self.axis / unit for bead in BEADS])
 
+    def displacements_m(self):
+        """Of the beads along the axis from where they were in the first sample, shape (3, samples)."""
+        moved = [self._body(bead)["position_m"] - self._body(bead)["position_m"][0] for bead in BEADS]
+        return np.array([path @ self.axis for path in moved])
+
     def driving_N(self):
         """Driving forces, shape (3, samples)."""
         return np.array([self._body(bead)["driving_N"] @ self.axis for bead in BEADS])

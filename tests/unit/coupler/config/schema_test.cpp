@@ -68,6 +68,8 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
       load_case_text(text, "every_key.yaml", {"fluid.boundaries=" + boundaries}, &asked);
     }
   }
+  load_case_text(text, "every_key.yaml", {"swimmers.0.spring={stiffness_N_per_m: 10, damping_ratio: 0.07}"},
+                 &asked);
   expect_described(asked, "case.schema.json");
   EXPECT_GT(asked.size(), 80U);
 }

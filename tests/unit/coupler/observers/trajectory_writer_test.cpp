@@ -106,6 +106,20 @@ TEST(TrajectoryWriter, SamplesTheFirstTheLastAndEveryNthStepOnce) {
   EXPECT_EQ(steps, (std::vector<std::string>{"0@0", "4@2", "8@4", "10@5"}));
 }
 
+TEST(TrajectoryWriter, LeavesOutWhatLiesBetweenTheFirstStepAndTheBeginningOfSampling) {
+  const auto path = fresh_file("window.csv");
+  {
+    TrajectoryWriter writer(path.string(), {"one", "two"}, 0.5, 2, 0, 5);
+    for (std::int64_t step = 0; step < 10; ++step) writer.observe(Moment(step).record());
+    writer.finish(Moment(10).record());
+  }
+  std::vector<std::string> steps;
+  for (const auto& row : read_csv(path)) {
+    if (row[2] == "one") steps.push_back(row[0]);
+  }
+  EXPECT_EQ(steps, (std::vector<std::string>{"0", "6", "8", "10"}));
+}
+
 TEST(TrajectoryWriter, WritesFirstAndLastStepOnlyForIntervalZero) {
   const auto path = fresh_file("ends.csv");
   {

@@ -1,0 +1,10 @@
+#include <iostream>
+
+#include "local_components.hpp"
+#include "run/program.hpp"
+
+int main(int argc, char** argv) {
+  return copepod::coupler::run_program(
+      argc, argv, std::cout, std::cerr,
+      [](const copepod::coupler::Options&) { return std::make_unique<copepod::LocalComponents>(); });
+}
