@@ -42,6 +42,11 @@ def transition(role, state, **trigger):
     return next((row for row in rows if role in row["roles"] and state in row["from"]), None)
 
 
+def legal_messages(role, state):
+    """Names of the messages that the state allows."""
+    return [name for name in MESSAGES if transition(role, state, message=name)]
+
+
 def reply_to(message):
     """Name of the reply to a request; it does not depend on the state."""
     return next(row["reply"] for row in TRANSITIONS if row.get("message") == message)

@@ -14,7 +14,9 @@ def counts(results):
 
 def table(subject, results, verbose=False):
     """One line per group, then everything that failed and why something was left out."""
-    lines = [f"{subject.name} {subject.capabilities.get('version', '')}, {subject.role}: {' '.join(subject.command)}", "",
+    solver = f", solver {subject.case.solver}" if subject.case.solver else ""
+    lines = [f"{subject.name} {subject.capabilities.get('version', '')}, {subject.role}{solver}: "
+             f"{' '.join(subject.command)}", "",
              f"  {'':<16}{'passed':>8}{'failed':>8}{'skipped':>9}"]
     for group in groups():
         of_group = [result for result in results if result.check.group == group]

@@ -15,6 +15,8 @@ def _rule(role, state, message):
     queued = f"a message waits until a {state} component is {settled}; there " if settled != state else ""
     if row is None and message in protocol.HANDSHAKE:
         return Rule("States", f"{queued}a {message} is ignored: the handshake is over")
+    if row is None and state == protocol.START:
+        return Rule("States", f"{message} is not allowed before the Welcome: exit code 65")
     if row is None:
         return Rule("States", f"{queued}{message} is not allowed: a Failure (code 65) names state and legal messages")
     answer = f"is answered with {row['reply']}" if "reply" in row else f"leads to {row.get('to', settled)}"
@@ -38,7 +40,8 @@ def _run(state, message):
         elif message in protocol.HANDSHAKE:
             trial.finish()
         else:
-            trial.expect_failure(_REFUSED, words=(settled,), told=settled != protocol.START)
+            trial.expect_failure(_REFUSED, words=(settled, *protocol.legal_messages(role, settled)),
+                                 told=settled != protocol.START)
     return run
 
 
