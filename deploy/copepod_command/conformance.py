@@ -27,19 +27,19 @@ def conformance(options):
                                         "Give its path, or put it in PATH.")
     build.ensure_programs()
     mark = f"{components.MARK}={secrets.token_hex(8)}"
-    folder = tempfile.mkdtemp(prefix="copepod-")
+    folder = tempfile.mkdtemp(prefix="copepod-", dir="/tmp")  # a short path: it holds sockets
     scratch = Scratch(folder)
     guard = Guard(mark, [folder, *scratch.folders])
     try:
         environment = components.environment(mark.split("=")[1], scratch, ranks=len(os.sched_getaffinity(0)))
-        return _check(options, environment)
+        return _check(options, environment, folder)
     finally:
         cleanup.end_marked(mark)
         cleanup.remove_folders([folder, *scratch.folders])
         guard.dismiss()
 
 
-def _check(options, environment):
+def _check(options, environment, folder):
     os.environ.setdefault("COPEPOD_BUILD_PYTHON", environment["COPEPOD_BUILD_PYTHON"])
     import zmq  # these need packages that were installed just now
     from copepod_conformance import report
@@ -50,15 +50,13 @@ def _check(options, environment):
     if unknown:
         raise Stop(exit_codes.BAD_CASE, f"there is no group {', '.join(unknown)} of checks. Choose from: {', '.join(groups())}.")
     with zmq.Context() as context:
-        subject = Subject(options.role, options.component, environment, context, options.patience, options.solver)
+        subject = Subject(options.role, options.component, environment, folder, context, options.patience,
+                          options.solver)
         checks = [check for check in all_checks(subject)
                   if (not options.only or check.group in options.only) and not (options.quick and check.thorough)]
         start = time.monotonic()
-        try:
-            with Stage(f"{len(checks)} checks of {subject.name}") as stage:
-                results = Suite(subject, checks, options.jobs or _JOBS_PER_CORE * _cores(), stage.count).run()
-        finally:
-            subject.reference.remove()
+        with Stage(f"{len(checks)} checks of {subject.name}") as stage:
+            results = Suite(subject, checks, options.jobs or _JOBS_PER_CORE * _cores(), stage.count).run()
     print(report.table(subject, results, options.verbose))
     if options.junit:
         Path(options.junit).write_bytes(report.junit(subject, results, time.monotonic() - start))

@@ -20,7 +20,7 @@ class Conversation:
 
     def __init__(self, subject, options=()):
         self.subject = subject
-        self.folder = Path(tempfile.mkdtemp(prefix="copepod-conformance-"))
+        self.folder = Path(tempfile.mkdtemp(dir=subject.folder))
         self.token = secrets.token_hex(8)
         self.session_id, self.epoch, self.sequence = secrets.randbits(63), 1, 0
         self.hellos, self.sent = {}, []

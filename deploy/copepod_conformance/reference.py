@@ -1,6 +1,5 @@
 """What an undisturbed run replies, and a checkpoint of its middle: made once, compared with by many checks."""
 
-import shutil
 import tempfile
 import threading
 from pathlib import Path
@@ -30,7 +29,7 @@ class Reference:
 
     def __init__(self, subject):
         self._subject = subject
-        self._folder = Path(tempfile.mkdtemp(prefix="copepod-conformance-"))
+        self._folder = Path(tempfile.mkdtemp(dir=subject.folder))
         self._run = _Once(self._undisturbed)
         self.checkpoint = _Once(self._save)
 
@@ -52,9 +51,6 @@ class Reference:
         self.compare(trial.advance(STEPS - first), first)
         if (digest := digest_of(trial)) != self.digest():
             raise Violation(f"digest {digest:016x} after step {STEPS - 1}, but {self.digest():016x} in an undisturbed run")
-
-    def remove(self):
-        shutil.rmtree(self._folder, ignore_errors=True)
 
     def _undisturbed(self):
         with Trial(self._subject) as trial:

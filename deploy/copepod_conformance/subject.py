@@ -13,9 +13,9 @@ _CASES = {"fluid": FluidCase, "body": BodyCase}
 
 
 class Subject:
-    def __init__(self, role, command, environment, context, patience_s, solver=None):
-        """Raises Stop if `command` does not tell its capabilities."""
-        self.role, self.command = role, command
+    def __init__(self, role, command, environment, folder, context, patience_s, solver=None):
+        """Everything that is written goes below `folder`. Raises Stop if `command` does not tell its capabilities."""
+        self.role, self.command, self.folder = role, command, folder
         self.environment, self.context, self.patience_s = environment, context, patience_s
         self.capabilities = self._ask()
         self.features = set(self.capabilities.get("features", []))

@@ -4,6 +4,8 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
+from copepod_command import cleanup
+from copepod_command.components import MARK
 from copepod_conformance.checks import (body_physics, checkpoints, exactly_once, fluid_physics, greeting, lifetime, limits,
                                         numbers, states)
 from copepod_conformance.trial import Trial
@@ -33,10 +35,18 @@ class Suite:
     def run(self):
         """Results in the order of the checks."""
         together = [check for check in self._checks if not check.alone]
-        with ThreadPoolExecutor(self._jobs) as pool:
-            results = dict(zip(map(id, together), pool.map(self._run_check, together)))
+        results = dict(zip(map(id, together), self._run_together(together)))
         results.update((id(check), self._run_check(check)) for check in self._checks if check.alone)
         return [results[id(check)] for check in self._checks]
+
+    def _run_together(self, checks):
+        with ThreadPoolExecutor(self._jobs) as pool:
+            try:
+                return list(pool.map(self._run_check, checks))
+            except BaseException:  # stopped by a signal: what is under way notices that its component is gone
+                pool.shutdown(wait=False, cancel_futures=True)
+                cleanup.end_marked(f"{MARK}={self._subject.environment[MARK]}")
+                raise
 
     def _run_check(self, check):
         start = time.monotonic()
