@@ -137,7 +137,6 @@ void GhostExchange<T>::start(T* populations, Placement placement) {
 
 template <class T>
 void GhostExchange<T>::finish(T* populations, Placement placement) {
-  wait_();
   const auto p = static_cast<std::size_t>(placement);
   for (Peer& peer : peers_) peer.receive[p].unpack(populations, peer.receive_buffer.data());
 }

@@ -27,7 +27,9 @@ class GhostExchange {
 
   /// Packs and sends what other ranks need; then lets this rank's faces act.
   void start(T* populations, Placement placement);
-  /// Waits for the other ranks' populations and puts them in place.
+  /// Waits for the other ranks' populations.
+  void wait() { wait_(); }
+  /// Puts them in place.
   void finish(T* populations, Placement placement);
 
   /// Cells from this distance to the block's faces on do not touch another rank's populations:

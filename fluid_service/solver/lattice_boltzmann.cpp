@@ -133,6 +133,8 @@ void LatticeBoltzmann<T>::advance() {
   timer_.book(Phase::halo);
   update_interior();
   timer_.book(Phase::bulk);
+  ghosts_.wait();
+  timer_.book(Phase::wait);
   ghosts_.finish(populations_.data(), placement_);
   timer_.book(Phase::halo);
   apply(reflected_.border);

@@ -7,7 +7,7 @@
 namespace copepod::fluid {
 
 /// Phases of a step, in the order in which they happen.
-enum class Phase { map, refill, momentum, reduce, halo, reflect, bulk, check, output };
+enum class Phase { map, refill, momentum, reduce, halo, wait, reflect, bulk, check, output };
 
 /// Wall time per phase: each call books the time since the previous one.
 class PhaseTimer {
@@ -19,8 +19,8 @@ class PhaseTimer {
     last_ = now;
   }
   [[nodiscard]] std::map<std::string, double> seconds() const {
-    static constexpr const char* names[] = {"map",     "refill", "momentum", "reduce", "halo",
-                                            "reflect", "bulk",   "check",    "output"};
+    static constexpr const char* names[] = {"map",  "refill",  "momentum", "reduce", "halo",
+                                            "wait", "reflect", "bulk",     "check",  "output"};
     std::map<std::string, double> result;
     for (int i = 0; i < phases; ++i) result[names[i]] = seconds_[i];
     return result;

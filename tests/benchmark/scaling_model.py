@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""Measures strong and weak scaling on this machine, fits the model of docs/scaling.md and tells what it says of many ranks.
+
+    tests/benchmark/scaling_model.py [--samples N]
+
+Model of one step of a rank with n cells, f face cells towards other ranks, m messages and B bodies on P ranks:
+
+    T = n / r + c f + m a + 2 ceil(log2 P) a + ceil(log2 P) (104 B + 48 B) / b
+
+r: cell updates per second of a rank; c: seconds per face cell (five values packed, moved, unpacked); a: latency of a message; the last
+terms are the broadcast of kinematics (13 doubles per body) and the sum of loads (6 integers), both trees. r, c and a are fitted to runs on
+one machine; b, the bandwidth of a network, cannot be, and is given.
+"""
+
+import argparse
+import math
+import statistics
+import sys
+from pathlib import Path
+
+import numpy
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "deploy"))
+
+from copepod_bench import pure  # noqa: E402
+
+DOUBLE_VALUES = 5 * 8           # bytes of a face cell
+NETWORK_B_PER_S = 10e9          # of one rank; an assumption
+NETWORK_LATENCY_S = 2e-6        # an assumption
+SHAPES = ((4, 4, 4), (8, 32, 32), (16, 64, 64), (8, 128, 128), (32, 64, 64), (64, 64, 64), (100, 100, 200))
+
+
+def measured(shape, ranks, samples):
+    """Median seconds of a step of the uncoupled fluid, double precision."""
+    cells = math.prod(shape)
+    steps = max(20, int(2e7 / cells))
+    return cells / (1e6 * pure.measure(shape, ranks, samples=samples, steps=steps)["median_fluid_mlups"])
+
+
+def fit(rows):
+    """(s per cell, s per face cell, s per step for messages) of two ranks by least squares of relative errors."""
+    design = numpy.array([[math.prod(shape) / 2, shape[1] * shape[2], 1.0] for shape, _ in rows])
+    seconds = numpy.array([time for _, time in rows])
+    solution, *_ = numpy.linalg.lstsq(design / seconds[:, None], numpy.ones(len(rows)), rcond=None)
+    return solution
+
+
+def step_s(cells, ranks, bodies, cell_s, face_s, latency_s, bandwidth):
+    """The model for cubic blocks with neighbours on all sides; 18 of them are told something in D3Q19."""
+    face_cells = 6 * round(cells ** (2 / 3))
+    depth = math.ceil(math.log2(ranks)) if ranks > 1 else 0
+    if ranks == 1:
+        face_cells = 0
+    halo = face_cells * max(face_s, DOUBLE_VALUES / bandwidth) + (18 * latency_s if ranks > 1 else 0.0)
+    collective = 2 * depth * latency_s + depth * bodies * (104 + 48) / bandwidth
+    return cells * cell_s, halo, collective
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Scaling by measurement and by model.")
+    parser.add_argument("--samples", type=int, default=5)
+    options = parser.parse_args()
+
+    print("| domain | 1 rank, ms | 2 ranks, ms | strong efficiency |\n|---|---|---|---|")
+    rows = []
+    for shape in SHAPES:
+        one, two = (measured(shape, ranks, options.samples) for ranks in (1, 2))
+        rows.append((shape, two))
+        print(f"| {'×'.join(map(str, shape))} | {1e3 * one:.4f} | {1e3 * two:.4f} | {one / two / 2:.2f} |", flush=True)
+    weak = [measured((100 * ranks, 100, 100), ranks, options.samples) for ranks in (1, 2)]
+    print(f"\nWeak scaling, 100×100×100 cells a rank: {1e3 * weak[0]:.2f} and {1e3 * weak[1]:.2f} ms, "
+          f"efficiency {weak[0] / weak[1]:.2f}")
+
+    cell_s, face_s, message_s = fit(rows)
+    errors = [abs(math.prod(s) / 2 * cell_s + s[1] * s[2] * face_s + message_s - t) / t for s, t in rows]
+    print(f"\nFitted: {1e9 * cell_s:.2f} ns a cell, {1e9 * face_s:.1f} ns a face cell, {1e6 * message_s:.1f} µs of messages a step; "
+          f"relative error median {statistics.median(errors):.2f}, worst {max(errors):.2f}")
+
+    print(f"\nAssumed network: {1e6 * NETWORK_LATENCY_S:.0f} µs, {NETWORK_B_PER_S / 1e9:.0f} GB/s a rank.\n")
+    print("| ranks | cells a rank | bodies | cells, ms | halo, ms | collectives, ms | cells' share |\n|---|---|---|---|---|---|---|")
+    for cells, bodies in ((100 ** 3, 3), (32 ** 3, 3), (100 ** 3, 1000), (100 ** 3, 100000)):
+        for ranks in (1000, 10000, 100000):
+            parts = step_s(cells, ranks, bodies, cell_s, face_s, NETWORK_LATENCY_S, NETWORK_B_PER_S)
+            print(f"| {ranks} | {cells} | {bodies} | " + " | ".join(f"{1e3 * part:.3f}" for part in parts)
+                  + f" | {parts[0] / sum(parts):.2f} |")
+
+
+if __name__ == "__main__":
+    main()
