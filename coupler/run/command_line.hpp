@@ -15,6 +15,7 @@ struct Options {
   std::string out;                     ///< run directory
   std::string endpoint;
   std::string session;
+  std::string key_file;  ///< CURVE keys of the coupler; empty: none
   std::string log_file;
   std::string build;  ///< identifies the programs of the run, for the provenance
   bool resume = false;

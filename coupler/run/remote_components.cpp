@@ -6,9 +6,10 @@
 namespace copepod::coupler {
 
 RemoteComponents::RemoteComponents(const std::string& endpoint, const std::string& session,
-                                   const std::atomic<int>& stop_signal) {
+                                   const std::string& key_file,                                    const std::atomic<int>& stop_signal) {
   settings_.endpoint = endpoint;
   settings_.session = session;
+  settings_.key_file = key_file;
   settings_.stop_signal = &stop_signal;
 }
 

@@ -11,8 +11,9 @@ namespace copepod::coupler {
 /// Components in processes of their own, reached over the wire.
 class RemoteComponents final : public Components {
  public:
+  /// @param key_file  CURVE keys of the coupler; empty: none
   /// @param stop_signal  non-zero ends every wait; must outlive this object
-  RemoteComponents(const std::string& endpoint, const std::string& session,
+  RemoteComponents(const std::string& endpoint, const std::string& session, const std::string& key_file,
                    const std::atomic<int>& stop_signal);
 
   void connect() override;

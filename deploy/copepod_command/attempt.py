@@ -41,10 +41,11 @@ class Attempt:
         with ExitStack() as stack:
             self._signals = stack.enter_context(SignalRecorder())
             scratch = Scratch(self._directory.path)
+            keys = scratch.keys(self._plan.transport)
             guard = Guard(f"{components.MARK}={self._mark}", scratch.folders)
             stack.callback(guard.dismiss)
             stack.callback(scratch.remove)
-            events = self._start(scratch, stack)
+            events = self._start(scratch, keys, stack)
             watch = Watch(self._processes, events, self._signals, self._display, self._plan.fluid_ranks, self._mark)
             stack.callback(watch.close)
             ending = watch.wait()
@@ -55,10 +56,10 @@ class Attempt:
         size = f"{cells / 1e6:.3g} million cells, " if cells else ""
         return f"{self._plan.name}: {size}{self._plan.steps} steps, in {self._directory.shown}"
 
-    def _start(self, scratch, stack):
+    def _start(self, scratch, keys, stack):
         """Starts all three; returns the descriptor of the coupler's stdout."""
         path, session = self._directory.path, secrets.token_hex(16)
-        endpoint = scratch.endpoint(self._plan.transport)
+        connection = components.Connection(scratch.endpoint(self._plan.transport), session, keys, path / "logs")
         environment = components.environment(self._mark, scratch, self._plan.fluid_ranks)
         reading_end, writing_end = os.pipe()
         stack.callback(os.close, reading_end)
@@ -66,11 +67,11 @@ class Attempt:
         self._processes = []
         stack.callback(self._forget_processes)
         commands = {
-            "coupler": components.coupler_command(self._options, self._plan, path, endpoint, session, self._resume)
+            "coupler": components.coupler_command(self._options, self._plan, path, connection, self._resume),
         }
         if self._plan.transport != components.IN_PROCESS:
-            commands["fluid"] = components.fluid_command(self._plan, path, endpoint, session)
-            commands["body"] = components.body_command(self._plan, path, endpoint, session)
+            commands["fluid"] = components.fluid_command(self._plan, connection)
+            commands["body"] = components.body_command(self._plan, connection)
         try:
             for name, command in commands.items():
                 self._processes.append(

@@ -2,10 +2,11 @@
 
 import json
 import os
+import subprocess
 from pathlib import Path
 
 from copepod_command import build, exit_codes
-from copepod_command.checkout import PROGRAMS
+from copepod_command.checkout import PROGRAMS, program
 from copepod_command.stages import Stage, say
 
 _PAPER = (100, 100, 200)
@@ -14,6 +15,9 @@ _DOMAINS = ((48, 48, 48), _PAPER, (160, 160, 160))
 
 def bench(options):
     """Measures for a few minutes; prints the table, writes the JSON to --out."""
+    if options.exchange:
+        build.ensure_targets((*PROGRAMS, "exchange_overhead", "fake_body"))
+        return subprocess.run([program("exchange_overhead")]).returncode
     build.ensure_targets((*PROGRAMS, "fluid_benchmark"))
     from copepod_bench import report
     results = {"pure": _pure(options), "coupled": _coupled(options)}

@@ -136,6 +136,8 @@ def _add_bench(commands):
         "--samples", type=_positive_count, default=5, metavar="N", help="of which medians are shown (5)"
     )
     parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
+    parser.add_argument("--exchange", action="store_true",
+                        help="only the exchange between processes, beside a plain ZeroMQ echo")
     parser.add_argument("--out", metavar="FILE.json", help="write every sample there")
     parser.set_defaults(action=bench.bench)
 

@@ -1,9 +1,9 @@
 """Command line and environment of the three processes of a run."""
 
 import os
-import re
 import shlex
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
 
 from copepod_command import exit_codes
@@ -18,19 +18,30 @@ COMPONENT = "COPEPOD_COMPONENT"  # says which one it belongs to
 _STARTERS = ("mpirun", "mpiexec", "srun")
 
 
-def coupler_command(options, plan, directory, endpoint, session, resume):
+@dataclass(frozen=True)
+class Connection:
+    """Where the processes of a run meet, and what they must show."""
+
+    endpoint: str
+    session: str  # token
+    keys: dict  # role to key file; empty: none are needed
+    logs: Path  # folder
+
+    def arguments(self, name):
+        """The options that every process of a run takes."""
+        keys = ["--keys", str(self.keys[name])] if self.keys else []
+        return ["--endpoint", self.endpoint, "--session", self.session, *keys,
+                "--log-file", str(self.logs / f"{name}.log")]
+
+
+def coupler_command(options, plan, directory, connection, resume):
     command = [
         str(program("in_process_run" if plan.transport == IN_PROCESS else "coupler")),
         "--run",
         *case_arguments(options),
         "--out",
         str(directory),
-        "--endpoint",
-        endpoint,
-        "--session",
-        session,
-        "--log-file",
-        str(directory / "logs" / "coupler.log"),
+        *connection.arguments("coupler"),
         "--build",
         build_digest(),
     ]
@@ -43,26 +54,18 @@ def needs_mpirun(plan):
     return own is None or (plan.fluid_ranks > 1 and Path(own[0]).name not in _STARTERS)
 
 
-def fluid_command(plan, directory, endpoint, session):
+def fluid_command(plan, connection):
     """Our fluid service, or the command that replaces it."""
-    command = (plan.fluid_command or [str(program("fluid_service"))]) + _connection(
-        "fluid", directory, endpoint, session
-    )
+    command = (plan.fluid_command or [str(program("fluid_service"))]) + connection.arguments("fluid")
     return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command] if needs_mpirun(plan) else command
 
 
-def body_command(plan, directory, endpoint, session):
-    return (plan.body_command or [str(program("body_service"))]) + _connection("body", directory, endpoint, session)
+def body_command(plan, connection):
+    return (plan.body_command or [str(program("body_service"))]) + connection.arguments("body")
 
 
 def check_services(plan):
-    """Raises Stop(2) if a replacing command cannot be found or the address is not ours, before anything is started."""
-    if not _stays_here(plan.transport):
-        raise Stop(
-            exit_codes.BAD_CASE,
-            f"services.transport is {plan.transport} (other machines could listen and take part: there are no keys). "
-            "Use ipc, or tcp://127.0.0.1:port.",
-        )
+    """Raises Stop(2) if a replacing command cannot be found, before anything is started."""
     for key, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
         if command is not None and shutil.which(command[0]) is None:
             raise Stop(
@@ -70,16 +73,6 @@ def check_services(plan):
                 f"the {key} component {shlex.join(command)} cannot be started "
                 "(no such program). Give its path, or put it in PATH.",
             )
-
-
-def _stays_here(transport):
-    """Whether messages never leave this machine."""
-    host = transport.removeprefix("tcp://").rpartition(":")[0].strip("[]")
-    return transport in ("ipc", IN_PROCESS) or host in ("localhost", "::1") or re.fullmatch(r"127(\.\d{1,3}){3}", host) is not None
-
-
-def _connection(name, directory, endpoint, session):
-    return ["--endpoint", endpoint, "--session", session, "--log-file", str(directory / "logs" / f"{name}.log")]
 
 
 def environment(mark, scratch, ranks):

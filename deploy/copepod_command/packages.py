@@ -19,6 +19,7 @@ BUILD_AND_RUN = (
     "libopenmpi-dev",
     "openmpi-bin",
     "libzmq3-dev",
+    "libxxhash-dev",
     "cppzmq-dev",
     "libprotobuf-dev",
     "protobuf-compiler",
@@ -34,6 +35,7 @@ BUILD_AND_RUN = (
     "python3-matplotlib",
     "python3-h5py",
     "python3-zmq",
+    "python3-xxhash",
     "python3-protobuf",
 )
 CONTINUOUS_INTEGRATION = ("clang-format", "clang-tidy", "gcovr", "git")

@@ -12,6 +12,7 @@ namespace copepod::component {
 struct Options {
   std::string endpoint;
   std::string session_token;
+  std::string key_file;  ///< CURVE keys of this role; empty: none
   std::string log_file;  ///< empty: standard error
   std::string log_level = "info";
   double orphan_after_s = 10.0;  ///< without a ping of the coupler

@@ -56,11 +56,14 @@ ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks
   const session::Hello hello = introduce(solver.role(), capabilities, ranks, options);
   log->info("{} {} connects to {} as {}.", capabilities.name, capabilities.version, options.endpoint,
             name_of(solver.role()));
+  const auto keys = options.key_file.empty()
+                        ? std::nullopt
+                        : std::optional(transport::read_component_keys(options.key_file));
   const auto data_lane = transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::data),
-                                                   transport::kDataLanePolicy);
+                                                   transport::kDataLanePolicy, keys);
   const ControlLane control_lane(
-      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::control), {}), *vitals,
-      *log, hello, {options.orphan_after_s, 3.0});
+      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::control), {}, keys),
+      *vitals, *log, hello, {options.orphan_after_s, 3.0});
   Server server(*data_lane, solver, *vitals, *log, hello, options.connect_deadline_s);
   const ExitCode code = server.run();
   log->info("Ending with exit code {}.", static_cast<int>(code));

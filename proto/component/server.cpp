@@ -1,6 +1,7 @@
 #include "component/server.hpp"
 
 #include <chrono>
+#include <iostream>
 
 #include "component/stop_request.hpp"
 
@@ -19,6 +20,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kSlice{100};  ///< how soon a waiting component notices a stop request
 constexpr double kRepeatHello_s = 1.0;
+constexpr std::chrono::milliseconds kFarewell{500};
+constexpr std::chrono::milliseconds kFarewellSlice{10};
 
 Phase phase_of(Work work) {
   switch (work) {
@@ -64,14 +67,20 @@ ExitCode Server::run() noexcept {
   try {
     greet();
     serve();
+    if (session_.state == State::done) stay_for_repeated_goodbyes();
   } catch (const Error& error) {
-    exit_code_ = error.code();
-    log_.error("{}", error.what());
+    give_up(error.code(), error.what());
   } catch (const std::exception& error) {
-    exit_code_ = ExitCode::solver_failed;
-    log_.error("{}", error.what());
+    give_up(ExitCode::solver_failed, error.what());
   }
   return exit_code_;
+}
+
+/// Where no coupler hears of it, standard error is the only way to tell.
+void Server::give_up(ExitCode code, const char* reason) {
+  exit_code_ = code;
+  log_.error("{}", reason);
+  if (session_.session_id == 0) std::cerr << "error: " << reason << std::endl;
 }
 
 /// Repeats the Hello, since it is the one message that nobody is waiting for yet.
@@ -84,6 +93,10 @@ void Server::greet() {
                            std::to_string(static_cast<int>(connect_deadline_s_)) +
                            " s (it is not running, or at another address). Start it, or correct --endpoint.");
     }
+    if (dealer_.turned_away()) {
+      throw Refused("The coupler turned this component away (a key is missing or wrong, here or at the "
+                    "coupler). Give --keys with the file of this role of this run.");
+    }
     Header first = header(0);
     first.attempt = attempt;
     send(handshake_.encode(first, hello_));
@@ -95,6 +108,14 @@ void Server::greet() {
 void Server::serve() {
   while (!has_ended(session_.state)) {
     if (wait_for_message(kRepeatHello_s)) handle(frame_);
+  }
+}
+
+/// The goodbye may get lost, and the coupler ask again; it closes the connection once it has heard it.
+void Server::stay_for_repeated_goodbyes() {
+  const auto end = Clock::now() + kFarewell;
+  while (dealer_.connected() && Clock::now() < end) {
+    if (dealer_.receive(frame_, kFarewellSlice)) handle(frame_);
   }
 }
 
@@ -119,6 +140,8 @@ void Server::handle(const transport::Frame& frame) {
     const session::Outcome outcome = on_message(session_, kind, decoder_.header());
     session_ = outcome.session;
     act(outcome.action);
+  } catch (const conversion::DamagedMessage& damage) {
+    log_.warn("Ignored a message, the coupler will send it again: {}", damage.what());
   } catch (const Error& error) {
     fail(report(error.code(), error.what(), error.rank(), error.step()));
   } catch (const std::bad_alloc&) {

@@ -11,7 +11,8 @@
 
 namespace copepod::component {
 
-/// The data lane of a component: says Hello, then answers requests until the run ends.
+/// The data lane of a component: says Hello, then answers requests until the run ends. Messages that were
+/// damaged on their way count as lost.
 ///
 /// The session table decides what a message means; this class does what it decides. Single-threaded: a
 /// request that arrives during a bulk update waits in the transport's queue.
@@ -28,11 +29,13 @@ class Server {
  private:
   void greet();
   void serve();
+  void stay_for_repeated_goodbyes();
   void handle(const transport::Frame& frame);
   void act(const session::Action& action);
   void do_work(const session::Action& action);
   bool wait_for_message(double seconds);
   void send(std::span<const std::byte> bytes);
+  void give_up(ExitCode code, const char* reason);
   void fail(const FailureReport& report);
   [[nodiscard]] FailureReport report(ExitCode code, const std::string& reason, int rank,
                                      std::int64_t step) const;

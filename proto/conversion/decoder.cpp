@@ -8,6 +8,7 @@
 #include "conversion/arrays.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
+#include "conversion/seal.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "copepod/v1/envelope.pb.h"
 
@@ -145,6 +146,7 @@ Decoder::~Decoder() = default;
 MessageKind Decoder::parse(std::span<const std::byte> bytes) {
   buffers_->kind = MessageKind::none;
   require_at_most(bytes.size(), kLimits.message_bytes, "the message");
+  if (!is_intact(bytes)) throw DamagedMessage(bytes.size());
   buffers_->renew();
   v1::Envelope& envelope = *buffers_->envelope;
   if (!envelope.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {

@@ -30,6 +30,7 @@ class Decoder {
   ~Decoder();
 
   /// @return the message's kind, never `none`
+  /// @throws DamagedMessage if the bytes do not end with their seal
   session::MessageKind parse(std::span<const std::byte> bytes);
 
   [[nodiscard]] session::MessageKind kind() const;

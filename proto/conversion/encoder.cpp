@@ -6,6 +6,7 @@
 #include "conversion/arrays.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
+#include "conversion/seal.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "conversion/text.hpp"
 #include "copepod/v1/envelope.pb.h"
@@ -67,11 +68,12 @@ Bytes Encoder::encode_again(std::uint32_t attempt) {
 
 Bytes Encoder::write_bytes() {
   const v1::Envelope& envelope = buffers_->envelope;
-  const std::size_t size = envelope.ByteSizeLong();
+  const std::size_t size = envelope.ByteSizeLong() + kSealBytes;
   require_at_most(size, kLimits.message_bytes, "the message");
   std::vector<std::byte>& bytes = buffers_->bytes;
   if (bytes.size() < size) bytes.resize(size);
   envelope.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(bytes.data()));
+  seal(std::span(bytes).first(size));
   return {bytes.data(), size};
 }
 

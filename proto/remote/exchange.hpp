@@ -41,11 +41,14 @@ class Exchange {
   const conversion::Decoder& await_reply(Party& party);
   void send_request(Party& party);
   void attend();
+  [[nodiscard]] transport::Duration time_to_next_ping(double now_s) const;
   void handle(const transport::Frame& frame);
   void handle_data(Party& party, const transport::Frame& frame);
   void handle_control(Party& party, const transport::Frame& frame);
   void ping(Party& party);
   void look_after(Party& party);
+  void send_again_if_lost(Party& party);
+  [[nodiscard]] std::string note_on_damage() const;
   void throw_if_stopped() const;
 
   transport::Router& router_;
@@ -56,7 +59,8 @@ class Exchange {
   transport::Frame frame_;
   conversion::Encoder control_encoder_;
   conversion::Decoder control_decoder_;
-  std::int64_t step_ = -1;  ///< of the newest request
+  std::int64_t step_ = -1;     ///< of the newest request
+  std::int64_t damaged_ = 0;  ///< messages whose checksum did not fit
 };
 
 }  // namespace copepod::remote

@@ -17,10 +17,16 @@ session::Patience patience_of(const LinkSettings& settings) {
   return patience;
 }
 
+std::optional<transport::CouplerKeys> keys_of(const LinkSettings& settings) {
+  if (settings.key_file.empty()) return std::nullopt;
+  return transport::read_coupler_keys(settings.key_file);
+}
+
 }  // namespace
 
 Link::Link(const LinkSettings& settings)
-    : Link(settings, transport::bind_router(settings.endpoint, transport::kDataLanePolicy)) {}
+    : Link(settings,
+           transport::bind_router(settings.endpoint, transport::kDataLanePolicy, keys_of(settings))) {}
 
 Link::Link(const LinkSettings& settings, std::unique_ptr<transport::Router> router)
     : connect_deadline_s_(settings.connect_deadline_s),

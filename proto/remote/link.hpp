@@ -22,6 +22,7 @@ class Router;
 struct LinkSettings {
   std::string endpoint;                           ///< ipc:///… or tcp://…
   std::string session;                            ///< token that every component must show
+  std::string key_file;                           ///< CURVE keys of the coupler; empty: none
   double connect_deadline_s = 60.0;               ///< for both Hellos
   double silence_s = 3.0;                         ///< no pong for so long: frozen or dead
   double progress_deadline_s = 60.0;              ///< pongs, but neither step, phase nor progress moves: hung
@@ -41,7 +42,8 @@ struct LinkSettings {
 class Link {
  public:
   /// Binds the endpoint.
-  /// @throws Refused if another coupler that is alive holds the same ipc path, or the address cannot be bound
+  /// @throws Refused if another coupler that is alive holds the same ipc path, or the address cannot be bound;
+  /// CaseError if the address needs keys or the key file cannot be used
   explicit Link(const LinkSettings& settings);
   /// The same over any other transport, for tests.
   Link(const LinkSettings& settings, std::unique_ptr<transport::Router> router);

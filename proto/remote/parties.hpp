@@ -23,7 +23,8 @@ struct Party {
   conversion::Encoder encoder;  ///< keeps the bytes of the open request, should it have to be sent again
   conversion::Decoder decoder;  ///< keeps the reply until the next one
   std::span<const std::byte> request;
-  double sent_s = 0.0;
+  double sent_s = 0.0;          ///< when the request was sent last
+  double resend_after_s = 0.0;  ///< whether it was lost shows so long after
 
   [[nodiscard]] bool is_complete() const { return !data_peer.empty() && !control_peer.empty(); }
   [[nodiscard]] bool is_finished() const { return session.state == session::State::done; }
@@ -51,6 +52,8 @@ class Parties {
 
   auto begin() { return parties_.begin(); }
   auto end() { return parties_.end(); }
+  [[nodiscard]] auto begin() const { return parties_.begin(); }
+  [[nodiscard]] auto end() const { return parties_.end(); }
 
  private:
   std::array<Party, 2> parties_;

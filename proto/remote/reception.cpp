@@ -51,7 +51,7 @@ Reception::Reception(transport::Router& router, Parties& parties, std::string se
 void Reception::handle(const transport::Frame& frame, double now_s) {
   const std::optional<Hello> hello = read_hello(decoder_, frame);
   if (!hello) return;
-  const auto verdict = judge_hello(*hello, {{}, session_token_, is_role_taken(*hello)});
+  const auto verdict = judge_hello(*hello, {{}, session_token_, is_role_taken(*hello), frame.identity});
   if (verdict.accepted()) return admit(*hello, frame.peer, *verdict.minor, now_s);
   refuse(frame.peer, verdict.reason);
   if (!verdict.is_stranger) throw Refused(verdict.reason);

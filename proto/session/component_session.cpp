@@ -62,7 +62,7 @@ Outcome on_message(const ComponentSession& session, MessageKind kind, const Head
     if (session.state != State::connected) return ignore(session, "the handshake is over");
     return take(session, *find_transition(session.role, session.state, kind));
   }
-  if (session.state == State::connected) return refuse(session, illegal(session, kind));
+  if (session.state == State::connected) return ignore(session, "the Welcome has not come yet");
   if (header.session_id != session.session_id || header.epoch != session.epoch) {
     return ignore(session, "message of another session or of an earlier coupler");
   }

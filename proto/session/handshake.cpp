@@ -10,6 +10,10 @@ bool same_token(const std::string& a, const std::string& b) {
   return difference == 0;
 }
 
+bool is_entitled(const std::string& identity, Role role) {
+  return identity.empty() || identity == name_of(role);
+}
+
 HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation) {
   const std::string who = "The " + std::string(name_of(hello.role)) + " component on " + hello.host;
   if (!same_token(hello.session_token, expectation.session_token)) {
@@ -18,6 +22,12 @@ HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation
                 " was refused (its session token is not that of this run). Start it with the --session of "
                 "this run.",
             true};
+  }
+  if (!is_entitled(expectation.identity, hello.role)) {
+    return {std::nullopt,
+            who + " was refused (it holds the key of the " + expectation.identity +
+                " component). Give it the key file of its own role.",
+            false};
   }
   const auto minor = negotiate(expectation.versions, hello.versions);
   if (!minor) {

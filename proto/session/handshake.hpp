@@ -12,6 +12,7 @@ struct HelloExpectation {
   VersionRange versions;
   std::string session_token;
   bool role_taken = false;  ///< another component already plays this role on this lane
+  std::string identity = {};  ///< with keys: name of the role whose key the component holds
 };
 
 /// Accepted with a minor version, or refused for a reason.
@@ -26,6 +27,9 @@ struct HelloVerdict {
 
 /// Decides whether a component may take part. The token comes first: a stranger learns nothing else.
 HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation);
+
+/// Whether who holds the key of `identity` may speak as `role`; without keys (empty) the token alone decides.
+bool is_entitled(const std::string& identity, Role role);
 
 /// Equality of secrets in a time that does not depend on where they differ.
 bool same_token(const std::string& a, const std::string& b);

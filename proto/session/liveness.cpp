@@ -1,29 +1,34 @@
 #include "session/liveness.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace copepod::session {
 
-Liveness on_ping(Liveness liveness, double now_s) {
+Liveness on_ping(Liveness liveness, const Patience& patience, double now_s) {
   liveness.last_ping_s = now_s;
+  liveness.ping_interval_s = std::min(2 * liveness.ping_interval_s, patience.ping_every_s);
+  liveness.next_ping_s = now_s + liveness.ping_interval_s;
   if (liveness.unanswered_since_s < 0) liveness.unanswered_since_s = now_s;
   return liveness;
 }
 
 Liveness on_pong(Liveness liveness, const Pong& pong, double now_s) {
   const Pong& before = liveness.pong;
+  if (pong.stamp_ns < before.stamp_ns) return liveness;
   const bool moved = pong.step != before.step || pong.phase != before.phase ||
                      pong.progress != before.progress || pong.received_sequence != before.received_sequence ||
                      pong.replied_sequence != before.replied_sequence;
   if (moved) liveness.last_change_s = now_s;
   liveness.pong = pong;
-  liveness.last_pong_s = now_s;
   liveness.unanswered_since_s = -1;
   return liveness;
 }
 
-Liveness on_request(Liveness liveness, double now_s) {
+Liveness on_request(Liveness liveness, double resend_after_s, double now_s) {
   liveness.last_change_s = now_s;
+  liveness.ping_interval_s = resend_after_s;
+  liveness.next_ping_s = std::min(liveness.next_ping_s, now_s + resend_after_s);
   return liveness;
 }
 
@@ -50,8 +55,15 @@ Health judge(const Liveness& liveness, bool work_due, const Patience& patience, 
   return Health::fine;
 }
 
-bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, const Patience& patience) {
-  if (liveness.last_pong_s - sent_s < patience.resend_s) return false;
+double resend_after_s(const Patience& patience, std::size_t message_bytes, std::uint32_t attempt) {
+  constexpr std::uint32_t most_doublings = 8;
+  const double transfer_s = static_cast<double>(message_bytes) / patience.slowest_bytes_per_s;
+  return (patience.resend_s + transfer_s) * static_cast<double>(1U << std::min(attempt, most_doublings));
+}
+
+bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, double after_s) {
+  const double asked_s = 1e-9 * static_cast<double>(liveness.pong.stamp_ns);
+  if (asked_s - sent_s < after_s) return false;
   const bool request_lost =
       liveness.pong.phase == Phase::waiting && liveness.pong.received_sequence < sequence;
   const bool reply_lost = liveness.pong.replied_sequence >= sequence;
@@ -59,7 +71,9 @@ bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, c
 }
 
 bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_s) {
-  return now_s - liveness.last_ping_s >= patience.ping_every_s;
+  const bool broken = liveness.disconnected_since_s >= 0;
+  return now_s >= liveness.next_ping_s ||
+         (broken && now_s >= liveness.last_ping_s + patience.ping_broken_s);
 }
 
 std::string describe(Health health, const Liveness& liveness, double now_s) {

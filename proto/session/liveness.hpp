@@ -9,22 +9,25 @@ namespace copepod::session {
 
 /// How long the coupler puts up with what; seconds.
 struct Patience {
-  double ping_every_s = 0.5;
+  double ping_every_s = 0.5;     ///< at rest
+  double ping_broken_s = 0.05;   ///< while a connection is broken: the first pong tells that it is back
   double disconnected_s = 0.5;  ///< a broken connection may come back for so long
   double silence_s = 3.0;       ///< a ping may stay without pong for so long
   double progress_deadline_s =
       60.0;               ///< step, phase and progress may stand still for so long while work is due
   double pause_s = 1.0;   ///< a gap in the coupler's own attention that excuses the component
-  double resend_s = 1.0;  ///< an idle component is asked again after so long
+  double resend_s = 0.02;  ///< a request that was open for so long may be lost; twice as long at each attempt
+  double slowest_bytes_per_s = 1e7;  ///< of a message that is still under way
 };
 
 /// What the coupler knows of a component's control lane. Times are seconds of one monotonic clock.
 struct Liveness {
   double attention_s = 0.0;  ///< when the coupler last looked
   double last_ping_s = -1e300;
+  double next_ping_s = -1e300;
+  double ping_interval_s = 1e300;    ///< before the next one; doubles from ping to ping
   double unanswered_since_s = -1;    ///< oldest ping without a pong; negative: none
   double disconnected_since_s = -1;  ///< negative: connected
-  double last_pong_s = -1e300;
   double last_change_s = 0.0;  ///< when step, phase or progress last moved, or a request was sent
   Pong pong;                   ///< newest
 };
@@ -32,13 +35,14 @@ struct Liveness {
 enum class Health { fine, disconnected, silent, hung };
 
 /// A ping was sent.
-Liveness on_ping(Liveness liveness, double now_s);
+Liveness on_ping(Liveness liveness, const Patience& patience, double now_s);
 
-/// A pong arrived.
+/// A pong arrived. One that was overtaken by a newer one tells nothing.
 Liveness on_pong(Liveness liveness, const Pong& pong, double now_s);
 
-/// A request was sent on the data lane: the component has the full deadline for it.
-Liveness on_request(Liveness liveness, double now_s);
+/// A request was sent on the data lane: the component has the full deadline for it, and is asked after
+/// `resend_after_s` whether it has arrived.
+Liveness on_request(Liveness liveness, double resend_after_s, double now_s);
 
 /// The coupler looks, after it has read every message that had arrived. If it was away for a while itself (a
 /// checkpoint, a suspended machine), the component's clocks start anew.
@@ -47,9 +51,14 @@ Liveness on_look(Liveness liveness, bool connected, const Patience& patience, do
 /// @param work_due  the component has a request to answer
 Health judge(const Liveness& liveness, bool work_due, const Patience& patience, double now_s);
 
-/// Whether the open request, or its reply, got lost with a connection: the newest pong, later than the
-/// request by `resend_s`, tells that the component waits for a request, or has answered it.
-bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, const Patience& patience);
+/// How long an answer may take before it is worth asking whether the request has arrived: longer for large
+/// messages, and twice as long at each attempt.
+double resend_after_s(const Patience& patience, std::size_t message_bytes, std::uint32_t attempt);
+
+/// Whether the open request, or its reply, got lost: a pong to a ping that was sent `after_s` later than the
+/// request tells that the component waits for a request, or has answered it. Wrong suspicions cost a message
+/// and nothing else, since a repeated request is not computed again.
+bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, double after_s);
 
 bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_s);
 

@@ -10,13 +10,15 @@ namespace {
 
 constexpr int kOpened = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_ACCEPTED;
 constexpr int kClosed = ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CLOSED;
+constexpr int kTurnedAway = ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
+constexpr int kBrokenOff = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL;
 
 }  // namespace
 
 ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name)
     : watched_(watched), socket_(context, zmq::socket_type::pair) {
   const std::string address = "inproc://" + name;
-  if (zmq_socket_monitor(watched.handle(), address.c_str(), kOpened | kClosed) != 0) {
+  if (zmq_socket_monitor(watched.handle(), address.c_str(), kOpened | kClosed | kTurnedAway | kBrokenOff) != 0) {
     throw Refused(std::string("The connections cannot be watched (") + zmq_strerror(zmq_errno()) +
                   "). Raise the limit of open files.");
   }
@@ -40,6 +42,8 @@ ConnectionMonitor::Event ConnectionMonitor::next(int& descriptor) {
   descriptor = value;
   if ((event & kOpened) != 0) return Event::opened;
   if ((event & kClosed) != 0) return Event::closed;
+  if ((event & kTurnedAway) != 0) return Event::turned_away;
+  if ((event & kBrokenOff) != 0) return Event::broken_off;
   return Event::other;
 }
 

@@ -21,6 +21,9 @@ class Dealer {
 
   /// Whether the coupler is connected now.
   virtual bool connected() = 0;
+
+  /// Whether the coupler turns us away at the door: a key is wrong or missing, at our end or at its.
+  virtual bool turned_away() { return false; }
 };
 
 }  // namespace copepod::transport

@@ -1,5 +1,6 @@
 #include "transport/endpoint.hpp"
 
+#include <arpa/inet.h>
 #include <charconv>
 #include <sys/un.h>
 
@@ -41,6 +42,21 @@ void check_tcp(const std::string& endpoint) {
 }
 
 }  // namespace
+
+bool stays_on_this_machine(const std::string& endpoint) {
+  if (endpoint.starts_with(kIpc)) return true;
+  const std::string host = endpoint.substr(kTcp.size(), endpoint.rfind(':') - kTcp.size());
+  in_addr address{};
+  const bool is_ipv4 = inet_pton(AF_INET, host.c_str(), &address) == 1;
+  return host == "localhost" || host == "[::1]" || (is_ipv4 && ntohl(address.s_addr) >> 24U == IN_LOOPBACKNET);
+}
+
+void require_keys_off_this_machine(const std::string& endpoint, bool has_keys) {
+  if (has_keys || stays_on_this_machine(endpoint)) return;
+  throw CaseError("The endpoint " + endpoint +
+                  " needs keys (other machines could listen and take part). Give --keys, or let deploy/copepod "
+                  "start the run: it makes them.");
+}
 
 std::string ipc_path(const std::string& endpoint) {
   return endpoint.starts_with(kIpc) ? endpoint.substr(kIpc.size()) : std::string{};

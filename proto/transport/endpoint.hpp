@@ -8,6 +8,12 @@ namespace copepod::transport {
 /// @throws CaseError unless it is ipc:///absolute/path of at most 107 bytes, or tcp://host:port
 void check_endpoint(const std::string& endpoint);
 
+/// Whether messages to that endpoint never leave this machine: ipc, or tcp to a loopback address.
+bool stays_on_this_machine(const std::string& endpoint);
+
+/// @throws CaseError if other machines could listen and take part
+void require_keys_off_this_machine(const std::string& endpoint, bool has_keys);
+
 /// The socket file of an ipc endpoint; empty for others.
 std::string ipc_path(const std::string& endpoint);
 

@@ -1,3 +1,5 @@
+#include <array>
+
 #include <zmq.hpp>
 
 #include "contract/errors.hpp"
@@ -11,16 +13,20 @@ namespace {
 
 constexpr int kLingerMs = 500;  ///< for the last message of a component that ends
 constexpr int kReconnectMs = 100;
+constexpr int kMostBrokenHandshakes = 3;  ///< in a row, before the first one that succeeds
 constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes
 
 class ZeroMqDealer final : public Dealer {
  public:
-  ZeroMqDealer(const std::string& endpoint, const std::string& name, WaitPolicy policy)
+  ZeroMqDealer(const std::string& endpoint, const std::string& name, WaitPolicy policy,
+               const std::optional<ComponentKeys>& keys)
       : policy_(policy),
         context_(1),
         socket_(context_, zmq::socket_type::dealer),
         monitor_(context_, socket_, "dealer-monitor") {
     check_endpoint(endpoint);
+    require_keys_off_this_machine(endpoint, keys.has_value());
+    if (keys) use(*keys);
     socket_.set(zmq::sockopt::linger, kLingerMs);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
     socket_.set(zmq::sockopt::routing_id, name);
@@ -38,7 +44,7 @@ class ZeroMqDealer final : public Dealer {
     if (try_for_a_while(policy_, wait, [&] { return receive_now(frame); })) return true;
     zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0}};
     try {
-      zmq::poll(items, 1, std::chrono::duration_cast<std::chrono::milliseconds>(wait));
+      zmq::poll(items, 1, std::chrono::ceil<std::chrono::milliseconds>(wait));
     } catch (const zmq::error_t& error) {
       if (error.num() != EINTR) throw;
     }
@@ -50,11 +56,36 @@ class ZeroMqDealer final : public Dealer {
   }
 
   bool connected() override {
+    read_monitor();
+    return connected_;
+  }
+
+  bool turned_away() override {
+    read_monitor();
+    return turned_away_ || broken_handshakes_ >= kMostBrokenHandshakes;
+  }
+
+ private:
+  void use(const ComponentKeys& keys) {
+    std::array<char, 41> public_key{};
+    zmq_curve_public(public_key.data(), keys.secret.c_str());
+    socket_.set(zmq::sockopt::curve_serverkey, keys.coupler);
+    socket_.set(zmq::sockopt::curve_publickey, std::string(public_key.data()));
+    socket_.set(zmq::sockopt::curve_secretkey, keys.secret);
+  }
+
+  void read_monitor() {
     int descriptor = -1;
     for (;;) {
       switch (monitor_.next(descriptor)) {
         case ConnectionMonitor::Event::none:
-          return connected_;
+          return;
+        case ConnectionMonitor::Event::turned_away:
+          turned_away_ = true;
+          break;
+        case ConnectionMonitor::Event::broken_off:
+          ++broken_handshakes_;
+          break;
         case ConnectionMonitor::Event::opened:
           connected_ = true;
           break;
@@ -67,12 +98,12 @@ class ZeroMqDealer final : public Dealer {
     }
   }
 
- private:
   bool receive_now(Frame& frame) {
     if (!socket_.recv(message_, zmq::recv_flags::dontwait)) return false;
     const bool has_one_part = !message_.more();
     while (message_.more()) static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
     if (!has_one_part) return false;
+    broken_handshakes_ = 0;
     fill(frame, message_.data(), message_.size());
     return true;
   }
@@ -82,14 +113,16 @@ class ZeroMqDealer final : public Dealer {
   zmq::socket_t socket_;
   ConnectionMonitor monitor_;
   bool connected_ = false;
+  bool turned_away_ = false;
+  int broken_handshakes_ = 0;
   zmq::message_t message_;
 };
 
 }  // namespace
 
 std::unique_ptr<Dealer> connect_dealer(const std::string& endpoint, const std::string& name,
-                                       WaitPolicy policy) {
-  return std::make_unique<ZeroMqDealer>(endpoint, name, policy);
+                                       WaitPolicy policy, const std::optional<ComponentKeys>& keys) {
+  return std::make_unique<ZeroMqDealer>(endpoint, name, policy, keys);
 }
 
 }  // namespace copepod::transport

@@ -6,6 +6,7 @@
 
 #include "contract/errors.hpp"
 #include "transport/connection_monitor.hpp"
+#include "transport/doorkeeper.hpp"
 #include "transport/endpoint.hpp"
 #include "transport/lock_file.hpp"
 #include "transport/zeromq.hpp"
@@ -51,12 +52,14 @@ class ConnectionBook {
 
 class ZeroMqRouter final : public Router {
  public:
-  ZeroMqRouter(const std::string& endpoint, WaitPolicy policy)
+  ZeroMqRouter(const std::string& endpoint, WaitPolicy policy, const std::optional<CouplerKeys>& keys)
       : lock_(lock_for(endpoint)),
         policy_(policy),
         context_(1),
         socket_(context_, zmq::socket_type::router),
         monitor_(context_, socket_, "router-monitor") {
+    require_keys_off_this_machine(endpoint, keys.has_value());
+    if (keys) use(*keys);
     socket_.set(zmq::sockopt::linger, kLingerMs);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
     socket_.set(zmq::sockopt::router_mandatory, true);  // sending to nobody is an error, not a silent loss
@@ -72,12 +75,15 @@ class ZeroMqRouter final : public Router {
 
   bool receive(Frame& frame, Duration wait) override {
     if (try_for_a_while(policy_, wait, [&] { return receive_now(frame); })) return true;
-    zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0}, {monitor_.handle(), 0, ZMQ_POLLIN, 0}};
+    zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0},
+                               {monitor_.handle(), 0, ZMQ_POLLIN, 0},
+                               {doorkeeper_ ? doorkeeper_->handle() : nullptr, -1, ZMQ_POLLIN, 0}};
     try {
-      zmq::poll(items, 2, std::chrono::duration_cast<std::chrono::milliseconds>(wait));
+      zmq::poll(items, doorkeeper_ ? 3 : 2, std::chrono::ceil<std::chrono::milliseconds>(wait));
     } catch (const zmq::error_t& error) {
       if (error.num() != EINTR) throw;
     }
+    if (doorkeeper_) doorkeeper_->answer();
     read_monitor();
     return receive_now(frame);
   }
@@ -105,6 +111,13 @@ class ZeroMqRouter final : public Router {
     return std::optional<LockFile>(std::in_place, path + ".lock");
   }
 
+  void use(const CouplerKeys& keys) {
+    doorkeeper_.emplace(context_, keys.admitted);
+    socket_.set(zmq::sockopt::zap_domain, "copepod");
+    socket_.set(zmq::sockopt::curve_server, true);
+    socket_.set(zmq::sockopt::curve_secretkey, keys.secret);
+  }
+
   /// Takes frames (peer, message); whatever has another shape is no message of ours.
   bool receive_now(Frame& frame) {
     if (!socket_.recv(peer_, zmq::recv_flags::dontwait)) return false;
@@ -114,6 +127,7 @@ class ZeroMqRouter final : public Router {
     while (message_.more()) static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
     if (!has_two_parts) return false;
     frame.peer.assign(static_cast<const char*>(peer_.data()), peer_.size());
+    if (doorkeeper_) frame.identity = message_.gets("User-Id");
     book_.spoke(frame.peer, zmq_msg_get(message_.handle(), ZMQ_SRCFD));
     fill(frame, message_.data(), message_.size());
     return true;
@@ -131,7 +145,7 @@ class ZeroMqRouter final : public Router {
         case ConnectionMonitor::Event::closed:
           book_.closed(descriptor);
           break;
-        case ConnectionMonitor::Event::other:
+        default:
           break;
       }
     }
@@ -142,6 +156,7 @@ class ZeroMqRouter final : public Router {
   zmq::context_t context_;
   zmq::socket_t socket_;
   ConnectionMonitor monitor_;
+  std::optional<Doorkeeper> doorkeeper_;
   ConnectionBook book_;
   zmq::message_t peer_;
   zmq::message_t message_;
@@ -149,8 +164,9 @@ class ZeroMqRouter final : public Router {
 
 }  // namespace
 
-std::unique_ptr<Router> bind_router(const std::string& endpoint, WaitPolicy policy) {
-  return std::make_unique<ZeroMqRouter>(endpoint, policy);
+std::unique_ptr<Router> bind_router(const std::string& endpoint, WaitPolicy policy,
+                                    const std::optional<CouplerKeys>& keys) {
+  return std::make_unique<ZeroMqRouter>(endpoint, policy, keys);
 }
 
 }  // namespace copepod::transport

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import signal
+import socket
 import time
 import unittest
 from pathlib import Path
@@ -133,6 +134,58 @@ class Resuming(RealRun):
         self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
         self.assertEqual(self.summary_of("killed")["digest"], undisturbed["digest"])
         self.assert_nothing_left(session)
+
+
+class OverTcp(RealRun):
+    """Key files are made per run and role; without the right one nobody takes part."""
+
+    LENGTH = ("--set", "run.steps=300", "--set", "output.fields.mean_over_steps=[0, 0]", "--ranks", "1")
+
+    def transport(self):
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            return "--set", f"services.transport=tcp://127.0.0.1:{free.getsockname()[1]}"
+
+    def fluid_with(self, change):
+        """Command of a fluid service whose arguments ("$@") a line of bash changes first."""
+        script = self.folder / "fluid.sh"
+        script.write_text(f'#!/bin/bash\n{change}\nexec {PROGRAMS}/fluid_service "$@"\n')
+        script.chmod(0o755)
+        return "--fluid", script
+
+    def test_keys_are_private_never_on_a_command_line_and_gone_with_the_run(self):
+        session = self.start("run", QUICK, "--ranks", "1", *self.transport(), "--out", "out")
+        session.wait_for("copepod: step 0 of")
+        folder = self.folder / "out/.keys"
+        self.assertEqual(folder.stat().st_mode & 0o777, 0o700)
+        files = sorted(folder.iterdir())
+        self.assertEqual([file.name for file in files], ["body.key", "coupler.key", "fluid.key"])
+        words = {word for file in files for word in file.read_text().split() if len(word) == 40}
+        self.assertEqual(len(words), 6)
+        for pid in session.processes():
+            command = Path(f"/proc/{pid}/cmdline").read_text() + Path(f"/proc/{pid}/environ").read_text()
+            self.assertFalse([word for word in words if word in command])
+        self.assertEqual({file.stat().st_mode & 0o777 for file in files}, {0o600})
+        session.process.send_signal(signal.SIGINT)
+        self.assert_ends(session, 130, within_s=5)
+        self.assertFalse(folder.exists())
+
+    def test_digest_is_that_of_a_run_over_ipc(self):
+        over_ipc = self.finish(QUICK, *self.LENGTH)
+        self.assertEqual(self.finish(QUICK, *self.LENGTH, *self.transport())["digest"], over_ipc["digest"])
+
+    def test_fluid_with_the_key_of_the_body_is_refused(self):
+        fluid = self.fluid_with('set -- "${@//fluid.key/body.key}"')
+        session = self.start("run", QUICK, *self.LENGTH, *self.transport(), *fluid)
+        self.assert_ends(session, 65, within_s=15)
+        self.assertIn("it holds the key of the body component", session.last_line)
+
+    def test_fluid_without_a_key_is_turned_away(self):
+        fluid = self.fluid_with('arguments=(); for word; do case $word in --keys | *.key) ;; '
+                                '*) arguments+=("$word") ;; esac; done; set -- "${arguments[@]}"')
+        session = self.start("run", QUICK, *self.LENGTH, *self.transport(), *fluid)
+        self.assert_ends(session, 65, within_s=15)
+        self.assertIn("turned this component away", session.last_line)
 
 
 class Failing(RealRun):

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <unistd.h>
 
+#include "components.hpp"
 #include "fake_programs.hpp"
 
 namespace copepod::protocol_test {
@@ -31,22 +32,23 @@ std::vector<std::string> command(const std::vector<std::string>& program, const 
   return words;
 }
 
+/// The serial explicit scheme without averaging or driving.
+void couple(FluidSolver& fluid, BodySolver& body, Kinematics& kinematics, Loads& loads, int steps) {
+  AppliedLoads applied;
+  applied.driving_N = Eigen::Matrix3Xd::Zero(3, 2);
+  for (int i = 0; i < steps; ++i) {
+    fluid.exchange(kinematics, loads);
+    fluid.advance();
+    applied.hydrodynamic = loads;
+    body.step(applied, kinematics);
+  }
+}
+
 std::vector<std::string> or_fake(const std::vector<std::string>& program, const char* fake) {
   return program.empty() ? std::vector<std::string>{fake} : program;
 }
 
 }  // namespace
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "copepod-test-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder");
-  folder_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
 
 std::string tcp_endpoint() { return "tcp://127.0.0.1:" + std::to_string(20000 + getpid() % 12000); }
 
@@ -79,6 +81,16 @@ double decay_per_step() {
   return 6 * std::numbers::pi * kDensity_kg_per_m3 * kViscosity_m2_per_s * kRadius_m * kStep_s / kMass_kg;
 }
 
+Digests digests_of_local_run(int steps) {
+  const auto fluid = doubles::constant_drag_component().make_solver(two_spheres_in_fluid());
+  const auto body = doubles::free_point_component().make_solver(two_free_spheres());
+  Kinematics kinematics;
+  Loads loads;
+  body->kinematics(kinematics);
+  couple(*fluid, *body, kinematics, loads, steps);
+  return {fluid->summarise().digest, body->summarise().digest};
+}
+
 std::vector<std::string> fake_fluid_command(const std::string& endpoint,
                                             const std::vector<std::string>& options) {
   return command({kFakeFluid}, endpoint, "/dev/null", options);
@@ -90,10 +102,13 @@ CoupledRun::CoupledRun(const std::vector<std::string>& fluid_options,
   settings.endpoint = endpoint.empty() ? "ipc://" + folder.path("coupler.ipc") : endpoint;
   settings.session = "secret";
   link = std::make_unique<Link>(settings);
-  fluid_process = std::make_unique<ChildProcess>(command(
-      or_fake(programs.fluid, kFakeFluid), settings.endpoint, folder.path("fluid.log"), fluid_options));
-  body_process = std::make_unique<ChildProcess>(
-      command(or_fake(programs.body, kFakeBody), settings.endpoint, folder.path("body.log"), body_options));
+  const auto or_ours = [&](const std::string& chosen) { return chosen.empty() ? settings.endpoint : chosen; };
+  fluid_process =
+      std::make_unique<ChildProcess>(command(or_fake(programs.fluid, kFakeFluid), or_ours(programs.fluid_endpoint),
+                                             folder.path("fluid.log"), fluid_options));
+  body_process =
+      std::make_unique<ChildProcess>(command(or_fake(programs.body, kFakeBody), or_ours(programs.body_endpoint),
+                                             folder.path("body.log"), body_options));
 }
 
 void CoupledRun::begin() {
@@ -103,16 +118,9 @@ void CoupledRun::begin() {
   body->kinematics(kinematics);
 }
 
-void CoupledRun::advance(int steps) {
-  AppliedLoads applied;
-  applied.driving_N = Eigen::Matrix3Xd::Zero(3, 2);
-  for (int i = 0; i < steps; ++i) {
-    fluid->exchange(kinematics, loads);
-    fluid->advance();
-    applied.hydrodynamic = loads;
-    body->step(applied, kinematics);
-  }
-}
+void CoupledRun::advance(int steps) { couple(*fluid, *body, kinematics, loads, steps); }
+
+Digests CoupledRun::digests() { return {fluid->summarise().digest, body->summarise().digest}; }
 
 std::string CoupledRun::advance_until_failure(double seconds) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,21 +10,9 @@
 #include "remote/link.hpp"
 #include "remote/remote_body.hpp"
 #include "remote/remote_fluid.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::protocol_test {
-
-/// A folder that is removed with all it holds.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder();
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
- private:
-  std::filesystem::path folder_;
-};
 
 /// A port of this machine that other runs of the tests, at the same time, are unlikely to use.
 std::string tcp_endpoint();
@@ -37,14 +24,27 @@ BodySetup two_free_spheres();
 /// Drag of the first sphere times step over mass: its velocity shrinks by this share in every step.
 double decay_per_step();
 
+/// Digests of the two solvers.
+struct Digests {
+  std::uint64_t fluid = 0;
+  std::uint64_t body = 0;
+
+  bool operator==(const Digests&) const = default;
+};
+
+/// Of the same steps without any wire.
+Digests digests_of_local_run(int steps);
+
 /// Command line of the fake fluid, with the token of CoupledRun.
 std::vector<std::string> fake_fluid_command(const std::string& endpoint,
                                             const std::vector<std::string>& options);
 
 /// The programs that play the two roles; the fakes if not given.
 struct Programs {
-  std::vector<std::string> fluid;
-  std::vector<std::string> body;
+  std::vector<std::string> fluid = {};
+  std::vector<std::string> body = {};
+  std::string fluid_endpoint = {};  ///< where they connect; the coupler's if not given
+  std::string body_endpoint = {};
 };
 
 /// A coupler's end in the test's own process, a fake fluid and a fake body in processes of their own.
@@ -69,6 +69,9 @@ class CoupledRun {
   std::unique_ptr<RemoteBody> body;
   Kinematics kinematics;
   Loads loads;
+
+  /// As the coupler asks for them at the end of a run.
+  Digests digests();
 
   [[nodiscard]] std::string fluid_log() const;
 };

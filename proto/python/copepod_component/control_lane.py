@@ -7,7 +7,8 @@ import time
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
-from .errors import ExitCode
+from . import seal
+from .errors import ExitCode, Refused
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control
 
 DISCONNECTED_S = 3.0
@@ -60,10 +61,9 @@ class ControlLane(threading.Thread):
                 os._exit(self._vitals.stop_code)
 
     def _handle(self, socket, data):
-        message = Envelope()
         try:
-            message.ParseFromString(data)
-        except Exception as error:   # protobuf raises its own kind per implementation
+            message = seal.from_bytes(data)
+        except (seal.Damaged, Refused) as error:
             self._log.warning("On the control lane: %s", error)
             return
         kind = message.WhichOneof("body")
@@ -90,7 +90,7 @@ class ControlLane(threading.Thread):
         reply.pong.progress = vitals.progress
         reply.pong.received_sequence = vitals.received_sequence
         reply.pong.replied_sequence = vitals.replied_sequence
-        return reply.SerializeToString()
+        return seal.to_bytes(reply)
 
     def _look_for_coupler(self):
         now = time.monotonic()

@@ -19,6 +19,12 @@ class ComponentError(Exception):
     code = ExitCode.SOLVER_FAILED
 
 
+class CaseError(ComponentError):
+    """The command line or the case asks for something impossible."""
+
+    code = ExitCode.BAD_CASE
+
+
 class SolverError(ComponentError):
     """The solver cannot go on: diverged, not a number."""
 

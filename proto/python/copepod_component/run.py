@@ -7,10 +7,14 @@ import logging
 import os
 import secrets
 import socket as host_names
+import sys
 import time
 
 import zmq
 
+from . import seal
+from .errors import CaseError
+from .keys import Door, read_keys, require_keys_off_this_machine
 from .control_lane import ControlLane, Vitals
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, handshake
 from .server import Server
@@ -42,6 +46,7 @@ def _options(capabilities):
     parser.add_argument("--capabilities", action="store_true", help="print what this component can do as JSON and exit")
     parser.add_argument("--endpoint", help="address of the coupler: ipc:///path or tcp://host:port")
     parser.add_argument("--session", default=os.environ.get("COPEPOD_SESSION"), help="token of the run")
+    parser.add_argument("--keys", help="file with the keys of this role; a must off this machine")
     parser.add_argument("--log-file", help="where to log; standard error if not given")
     parser.add_argument("--log-level", default="info", choices=["trace", "debug", "info", "warning", "error", "off"])
     parser.add_argument("--orphan-after", type=float, default=10.0, help="end after so many seconds without the coupler")
@@ -63,7 +68,7 @@ def _hello(role, lane, token, capabilities, instance):
     hello.capabilities.features.extend(sorted(capabilities.features))
     hello.host, hello.pid, hello.ranks = host_names.gethostname(), os.getpid(), 1
     hello.instance = instance
-    return message.SerializeToString()
+    return seal.to_bytes(message)
 
 
 def _run(served, capabilities):
@@ -76,6 +81,12 @@ def _run(served, capabilities):
     logging.basicConfig(filename=options.log_file, level=level,
                         format=f"%(asctime)s %(levelname)s [{served.role} rank 0] %(message)s")
     log = logging.getLogger("copepod")
+    try:
+        keys = read_keys(options.keys) if options.keys else None
+        require_keys_off_this_machine(options.endpoint, keys)
+    except CaseError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return int(error.code)
     log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, served.role)
     context, vitals, instance = zmq.Context(), Vitals(), secrets.randbits(64)
 
@@ -83,6 +94,8 @@ def _run(served, capabilities):
         sock = context.socket(zmq.DEALER)
         sock.linger = LINGER_MS
         sock.maxmsgsize = MESSAGE_BYTES
+        if keys:
+            sock.curve_publickey, sock.curve_secretkey, sock.curve_serverkey = keys
         sock.setsockopt(zmq.ROUTING_ID, f"{served.role}-{instance}-{lane}".encode())
         return sock
 
@@ -92,8 +105,9 @@ def _run(served, capabilities):
     ControlLane(make_socket("control"), options.endpoint, hello(handshake.LANE_CONTROL), vitals,
                 options.orphan_after, log).start()
     data_lane = make_socket("data")
+    door = Door(data_lane)
     data_lane.connect(options.endpoint)
-    server = Server(data_lane, served, hello(handshake.LANE_DATA), vitals, host_names.gethostname(), log)
+    server = Server(data_lane, served, hello(handshake.LANE_DATA), vitals, door, host_names.gethostname(), log)
     code = int(server.run(options.connect_deadline))
     log.info("Ending with exit code %d.", code)
     data_lane.close()

@@ -1,7 +1,9 @@
 """The data lane: says Hello, then answers requests until the run ends. The session table decides what is legal."""
 
+import sys
 import time
 
+from . import seal
 from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control, message_name
 from .session import Session
@@ -10,11 +12,13 @@ from .validation import check_version, check_welcome
 PHASES = {"make the solver": control.PHASE_CONFIGURING, "read the state": control.PHASE_CHECKPOINTING,
           "write the state": control.PHASE_CHECKPOINTING, "say goodbye": control.PHASE_FINISHING}
 
+FAREWELL_S = 0.5
+
 
 class Server:
-    def __init__(self, socket, served, hello, vitals, host, log):
+    def __init__(self, socket, served, hello, vitals, door, host, log):
         self._socket, self._served, self._hello = socket, served, hello
-        self._vitals, self._host, self._log = vitals, host, log
+        self._vitals, self._door, self._host, self._log = vitals, door, host, log
         self._session = Session(served.role)
         self._last_reply = b""
 
@@ -26,10 +30,14 @@ class Server:
                 data = self._receive(1.0)
                 if data is not None:
                     self._handle(data)
+            if self._session.state == "done":
+                self._stay_for_repeated_goodbyes()
             return self._vitals.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
         except Exception as error:
             code = error.code if isinstance(error, ComponentError) else ExitCode.SOLVER_FAILED
             self._log.error("%s", error)
+            if not self._session.session_id:   # no coupler hears of it
+                print(f"error: {error}", file=sys.stderr)
             if self._session.session_id and not self._vitals.stop_code:
                 self._tell_failure(code, f"{error}" if isinstance(error, ComponentError) else repr(error))
             return self._vitals.stop_code or code
@@ -40,10 +48,20 @@ class Server:
             if time.monotonic() > end:
                 raise DeadlinePassed("The coupler did not answer (it is not running, or at another address). "
                                      "Start it, or correct --endpoint.")
+            if self._door.turns_us_away():
+                raise Refused("The coupler turned this component away (a key is missing or wrong, here or at the "
+                              "coupler). Give --keys with the file of this role of this run.")
             self._socket.send(self._hello)
             data = self._receive(1.0)
             if data is not None:
                 self._handle(data)
+
+    def _stay_for_repeated_goodbyes(self):
+        """The goodbye may get lost, and the coupler ask again."""
+        end = time.monotonic() + FAREWELL_S
+        while time.monotonic() < end:
+            if self._socket.poll(10):
+                self._handle(self._socket.recv())
 
     def _receive(self, seconds):
         end = time.monotonic() + seconds
@@ -56,11 +74,11 @@ class Server:
         return None
 
     def _handle(self, data):
-        request = Envelope()
         try:
-            request.ParseFromString(data)
-        except Exception as error:
-            raise Refused(f"A message was refused ({error}). Use the same protocol version on both sides.") from error
+            request = seal.from_bytes(data)
+        except seal.Damaged as damage:
+            self._log.warning("Ignored a message, the coupler will send it again: %s", damage)
+            return
         name = message_name(request)
         if name is None:
             raise Refused("A message was refused (it is empty or unknown). Use the same version on both sides.")
@@ -91,7 +109,7 @@ class Server:
             reply.finished.SetInParent()
         else:
             self._served.perform(request, reply)
-        self._last_reply = reply.SerializeToString()
+        self._last_reply = seal.to_bytes(reply)
         self._socket.send(self._last_reply)
         self._vitals.replied_sequence = request.sequence
         if name == "Finish":
@@ -108,7 +126,7 @@ class Server:
         message.failure.host = self._host
         message.failure.step = self._vitals.step
         message.failure.reason = reason[:4000]
-        self._socket.send(message.SerializeToString())
+        self._socket.send(seal.to_bytes(message))
 
     def _envelope(self, sequence, step):
         return Envelope(protocol_major=PROTOCOL_MAJOR, protocol_minor=PROTOCOL_MINOR,

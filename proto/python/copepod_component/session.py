@@ -26,7 +26,7 @@ class Session:
                 return Action("ignore", reason="the handshake is over")
             return self._take(self._find(message=name))
         if self.state == "connected":
-            return self._refuse(self._illegal(name))
+            return Action("ignore", reason="the Welcome has not come yet")
         if (envelope.session_id, envelope.epoch) != (self.session_id, self.epoch):
             return Action("ignore", reason="message of another session or of an earlier coupler")
         return self._on_request(name, envelope)

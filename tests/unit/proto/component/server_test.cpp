@@ -6,6 +6,7 @@
 #include "component/served_fluid.hpp"
 #include "component/stop_request.hpp"
 #include "components.hpp"
+#include "conversion/seal.hpp"
 #include "memory_server.hpp"
 
 namespace copepod::component {
@@ -153,15 +154,47 @@ TEST(Server, IllegalMessageIsAnsweredWithAFailureThatNamesTheState) {
   EXPECT_EQ(server.join(), ExitCode::refused);
 }
 
-TEST(Server, GarbageIsAnsweredWithAFailure) {
+TEST(Server, DamagedRequestIsTreatedLikeOneThatDidNotArrive) {
   const FluidComponent component = doubles::constant_drag_component();
   ServedFluid fluid(component);
   MemoryServer server(fluid);
   server.welcome();
-  const std::string garbage = "GET / HTTP/1.1";
-  server.router->send("data", std::as_bytes(std::span(garbage)));
+  server.header.step = 0;
+  server.ask(one_sphere_in_water());
+  ++server.header.sequence;
+  const auto request = server.encoder.encode(server.header, moving_at(0));
+  std::vector<std::byte> damaged(request.begin(), request.end());
+  damaged[damaged.size() / 2] ^= std::byte{4};
+  server.router->send("data", damaged);
+  server.send(moving_at(0));
+  EXPECT_EQ(server.receive(), MessageKind::loads);
+  EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
+  EXPECT_EQ(server.join(), ExitCode::finished);
+}
+
+TEST(Server, NonsenseThatArrivedAsItWasSentIsAnsweredWithAFailure) {
+  const FluidComponent component = doubles::constant_drag_component();
+  ServedFluid fluid(component);
+  MemoryServer server(fluid);
+  server.welcome();
+  std::vector<std::byte> nonsense(20 + conversion::kSealBytes, std::byte{0xFF});
+  conversion::seal(nonsense);
+  server.router->send("data", nonsense);
   EXPECT_EQ(server.receive(), MessageKind::failure);
   EXPECT_EQ(server.join(), ExitCode::refused);
+}
+
+TEST(Server, GoodbyeIsSaidAgainToACouplerThatDidNotHearIt) {
+  const FluidComponent component = doubles::constant_drag_component();
+  ServedFluid fluid(component);
+  MemoryServer server(fluid);
+  server.welcome();
+  server.header.step = 0;
+  server.ask(one_sphere_in_water());
+  EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
+  server.send(MessageKind::finish);
+  EXPECT_EQ(server.receive(), MessageKind::finished);
+  EXPECT_EQ(server.join(), ExitCode::finished);
 }
 
 TEST(Server, WrongNumberOfBodiesIsAFailure) {

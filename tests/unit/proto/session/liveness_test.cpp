@@ -1,5 +1,7 @@
 #include "session/liveness.hpp"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace copepod::session {
@@ -14,7 +16,7 @@ Pong pong(std::int64_t step, Phase phase, std::uint64_t progress = 0) {
 /// Looks every 0.1 s from one time to another, pinging as it is due; `answers` says whether pongs come back.
 Liveness watch(Liveness liveness, double from_s, double to_s, bool answers, const Pong& answer = {}) {
   for (double now = from_s; now < to_s; now += 0.1) {
-    if (ping_is_due(liveness, kPatience, now)) liveness = on_ping(liveness, now);
+    if (ping_is_due(liveness, kPatience, now)) liveness = on_ping(liveness, kPatience, now);
     if (answers) liveness = on_pong(liveness, answer, now);
     liveness = on_look(liveness, true, kPatience, now);
   }
@@ -35,7 +37,7 @@ TEST(Liveness, IsSilentOnceAPingStaysUnansweredForTheLimit) {
 }
 
 TEST(Liveness, IsHungWhenWorkIsDueAndNothingMoves) {
-  Liveness liveness = on_request({}, 0);
+  Liveness liveness = on_request({}, 0.02, 0);
   liveness = watch(liveness, 0, 59, true, pong(3, Phase::exchanging));
   EXPECT_EQ(judge(liveness, true, kPatience, 59), Health::fine);
   liveness = watch(liveness, 59, 61, true, pong(3, Phase::exchanging));
@@ -48,7 +50,7 @@ TEST(Liveness, IsHungInABulkUpdateThatNobodyWaitsForYet) {
 }
 
 TEST(Liveness, AnyMovementGrantsTheWholeDeadlineAgain) {
-  Liveness liveness = on_request({}, 0);
+  Liveness liveness = on_request({}, 0.02, 0);
   liveness = watch(liveness, 0, 50, true, pong(3, Phase::exchanging, 1));
   liveness = watch(liveness, 50, 100, true, pong(3, Phase::exchanging, 2));
   EXPECT_EQ(judge(liveness, true, kPatience, 100), Health::fine);
@@ -64,22 +66,62 @@ TEST(Liveness, ABrokenConnectionMayComeBackForAMoment) {
 
 TEST(Liveness, TheCouplersOwnAbsenceExcusesTheComponent) {
   Liveness liveness = watch({}, 0, 1, true, pong(3, Phase::exchanging));
-  liveness = on_ping(liveness, 1);
+  liveness = on_ping(liveness, kPatience, 1);
   liveness = on_look(liveness, true, kPatience, 1);
   liveness = on_look(liveness, true, kPatience, 100);  // the coupler wrote a checkpoint for 99 s
   EXPECT_EQ(judge(liveness, true, kPatience, 100), Health::fine);
 }
 
+Pong pong_of_ping_at(double sent_s, Phase phase, std::uint64_t received, std::uint64_t replied) {
+  return {static_cast<std::uint64_t>(1e9 * sent_s), 3, phase, 0, received, replied};
+}
+
 TEST(Liveness, TellsThatARequestWasLost) {
-  Liveness liveness = on_pong({}, {0, 3, Phase::waiting, 0, 4, 4}, 10);
-  EXPECT_TRUE(was_lost(liveness, 5, 8.9, kPatience)) << "the component waits and has not seen request 5";
-  EXPECT_FALSE(was_lost(liveness, 5, 9.5, kPatience)) << "it may still be on its way";
-  EXPECT_TRUE(was_lost(liveness, 4, 8.9, kPatience))
-      << "it has answered request 4, but the reply did not come";
-  liveness = on_pong(liveness, {0, 3, Phase::exchanging, 0, 5, 4}, 20);
-  EXPECT_FALSE(was_lost(liveness, 5, 8.9, kPatience)) << "the component works on request 5";
-  liveness = on_pong(liveness, {0, 3, Phase::advancing, 0, 4, 4}, 20);
-  EXPECT_FALSE(was_lost(liveness, 5, 8.9, kPatience)) << "request 5 waits behind the bulk update";
+  Liveness liveness = on_pong({}, pong_of_ping_at(10, Phase::waiting, 4, 4), 10.1);
+  EXPECT_TRUE(was_lost(liveness, 5, 9.9, 0.02)) << "the component waits and has not seen request 5";
+  EXPECT_FALSE(was_lost(liveness, 5, 9.99, 0.02)) << "it may still be on its way";
+  EXPECT_FALSE(was_lost(liveness, 5, 10.05, 0.02)) << "the pong came after the request, but the ping before";
+  EXPECT_TRUE(was_lost(liveness, 4, 9.9, 0.02)) << "it has answered request 4, but the reply did not come";
+  liveness = on_pong(liveness, pong_of_ping_at(20, Phase::exchanging, 5, 4), 20);
+  EXPECT_FALSE(was_lost(liveness, 5, 9.9, 0.02)) << "the component works on request 5";
+  liveness = on_pong(liveness, pong_of_ping_at(21, Phase::advancing, 4, 4), 21);
+  EXPECT_FALSE(was_lost(liveness, 5, 9.9, 0.02)) << "request 5 waits behind the bulk update";
+}
+
+TEST(Liveness, APongThatWasOvertakenTellsNothing) {
+  Liveness liveness = on_pong({}, pong_of_ping_at(10, Phase::exchanging, 5, 4), 10.1);
+  const double before_s = liveness.last_change_s;
+  liveness = on_pong(liveness, pong_of_ping_at(9, Phase::waiting, 4, 4), 10.2);
+  EXPECT_EQ(liveness.pong.received_sequence, 5U);
+  EXPECT_EQ(liveness.last_change_s, before_s);
+}
+
+TEST(Liveness, AsksSoonAfterARequestAndThenMoreAndMoreSeldom) {
+  Liveness liveness = on_ping({}, kPatience, 0);
+  liveness = on_request(liveness, 0.02, 0.1);
+  std::vector<int> pings_ms;
+  for (int ms = 100; ms < 2000; ++ms) {
+    if (!ping_is_due(liveness, kPatience, 1e-3 * ms)) continue;
+    liveness = on_ping(liveness, kPatience, 1e-3 * ms);
+    pings_ms.push_back(ms);
+  }
+  const std::vector<int> expected_ms{120, 160, 240, 400, 720, 1220, 1720};
+  ASSERT_EQ(pings_ms.size(), expected_ms.size());
+  for (std::size_t i = 0; i < expected_ms.size(); ++i) EXPECT_NEAR(pings_ms[i], expected_ms[i], 10);
+}
+
+TEST(Liveness, AsksOftenWhileAConnectionIsBroken) {
+  Liveness liveness = on_ping({}, kPatience, 0);
+  liveness = on_look(liveness, false, kPatience, 0.01);
+  EXPECT_FALSE(ping_is_due(liveness, kPatience, 0.04));
+  EXPECT_TRUE(ping_is_due(liveness, kPatience, 0.06));
+}
+
+TEST(Liveness, WaitsLongerForLargeMessagesAndWithEachAttempt) {
+  EXPECT_DOUBLE_EQ(resend_after_s(kPatience, 0, 0), 0.02);
+  EXPECT_DOUBLE_EQ(resend_after_s(kPatience, 0, 3), 0.16);
+  EXPECT_DOUBLE_EQ(resend_after_s(kPatience, 10'000'000, 0), 1.02);
+  EXPECT_LT(resend_after_s(kPatience, 0, 1'000'000), 10) << "never gives up altogether";
 }
 
 TEST(Liveness, DescribesWhatHappened) {

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "chaos_proxy.hpp"
+#include "coupled_run.hpp"
+
+namespace copepod::chaos {
+
+/// A coupled run of the fakes with a chaos proxy before each of them.
+class DisturbedRun {
+ public:
+  /// @param programs  the fakes if not given
+  explicit DisturbedRun(const ChaosPlan& plan, LinkSettings settings = {}, protocol_test::Programs programs = {});
+
+  /// Handshake, setups, steps, summaries and goodbyes.
+  protocol_test::Digests run(int steps);
+
+  /// "drop 12, repeat 9, …" of both proxies, which end.
+  std::string tell_disturbances();
+
+  std::unique_ptr<protocol_test::CoupledRun> coupled;
+
+ private:
+  protocol_test::TemporaryFolder folder_;
+  ChaosProxy fluid_proxy_;
+  ChaosProxy body_proxy_;
+};
+
+}  // namespace copepod::chaos

@@ -1,0 +1,91 @@
+#include <gtest/gtest.h>
+
+#include "coupled_run.hpp"
+#include "fake_programs.hpp"
+#include "run_keys.hpp"
+
+namespace copepod::protocol_test {
+namespace {
+
+LinkSettings with(const RunKeys& keys) {
+  LinkSettings settings;
+  settings.key_file = keys.file_of("coupler");
+  settings.connect_deadline_s = 4.0;
+  return settings;
+}
+
+Programs in_python() {
+  setenv("COPEPOD_BUILD_PYTHON", kBuildPython, 1);
+  return {{kPython, std::string(kPythonExamples) + "stokes_drag_fluid.py"},
+          {kPython, std::string(kPythonExamples) + "point_masses.py"}};
+}
+
+TEST(KeysOverTcp, RightOnesGiveTheDigestsOfARunWithoutWire) {
+  const RunKeys keys;
+  CoupledRun run(keys.option_of("fluid"), keys.option_of("body"), with(keys), tcp_endpoint());
+  run.begin();
+  run.advance(100);
+  EXPECT_EQ(run.digests(), digests_of_local_run(100));
+  run.link->finish();
+  EXPECT_EQ(run.fluid_process->wait(5), 0);
+  EXPECT_EQ(run.body_process->wait(5), 0);
+}
+
+TEST(KeysOverTcp, ComponentsInPythonUseThemToo) {
+  const RunKeys keys;
+  CoupledRun run(keys.option_of("fluid"), keys.option_of("body"), with(keys), tcp_endpoint(), in_python());
+  run.begin();
+  run.advance(10);
+  run.link->finish();
+  EXPECT_EQ(run.fluid_process->wait(5), 0);
+  EXPECT_EQ(run.body_process->wait(5), 0);
+}
+
+TEST(KeysOverTcp, KeyOfTheBodyCannotSpeakAsTheFluid) {
+  const RunKeys keys;
+  CoupledRun run(keys.option_of("body"), keys.option_of("body"), with(keys), tcp_endpoint());
+  try {
+    run.link->await_components();
+    FAIL() << "the body's key opened the fluid's door";
+  } catch (const Refused& refusal) {
+    EXPECT_NE(std::string(refusal.what()).find("it holds the key of the body component"), std::string::npos)
+        << refusal.what();
+  }
+  EXPECT_EQ(run.fluid_process->wait(5), 65);
+}
+
+/// Without a key, or with one of another run, a component ends by itself, and the coupler says whom it misses.
+class WrongKeys : public testing::TestWithParam<const char*> {};
+
+TEST_P(WrongKeys, AreTurnedAway) {
+  const RunKeys keys, others;
+  const bool in_other_language = std::string(GetParam()).starts_with("Python");
+  const bool has_key = std::string(GetParam()).ends_with("AnotherRun");
+  CoupledRun run(has_key ? others.option_of("fluid") : std::vector<std::string>{}, keys.option_of("body"),
+                 with(keys), tcp_endpoint(), in_other_language ? in_python() : Programs{});
+  try {
+    run.link->await_components();
+    FAIL() << "a component without the right key came in";
+  } catch (const DeadlinePassed& error) {
+    EXPECT_NE(std::string(error.what()).find("The fluid component did not connect"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(run.fluid_process->wait(5), 65);
+  EXPECT_NE(run.fluid_log().find("turned this component away"), std::string::npos) << run.fluid_log();
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, WrongKeys, testing::Values("NoKey", "AnotherRun", "PythonNoKey", "PythonAnotherRun"),
+                         [](const auto& instance) { return std::string(instance.param); });
+
+TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
+  LinkSettings settings;
+  settings.endpoint = "tcp://0.0.0.0:47613";
+  EXPECT_THROW(Link link(settings), CaseError);
+  ChildProcess fluid({kFakeFluid, "--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"});
+  EXPECT_EQ(fluid.wait(5), 2);
+  ChildProcess python({kPython, std::string(kPythonExamples) + "point_masses.py", "--endpoint", "tcp://10.0.0.1:47613",
+                       "--session", "secret"});
+  EXPECT_EQ(python.wait(10), 2);
+}
+
+}  // namespace
+}  // namespace copepod::protocol_test
