@@ -6,7 +6,7 @@
 namespace copepod::coupler {
 
 RemoteComponents::RemoteComponents(const std::string& endpoint, const std::string& session,
-                                   const std::string& key_file,                                    const std::atomic<int>& stop_signal) {
+                                   const std::string& key_file, const std::atomic<int>& stop_signal) {
   settings_.endpoint = endpoint;
   settings_.session = session;
   settings_.key_file = key_file;

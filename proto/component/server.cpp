@@ -94,8 +94,9 @@ void Server::greet() {
                            " s (it is not running, or at another address). Start it, or correct --endpoint.");
     }
     if (dealer_.turned_away()) {
-      throw Refused("The coupler turned this component away (a key is missing or wrong, here or at the "
-                    "coupler). Give --keys with the file of this role of this run.");
+      throw Refused(
+          "The coupler turned this component away (a key is missing or wrong, here or at the "
+          "coupler). Give --keys with the file of this role of this run.");
     }
     Header first = header(0);
     first.attempt = attempt;

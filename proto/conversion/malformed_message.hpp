@@ -15,8 +15,8 @@ class MalformedMessage : public Error {
               "A message was refused (" + problem + "). Use the same protocol version on both sides.") {}
 };
 
-/// Bytes whose seal does not fit: they changed or got lost on their way, so nothing can be said about who sent
-/// them or what they were. To be treated like a message that did not arrive.
+/// Bytes whose seal does not fit: they changed or got lost on their way, so nothing can be said about who
+/// sent them or what they were. To be treated like a message that did not arrive.
 class DamagedMessage final : public MalformedMessage {
  public:
   explicit DamagedMessage(std::size_t bytes)

@@ -5,9 +5,9 @@
 
 namespace copepod::conversion {
 
-/// A message ends with its seal: the Envelope's field 15, one tag byte (0x79) and the XXH3 hash (64 bits, seed
-/// 0, little-endian) of all bytes before the tag. Any Protobuf parser reads over it; who checks it can tell a
-/// message that changed or lost bytes on its way from one that is wrong.
+/// A message ends with its seal: the Envelope's field 15, one tag byte (0x79) and the XXH3 hash (64 bits,
+/// seed 0, little-endian) of all bytes before the tag. Any Protobuf parser reads over it; who checks it can
+/// tell a message that changed or lost bytes on its way from one that is wrong.
 inline constexpr std::size_t kSealBytes = 9;
 
 /// Writes the seal into the last `kSealBytes` bytes of `message`, which must have as many.

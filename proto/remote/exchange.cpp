@@ -163,7 +163,8 @@ void Exchange::look_after(Party& party) {
   const Health health = judge(party.liveness, party.session.waits(), patience_, now);
   if (health == Health::fine) return;
   const std::string reason = party.description() + " " + describe(health, party.liveness, now) + "." +
-                             note_on_damage() + " Look at its log, then run again or resume from a checkpoint.";
+                             note_on_damage() +
+                             " Look at its log, then run again or resume from a checkpoint.";
   throw ComponentLost(FailureReport{ExitCode::component_lost, std::string(name_of(party.session.role)),
                                     party.hello.host, 0, step_, reason});
 }

@@ -59,7 +59,7 @@ class Exchange {
   transport::Frame frame_;
   conversion::Encoder control_encoder_;
   conversion::Decoder control_decoder_;
-  std::int64_t step_ = -1;     ///< of the newest request
+  std::int64_t step_ = -1;    ///< of the newest request
   std::int64_t damaged_ = 0;  ///< messages whose checksum did not fit
 };
 

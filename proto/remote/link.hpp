@@ -42,8 +42,8 @@ struct LinkSettings {
 class Link {
  public:
   /// Binds the endpoint.
-  /// @throws Refused if another coupler that is alive holds the same ipc path, or the address cannot be bound;
-  /// CaseError if the address needs keys or the key file cannot be used
+  /// @throws Refused if another coupler that is alive holds the same ipc path, or the address cannot be
+  /// bound; CaseError if the address needs keys or the key file cannot be used
   explicit Link(const LinkSettings& settings);
   /// The same over any other transport, for tests.
   Link(const LinkSettings& settings, std::unique_ptr<transport::Router> router);

@@ -11,7 +11,7 @@ namespace copepod::session {
 struct HelloExpectation {
   VersionRange versions;
   std::string session_token;
-  bool role_taken = false;  ///< another component already plays this role on this lane
+  bool role_taken = false;    ///< another component already plays this role on this lane
   std::string identity = {};  ///< with keys: name of the role whose key the component holds
 };
 

@@ -72,8 +72,7 @@ bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, d
 
 bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_s) {
   const bool broken = liveness.disconnected_since_s >= 0;
-  return now_s >= liveness.next_ping_s ||
-         (broken && now_s >= liveness.last_ping_s + patience.ping_broken_s);
+  return now_s >= liveness.next_ping_s || (broken && now_s >= liveness.last_ping_s + patience.ping_broken_s);
 }
 
 std::string describe(Health health, const Liveness& liveness, double now_s) {

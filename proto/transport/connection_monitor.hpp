@@ -6,8 +6,9 @@
 
 namespace copepod::transport {
 
-/// Tells what happens to the connections of a socket: ZeroMQ reports it on a second, inner socket. A handshake may be
-/// broken off for a key that does not fit, or because the peer ends; a peer that knows why says that it turns us away.
+/// Tells what happens to the connections of a socket: ZeroMQ reports it on a second, inner socket. A
+/// handshake may be broken off for a key that does not fit, or because the peer ends; a peer that knows why
+/// says that it turns us away.
 class ConnectionMonitor {
  public:
   enum class Event { none, opened, closed, turned_away, broken_off, other };

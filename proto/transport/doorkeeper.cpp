@@ -34,8 +34,8 @@ void Doorkeeper::answer() {
     const bool has_key = request[Place::mechanism] == "CURVE";
     const auto found = has_key ? admitted_.find(request[Place::credential]) : admitted_.end();
     const bool comes_in = found != admitted_.end();
-    const std::array<std::string, 6> reply = {request[Place::version], request[Place::request_id],
-                                              comes_in ? "200" : "400", comes_in ? "" : "unknown key",
+    const std::array<std::string, 6> reply = {request[Place::version],       request[Place::request_id],
+                                              comes_in ? "200" : "400",      comes_in ? "" : "unknown key",
                                               comes_in ? found->second : "", ""};
     for (std::size_t i = 0; i < reply.size(); ++i) {
       const bool is_last = i + 1 == reply.size();

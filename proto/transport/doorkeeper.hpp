@@ -7,9 +7,9 @@
 
 namespace copepod::transport {
 
-/// Decides who may connect to a socket with CURVE, by answering ZeroMQ's authentication requests (ZAP, RFC 27): whoever
-/// holds a key that is admitted comes in under the name that it is admitted with, everybody else is turned away.
-/// Used by the thread of the socket, which polls it; exists before the socket is bound.
+/// Decides who may connect to a socket with CURVE, by answering ZeroMQ's authentication requests (ZAP, RFC
+/// 27): whoever holds a key that is admitted comes in under the name that it is admitted with, everybody else
+/// is turned away. Used by the thread of the socket, which polls it; exists before the socket is bound.
 class Doorkeeper {
  public:
   /// @param admitted  public key (Z85) to name; every message tells the name of its sender ("User-Id")

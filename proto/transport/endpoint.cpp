@@ -48,14 +48,16 @@ bool stays_on_this_machine(const std::string& endpoint) {
   const std::string host = endpoint.substr(kTcp.size(), endpoint.rfind(':') - kTcp.size());
   in_addr address{};
   const bool is_ipv4 = inet_pton(AF_INET, host.c_str(), &address) == 1;
-  return host == "localhost" || host == "[::1]" || (is_ipv4 && ntohl(address.s_addr) >> 24U == IN_LOOPBACKNET);
+  return host == "localhost" || host == "[::1]" ||
+         (is_ipv4 && ntohl(address.s_addr) >> 24U == IN_LOOPBACKNET);
 }
 
 void require_keys_off_this_machine(const std::string& endpoint, bool has_keys) {
   if (has_keys || stays_on_this_machine(endpoint)) return;
-  throw CaseError("The endpoint " + endpoint +
-                  " needs keys (other machines could listen and take part). Give --keys, or let deploy/copepod "
-                  "start the run: it makes them.");
+  throw CaseError(
+      "The endpoint " + endpoint +
+      " needs keys (other machines could listen and take part). Give --keys, or let deploy/copepod "
+      "start the run: it makes them.");
 }
 
 std::string ipc_path(const std::string& endpoint) {

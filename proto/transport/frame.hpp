@@ -13,7 +13,7 @@ using Duration = std::chrono::nanoseconds;
 
 /// One message as it arrived. Buffers grow to the largest message and are reused.
 struct Frame {
-  std::string peer;  ///< who sent it; empty at the component's end, where there is one peer only
+  std::string peer;      ///< who sent it; empty at the component's end, where there is one peer only
   std::string identity;  ///< with keys: the role whose key the sender holds
   std::vector<std::byte> buffer;
   std::size_t size = 0;

@@ -20,7 +20,7 @@ constexpr const char* kRemedy = "Give the file that the deploy command made for 
 }
 
 void require_privacy(const std::string& path) {
-  struct stat status{};
+  struct stat status {};
   if (stat(path.c_str(), &status) != 0) refuse(path, "it cannot be found");
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) refuse(path, "others may read it: chmod 600");
 }

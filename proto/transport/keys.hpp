@@ -5,8 +5,9 @@
 
 namespace copepod::transport {
 
-// Keys of CURVE (ZeroMQ's encryption and authentication, RFC 26): Curve25519, written in Z85, 40 characters. A run has
-// a pair for each of coupler, fluid and body; the deploy command makes them anew and takes them away again.
+// Keys of CURVE (ZeroMQ's encryption and authentication, RFC 26): Curve25519, written in Z85, 40 characters.
+// A run has a pair for each of coupler, fluid and body; the deploy command makes them anew and takes them
+// away again.
 
 /// What the coupler needs: its secret key, and who may come in.
 struct CouplerKeys {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kLingerMs = 500;  ///< for the last message of a component that ends
 constexpr int kReconnectMs = 100;
-constexpr int kMostBrokenHandshakes = 3;  ///< in a row, before the first one that succeeds
+constexpr int kMostBrokenHandshakes = 3;               ///< in a row, before the first one that succeeds
 constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes
 
 class ZeroMqDealer final : public Dealer {

@@ -1,9 +1,11 @@
-// What an exchange costs, kinematics to a fluid and its loads back, beside a plain ZeroMQ echo of the same message
-// sizes in the same moment, and beside the same exchange without any transport: docs/results/exchange.md.
+// What an exchange costs, kinematics to a fluid and its loads back, beside a plain ZeroMQ echo of the same
+// message sizes in the same moment, and beside the same exchange without any transport:
+// docs/results/exchange.md.
 //
 //   exchange_overhead [--exchanges 4000] [--any-result]
 //
-// Ends with 1 if a target of the project is missed, unless any result will do. Starts itself as the other process: `echo …` and `fluid …`.
+// Ends with 1 if a target of the project is missed, unless any result will do. Starts itself as the other
+// process: `echo …` and `fluid …`.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -50,7 +52,8 @@ class SilentFluid final : public FluidSolver {
 };
 
 FluidComponent silent_component() {
-  return {{"silent", "1.0", {"solver:vacuum"}}, [](const FluidSetup&) { return std::make_unique<SilentFluid>(); }};
+  return {{"silent", "1.0", {"solver:vacuum"}},
+          [](const FluidSetup&) { return std::make_unique<SilentFluid>(); }};
 }
 
 FluidSetup fluid_setup(Eigen::Index bodies) {
@@ -97,8 +100,8 @@ struct Wire {
 
 std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
 
-/// The plainest exchange there is: ROUTER sends and receives, a DEALER in another process answers. Nobody looks at the
-/// bytes, nobody waits with a deadline.
+/// The plainest exchange there is: ROUTER sends and receives, a DEALER in another process answers. Nobody
+/// looks at the bytes, nobody waits with a deadline.
 class PlainEcho {
  public:
   PlainEcho(const Wire& wire, std::size_t request_bytes, std::size_t reply_bytes, const RunKeys& keys)
@@ -161,7 +164,8 @@ int echo(int argc, char** argv) {
 /// Our exchange with a silent fluid in another process.
 class OurExchange {
  public:
-  OurExchange(const Wire& wire, Eigen::Index bodies, const RunKeys& keys) : kinematics_(kinematics_of(bodies)) {
+  OurExchange(const Wire& wire, Eigen::Index bodies, const RunKeys& keys)
+      : kinematics_(kinematics_of(bodies)) {
     LinkSettings settings;
     settings.endpoint = wire.endpoint;
     settings.session = "secret";
@@ -183,7 +187,8 @@ class OurExchange {
  private:
   static std::unique_ptr<ChildProcess> start(std::vector<std::string> command, const std::string& role,
                                              const Wire& wire, const RunKeys& keys) {
-    for (const char* word : {"--endpoint", wire.endpoint.c_str(), "--session", "secret", "--log-level", "off"})
+    for (const char* word :
+         {"--endpoint", wire.endpoint.c_str(), "--session", "secret", "--log-level", "off"})
       command.emplace_back(word);
     if (wire.has_keys) command.insert(command.end(), {"--keys", keys.file_of(role)});
     return std::make_unique<ChildProcess>(command);
@@ -196,7 +201,8 @@ class OurExchange {
   Loads loads_;
 };
 
-/// Everything of an exchange but the transport, both ends in this thread: encoding, checksums, decoding, checks, states.
+/// Everything of an exchange but the transport, both ends in this thread: encoding, checksums, decoding,
+/// checks, states.
 class ExchangeWithoutTransport {
  public:
   explicit ExchangeWithoutTransport(Eigen::Index bodies) : kinematics_(kinematics_of(bodies)) {
@@ -228,7 +234,8 @@ class ExchangeWithoutTransport {
     session::Header reply = request_decoder_.header();
     const auto reply_frame = fluid_.perform(outcome.action.work, request_decoder_, reply, reply_encoder_);
     component_session_ = on_event(outcome.session, session::LocalEvent::work_done).session;
-    coupler_session_ = hear(coupler_session_, reply_decoder_.parse(reply_frame), reply_decoder_.header()).session;
+    coupler_session_ =
+        hear(coupler_session_, reply_decoder_.parse(reply_frame), reply_decoder_.header()).session;
     request_bytes_ = request_frame.size();
     reply_bytes_ = reply_frame.size();
   }
@@ -267,8 +274,10 @@ Row measure(const Wire& wire, Eigen::Index bodies, int exchanges) {
   }
   std::vector<double> ours_us, echo_us;
   for (int block = 0; block < blocks; ++block) {
-    for (int i = 0; i < std::max(1, exchanges / blocks); ++i) ours_us.push_back(time_us([&] { ours.exchange(); }));
-    for (int i = 0; i < std::max(1, exchanges / blocks); ++i) echo_us.push_back(time_us([&] { echo.exchange(); }));
+    for (int i = 0; i < std::max(1, exchanges / blocks); ++i)
+      ours_us.push_back(time_us([&] { ours.exchange(); }));
+    for (int i = 0; i < std::max(1, exchanges / blocks); ++i)
+      echo_us.push_back(time_us([&] { echo.exchange(); }));
   }
   return {wire.name, bodies, statistics_of(ours_us), statistics_of(echo_us), statistics_of(own_us).median_us};
 }
@@ -287,22 +296,27 @@ bool compare(int exchanges) {
   const protocol_test::TemporaryFolder folder;
   const int port = 33000 + getpid() % 12000;
   const auto at = [](int number) { return "tcp://127.0.0.1:" + std::to_string(number); };
-  const std::array wires = {Wire{"ipc", "ipc://" + folder.path("ours"), "ipc://" + folder.path("echo"), false},
-                            Wire{"tcp", at(port), at(port + 1), false},
-                            Wire{"tcp + CURVE", at(port + 2), at(port + 3), true}};
-  std::cout << "| wire | bodies | exchange median | 99 % | plain echo median | 99 % | ratio | without transport | |\n"
+  const std::array wires = {
+      Wire{"ipc", "ipc://" + folder.path("ours"), "ipc://" + folder.path("echo"), false},
+      Wire{"tcp", at(port), at(port + 1), false}, Wire{"tcp + CURVE", at(port + 2), at(port + 3), true}};
+  std::cout << "| wire | bodies | exchange median | 99 % | plain echo median | 99 % | ratio | without "
+               "transport | |\n"
                "|---|---|---|---|---|---|---|---|---|\n"
             << std::fixed;
   bool all_met = true;
   for (const Wire& wire : wires) {
     for (const Eigen::Index bodies : {3, 1000, 10000}) {
-      const Row row = measure(wire, bodies, bodies == 3 ? exchanges : bodies == 1000 ? exchanges / 4 : exchanges / 20);
+      const Row row = measure(wire, bodies,
+                              bodies == 3      ? exchanges
+                              : bodies == 1000 ? exchanges / 4
+                                               : exchanges / 20);
       const std::string missed = missed_target(row);
       all_met = all_met && missed.empty();
-      std::cout << "| " << row.wire << " | " << row.bodies << std::setprecision(0) << " | " << row.ours.median_us
-                << " µs | " << row.ours.worst_percent_us << " µs | " << row.echo.median_us << " µs | "
-                << row.echo.worst_percent_us << " µs | " << std::setprecision(2) << row.ratio() << " | "
-                << std::setprecision(1) << row.own_cost_us << " µs | " << missed << " |" << std::endl;
+      std::cout << "| " << row.wire << " | " << row.bodies << std::setprecision(0) << " | "
+                << row.ours.median_us << " µs | " << row.ours.worst_percent_us << " µs | "
+                << row.echo.median_us << " µs | " << row.echo.worst_percent_us << " µs | "
+                << std::setprecision(2) << row.ratio() << " | " << std::setprecision(1) << row.own_cost_us
+                << " µs | " << missed << " |" << std::endl;
     }
   }
   return all_met;
@@ -317,7 +331,8 @@ int main(int argc, char** argv) {
   int exchanges = 4000;
   bool takes_any_result = false;
   CLI::App app{"Cost of an exchange beside a plain ZeroMQ echo"};
-  app.add_option("--exchanges", exchanges, "Per wire, with 3 bodies; fewer with more")->check(CLI::Range(20, 1000000));
+  app.add_option("--exchanges", exchanges, "Per wire, with 3 bodies; fewer with more")
+      ->check(CLI::Range(20, 1000000));
   app.add_flag("--any-result", takes_any_result, "End with 0 although a target is missed");
   CLI11_PARSE(app, argc, argv);
   const bool all_met = compare(exchanges);

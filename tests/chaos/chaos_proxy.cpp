@@ -60,8 +60,8 @@ class ChaosProxy::Relay {
   }
 
  private:
-  /// A broken connection comes back at another socket: the path is a link, so that binding the next socket and
-  /// removing the last one do not meet.
+  /// A broken connection comes back at another socket: the path is a link, so that binding the next socket
+  /// and removing the last one do not meet.
   void listen() {
     const Text next = path_ + "." + std::to_string(generation_++);
     zmq::socket_t front = quiet_socket(context_, zmq::socket_type::router);
@@ -90,7 +90,8 @@ class ChaosProxy::Relay {
     for (auto& [peer, lane] : lanes_) items.push_back({lane.handle(), 0, ZMQ_POLLIN, 0});
     auto until = Clock::now() + std::chrono::milliseconds(20);
     for (const Held& held : held_) until = std::min(until, held.due);
-    zmq::poll(items, std::chrono::ceil<std::chrono::milliseconds>(std::max(until - Clock::now(), Clock::duration::zero())));
+    zmq::poll(items, std::chrono::ceil<std::chrono::milliseconds>(
+                         std::max(until - Clock::now(), Clock::duration::zero())));
   }
 
   static std::optional<Text> receive(zmq::socket_t& socket) {

@@ -46,7 +46,8 @@ TEST(ChaosOfAllKinds, ChangesNoDigest) {
 TEST(ChaosOfAllKinds, ChangesNothingForComponentsInPython) {
   setenv("COPEPOD_BUILD_PYTHON", protocol_test::kBuildPython, 1);
   const auto python = [](const char* script) {
-    return std::vector<std::string>{protocol_test::kPython, std::string(protocol_test::kPythonExamples) + script};
+    return std::vector<std::string>{protocol_test::kPython,
+                                    std::string(protocol_test::kPythonExamples) + script};
   };
   constexpr int steps = 100;
   protocol_test::CoupledRun undisturbed({}, {}, {}, "",

@@ -12,7 +12,8 @@ namespace copepod::chaos {
 class DisturbedRun {
  public:
   /// @param programs  the fakes if not given
-  explicit DisturbedRun(const ChaosPlan& plan, LinkSettings settings = {}, protocol_test::Programs programs = {});
+  explicit DisturbedRun(const ChaosPlan& plan, LinkSettings settings = {},
+                        protocol_test::Programs programs = {});
 
   /// Handshake, setups, steps, summaries and goodbyes.
   protocol_test::Digests run(int steps);

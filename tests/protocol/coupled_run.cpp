@@ -103,12 +103,12 @@ CoupledRun::CoupledRun(const std::vector<std::string>& fluid_options,
   settings.session = "secret";
   link = std::make_unique<Link>(settings);
   const auto or_ours = [&](const std::string& chosen) { return chosen.empty() ? settings.endpoint : chosen; };
-  fluid_process =
-      std::make_unique<ChildProcess>(command(or_fake(programs.fluid, kFakeFluid), or_ours(programs.fluid_endpoint),
-                                             folder.path("fluid.log"), fluid_options));
-  body_process =
-      std::make_unique<ChildProcess>(command(or_fake(programs.body, kFakeBody), or_ours(programs.body_endpoint),
-                                             folder.path("body.log"), body_options));
+  fluid_process = std::make_unique<ChildProcess>(command(or_fake(programs.fluid, kFakeFluid),
+                                                         or_ours(programs.fluid_endpoint),
+                                                         folder.path("fluid.log"), fluid_options));
+  body_process = std::make_unique<ChildProcess>(command(or_fake(programs.body, kFakeBody),
+                                                        or_ours(programs.body_endpoint),
+                                                        folder.path("body.log"), body_options));
 }
 
 void CoupledRun::begin() {

@@ -54,7 +54,8 @@ TEST(KeysOverTcp, KeyOfTheBodyCannotSpeakAsTheFluid) {
   EXPECT_EQ(run.fluid_process->wait(5), 65);
 }
 
-/// Without a key, or with one of another run, a component ends by itself, and the coupler says whom it misses.
+/// Without a key, or with one of another run, a component ends by itself, and the coupler says whom it
+/// misses.
 class WrongKeys : public testing::TestWithParam<const char*> {};
 
 TEST_P(WrongKeys, AreTurnedAway) {
@@ -67,13 +68,15 @@ TEST_P(WrongKeys, AreTurnedAway) {
     run.link->await_components();
     FAIL() << "a component without the right key came in";
   } catch (const DeadlinePassed& error) {
-    EXPECT_NE(std::string(error.what()).find("The fluid component did not connect"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("The fluid component did not connect"), std::string::npos)
+        << error.what();
   }
   EXPECT_EQ(run.fluid_process->wait(5), 65);
   EXPECT_NE(run.fluid_log().find("turned this component away"), std::string::npos) << run.fluid_log();
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, WrongKeys, testing::Values("NoKey", "AnotherRun", "PythonNoKey", "PythonAnotherRun"),
+INSTANTIATE_TEST_SUITE_P(Of, WrongKeys,
+                         testing::Values("NoKey", "AnotherRun", "PythonNoKey", "PythonAnotherRun"),
                          [](const auto& instance) { return std::string(instance.param); });
 
 TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
@@ -82,8 +85,8 @@ TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
   EXPECT_THROW(Link link(settings), CaseError);
   ChildProcess fluid({kFakeFluid, "--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"});
   EXPECT_EQ(fluid.wait(5), 2);
-  ChildProcess python({kPython, std::string(kPythonExamples) + "point_masses.py", "--endpoint", "tcp://10.0.0.1:47613",
-                       "--session", "secret"});
+  ChildProcess python({kPython, std::string(kPythonExamples) + "point_masses.py", "--endpoint",
+                       "tcp://10.0.0.1:47613", "--session", "secret"});
   EXPECT_EQ(python.wait(10), 2);
 }
 
