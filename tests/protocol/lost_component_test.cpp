@@ -127,8 +127,8 @@ TEST(LostComponent, FailureOfTheBulkUpdateArrivesThoughTheReplyWasSent) {
 TEST(LostComponent, MissingComponentIsNamedWhenTheDeadlineIsOver) {
   LinkSettings settings;
   settings.connect_deadline_s = 1.0;
-  CoupledRun run({}, {}, settings);
-  run.body_process->signal(SIGSTOP);
+  const TemporaryFolder elsewhere;
+  CoupledRun run({}, {}, settings, "", {.body_endpoint = "ipc://" + elsewhere.path("nobody.ipc")});
   try {
     run.link->await_components();
     FAIL() << "nobody was missed";
