@@ -28,7 +28,7 @@ std::uint64_t microseconds_since_1970() {
 }
 
 std::optional<Hello> read_hello(conversion::Decoder& decoder, const transport::Frame& frame) {
-  if (frame.size > conversion::kLimits.hello_bytes) return std::nullopt;
+  if (frame.bytes().size() > conversion::kLimits.hello_bytes) return std::nullopt;
   try {
     if (decoder.parse(frame.bytes()) != MessageKind::hello) return std::nullopt;
     Hello hello;

@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 namespace copepod::transport {
 
@@ -27,8 +28,6 @@ using Message = std::vector<std::byte>;
 
 Message copy(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
 
-void deliver(const Message& message, Frame& frame) { fill(frame, message.data(), message.size()); }
-
 }  // namespace
 
 /// Both ends lock the same state; nested so that they may name it.
@@ -41,7 +40,8 @@ class InMemoryRouter final : public Router {
     std::unique_lock lock(state_->mutex);
     if (!state_->changed.wait_for(lock, wait, [this] { return !state_->router_inbox.empty(); })) return false;
     frame.peer = state_->router_inbox.front().first;
-    deliver(state_->router_inbox.front().second, frame);
+    message_ = std::move(state_->router_inbox.front().second);
+    frame.content = message_;
     state_->router_inbox.pop_front();
     return true;
   }
@@ -63,6 +63,7 @@ class InMemoryRouter final : public Router {
 
  private:
   std::shared_ptr<State> state_;
+  Message message_;
 };
 
 template <class State>
@@ -81,7 +82,8 @@ class InMemoryDealer final : public Dealer {
     std::unique_lock lock(state_->mutex);
     auto& inbox = state_->peers[name_].inbox;
     if (!state_->changed.wait_for(lock, wait, [&inbox] { return !inbox.empty(); })) return false;
-    deliver(inbox.front(), frame);
+    message_ = std::move(inbox.front());
+    frame.content = message_;
     inbox.pop_front();
     return true;
   }
@@ -103,6 +105,7 @@ class InMemoryDealer final : public Dealer {
  private:
   std::shared_ptr<State> state_;
   std::string name_;
+  Message message_;
 };
 
 InMemoryWire::InMemoryWire() : state_(std::make_shared<State>()) {}

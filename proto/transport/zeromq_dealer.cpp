@@ -104,7 +104,7 @@ class ZeroMqDealer final : public Dealer {
     while (message_.more()) static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
     if (!has_one_part) return false;
     broken_handshakes_ = 0;
-    fill(frame, message_.data(), message_.size());
+    frame.content = {message_.data<std::byte>(), message_.size()};
     return true;
   }
 

@@ -129,7 +129,7 @@ class ZeroMqRouter final : public Router {
     frame.peer.assign(static_cast<const char*>(peer_.data()), peer_.size());
     if (doorkeeper_) frame.identity = message_.gets("User-Id");
     book_.spoke(frame.peer, zmq_msg_get(message_.handle(), ZMQ_SRCFD));
-    fill(frame, message_.data(), message_.size());
+    frame.content = {message_.data<std::byte>(), message_.size()};
     return true;
   }
 

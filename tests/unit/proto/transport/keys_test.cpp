@@ -63,7 +63,7 @@ TEST_F(Door, HoldersOfAnAdmittedKeyComeInUnderTheNameOfTheirRole) {
     Frame frame;
     const auto end = std::chrono::steady_clock::now() + 5s;
     while (!router->receive(frame, 100ms) && std::chrono::steady_clock::now() < end) continue;
-    EXPECT_EQ(frame.size, 5U);
+    EXPECT_EQ(frame.bytes().size(), 5U);
     EXPECT_EQ(frame.identity, name);
     EXPECT_FALSE(dealer->turned_away());
   }
