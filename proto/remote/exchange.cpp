@@ -75,7 +75,7 @@ const conversion::Decoder& Exchange::await_reply(Party& party) {
 void Exchange::send_request(Party& party) {
   party.sent_s = now_s();
   party.resend_after_s = resend_after_s(patience_, party.request.size(), party.session.attempt);
-  party.liveness = on_request(party.liveness, party.resend_after_s, party.sent_s);
+  party.liveness = on_request(party.liveness, patience_, party.resend_after_s, party.sent_s);
   router_.send(party.data_peer, party.request);
 }
 

@@ -25,10 +25,10 @@ Liveness on_pong(Liveness liveness, const Pong& pong, double now_s) {
   return liveness;
 }
 
-Liveness on_request(Liveness liveness, double resend_after_s, double now_s) {
+Liveness on_request(Liveness liveness, const Patience& patience, double resend_after_s, double now_s) {
   liveness.last_change_s = now_s;
   liveness.ping_interval_s = resend_after_s;
-  liveness.next_ping_s = std::min(liveness.next_ping_s, now_s + resend_after_s);
+  liveness.next_ping_s = std::min(liveness.last_ping_s + patience.ping_every_s, now_s + resend_after_s);
   return liveness;
 }
 

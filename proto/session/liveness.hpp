@@ -42,7 +42,7 @@ Liveness on_pong(Liveness liveness, const Pong& pong, double now_s);
 
 /// A request was sent on the data lane: the component has the full deadline for it, and is asked after
 /// `resend_after_s` whether it has arrived.
-Liveness on_request(Liveness liveness, double resend_after_s, double now_s);
+Liveness on_request(Liveness liveness, const Patience& patience, double resend_after_s, double now_s);
 
 /// The coupler looks, after it has read every message that had arrived. If it was away for a while itself (a
 /// checkpoint, a suspended machine), the component's clocks start anew.

@@ -7,8 +7,8 @@
 namespace copepod::transport {
 
 /// Tells what happens to the connections of a socket: ZeroMQ reports it on a second, inner socket. A
-/// handshake may be broken off for a key that does not fit, or because the peer ends; a peer that knows why
-/// says that it turns us away.
+/// handshake fails for good (turned_away) if a key is refused or only one side has keys; it is broken off,
+/// and tried again, if the peer cannot read it or ends.
 class ConnectionMonitor {
  public:
   enum class Event { none, opened, closed, turned_away, broken_off, other };

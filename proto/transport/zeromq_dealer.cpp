@@ -5,6 +5,7 @@
 #include "contract/errors.hpp"
 #include "transport/connection_monitor.hpp"
 #include "transport/endpoint.hpp"
+#include "transport/patient_receiver.hpp"
 #include "transport/zeromq.hpp"
 
 namespace copepod::transport {
@@ -20,9 +21,9 @@ class ZeroMqDealer final : public Dealer {
  public:
   ZeroMqDealer(const std::string& endpoint, const std::string& name, WaitPolicy policy,
                const std::optional<ComponentKeys>& keys)
-      : policy_(policy),
-        context_(1),
+      : context_(1),
         socket_(context_, zmq::socket_type::dealer),
+        patience_(policy),
         monitor_(context_, socket_, "dealer-monitor") {
     check_endpoint(endpoint);
     require_keys_off_this_machine(endpoint, keys.has_value());
@@ -41,14 +42,7 @@ class ZeroMqDealer final : public Dealer {
   }
 
   bool receive(Frame& frame, Duration wait) override {
-    if (try_for_a_while(policy_, wait, [&] { return receive_now(frame); })) return true;
-    zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0}};
-    try {
-      zmq::poll(items, 1, std::chrono::ceil<std::chrono::milliseconds>(wait));
-    } catch (const zmq::error_t& error) {
-      if (error.num() != EINTR) throw;
-    }
-    return receive_now(frame);
+    return patience_.receive(socket_, message_, wait) && take(frame);
   }
 
   bool send(Bytes bytes) override {
@@ -98,8 +92,7 @@ class ZeroMqDealer final : public Dealer {
     }
   }
 
-  bool receive_now(Frame& frame) {
-    if (!socket_.recv(message_, zmq::recv_flags::dontwait)) return false;
+  bool take(Frame& frame) {
     const bool has_one_part = !message_.more();
     while (message_.more()) static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
     if (!has_one_part) return false;
@@ -108,9 +101,9 @@ class ZeroMqDealer final : public Dealer {
     return true;
   }
 
-  WaitPolicy policy_;
   zmq::context_t context_;
   zmq::socket_t socket_;
+  PatientReceiver patience_;
   ConnectionMonitor monitor_;
   bool connected_ = false;
   bool turned_away_ = false;

@@ -9,6 +9,7 @@
 #include "transport/doorkeeper.hpp"
 #include "transport/endpoint.hpp"
 #include "transport/lock_file.hpp"
+#include "transport/patient_receiver.hpp"
 #include "transport/zeromq.hpp"
 
 namespace copepod::transport {
@@ -17,6 +18,8 @@ namespace {
 
 constexpr int kLingerMs = 1000;                        ///< for the last messages of a coupler that ends
 constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes; larger ones break the connection
+
+constexpr std::uint64_t kMessagesPerLookAtTheDoor = 64;  ///< where there is no quiet moment for it
 
 /// Which connection, by file descriptor, each peer spoke on last, and which connections stand.
 class ConnectionBook {
@@ -54,9 +57,9 @@ class ZeroMqRouter final : public Router {
  public:
   ZeroMqRouter(const std::string& endpoint, WaitPolicy policy, const std::optional<CouplerKeys>& keys)
       : lock_(lock_for(endpoint)),
-        policy_(policy),
         context_(1),
         socket_(context_, zmq::socket_type::router),
+        patience_(policy),
         monitor_(context_, socket_, "router-monitor") {
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);
@@ -74,18 +77,11 @@ class ZeroMqRouter final : public Router {
   }
 
   bool receive(Frame& frame, Duration wait) override {
-    if (try_for_a_while(policy_, wait, [&] { return receive_now(frame); })) return true;
-    zmq::pollitem_t items[] = {{socket_.handle(), 0, ZMQ_POLLIN, 0},
-                               {monitor_.handle(), 0, ZMQ_POLLIN, 0},
-                               {doorkeeper_ ? doorkeeper_->handle() : nullptr, -1, ZMQ_POLLIN, 0}};
-    try {
-      zmq::poll(items, doorkeeper_ ? 3 : 2, std::chrono::ceil<std::chrono::milliseconds>(wait));
-    } catch (const zmq::error_t& error) {
-      if (error.num() != EINTR) throw;
-    }
-    if (doorkeeper_) doorkeeper_->answer();
+    const bool is_quiet = !patience_.receive(socket_, peer_, wait);
+    if (doorkeeper_ && (is_quiet || ++messages_ % kMessagesPerLookAtTheDoor == 0)) doorkeeper_->answer();
+    if (!is_quiet) return take(frame);
     read_monitor();
-    return receive_now(frame);
+    return false;
   }
 
   bool send(const std::string& peer, Bytes bytes) override {
@@ -119,8 +115,7 @@ class ZeroMqRouter final : public Router {
   }
 
   /// Takes frames (peer, message); whatever has another shape is no message of ours.
-  bool receive_now(Frame& frame) {
-    if (!socket_.recv(peer_, zmq::recv_flags::dontwait)) return false;
+  bool take(Frame& frame) {
     if (!peer_.more()) return false;
     static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
     const bool has_two_parts = !message_.more();
@@ -152,12 +147,13 @@ class ZeroMqRouter final : public Router {
   }
 
   std::optional<LockFile> lock_;
-  WaitPolicy policy_;
   zmq::context_t context_;
   zmq::socket_t socket_;
+  PatientReceiver patience_;
   ConnectionMonitor monitor_;
   std::optional<Doorkeeper> doorkeeper_;
   ConnectionBook book_;
+  std::uint64_t messages_ = 0;
   zmq::message_t peer_;
   zmq::message_t message_;
 };

@@ -45,7 +45,7 @@ class Door:
         """Whether a key is wrong or missing, at our end or at the coupler's."""
         while self._monitor.poll(0):
             event = int.from_bytes(self._monitor.recv_multipart()[0][:2], "little")
-            self._turned_away |= event == zmq.EVENT_HANDSHAKE_FAILED_AUTH
+            self._turned_away |= event in (zmq.EVENT_HANDSHAKE_FAILED_AUTH, zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL)
             self._broken_handshakes += 1
         return self._turned_away or self._broken_handshakes >= self._MOST_BROKEN_HANDSHAKES
 

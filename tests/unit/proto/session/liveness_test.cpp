@@ -37,7 +37,7 @@ TEST(Liveness, IsSilentOnceAPingStaysUnansweredForTheLimit) {
 }
 
 TEST(Liveness, IsHungWhenWorkIsDueAndNothingMoves) {
-  Liveness liveness = on_request({}, 0.02, 0);
+  Liveness liveness = on_request({}, kPatience, 0.02, 0);
   liveness = watch(liveness, 0, 59, true, pong(3, Phase::exchanging));
   EXPECT_EQ(judge(liveness, true, kPatience, 59), Health::fine);
   liveness = watch(liveness, 59, 61, true, pong(3, Phase::exchanging));
@@ -50,7 +50,7 @@ TEST(Liveness, IsHungInABulkUpdateThatNobodyWaitsForYet) {
 }
 
 TEST(Liveness, AnyMovementGrantsTheWholeDeadlineAgain) {
-  Liveness liveness = on_request({}, 0.02, 0);
+  Liveness liveness = on_request({}, kPatience, 0.02, 0);
   liveness = watch(liveness, 0, 50, true, pong(3, Phase::exchanging, 1));
   liveness = watch(liveness, 50, 100, true, pong(3, Phase::exchanging, 2));
   EXPECT_EQ(judge(liveness, true, kPatience, 100), Health::fine);
@@ -98,7 +98,7 @@ TEST(Liveness, APongThatWasOvertakenTellsNothing) {
 
 TEST(Liveness, AsksSoonAfterARequestAndThenMoreAndMoreSeldom) {
   Liveness liveness = on_ping({}, kPatience, 0);
-  liveness = on_request(liveness, 0.02, 0.1);
+  liveness = on_request(liveness, kPatience, 0.02, 0.1);
   std::vector<int> pings_ms;
   for (int ms = 100; ms < 2000; ++ms) {
     if (!ping_is_due(liveness, kPatience, 1e-3 * ms)) continue;
@@ -108,6 +108,18 @@ TEST(Liveness, AsksSoonAfterARequestAndThenMoreAndMoreSeldom) {
   const std::vector<int> expected_ms{120, 160, 240, 400, 720, 1220, 1720};
   ASSERT_EQ(pings_ms.size(), expected_ms.size());
   for (std::size_t i = 0; i < expected_ms.size(); ++i) EXPECT_NEAR(pings_ms[i], expected_ms[i], 10);
+}
+
+TEST(Liveness, AsksNoMoreThanAtRestWhileRequestsAreAnsweredAtOnce) {
+  Liveness liveness = on_ping({}, kPatience, 0);
+  int pings = 0;
+  for (int ms = 0; ms < 2000; ++ms) {
+    liveness = on_request(liveness, kPatience, 0.02, 1e-3 * ms);
+    if (!ping_is_due(liveness, kPatience, 1e-3 * ms)) continue;
+    liveness = on_ping(liveness, kPatience, 1e-3 * ms);
+    ++pings;
+  }
+  EXPECT_EQ(pings, 3);
 }
 
 TEST(Liveness, AsksOftenWhileAConnectionIsBroken) {
