@@ -28,7 +28,7 @@ MOST_SLOWER = 4 / 3
 class Sample:
     step: int
     time_s: float
-    memory_kib: list   # resident set of coupler, fluid, body
+    memory_kib: list   # anonymous, of coupler, fluid, body
     descriptors: list
 
 
@@ -66,13 +66,14 @@ def watch(run, steps, count):
 
 def sample(run, step):
     processes = [run.session.pid_of(component) for component in COMPONENTS]
-    return Sample(step, time.monotonic(), [resident_kib(pid) for pid in processes],
+    return Sample(step, time.monotonic(), [anonymous_kib(pid) for pid in processes],
                   [len(os.listdir(f"/proc/{pid}/fd")) for pid in processes])
 
 
-def resident_kib(pid):
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("VmRSS:"):
+def anonymous_kib(pid):
+    """Memory that is no file's; counted page by page, where VmRSS of /proc/PID/status is an estimate."""
+    for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
+        if line.startswith("Anonymous:"):
             return int(line.split()[1])
     raise OSError(f"process {pid} has no memory any more")
 
@@ -82,7 +83,7 @@ def step_times_us(samples):
 
 
 def print_table(samples):
-    print("| step | µs per step | resident KiB: coupler, fluid, body | descriptors |")
+    print("| step | µs per step | anonymous memory in KiB: coupler, fluid, body | descriptors |")
     print("|---|---|---|---|")
     for before, now in zip([None, *samples], samples):
         time_us = f"{step_times_us([before, now])[0]:.0f}" if before and now.step > before.step else ""
