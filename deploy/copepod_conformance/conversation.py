@@ -8,7 +8,7 @@ from pathlib import Path
 
 from copepod_conformance.component_process import ComponentProcess
 from copepod_conformance.lanes import CONTROL, DATA, Lanes
-from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, describe, part
+from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, describe, part, seal
 from copepod_conformance.verdicts import Silence, Violation
 
 _PING_EVERY_S = 0.5
@@ -54,6 +54,13 @@ class Conversation:
         """Sends whatever it is; `text` is for the reader of the verdict."""
         self.sent.append(text if lane == DATA else f"{text} on the control lane")
         self._lanes.send(lane, data)
+
+    def send_damaged(self, message, text):
+        """One bit of the message changes on its way."""
+        frame = bytearray(seal.to_bytes(message))
+        frame[len(frame) // 2] ^= 4
+        self.sent.append(text)
+        self._lanes.send_as_it_is(DATA, bytes(frame))
 
     def welcome(self, minor=PROTOCOL_MINOR, **changes):
         """Welcomes both lanes; `changes` are fields of the Envelope."""

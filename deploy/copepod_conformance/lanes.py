@@ -3,9 +3,9 @@
 import dataclasses
 
 import zmq
-from google.protobuf.message import DecodeError
 
 from copepod_conformance import protocol
+from copepod_conformance.verdicts import Violation
 
 DATA, CONTROL = "data", "control"
 _LANE_OF_NUMBER = {protocol.handshake.LANE_DATA: DATA, protocol.handshake.LANE_CONTROL: CONTROL}
@@ -44,17 +44,19 @@ class Lanes:
         if not self._socket.poll(int(1000 * seconds)):
             return None
         peer, data = self._socket.recv_multipart()[:2]
-        envelope = protocol.Envelope()
         try:
-            envelope.ParseFromString(data)
-        except DecodeError:
-            envelope.Clear()
+            envelope = protocol.seal.from_bytes(data)
+        except (protocol.seal.Damaged, protocol.Refused) as problem:
+            raise Violation(f"bytes that are no message ({problem})") from problem
         if envelope.WhichOneof("body") == "hello":
             self._peers[peer] = _LANE_OF_NUMBER.get(envelope.hello.lane, DATA)
         return Received(self._peers.get(peer, DATA), data, envelope)
 
-    def send(self, lane, data):
-        """False if nobody is there, or no longer."""
+    def send(self, lane, content):
+        """Sends bytes with their checksum; False if nobody is there, or no longer."""
+        return self.send_as_it_is(lane, protocol.seal.sealed(content))
+
+    def send_as_it_is(self, lane, data):
         try:
             peer = next(peer for peer, its_lane in reversed(self._peers.items()) if its_lane == lane)
             self._socket.send_multipart([peer, data], copy=False)

@@ -1,6 +1,6 @@
 """A step is done once, whatever happens to the messages about it."""
 
-from copepod_conformance.protocol import SETUP, STEP
+from copepod_conformance.protocol import SETUP, STEP, describe
 from copepod_conformance.reference import STEPS, digest_of
 from copepod_conformance.verdicts import Check, Rule, Violation
 
@@ -8,6 +8,8 @@ _REPEAT = Rule("Exactly once", "a request with the number of the last one is ans
                                "without computing anything")
 _IGNORE = Rule("Exactly once", "older numbers and messages of another session or epoch are ignored")
 _SKIP = Rule("Exactly once", "a number that skips ahead, and a step that is not the next one, are refused with code 65")
+_DAMAGED = Rule("Lanes", "a frame that does not end with its checksum was damaged on its way and counts as lost")
+_GOODBYE = Rule("Exactly once", "a component stays for 0.5 s after its Finished, should the coupler have to ask again")
 _QUEUE = Rule("A run", "a request that comes during the bulk update waits in the queue")
 _SAME = Rule("Same bits", "the same case gives the same replies and the same digest")
 
@@ -85,6 +87,29 @@ def _other_step(offset):
     return run
 
 
+def _damaged(trial):
+    """Lost like any other: the coupler sends it again."""
+    trial.configure()
+    trial.advance(1)
+    trial.sequence += 1
+    request = trial.with_header(trial.make(trial.step_name))
+    trial.send_damaged(request, f"{describe(request)} with one bit changed")
+    trial.send(request, sequence=trial.sequence, attempt=1)
+    trial.next_step += 1
+    trial.expect_reply(trial.step_name, request)
+    trial.subject.reference.compare_end(trial)
+
+
+def _repeated_goodbye(trial):
+    trial.configure()
+    finish = trial.make("Finish")
+    trial.request(finish)
+    trial.send(finish, sequence=trial.sequence, attempt=1)
+    trial.sent[-1] += " again"
+    trial.expect_reply("Finish", finish)
+    trial.expect_exit(0)
+
+
 def _early(trial):
     """All steps at once: replies in order, none lost."""
     trial.configure()
@@ -110,5 +135,7 @@ def checks(subject):
         Check(group, "a number that skips ahead is refused", _SKIP, _number_ahead),
         Check(group, "a step left out is refused", _SKIP, _other_step(+1)),
         Check(group, "a step done before is refused", _SKIP, _other_step(-1)),
+        Check(group, "a damaged request counts as lost", _DAMAGED, _damaged),
+        Check(group, "the goodbye is said again", _GOODBYE, _repeated_goodbye),
         Check(group, "requests that come early are answered in order", _QUEUE, _early),
     ]

@@ -17,7 +17,11 @@ class Damaged(Exception):
 
 def to_bytes(envelope):
     """The frame that carries `envelope`."""
-    content = envelope.SerializeToString()
+    return sealed(envelope.SerializeToString())
+
+
+def sealed(content):
+    """`content` with its checksum."""
     return content + _seal(content)
 
 
