@@ -60,7 +60,7 @@ Capabilities rigid_body_capabilities() {
           COPEPOD_VERSION,
           {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
            "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "springs:anchors",
-           "gravity", "checkpoint"}};
+           "gravity", "periodic_contacts", "checkpoint"}};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup)

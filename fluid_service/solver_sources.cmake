@@ -16,6 +16,7 @@ set(FLUID_SOLVER_SOURCES
   solver/checkpoint.cpp
   solver/lattice_boltzmann.cpp
   stokes/grand_mobility.cpp
+  stokes/plane_images.cpp
   stokes/stokes_flow.cpp)
 
 # One kernel source, one build per instruction set; the fastest that the machine has is chosen at start.

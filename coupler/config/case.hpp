@@ -16,24 +16,39 @@
 namespace copepod::coupler {
 
 enum class FluidSolverChoice { lattice_boltzmann, stokes, vacuum, external };
+enum class BodySolverChoice { own, bullet, external };
 enum class BeadOrientation { parallel, perpendicular };
 enum class LoadAveraging { none, two_step };
+
+/// Whether a fluid solver of ours knows neither cells nor fields.
+inline bool computes_no_cells(FluidSolverChoice solver) {
+  return solver == FluidSolverChoice::stokes || solver == FluidSolverChoice::vacuum;
+}
 
 /// Section `fluid` of the case; SI units, whole domain.
 struct FluidCase {
   FluidSolverChoice solver = FluidSolverChoice::lattice_boltzmann;
+  std::vector<std::string> command;  ///< of solver: {command: …}
   double density_kg_per_m3 = 0.0;
   double kinematic_viscosity_m2_per_s = 0.0;
   double cell_size_m = 0.0;               ///< 0: no lattice, then nothing is reported in cells
   std::optional<double> relaxation_time;  ///< as given; absent where step_s was
   std::array<std::int64_t, 3> domain_cells{};
   std::array<Boundary, 6> boundaries{};  ///< x low, x high, y low, …
+  int no_slip_plane = -1;  ///< number of the face in `boundaries` that solver: stokes knows; −1: none
   std::array<bool, 3> symmetry_planes{};
   Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
   CollisionKind collision = CollisionKind::bgk;
   MovingBoundary moving_boundary = MovingBoundary::bounce_back;
   Refill refill = Refill::equilibrium;
   Precision precision = Precision::double_precision;
+};
+
+/// Section `body` of the case.
+struct BodyCase {
+  BodySolverChoice solver = BodySolverChoice::own;
+  std::vector<std::string> command;  ///< of solver: {command: …}
+  Integrator integrator = Integrator::runge_kutta_4;
 };
 
 struct Bead {
@@ -95,12 +110,17 @@ struct OutputCase {
   double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
 };
 
+/// Whether the fluid's fields are to be written at all.
+inline bool wants_fields(const OutputCase& output) {
+  return output.fields_every_steps > 0 || output.mean_over_steps[1] > 0;
+}
+
 /// Value of services.transport for a run in one process.
 inline constexpr const char* in_process_transport = "in_process";
 
 struct ServicesCase {
   int fluid_ranks = 1;
-  std::vector<std::string> fluid_command;  ///< empty: our own service
+  std::vector<std::string> fluid_command;  ///< empty: the service of ours that has the chosen solver
   std::vector<std::string> body_command;
   std::string transport = "ipc";  ///< "ipc", "tcp://host:port" or "in_process"
 };
@@ -118,7 +138,7 @@ struct Case {
   FluidCase fluid;
   std::optional<double> given_step_s;  ///< absent where the relaxation time was given
   double step_s = 0.0;                 ///< given or derived
-  Integrator integrator = Integrator::runge_kutta_4;
+  BodyCase body;
   Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
   std::vector<Swimmer> swimmers;
   std::vector<BodySpecification> bodies;  ///< those not of swimmers

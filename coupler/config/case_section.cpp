@@ -2,6 +2,7 @@
 
 #include "config/names.hpp"
 #include "config/sections.hpp"
+#include "config/solver_choice.hpp"
 
 namespace copepod::coupler {
 
@@ -38,11 +39,11 @@ ServicesCase read_services(Reader services) {
                                  " (no machine has so many). Give the number of processes.");
     }
     result.fluid_ranks = static_cast<int>(std::min(ranks, most_ranks));
-    result.fluid_command = fluid.words("command");
+    result.fluid_command = fluid.command("command");
   }
   {
     Reader body = services.section("body");
-    result.body_command = body.words("command");
+    result.body_command = body.command("command");
   }
   result.transport = services.text("transport", "ipc");
   if (result.transport != "ipc" && result.transport != in_process_transport &&
@@ -66,6 +67,25 @@ std::optional<Sweep> read_sweep(Reader& top) {
   return result;
 }
 
+BodyCase read_body_solver(Reader body) {
+  BodyCase result;
+  result.solver = read_solver(body, body_solver_names, std::optional(BodySolverChoice::own), result.command);
+  result.integrator = body.choice("integrator", integrator_names, std::optional(Integrator::runge_kutta_4));
+  return result;
+}
+
+namespace {
+
+/// What the sections of fluid and bodies say about processes: a command in `services` (where --fluid and
+/// --body put theirs) goes before one in `solver`, and a solver that computes no cells has none to share out.
+void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase& services) {
+  if (services.fluid_command.empty()) services.fluid_command = fluid.command;
+  if (services.body_command.empty()) services.body_command = body.command;
+  if (computes_no_cells(fluid.solver) && services.fluid_command.empty()) services.fluid_ranks = 1;
+}
+
+}  // namespace
+
 Case read_case(Reader top) {
   Case result;
   result.name = top.text("case");
@@ -73,10 +93,7 @@ Case read_case(Reader top) {
   { top.section("parameter_sets").accept_all(); }
   result.fluid = read_fluid(top.section("fluid"));
   if (top.has("step_s")) result.given_step_s = top.number("step_s", Range::positive);
-  {
-    Reader body = top.section("body");
-    result.integrator = body.choice("integrator", integrator_names, std::optional(Integrator::runge_kutta_4));
-  }
+  result.body = read_body_solver(top.section("body"));
   for (std::size_t i = 0; i < top.size("swimmers"); ++i)
     result.swimmers.push_back(read_swimmer(top.item("swimmers", i)));
   for (std::size_t i = 0; i < top.size("bodies"); ++i)
@@ -98,6 +115,7 @@ Case read_case(Reader top) {
   }
   result.output = read_output(top.section("output"));
   result.services = read_services(top.section("services"));
+  settle_services(result.fluid, result.body, result.services);
   result.sweep = read_sweep(top);
   return result;
 }

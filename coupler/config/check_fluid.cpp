@@ -25,24 +25,22 @@ std::string face_path(std::size_t face) {
 
 void check_time(const Case& the_case, Problems& problems) {
   const bool both = the_case.fluid.relaxation_time && the_case.given_step_s;
-  if (!on_lattice(the_case)) {
-    if (the_case.fluid.relaxation_time) {
-      problems.error("fluid.relaxation_time",
-                     "fluid.relaxation_time is given for a solver without a lattice (nothing relaxes "
-                     "there). Give step_s at the top of the case.");
-    } else if (!the_case.given_step_s) {
-      problems.error(
-          "step_s",
-          "step_s is missing (a solver without a lattice has no step of its own). Add `step_s: …`.");
-    }
-    return;
-  }
   if (both || (!the_case.fluid.relaxation_time && !the_case.given_step_s)) {
-    problems.error(both ? "step_s" : "fluid.relaxation_time",
-                   std::string("the case gives ") + (both ? "both" : "neither") +
-                       " fluid.relaxation_time and step_s (one follows from the other). Give exactly one.");
+    problems.error(
+        both ? "step_s" : "fluid.relaxation_time",
+        std::string("the case gives ") +
+            (both ? "both fluid.relaxation_time and step_s" : "neither fluid.relaxation_time nor step_s") +
+            " (one follows from the other). Give exactly one.");
     return;
   }
+  const FluidCase& fluid = the_case.fluid;
+  if (fluid.relaxation_time && (fluid.cell_size_m == 0.0 || fluid.kinematic_viscosity_m2_per_s == 0.0)) {
+    problems.error("fluid.relaxation_time",
+                   "fluid.relaxation_time alone gives no step (it follows with the viscosity and the cell). "
+                   "Give fluid.kinematic_viscosity_m2_per_s and fluid.cell_size_m, or step_s instead.");
+    return;
+  }
+  if (!fluid.relaxation_time && !on_lattice(the_case)) return;
   const double tau = relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
                                                the_case.fluid.kinematic_viscosity_m2_per_s);
   const std::string found =
@@ -51,6 +49,8 @@ void check_time(const Case& the_case, Problems& problems) {
     problems.error(time_key(the_case), found +
                                            " (it must exceed 1/2: viscosity is proportional to the excess). "
                                            "Use a value such as 0.6667.");
+  } else if (!on_lattice(the_case)) {
+    return;
   } else if (the_case.fluid.collision == CollisionKind::bgk && tau < 0.52) {
     problems.error(time_key(the_case),
                    found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");

@@ -139,11 +139,12 @@ void check_services(const Case& the_case, Problems& problems) {
   const ServicesCase& services = the_case.services;
   if (services.transport != in_process_transport) return;
   const FluidSolverChoice solver = the_case.fluid.solver;
-  const bool replaced = !services.fluid_command.empty() || !services.body_command.empty();
+  const bool replaced = !services.fluid_command.empty() || !services.body_command.empty() ||
+                        the_case.body.solver != BodySolverChoice::own;
   if (replaced || (solver != FluidSolverChoice::vacuum && solver != FluidSolverChoice::stokes)) {
     problems.error("services.transport",
                    std::string("services.transport is in_process (") +
-                       (replaced ? "components with a command of their own" : "this fluid.solver") +
+                       (replaced ? "other components than our own" : "this fluid.solver") +
                        " must be processes). Write transport: ipc.");
   }
 }
@@ -156,6 +157,7 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   const bool run = !problems.any_under("run");
   if (time) check_time(the_case, problems);
   if (domain) check_domain(the_case, problems);
+  if (domain && bodies) check_solvers(the_case, assembly, problems);
   if (bodies) check_names(the_case, assembly, problems);
   if (time && springs) check_symmetry(the_case, assembly, problems);
   if (time && bodies) check_bodies(the_case, assembly, problems);

@@ -10,6 +10,8 @@ namespace copepod::coupler {
 
 void check_time(const Case& the_case, Problems& problems);    ///< step, relaxation time
 void check_domain(const Case& the_case, Problems& problems);  ///< cells, faces, ranks
+/// What comes with the choice of solvers: a command, a plane, output that only some have.
+void check_solvers(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_names(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< walls, overlaps

@@ -2,6 +2,7 @@
 
 #include "config/names.hpp"
 #include "config/sections.hpp"
+#include "config/solver_choice.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -69,7 +70,7 @@ std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
 
 FluidCase read_fluid(Reader fluid) {
   FluidCase result;
-  result.solver = fluid.choice<FluidSolverChoice>("solver", solver_names);
+  result.solver = read_solver<FluidSolverChoice>(fluid, solver_names, std::nullopt, result.command);
   const bool lattice = result.solver == FluidSolverChoice::lattice_boltzmann;
   const bool viscous = lattice || result.solver == FluidSolverChoice::stokes;
   const auto unless = [](bool required) { return required ? std::optional<double>() : std::optional(0.0); };
@@ -89,6 +90,7 @@ FluidCase read_fluid(Reader fluid) {
       read_axis(boundaries, axis_names[axis], result.boundaries[2 * axis], result.boundaries[2 * axis + 1]);
     }
   }
+  result.no_slip_plane = fluid.choice("no_slip_plane", plane_names, std::optional(-1));
   result.symmetry_planes = read_symmetry_planes(fluid);
   result.body_force_N_per_m3 = fluid.numbers("body_force_N_per_m3", 3, Eigen::VectorXd::Zero(3));
   result.collision = fluid.choice("collision", collision_names, std::optional(CollisionKind::bgk));

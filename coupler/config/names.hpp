@@ -15,6 +15,11 @@ inline constexpr std::array solver_names{
     Choice<FluidSolverChoice>{"vacuum", FluidSolverChoice::vacuum},
     Choice<FluidSolverChoice>{"external", FluidSolverChoice::external}};
 
+inline constexpr std::array body_solver_names{
+    Choice<BodySolverChoice>{"own", BodySolverChoice::own},
+    Choice<BodySolverChoice>{"bullet", BodySolverChoice::bullet},
+    Choice<BodySolverChoice>{"external", BodySolverChoice::external}};
+
 inline constexpr std::array collision_names{Choice<CollisionKind>{"bgk", CollisionKind::bgk},
                                             Choice<CollisionKind>{"trt", CollisionKind::trt}};
 
@@ -31,6 +36,11 @@ inline constexpr std::array boundary_names{Choice<BoundaryKind>{"no_slip", Bound
                                            Choice<BoundaryKind>{"free_slip", BoundaryKind::free_slip},
                                            Choice<BoundaryKind>{"velocity", BoundaryKind::velocity},
                                            Choice<BoundaryKind>{"pressure", BoundaryKind::pressure}};
+
+/// Faces by their number in the order of FluidSetup::boundaries.
+inline constexpr std::array plane_names{
+    Choice<int>{"none", -1},  Choice<int>{"x_low", 0}, Choice<int>{"x_high", 1}, Choice<int>{"y_low", 2},
+    Choice<int>{"y_high", 3}, Choice<int>{"z_low", 4}, Choice<int>{"z_high", 5}};
 
 inline constexpr std::array shape_names{Choice<ShapeKind>{"sphere", ShapeKind::sphere},
                                         Choice<ShapeKind>{"capsule", ShapeKind::capsule}};

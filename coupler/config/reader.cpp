@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "config/command_words.hpp"
 #include "config/nearest_word.hpp"
 
 namespace copepod::coupler {
@@ -196,6 +197,17 @@ std::vector<std::string> Reader::words(const std::string& key) {
                                       "Write it in brackets: [a, b].");
   }
   return result;
+}
+
+std::vector<std::string> Reader::command(const std::string& key) {
+  const Value* value = raw(key);
+  if (value == nullptr || value->kind != Value::Kind::scalar) return words(key);
+  try {
+    return split_command(value->text);
+  } catch (const CaseError& error) {
+    problems_.error(path_of(key), path_of(key) + ": " + error.what());
+    return {};
+  }
 }
 
 std::size_t Reader::choose(const std::string& key, const std::vector<std::string>& names, bool required) {

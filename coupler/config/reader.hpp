@@ -50,6 +50,7 @@ class Reader {
   std::vector<std::int64_t> integers(const std::string& key, std::size_t size, Range range,
                                      std::optional<std::vector<std::int64_t>> otherwise = {});
   std::vector<std::string> words(const std::string& key);  ///< a list of texts, or one text; empty if absent
+  std::vector<std::string> command(const std::string& key);  ///< a list, or one text split like a shell would
   template <typename E, std::size_t N>
   E choice(const std::string& key, const std::array<Choice<E>, N>& choices, std::optional<E> otherwise = {});
 

@@ -52,6 +52,7 @@ Value resolved_fluid(const FluidCase& fluid) {
   for (const std::int64_t count : fluid.domain_cells) cells.add(Value::of_integer(count));
   section.add("domain_cells", std::move(cells));
   section.add("boundaries", resolved_boundaries(fluid));
+  section.add("no_slip_plane", word(plane_names, fluid.no_slip_plane));
   Value planes = Value::sequence();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (fluid.symmetry_planes[axis]) planes.add(Value::of_text(axis_names[axis]));
@@ -200,7 +201,8 @@ Value resolved(const Case& the_case) {
   top.add("fluid", resolved_fluid(the_case.fluid));
   if (the_case.given_step_s) top.add("step_s", Value::of_number(*the_case.given_step_s));
   Value body = Value::mapping();
-  top.add("body", std::move(body.add("integrator", word(integrator_names, the_case.integrator))));
+  body.add("solver", word(body_solver_names, the_case.body.solver));
+  top.add("body", std::move(body.add("integrator", word(integrator_names, the_case.body.integrator))));
   top.add("swimmers", list(the_case.swimmers, resolved_swimmer));
   top.add("bodies", list(the_case.bodies, resolved_body));
   top.add("springs", list(the_case.springs, resolved_spring));

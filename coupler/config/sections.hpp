@@ -9,6 +9,7 @@ namespace copepod::coupler {
 // problems.
 
 FluidCase read_fluid(Reader fluid);
+BodyCase read_body_solver(Reader body);
 Shape read_shape(Reader& reader);
 Swimmer read_swimmer(Reader swimmer);
 BodySpecification read_body(Reader body);

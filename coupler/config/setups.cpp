@@ -1,5 +1,7 @@
 #include "config/setups.hpp"
 
+#include <algorithm>
+
 #include "config/names.hpp"
 #include "contract/errors.hpp"
 
@@ -28,10 +30,6 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
   return FluidKind::lattice_boltzmann;
 }
 
-bool wants_fields(const OutputCase& output) {
-  return output.fields_every_steps > 0 || output.mean_over_steps[1] > 0;
-}
-
 void require_lattice_features(const FluidCase& fluid, std::set<std::string>& required) {
   required.insert(std::string("collision:") + name_of(collision_names, fluid.collision));
   required.insert(std::string("precision:") + name_of(precision_names, fluid.precision));
@@ -56,6 +54,7 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
   setup.kinematic_viscosity_m2_per_s = fluid.kinematic_viscosity_m2_per_s;
   setup.domain_cells = fluid.domain_cells;
   setup.boundaries = fluid.boundaries;
+  setup.no_slip_plane = fluid.no_slip_plane;
   setup.symmetry_planes = fluid.symmetry_planes;
   setup.body_force_N_per_m3 = fluid.body_force_N_per_m3;
   setup.collision = fluid.collision;
@@ -74,7 +73,7 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   BodySetup setup;
   setup.step_s = the_case.step_s;
-  setup.integrator = the_case.integrator;
+  setup.integrator = the_case.body.integrator;
   setup.gravity_m_per_s2 = the_case.gravity_m_per_s2;
   setup.fluid_density_kg_per_m3 =
       the_case.fluid.solver == FluidSolverChoice::vacuum ? 0.0 : the_case.fluid.density_kg_per_m3;
@@ -98,8 +97,10 @@ std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& as
   for (const BodySpecification& body : assembly.bodies) {
     required.insert(std::string("shape:") + name_of(shape_names, body.shape.kind));
   }
+  if (solver == FluidSolverChoice::stokes && the_case.fluid.no_slip_plane >= 0)
+    required.insert("no_slip_plane");
   if (solver == FluidSolverChoice::lattice_boltzmann) require_lattice_features(the_case.fluid, required);
-  if (wants_fields(the_case.output)) required.insert("fields");
+  if (wants_fields(the_case.output) && !computes_no_cells(solver)) required.insert("fields");
   if (the_case.output.checkpoint_every_steps > 0) required.insert("checkpoint");
   return required;
 }
@@ -110,10 +111,14 @@ std::set<std::string> required_of_body(const Case& the_case, const Assembly& ass
     required.insert(std::string("shape:") + name_of(shape_names, body.shape.kind));
     required.insert(std::string("motion:") + name_of(motion_names, body.motion));
   }
-  // A body service of the user's own integrates in its own way.
-  if (the_case.services.body_command.empty()) {
-    required.insert(std::string("integrator:") + name_of(integrator_names, the_case.integrator));
+  // Everybody else integrates in his own way.
+  if (the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty()) {
+    required.insert(std::string("integrator:") + name_of(integrator_names, the_case.body.integrator));
   }
+  const bool periodic =
+      std::any_of(the_case.fluid.boundaries.begin(), the_case.fluid.boundaries.end(),
+                  [](const Boundary& boundary) { return boundary.kind == BoundaryKind::periodic; });
+  if (periodic && the_case.services.body_command.empty()) required.insert("periodic_contacts");
   if (the_case.output.checkpoint_every_steps > 0) required.insert("checkpoint");
   return required;
 }
@@ -123,7 +128,7 @@ void require_features(const Capabilities& capabilities, const std::set<std::stri
   for (const std::string& feature : required) {
     if (!capabilities.features.contains(feature)) missing += (missing.empty() ? "" : ", ") + feature;
   }
-  if (missing.empty()) return;
+  if (missing.empty() || capabilities.features.contains("solver:external")) return;
   throw Refused("the case needs what " + capabilities.name + " " + capabilities.version + " cannot do (" +
                 missing + "). Change the case, or use another component.");
 }
@@ -137,9 +142,9 @@ std::int64_t computed_cells(const FluidCase& fluid) {
   return cells;
 }
 
-std::int64_t lattice_memory_bytes(const FluidCase& fluid) {
+std::int64_t population_bytes(const FluidCase& fluid) {
   const std::int64_t bytes_per_number = fluid.precision == Precision::single_precision ? 4 : 8;
-  return computed_cells(fluid) * 2 * 19 * bytes_per_number;
+  return computed_cells(fluid) * 19 * bytes_per_number;
 }
 
 }  // namespace copepod::coupler

@@ -26,12 +26,14 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly);
 std::set<std::string> required_of_body(const Case& the_case, const Assembly& assembly);
 
+/// A component that announces "solver:external" takes the place of any solver: whoever brings it knows what
+/// it is for.
 /// @throws Refused naming the features that the component lacks
 void require_features(const Capabilities& capabilities, const std::set<std::string>& required);
 
 /// Cells that are computed: the whole domain, halved for every symmetry plane; 0 without a lattice.
 std::int64_t computed_cells(const FluidCase& fluid);
-/// Two sets of 19 populations per cell [bytes].
-std::int64_t lattice_memory_bytes(const FluidCase& fluid);
+/// 19 populations per computed cell [bytes].
+std::int64_t population_bytes(const FluidCase& fluid);
 
 }  // namespace copepod::coupler

@@ -17,8 +17,7 @@ Checkpointer::Checkpointer(const CheckpointStore& store, Ability able, const Cas
       able_(able),
       schedule_(the_case.output.checkpoint_every_steps, the_case.output.checkpoint_every_wall_s, first_step,
                 CheckpointSchedule::Clock::now()),
-      expected_bytes_(
-          static_cast<std::uintmax_t>(lattice_memory_bytes(the_case.fluid) / 2)),  // one set of populations
+      expected_bytes_(static_cast<std::uintmax_t>(population_bytes(the_case.fluid))),
       signals_(signals),
       events_(events) {
   signals_.sigterm_waits_for_checkpoint.store(able_ == Ability::saves);

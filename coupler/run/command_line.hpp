@@ -22,10 +22,6 @@ struct Options {
   std::string command_line;  ///< all arguments, for the provenance
 };
 
-/// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.
-/// @throws CaseError if a quote is not closed
-std::vector<std::string> split_command(const std::string& command);
-
 /// @throws CaseError (exit code 2) if the arguments make no sense
 Options parse_command_line(int argc, const char* const* argv);
 

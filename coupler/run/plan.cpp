@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/swimmer_figures.hpp"
+#include "config/memory_estimate.hpp"
+#include "config/names.hpp"
 #include "config/resolved.hpp"
 #include "config/setups.hpp"
 #include "config/yaml_text.hpp"
@@ -58,6 +60,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
   const Case& the_case = loaded.content;
   const Value tree = resolved(the_case);
   const std::int64_t cells = computed_cells(the_case.fluid);
+  const MemoryEstimate memory = estimate_memory(the_case);
   ordered_json plan;
   plan["case"] = to_json(tree);
   plan["case_yaml"] = to_yaml(tree);
@@ -66,12 +69,19 @@ ordered_json make_plan(const LoadedCase& loaded) {
   plan["services"] = {
       {"fluid",
        {{"ranks", the_case.services.fluid_ranks}, {"command", command(the_case.services.fluid_command)}}},
-      {"body", {{"command", command(the_case.services.body_command)}}},
+      {"body",
+       {{"solver", name_of(body_solver_names, the_case.body.solver)},
+        {"command", command(the_case.services.body_command)}}},
       {"transport", the_case.services.transport}};
   plan["requires"] = {{"fluid", required_of_fluid(the_case, loaded.assembly)},
                       {"body", required_of_body(the_case, loaded.assembly)}};
   plan["estimate"] = {{"cells", cells},
-                      {"memory_bytes", lattice_memory_bytes(the_case.fluid)},
+                      {"memory_bytes", memory.total()},
+                      {"memory_of",
+                       {{"fluid_rank_bytes", memory.fluid_rank},
+                        {"fluid_ranks", memory.fluid_ranks},
+                        {"body_bytes", memory.body},
+                        {"coupler_bytes", memory.coupler}}},
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};
   plan["warnings"] = loaded.warnings;
   plan["notes"] = make_notes(the_case);

@@ -20,8 +20,8 @@ _MOMENT_S = 1.0  # a build that takes longer is announced
 
 
 def ensure_programs():
-    """Packages, the three programs of a run, and what components in Python need; all up to date."""
-    ensure_targets((*PROGRAMS, "copepod_python"))
+    """Packages, the programs of a run, and what components in Python need; all up to date."""
+    ensure_targets(("copepod_programs", "copepod_python"))
 
 
 def ensure_everything():

@@ -1,11 +1,8 @@
 """`copepod check`: everything about a case that can be known before it runs."""
 
-import json
 import os
-import subprocess
 
-from copepod_command import build, components, exit_codes, speed
-from copepod_command.checkout import program
+from copepod_command import build, capabilities, components, exit_codes, speed
 from copepod_command.errors import Stop
 from copepod_command.plan import request_plan
 from copepod_command.stages import elapsed_text
@@ -14,8 +11,7 @@ from copepod_command.stages import elapsed_text
 def check(options):
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
     build.ensure_programs()
-    plan = request_plan(options)
-    components.check_services(plan)
+    plan = components.settled(request_plan(options), options)
     rows = [(note["what"], note["value"]) for note in plan.notes]
     rows += _estimate_rows(plan)
     width = max((len(name) for name, _ in rows), default=0) + 2
@@ -38,7 +34,7 @@ def _estimate_rows(plan):
     rows = []
     memory = plan.estimate.get("memory_bytes")
     if memory:
-        rows.append(("memory", f"{memory / 2**20:.0f} MiB"))
+        rows.append(("memory", f"{memory / 2**20:.0f} MiB{_shares(plan.estimate.get('memory_of', {}))}"))
     updates = plan.estimate.get("cell_updates")
     if updates:
         precision = plan.case.get("fluid", {}).get("precision", "double")
@@ -53,6 +49,16 @@ def _estimate_rows(plan):
             )
         )
     return rows
+
+
+def _shares(memory_of):
+    """How the memory is shared out, in brackets; nothing where the coupler does not tell."""
+    shares = []
+    if memory_of.get("fluid_rank_bytes"):
+        shares.append(f"fluid {memory_of['fluid_ranks']} × {memory_of['fluid_rank_bytes'] / 2**20:.0f}")
+    shares += [f"{name} {memory_of[key] / 2**20:.0f}" for name, key in (("bodies", "body_bytes"),
+               ("coupler", "coupler_bytes")) if memory_of.get(key)]
+    return f" ({', '.join(shares)})" if shares else ""
 
 
 def _resource_warnings(plan):
@@ -75,28 +81,14 @@ def _resource_warnings(plan):
 def _lacking_features(plan):
     """What the case needs and a component says it cannot do, as sentences."""
     problems = []
-    for role, replacement in (("fluid", plan.fluid_command), ("body", plan.body_command)):
-        announced = _capabilities(replacement or [str(program(f"{role}_service"))])
+    for role, command in (("fluid", components.fluid_program(plan)), ("body", components.body_program(plan))):
+        announced = capabilities.announced(command)
+        if announced is None or "solver:external" in announced.get("features", []):
+            continue
         for feature in plan.requires.get(role, []):
-            if announced is not None and feature not in announced.get("features", []):
+            if feature not in announced.get("features", []):
                 problems.append(
                     f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
                     f"Change the case, or use another --{role} component."
                 )
     return problems
-
-
-def _capabilities(command):
-    """What `command --capabilities` prints, or None if it says nothing that can be read."""
-    try:
-        answer = subprocess.run(
-            [*command, "--capabilities"],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            timeout=20,
-        )
-        return json.loads(answer.stdout)
-    except (OSError, ValueError, subprocess.TimeoutExpired):
-        return None

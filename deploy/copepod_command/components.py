@@ -3,10 +3,10 @@
 import os
 import shlex
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from copepod_command import exit_codes
+from copepod_command import capabilities, exit_codes
 from copepod_command.checkout import build_digest, program
 from copepod_command.errors import Stop
 from copepod_command.plan import case_arguments
@@ -15,6 +15,7 @@ MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that no
 IN_PROCESS = "in_process"  # services.transport of a run without services
 COMPONENT = "COPEPOD_COMPONENT"  # says which one it belongs to
 
+_BODY_SERVICES = {"own": "body_service", "external": "body_service", "bullet": "bullet_body_service"}
 _STARTERS = ("mpirun", "mpiexec", "srun")
 
 
@@ -48,24 +49,53 @@ def coupler_command(options, plan, directory, connection, resume):
     return command + (["--resume"] if resume else [])
 
 
+def fluid_program(plan):
+    """Our fluid service, or the command that replaces it."""
+    return plan.fluid_command or [str(program("fluid_service"))]
+
+
+def body_program(plan):
+    """The body service of the chosen solver, or the command that replaces it."""
+    return plan.body_command or [str(program(_BODY_SERVICES[plan.body_solver]))]
+
+
 def needs_mpirun(plan):
     """Our fluid service always, one that replaces it if it is to have several ranks and brings no starter."""
-    own = plan.fluid_command
-    return own is None or (plan.fluid_ranks > 1 and Path(own[0]).name not in _STARTERS)
+    return plan.fluid_command is None or (plan.fluid_ranks > 1 and not _brings_starter(plan.fluid_command))
 
 
 def fluid_command(plan, connection):
-    """Our fluid service, or the command that replaces it."""
-    command = (plan.fluid_command or [str(program("fluid_service"))]) + connection.arguments("fluid")
+    command = fluid_program(plan) + connection.arguments("fluid")
     return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command] if needs_mpirun(plan) else command
 
 
 def body_command(plan, connection):
-    return (plan.body_command or [str(program("body_service"))]) + connection.arguments("body")
+    return body_program(plan) + connection.arguments("body")
 
 
-def check_services(plan):
-    """Raises Stop(2) if a replacing command cannot be found, before anything is started."""
+def settled(plan, options):
+    """The plan as it can be carried out: a component that replaces our fluid is started once unless it knows MPI.
+
+    Raises Stop(2) if a program is missing, before anything is started.
+    """
+    _check_services(plan)
+    own = plan.fluid_command
+    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks or capabilities.can(own, "mpi")):
+        return replace(plan, fluid_ranks=1)
+    return plan
+
+
+def _brings_starter(command):
+    return Path(command[0]).name in _STARTERS
+
+
+def _check_services(plan):
+    if plan.body_command is None and plan.body_solver == "bullet" and not Path(body_program(plan)[0]).exists():
+        raise Stop(
+            exit_codes.BAD_CASE,
+            "body.solver is bullet (this build has no bullet_body_service: the library was missing when it was "
+            "configured). Install libbullet-dev, remove the build folder, and run again.",
+        )
     for key, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
         if command is not None and shutil.which(command[0]) is None:
             raise Stop(

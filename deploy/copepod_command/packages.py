@@ -31,6 +31,7 @@ BUILD_AND_RUN = (
     "nlohmann-json3-dev",
     "libhdf5-openmpi-dev",
     "libbenchmark-dev",
+    "libbullet-dev",
     "python3-numpy",
     "python3-matplotlib",
     "python3-h5py",

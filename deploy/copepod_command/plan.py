@@ -20,7 +20,8 @@ class Plan:
     case_yaml: str
     fluid_ranks: int
     fluid_command: list  # what replaces our fluid service, or None
-    body_command: list
+    body_solver: str  # "own", "bullet" or "external"
+    body_command: list  # what replaces the body service, or None
     transport: str  # "ipc" or "tcp://host:port"
     requires: dict
     estimate: dict
@@ -95,6 +96,7 @@ def parse_plan(text):
             case_yaml=plan["case_yaml"],
             fluid_ranks=int(services["fluid"]["ranks"]),
             fluid_command=services["fluid"].get("command"),
+            body_solver=services["body"].get("solver", "own"),
             body_command=services["body"].get("command"),
             transport=services["transport"],
             requires=plan.get("requires", {}),

@@ -20,11 +20,9 @@ def run(options):
     plan = request_plan(options)
     if plan.sweep:
         return campaign.run_sweep(options, plan)
-    components.check_services(plan)
+    plan = components.settled(plan, options)
     for warning in plan.warnings:
         say(warning)
-    if plan.fluid_command and components.needs_mpirun(plan):
-        say(f"the fluid component is started {plan.fluid_ranks} times, by mpirun; use --ranks 1 if it knows no MPI")
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)
     else:

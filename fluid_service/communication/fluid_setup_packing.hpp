@@ -19,6 +19,7 @@ void describe_physics(Archive& archive, Setup& setup) {
     archive(boundary.velocity_m_per_s);
     archive(boundary.pressure_Pa);
   }
+  archive(setup.no_slip_plane);
   archive(setup.symmetry_planes);
   archive(setup.body_force_N_per_m3);
   archive(setup.collision);

@@ -20,6 +20,7 @@ Capabilities capabilities() {
                        "boundary:free_slip",
                        "boundary:velocity",
                        "boundary:pressure",
+                       "no_slip_plane",
                        "symmetry_planes",
                        "body_force",
                        "precision:double",
@@ -29,6 +30,7 @@ Capabilities capabilities() {
                        "moving_boundary:bounce_back",
                        "refill:equilibrium",
                        "fields",
+                       "mpi",
                        "checkpoint"}};
 }
 
@@ -39,7 +41,7 @@ std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communica
     case FluidKind::vacuum:
       return std::make_unique<Vacuum>(setup, communicator);
     case FluidKind::stokes:
-      return std::make_unique<StokesFlow>(setup);
+      return std::make_unique<StokesFlow>(setup, communicator);
   }
   throw CaseError("unknown kind of fluid solver (newer coupler?). Use lattice_boltzmann, stokes or vacuum.");
 }

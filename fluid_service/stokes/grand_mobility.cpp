@@ -58,4 +58,32 @@ Eigen::MatrixXd grand_mobility(const Eigen::Matrix3Xd& position_m, std::span<con
   return mobility;
 }
 
+void add_plane_images(Eigen::MatrixXd& mobility, const NoSlipPlane& plane, const Eigen::Matrix3Xd& position_m,
+                      std::span<const double> radius_m, double viscosity_Pa_s) {
+  const Eigen::Index n = position_m.cols();
+  const Eigen::Matrix3Xd position_P_m = plane.rotation * (position_m.colwise() - plane.origin_m);
+  const auto radius = [&radius_m](Eigen::Index i) { return radius_m[static_cast<std::size_t>(i)]; };
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!(position_P_m(2, i) > radius(i)))
+      throw SolverError(
+          "sphere " + std::to_string(i) +
+          " reaches the no-slip plane (Stokes mobility is not defined then). Use weaker forces or "
+          "start further away.");
+  }
+  const auto in_world = [&plane](const Eigen::Matrix3d& tensor_P) -> Eigen::Matrix3d {
+    return plane.rotation.transpose() * tensor_P * plane.rotation;
+  };
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const ImageMobility images =
+          image_mobility(position_P_m.col(i), radius(i), position_P_m.col(j), radius(j), viscosity_Pa_s);
+      const Eigen::Matrix3d rt = in_world(images.rt);
+      mobility.block<3, 3>(3 * i, 3 * j) += in_world(images.tt);
+      mobility.block<3, 3>(3 * (n + i), 3 * (n + j)) += in_world(images.rr);
+      mobility.block<3, 3>(3 * (n + i), 3 * j) += rt;
+      mobility.block<3, 3>(3 * j, 3 * (n + i)) += rt.transpose();  // Lorentz reciprocity
+    }
+  }
+}
+
 }  // namespace copepod::fluid

@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 
+#include "stokes/plane_images.hpp"
+
 namespace copepod::fluid {
 
 /// Grand mobility of spheres in unbounded Stokes flow after Rotne, Prager and Yamakawa, translation and
@@ -21,5 +23,10 @@ namespace copepod::fluid {
 /// @throws SolverError if two spheres overlap
 Eigen::MatrixXd grand_mobility(const Eigen::Matrix3Xd& position_m, std::span<const double> radius_m,
                                double viscosity_Pa_s);
+
+/// Adds what a no-slip plane does to the mobility of the same spheres, in the same order; see image_mobility.
+/// @throws SolverError if a sphere reaches the plane
+void add_plane_images(Eigen::MatrixXd& mobility, const NoSlipPlane& plane, const Eigen::Matrix3Xd& position_m,
+                      std::span<const double> radius_m, double viscosity_Pa_s);
 
 }  // namespace copepod::fluid

@@ -11,8 +11,11 @@
 
 namespace copepod::fluid {
 
-StokesFlow::StokesFlow(const FluidSetup& setup)
-    : viscosity_Pa_s_(setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s) {
+StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator)
+    : rank_(communicator.rank()),
+      ranks_(communicator.size()),
+      viscosity_Pa_s_(setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s) {
+  if (setup.no_slip_plane >= 0) plane_ = no_slip_plane_of(setup);
   for (const Shape& shape : setup.bodies) {
     if (shape.kind != ShapeKind::sphere)
       throw CaseError(
@@ -32,10 +35,11 @@ void StokesFlow::exchange(const Kinematics& kinematics, Loads& loads) {
   loads.resize(n);
   Eigen::VectorXd motion(6 * n);
   motion << kinematics.velocity_m_per_s.reshaped(), kinematics.angular_velocity_rad_per_s.reshaped();
-  const Eigen::LLT<Eigen::MatrixXd> mobility(
-      grand_mobility(kinematics.position_m, radius_m_, viscosity_Pa_s_));
-  const Eigen::VectorXd load = mobility.solve(-motion);
-  if (mobility.info() != Eigen::Success || !load.allFinite())
+  Eigen::MatrixXd mobility = grand_mobility(kinematics.position_m, radius_m_, viscosity_Pa_s_);
+  if (plane_) add_plane_images(mobility, *plane_, kinematics.position_m, radius_m_, viscosity_Pa_s_);
+  const Eigen::LLT<Eigen::MatrixXd> factors(mobility);
+  const Eigen::VectorXd load = factors.solve(-motion);
+  if (factors.info() != Eigen::Success || !load.allFinite())
     throw SolverError(
         "the Stokes mobility cannot be inverted (positions or velocities are not finite). Use a shorter "
         "step_s.",
@@ -47,12 +51,15 @@ void StokesFlow::exchange(const Kinematics& kinematics, Loads& loads) {
 
 void StokesFlow::advance() {}
 
-void StokesFlow::save(const std::string& path) { save_stateless(path, "stokes"); }
+void StokesFlow::save(const std::string& path) {
+  if (rank_ == 0) save_stateless(path, "stokes");
+}
 
 void StokesFlow::restore(const std::string& path) { restore_stateless(path, "stokes"); }
 
 SolverSummary StokesFlow::summarise() {
   SolverSummary summary;
+  summary.ranks = ranks_;
   summary.seconds["mobility"] = exchange_s_;
   return summary;
 }

@@ -1,20 +1,24 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "communication/communicator.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
+#include "stokes/plane_images.hpp"
 
 namespace copepod::fluid {
 
-/// Quasi-steady Stokes flow around spheres in unbounded fluid: the loads are those that make the spheres move
-/// as given,
+/// Quasi-steady Stokes flow around spheres, in unbounded fluid or beside one no-slip plane: the loads are
+/// those that make the spheres move as given,
 ///   M (F, T) = −(U, Ω)                                     M: stokes/grand_mobility.hpp
-/// Neglected: inertia of the fluid, walls, lubrication. Has no state but the last kinematics.
+/// Neglected: inertia of the fluid, lubrication, other walls. Has no state but the last kinematics. Every
+/// rank computes the same.
 class StokesFlow final : public FluidSolver {
  public:
   /// @throws CaseError for bodies that are not spheres
-  explicit StokesFlow(const FluidSetup& setup);
+  StokesFlow(const FluidSetup& setup, const Communicator& communicator);
 
   void exchange(const Kinematics& kinematics, Loads& loads) override;
   void advance() override;
@@ -23,8 +27,11 @@ class StokesFlow final : public FluidSolver {
   SolverSummary summarise() override;
 
  private:
+  int rank_;
+  int ranks_;
   double viscosity_Pa_s_;
   std::vector<double> radius_m_;
+  std::optional<NoSlipPlane> plane_;
   double exchange_s_ = 0.0;
 };
 

@@ -45,7 +45,9 @@ struct FluidSetup {
   double density_kg_per_m3 = 0.0;
   double kinematic_viscosity_m2_per_s = 0.0;
   std::array<std::int64_t, 3> domain_cells{};
-  std::array<Boundary, 6> boundaries{};   ///< x low, x high, y low, y high, z low, z high
+  std::array<Boundary, 6> boundaries{};  ///< x low, x high, y low, y high, z low, z high
+  int no_slip_plane =
+      -1;  ///< for FluidKind::stokes: number of the one face in `boundaries` that is there; −1: none
   std::array<bool, 3> symmetry_planes{};  ///< mirror plane normal to x, y, z through the domain's middle
   Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
   CollisionKind collision = CollisionKind::bgk;

@@ -114,6 +114,7 @@ void write(const FluidSetup& setup, v1::FluidSetup& wire) {
   wire.set_kinematic_viscosity_m2_per_s(setup.kinematic_viscosity_m2_per_s);
   for (const std::int64_t cells : setup.domain_cells) wire.add_domain_cells(cells);
   for (const Boundary& boundary : setup.boundaries) write_boundary(boundary, *wire.add_boundaries());
+  wire.set_no_slip_plane(static_cast<std::uint32_t>(1 + setup.no_slip_plane));
   for (const bool mirrored : setup.symmetry_planes) wire.add_symmetry_planes(mirrored);
   assign(*wire.mutable_body_force_n_per_m3(), setup.body_force_N_per_m3);
   wire.set_collision(to_wire<v1::CollisionKind>(setup.collision));
@@ -144,6 +145,8 @@ void read(const v1::FluidSetup& wire, FluidSetup& setup) {
   for (int face = 0; face < 6; ++face) {
     setup.boundaries[static_cast<std::size_t>(face)] = read_boundary(wire.boundaries(face));
   }
+  require_at_most(wire.no_slip_plane(), 6, "no_slip_plane");
+  setup.no_slip_plane = static_cast<int>(wire.no_slip_plane()) - 1;
   setup.body_force_N_per_m3 = read_vector<Eigen::Vector3d>(wire.body_force_n_per_m3(), "body_force_N_per_m3");
   setup.collision = from_wire(wire.collision(), CollisionKind::trt, "collision kind");
   setup.moving_boundary = from_wire(wire.moving_boundary(), MovingBoundary::bounce_back, "moving_boundary");

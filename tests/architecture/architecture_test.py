@@ -108,6 +108,8 @@ class IncludeRules(PlantedTree):
             ("fluid_service/kernel/wrong.cpp", "hdf5.h"),
             ("coupler/run/wrong.cpp", "H5Cpp.h"),
             ("body_service/model/wrong.cpp", "hdf5_hl.h"),
+            ("body_service/model/wrong.cpp", "btBulletDynamicsCommon.h"),
+            ("coupler/run/wrong.cpp", "LinearMath/btVector3.h"),
         ):
             with self.subTest(f"{path} includes {header}"):
                 self.expect_refusal("check_includes", path, f"#include <{header}>\n", f"<{header}> outside")

@@ -67,11 +67,11 @@ TEST(PythonComponent, RefusesAStepOutOfOrderWithTheSameWordsAsC) {
 TEST(PythonComponent, ReportsAnExceptionOfItsSolver) {
   CoupledRun run({}, {}, {}, "", both_in_python());
   run.link->await_components();
-  BodySetup with_spring = two_free_spheres();
-  with_spring.springs.push_back({0, 1, 1, 0, 1e-5, {0, 0, 0}, {0, 0, 0}});
+  BodySetup falling = two_free_spheres();
+  falling.gravity_m_per_s2 = {0, 0, -9.81};
   try {
-    RemoteBody body(*run.link, with_spring, 0);
-    FAIL() << "a spring was taken";
+    RemoteBody body(*run.link, falling, 0);
+    FAIL() << "gravity was taken";
   } catch (const PeerFailed& failure) {
     EXPECT_EQ(failure.report().component, "body");
     EXPECT_NE(std::string(failure.what()).find("these bodies know none"), std::string::npos)

@@ -1,6 +1,7 @@
 """Experiments that need all three services: each with its reference and tolerance."""
 
 import csv
+import json
 import os
 import sys
 import unittest
@@ -27,6 +28,13 @@ class WholeRun(CommandTest):
         self.assertEqual(rows, 3 * 197)
         self.assertLess(position, 1e-10)
         self.assertLess(velocity, 1e-10)
+
+    def test_swimmer_in_stokes_flow_has_the_speed_of_the_theory(self):
+        """u_GA is Stokes flow to leading order in radius and stroke over arm [Golestanian & Ajdari 2008]: 4/16, 4/16."""
+        self.trajectory_of("stokes", ROOT / "configs/quick/three_sphere.yaml", "--set", "fluid.solver=stokes")
+        swimmer = json.loads((self.folder / "stokes/summary.json").read_text())["swimmers"][0]
+        self.assertGreater(swimmer["d2_cells"], 1.0)
+        self.assertAlmostEqual(swimmer["u_swim_lattice"] / swimmer["u_GA_lattice"], 1.0, delta=0.1)
 
     def test_quarter_of_the_domain_moves_like_the_whole(self):
         """Mirrors on cell faces are exact: 1e-9 cells over 3000 steps allow for rounding only."""

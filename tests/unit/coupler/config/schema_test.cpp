@@ -60,6 +60,8 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
   AskedKeys asked;
   const std::string text = content_of(std::string(CONFIG_TESTS) + "/every_key.yaml");
   load_case_text(text, "every_key.yaml", {}, &asked);
+  load_case_text(text, "every_key.yaml",
+                 {"fluid.solver={command: my_fluid}", "body.solver={command: [a, b]}"}, &asked);
   // A face can be written in several ways; no single case has them all.
   for (const std::string& condition :
        {std::string("{velocity_m_per_s: [0, 0, 0]}"), std::string("{pressure_Pa: 0}")}) {

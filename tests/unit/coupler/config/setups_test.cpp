@@ -93,8 +93,58 @@ TEST(Requirements, AreFewForOtherSolvers) {
   EXPECT_TRUE(required_of_fluid(loaded.content, loaded.assembly).contains("solver:stokes"));
   EXPECT_FALSE(required_of_fluid(loaded.content, loaded.assembly).contains("collision:trt"));
   EXPECT_EQ(make_fluid_setup(loaded.content, loaded.assembly, "").kind, FluidKind::stokes);
+  EXPECT_FALSE(required_of_fluid(loaded.content, loaded.assembly).contains("fields"));
+  EXPECT_TRUE(required_of_fluid(loaded.content, loaded.assembly).contains("no_slip_plane"));
   loaded.content.fluid.solver = FluidSolverChoice::external;
   EXPECT_TRUE(required_of_fluid(loaded.content, loaded.assembly).empty());
+}
+
+TEST(Requirements, AreNotMadeOfAComponentThatTakesThePlaceOfAnySolver) {
+  EXPECT_NO_THROW(
+      require_features({"Drag", "2", {"solver:external"}}, {"solver:lattice_boltzmann", "fields"}));
+}
+
+TEST(SolverChoice, ChangesNothingElse) {
+  const std::string quick = std::string(CONFIGS) + "/quick/three_sphere.yaml";
+  const LoadedCase lattice = load_case(quick, {});
+  for (const char* solver : {"stokes", "vacuum", "external"}) {
+    std::vector<std::string> overrides{std::string("fluid.solver=") + solver};
+    if (solver == std::string("external")) overrides.emplace_back("services.fluid.command=a_fluid");
+    const LoadedCase loaded = load_case(quick, overrides);
+    EXPECT_EQ(loaded.content.step_s, lattice.content.step_s) << solver;
+    EXPECT_EQ(loaded.content.services.fluid_ranks, solver == std::string("external") ? 2 : 1) << solver;
+  }
+}
+
+TEST(SolverChoice, TakesACommandInItsOwnLine) {
+  const LoadedCase loaded =
+      every_key({"fluid.solver={command: python3 'my fluid.py'}", "body.solver={command: [./a, b c]}",
+                 "services.fluid.command=[]", "services.body.command=[]"});
+  EXPECT_EQ(loaded.content.fluid.solver, FluidSolverChoice::external);
+  EXPECT_EQ(loaded.content.services.fluid_command, (std::vector<std::string>{"python3", "my fluid.py"}));
+  EXPECT_EQ(loaded.content.body.solver, BodySolverChoice::external);
+  EXPECT_EQ(loaded.content.services.body_command, (std::vector<std::string>{"./a", "b c"}));
+  const LoadedCase replaced =
+      every_key({"fluid.solver={command: one}", "services.fluid.command=another --fast"});
+  EXPECT_EQ(replaced.content.services.fluid_command, (std::vector<std::string>{"another", "--fast"}));
+}
+
+TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
+  const auto required = [](const std::string& solver) {
+    const LoadedCase loaded = every_key({"services.body.command=[]", "body.solver=" + solver});
+    return required_of_body(loaded.content, loaded.assembly);
+  };
+  EXPECT_TRUE(required("own").contains("integrator:semi_implicit_euler"));
+  EXPECT_FALSE(required("bullet").contains("integrator:semi_implicit_euler"));
+}
+
+TEST(SolverChoice, AsksForContactsAcrossPeriodicFaces) {
+  const auto required = [](const std::string& boundary) {
+    const LoadedCase loaded = every_key({"services.body.command=[]", "fluid.boundaries.z=" + boundary});
+    return required_of_body(loaded.content, loaded.assembly).contains("periodic_contacts");
+  };
+  EXPECT_TRUE(required("periodic"));
+  EXPECT_FALSE(required("no_slip"));
 }
 
 TEST(Requirements, AreComparedWithWhatAComponentCanDo) {
@@ -112,7 +162,7 @@ TEST(Requirements, AreComparedWithWhatAComponentCanDo) {
 TEST(Estimate, CountsTheComputedPartOfASymmetricDomain) {
   const LoadedCase loaded = every_key();
   EXPECT_EQ(computed_cells(loaded.content.fluid), 48 * 25 * 96);
-  EXPECT_EQ(lattice_memory_bytes(loaded.content.fluid), 48 * 25 * 96 * 2 * 19 * 4);
+  EXPECT_EQ(population_bytes(loaded.content.fluid), 48 * 25 * 96 * 19 * 4);
 }
 
 }  // namespace

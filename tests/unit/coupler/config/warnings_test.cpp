@@ -31,6 +31,8 @@ const std::vector<Doubtful> doubtful_cases{
      {"run.steps=11000", "output.fields.mean_over_steps=[0, 0]"},
      "Run longer for a result table"},
     {"mean_of_one_sample", {"output.fields.mean_every_steps=5000"}, "one sample in the whole window"},
+    {"stokes_in_a_channel", {"fluid.solver=stokes"}, "knows none of the domain's walls"},
+    {"fields_of_a_vacuum", {"fluid.solver=vacuum"}, "output.fields asks for fields"},
     {"stretched_spring",
      {"springs=[{bodies: [swimmer.B2, swimmer.B3], stiffness_N_per_m: 1, rest_length_m: 1.0e-6}]"},
      "it will jerk its bodies"},

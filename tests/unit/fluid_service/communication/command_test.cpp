@@ -104,6 +104,7 @@ TEST_F(CommandChannelTest, KeepsEveryValueOfASetup) {
   setup.kinematic_viscosity_m2_per_s = 4.5;
   setup.domain_cells = {5, 6, 7};
   setup.boundaries[3] = {BoundaryKind::pressure, Eigen::Vector3d(8, 9, 10), 11.5};
+  setup.no_slip_plane = 3;
   setup.symmetry_planes = {false, true, true};
   setup.body_force_N_per_m3 = {12, 13, 14};
   setup.collision = CollisionKind::trt;
@@ -123,6 +124,7 @@ TEST_F(CommandChannelTest, KeepsEveryValueOfASetup) {
   EXPECT_EQ(got.boundaries[3].kind, BoundaryKind::pressure);
   EXPECT_EQ(got.boundaries[3].velocity_m_per_s, Eigen::Vector3d(8, 9, 10));
   EXPECT_EQ(got.boundaries[3].pressure_Pa, 11.5);
+  EXPECT_EQ(got.no_slip_plane, 3);
   EXPECT_EQ(got.symmetry_planes, setup.symmetry_planes);
   EXPECT_EQ(got.body_force_N_per_m3, setup.body_force_N_per_m3);
   EXPECT_EQ(got.collision, CollisionKind::trt);

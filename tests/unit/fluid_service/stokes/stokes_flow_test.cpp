@@ -13,6 +13,8 @@ namespace {
 
 using std::numbers::pi;
 
+const SelfCommunicator alone;
+
 FluidSetup unit_fluid(std::vector<double> radii) {
   FluidSetup setup;
   setup.kind = FluidKind::stokes;
@@ -33,7 +35,7 @@ Kinematics at(const std::vector<Eigen::Vector3d>& positions) {
 }
 
 TEST(StokesFlow, GivesStokesDragAndKirchhoffTorqueOnASingleSphere) {
-  StokesFlow flow(unit_fluid({0.7}));
+  StokesFlow flow(unit_fluid({0.7}), alone);
   Kinematics kinematics = at({{1.0, 2.0, 3.0}});
   kinematics.velocity_m_per_s.col(0) << 0.1, 0.2, -0.3;
   kinematics.angular_velocity_rad_per_s.col(0) << 1.0, 0.0, 2.0;
@@ -47,7 +49,7 @@ TEST(StokesFlow, GivesStokesDragAndKirchhoffTorqueOnASingleSphere) {
 // Two equal spheres that approach each other: friction 6πηa / (1 − 3a/(2r) + (a/r)³) in the Rotne-Prager
 // approximation.
 TEST(StokesFlow, ApproachingSpheresFeelTheRotnePragerFriction) {
-  StokesFlow flow(unit_fluid({1.0, 1.0}));
+  StokesFlow flow(unit_fluid({1.0, 1.0}), alone);
   const double r = 5.0;
   Kinematics kinematics = at({{0.0, 0.0, 0.0}, {0.0, 0.0, r}});
   kinematics.velocity_m_per_s(2, 0) = 1.0;
@@ -87,10 +89,23 @@ TEST(GrandMobility, NamesOverlappingSpheres) {
   EXPECT_THROW(grand_mobility(positions, radii, 1.0), SolverError);
 }
 
+TEST(StokesFlow, FeelsThePlaneOfItsSetup) {
+  FluidSetup setup = unit_fluid({1.0});
+  setup.no_slip_plane = 4;  // z = 0
+  StokesFlow flow(setup, alone);
+  Kinematics kinematics = at({{0.0, 0.0, 4.0}});
+  kinematics.velocity_m_per_s.col(0) << 0.0, 0.0, 1.0;
+  Loads loads;
+  flow.exchange(kinematics, loads);
+  const double s = 0.25;
+  const double mobility = 1.0 - 9.0 / 8.0 * s + std::pow(s, 3) / 2.0 - std::pow(s, 5) / 8.0;
+  EXPECT_NEAR(loads.force_N(2, 0), -6.0 * pi / mobility, 1e-12);
+}
+
 TEST(StokesFlow, RefusesCapsules) {
   FluidSetup setup = unit_fluid({1.0});
   setup.bodies.push_back({ShapeKind::capsule, 1.0, 2.0});
-  EXPECT_THROW(StokesFlow{setup}, CaseError);
+  EXPECT_THROW(StokesFlow(setup, alone), CaseError);
 }
 
 }  // namespace

@@ -51,6 +51,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.boundaries[2] = {BoundaryKind::velocity, {1e-3, -2e-3, 1.0 / 3}, 0};
   setup.boundaries[3] = {BoundaryKind::pressure, {0, 0, 0}, -12.5};
   setup.boundaries[4].kind = BoundaryKind::free_slip;
+  setup.no_slip_plane = 5;
   setup.symmetry_planes = {true, false, true};
   setup.body_force_N_per_m3 = {0.1, 0.2, 0.3};
   setup.collision = CollisionKind::trt;

@@ -1,0 +1,105 @@
+#include "bullet/bullet_body_solver.hpp"
+
+#include <chrono>
+#include <cmath>
+
+#include "contract/digest.hpp"
+#include "contract/errors.hpp"
+#include "forces/spring_network.hpp"
+#include "model/case_digest.hpp"
+#include "storage/state_file.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+/// The setup after the checks of all body solvers of ours.
+const BodySetup& checked(const BodySetup& setup) {
+  if (!(setup.step_s > 0.0) || !std::isfinite(setup.step_s))
+    throw CaseError("step_s " + std::to_string(setup.step_s) + " (time must go on). Use a positive step.");
+  const SpringNetwork springs(setup);
+  return setup;
+}
+
+/// Bullet's state in the form in which states are stored and digested; the last columns hold angular
+/// velocities.
+MotionState as_motion_state(const BulletState& state) {
+  return {state.position_m, state.orientation_wxyz, state.velocity_m_per_s, state.angular_velocity_rad_per_s};
+}
+
+bool all_finite(const BulletState& state) {
+  return state.position_m.allFinite() && state.orientation_wxyz.allFinite() &&
+         state.velocity_m_per_s.allFinite() && state.angular_velocity_rad_per_s.allFinite();
+}
+
+}  // namespace
+
+Capabilities bullet_capabilities() {
+  return {"Bullet rigid bodies",
+          COPEPOD_VERSION,
+          {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
+           "springs", "springs:anchors", "gravity", "contacts", "checkpoint"}};
+}
+
+BulletBodySolver::BulletBodySolver(const BodySetup& setup)
+    : case_digest_(mix_bits(case_digest(setup))),
+      model_(checked(setup)),
+      world_(setup, model_),
+      state_(initial_state(model_)) {}
+
+void BulletBodySolver::kinematics(Kinematics& kinematics) {
+  kinematics.step = step_;
+  kinematics.position_m = state_.position_m;
+  kinematics.orientation_wxyz = state_.orientation_wxyz;
+  kinematics.velocity_m_per_s = state_.velocity_m_per_s;
+  kinematics.angular_velocity_rad_per_s = state_.angular_velocity_rad_per_s;
+}
+
+void BulletBodySolver::check_loads(const AppliedLoads& applied) const {
+  const Eigen::Index bodies = model_.bodies();
+  if (applied.hydrodynamic.step != step_)
+    throw SolverError("loads of step " + std::to_string(applied.hydrodynamic.step) + " arrived in step " +
+                          std::to_string(step_) + " (steps must follow each other). Send them in order.",
+                      0, step_);
+  if (applied.hydrodynamic.force_N.cols() != bodies || applied.hydrodynamic.torque_N_m.cols() != bodies ||
+      applied.driving_N.cols() != bodies)
+    throw SolverError("loads have the wrong shape (expected forces, torques and driving forces of " +
+                          std::to_string(bodies) + " bodies). Send one column per body.",
+                      0, step_);
+}
+
+void BulletBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
+  check_loads(applied);
+  const auto start = std::chrono::steady_clock::now();
+  const Eigen::Matrix3Xd force_N = applied.hydrodynamic.force_N + applied.driving_N + model_.weight();
+  const bool usable = force_N.allFinite() && applied.hydrodynamic.torque_N_m.allFinite();
+  if (usable) world_.advance(state_, force_N, applied.hydrodynamic.torque_N_m);
+  if (!usable || !all_finite(state_))
+    throw SolverError(
+        "the motion of a body is not finite (its loads are not, or the step is too long for its springs). "
+        "Look at the "
+        "loads of the last steps, or use a shorter step.",
+        0, step_);
+  ++step_;
+  integration_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  kinematics(next);
+}
+
+void BulletBodySolver::save(const std::string& path) {
+  write_state(path, {case_digest_, step_}, as_motion_state(state_));
+}
+
+void BulletBodySolver::restore(const std::string& path) {
+  MotionState saved = as_motion_state(state_);
+  step_ = read_state(path, case_digest_, saved);
+  state_ = {saved.position_m, saved.orientation_wxyz, saved.velocity_m_per_s, saved.angular_momentum_N_m_s};
+}
+
+SolverSummary BulletBodySolver::summarise() {
+  SolverSummary summary;
+  summary.digest = state_digest(step_, as_motion_state(state_));
+  summary.seconds = {{"integrate", integration_s_}};
+  return summary;
+}
+
+}  // namespace copepod::body

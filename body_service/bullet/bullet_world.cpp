@@ -1,0 +1,199 @@
+#include "bullet/bullet_world.hpp"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "contract/errors.hpp"
+#include "model/mass_properties.hpp"
+#include "model/rotation.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+constexpr int solver_iterations =
+    50;  // of projected Gauss-Seidel; it ends earlier where nothing changes any more
+
+/// The pools of contacts that Bullet sets aside; more are allocated one by one.
+btDefaultCollisionConstructionInfo small_pools() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = 64;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = 64;
+  return info;
+}
+
+btQuaternion to_bullet_rotation(const Eigen::Vector4d& q) { return {q[1], q[2], q[3], q[0]}; }
+
+bool moves_freely(MotionKind motion) { return motion == MotionKind::free || motion == MotionKind::axis; }
+
+/// A frame whose x axis is `axis`, in the world.
+btMatrix3x3 frame_along(const Eigen::Vector3d& axis) {
+  Eigen::Vector3d second = axis.unitOrthogonal();
+  const Eigen::Vector3d third = axis.cross(second);
+  return {axis[0], second[0], third[0], axis[1], second[1], third[1], axis[2], second[2], third[2]};
+}
+
+void configure(btDiscreteDynamicsWorld& world) {
+  world.setGravity({0, 0, 0});  // weight comes with the other forces
+  auto& info = world.getSolverInfo();
+  info.m_numIterations = solver_iterations;
+  info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
+  world.getDispatchInfo().m_deterministicOverlappingPairs = true;
+}
+
+}  // namespace
+
+BulletState initial_state(const BodyModel& model) {
+  const MotionState& start = model.initial_state();
+  BulletState state{start.position_m, start.orientation_wxyz, start.velocity_m_per_s,
+                    Eigen::Matrix3Xd(3, model.bodies())};
+  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
+    state.angular_velocity_rad_per_s.col(body) = model.angular_velocity_rad_per_s(
+        body, start.orientation_wxyz.col(body), start.angular_momentum_N_m_s.col(body));
+  }
+  return state;
+}
+
+BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model)
+    : model_(model),
+      units_(bullet_units(model, setup.step_s)),
+      configuration_(small_pools()),
+      dispatcher_(&configuration_) {
+  const BulletState start = initial_state(model);
+  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
+    add_body(body);
+    place(body, start);
+    if (model.motion(body) == MotionKind::axis) add_joint(body, start);
+  }
+  for (const SpringSpecification& spring : setup.springs) {
+    springs_.push_back(
+        {spring.body_A,
+         spring.body_B,
+         {spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m},
+         spring.anchor_A_m,
+         spring.anchor_B_m,
+         std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
+                                            *bodies_[static_cast<std::size_t>(spring.body_B)])});
+  }
+}
+
+void BulletWorld::add_body(Eigen::Index body) {
+  const Shape& shape = model_.shape(body);
+  const double radius = shape.radius_m / units_.length_m;
+  if (shape.kind == ShapeKind::sphere) {
+    shapes_.push_back(std::make_unique<btSphereShape>(radius));
+  } else {
+    shapes_.push_back(std::make_unique<btCapsuleShapeZ>(radius, shape.length_m / units_.length_m));
+  }
+  const bool moves = moves_freely(model_.motion(body));
+  const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
+  const Eigen::Vector3d inertia = mass_properties(shape, mass_kg).inertia_kg_m2.diagonal();
+  const double inertia_unit = units_.mass_kg * units_.length_m * units_.length_m;
+  btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr,
+                                                shapes_.back().get(), to_bullet(inertia, inertia_unit));
+  info.m_friction = 0.0;
+  info.m_restitution = 0.0;
+  bodies_.push_back(std::make_unique<btRigidBody>(info));
+  btRigidBody& made = *bodies_.back();
+  made.setActivationState(DISABLE_DEACTIVATION);
+  if (!moves) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+}
+
+void BulletWorld::add_joint(Eigen::Index body, const BulletState& start) {
+  btRigidBody& moving = *bodies_[static_cast<std::size_t>(body)];
+  const btTransform rail(frame_along(model_.axis(body)),
+                         to_bullet(start.position_m.col(body), units_.length_m));
+  const btTransform on_body = moving.getWorldTransform().inverse() * rail;
+  auto joint = std::make_unique<btGeneric6DofSpring2Constraint>(btTypedConstraint::getFixedBody(), moving,
+                                                                rail, on_body);
+  constexpr int along = 0;
+  constexpr int about = 3;
+  for (int freedom = 0; freedom < 6; ++freedom) {
+    const bool free = freedom == along || freedom == about;
+    joint->setLimit(freedom, free ? 1.0 : 0.0,
+                    free ? -1.0 : 0.0);  // a lower limit above the upper one is none
+  }
+  joints_.push_back(std::move(joint));
+}
+
+void BulletWorld::place(Eigen::Index body, const BulletState& state) {
+  btRigidBody& placed = *bodies_[static_cast<std::size_t>(body)];
+  const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)),
+                         to_bullet(state.position_m.col(body), units_.length_m));
+  const btVector3 velocity = to_bullet(state.velocity_m_per_s.col(body), units_.velocity_m_per_s());
+  const btVector3 angular_velocity =
+      to_bullet(state.angular_velocity_rad_per_s.col(body), 1.0 / units_.time_s);
+  placed.setWorldTransform(pose);
+  placed.setLinearVelocity(velocity);
+  placed.setAngularVelocity(angular_velocity);
+  // Of a body that nothing moves, Bullet derives the velocity from the pose that it thinks was the last one.
+  btTransform last;
+  btTransformUtil::integrateTransform(pose, -velocity, -angular_velocity, 1.0, last);
+  placed.setInterpolationWorldTransform(last);
+  placed.updateInertiaTensor();
+  placed.clearForces();
+}
+
+void BulletWorld::pull(Spring& spring, const BulletState& state) const {
+  const int A = spring.body_A;
+  const int B = spring.body_B;
+  const Eigen::Vector3d arm_A_m = rotation_matrix(state.orientation_wxyz.col(A)) * spring.anchor_A_m;
+  const Eigen::Vector3d arm_B_m = rotation_matrix(state.orientation_wxyz.col(B)) * spring.anchor_B_m;
+  const auto velocity = [&state](int body, const Eigen::Vector3d& arm_m) -> Eigen::Vector3d {
+    return state.velocity_m_per_s.col(body) +
+           state.angular_velocity_rad_per_s.col(body).head<3>().cross(arm_m);
+  };
+  const Eigen::Vector3d d_AB_m = (state.position_m.col(B) - state.position_m.col(A)) + (arm_B_m - arm_A_m);
+  if (d_AB_m.isZero(0.0)) {
+    throw SolverError(
+        "the ends of the spring between bodies '" + model_.name(A) + "' and '" + model_.name(B) +
+        "' coincide (its force has no direction). Give it a longer rest length or start its ends apart.");
+  }
+  const Eigen::Vector3d force_N =
+      spring_force(spring.law, d_AB_m, velocity(B, arm_B_m) - velocity(A, arm_A_m));
+  const Eigen::Vector3d direction = d_AB_m.normalized();
+  spring.constraint->set_pull(force_N.dot(direction) / units_.force_N(), to_bullet(direction, 1.0),
+                              to_bullet(arm_A_m, units_.length_m), to_bullet(arm_B_m, units_.length_m));
+}
+
+void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N,
+                          const Eigen::Matrix3Xd& torque_N_m) {
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world(&dispatcher_, &broadphase, &solver, &configuration_);
+  configure(world);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const auto body = static_cast<Eigen::Index>(i);
+    place(body, state);
+    bodies_[i]->applyCentralForce(to_bullet(force_N.col(body), units_.force_N()));
+    bodies_[i]->applyTorque(to_bullet(torque_N_m.col(body), units_.force_N() * units_.length_m));
+    world.addRigidBody(bodies_[i].get());
+  }
+  for (Spring& spring : springs_) {
+    pull(spring, state);
+    world.addConstraint(spring.constraint.get());
+  }
+  for (const auto& joint : joints_) world.addConstraint(joint.get());
+  world.stepSimulation(1.0, 0);  // one step of one unit of time
+  for (Eigen::Index body = 0; body < model_.bodies(); ++body) read(body, state);
+}
+
+void BulletWorld::read(Eigen::Index body, BulletState& state) const {
+  auto q = state.orientation_wxyz.col(body);
+  auto x = state.position_m.col(body);
+  if (!moves_freely(model_.motion(body))) {  // keeps its velocities, of which Bullet knows no path
+    x += units_.time_s * state.velocity_m_per_s.col(body);
+    q = rotated(units_.time_s * state.angular_velocity_rad_per_s.col(body), q).normalized();
+    return;
+  }
+  const btRigidBody& moved = *bodies_[static_cast<std::size_t>(body)];
+  x = from_bullet(moved.getWorldTransform().getOrigin(), units_.length_m);
+  state.velocity_m_per_s.col(body) = from_bullet(moved.getLinearVelocity(), units_.velocity_m_per_s());
+  state.angular_velocity_rad_per_s.col(body) = from_bullet(moved.getAngularVelocity(), 1.0 / units_.time_s);
+  const btQuaternion turned = moved.getWorldTransform().getRotation();
+  const Eigen::Vector4d next(turned.w(), turned.x(), turned.y(), turned.z());
+  q = next.dot(q) < 0.0 ? Eigen::Vector4d(-next) : next;  // both signs are the same rotation
+}
+
+}  // namespace copepod::body

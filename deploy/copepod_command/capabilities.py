@@ -1,0 +1,26 @@
+"""What a component says that it can do: `COMMAND --capabilities`."""
+
+import json
+import subprocess
+
+
+def announced(command):
+    """The component's answer as a dict with `name` and `features`, or None if it says nothing that can be read."""
+    try:
+        answer = subprocess.run(
+            [*command, "--capabilities"],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            timeout=20,
+        )
+        said = json.loads(answer.stdout)
+    except (OSError, ValueError, subprocess.TimeoutExpired):
+        return None
+    return said if isinstance(said, dict) else None
+
+
+def can(command, feature):
+    """Whether a component announces `feature`."""
+    return feature in (announced(command) or {}).get("features", [])

@@ -1,0 +1,109 @@
+#!/usr/bin/python3
+"""Measures the peak memory of every process of short runs and sets it beside what `copepod check` predicts.
+
+    tests/integration/memory_peaks.py        prints the table of docs/results/memory.md
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "deploy"))
+
+CASE = """
+case: memory
+fluid:
+  solver: lattice_boltzmann
+  density_kg_per_m3: 1360
+  kinematic_viscosity_m2_per_s: 7.36e-5
+  cell_size_m: 1.0e-6
+  relaxation_time: 0.6666666666666667
+  domain_cells: [{cells}]
+  precision: {precision}
+bodies:
+  - {{name: ball, shape: sphere, radius_m: 4.0e-6, mass_kg: 5.44e-13, position_m: [24.0e-6, 24.0e-6, 24.0e-6]}}
+run: {{steps: {steps}}}
+output: {output}
+services: {{fluid: {{ranks: {ranks}}}}}
+"""
+DOMAINS = ((48, 48, 48), (50, 50, 200), (100, 100, 200))
+MEAN = "{fields: {mean_over_steps: [0, 10], mean_every_steps: 1}}"
+_CELL_UPDATES = 6e7  # about a second: time to look at the processes
+_PROGRAMS = {"fluid_service": "fluid", "bullet_body_ser": "body", "body_service": "body", "coupler": "coupler", "in_process_run": "coupler"}
+
+
+def measure(programs, folder, cells, precision, ranks, output="{}", overrides=()):
+    """{component: (predicted, measured) peak of its largest process [bytes]} of one run."""
+    steps = max(20, int(_CELL_UPDATES / (cells[0] * cells[1] * cells[2])))
+    case = Path(folder) / "case.yaml"
+    case.write_text(CASE.format(cells=", ".join(map(str, cells)), precision=precision, ranks=ranks, steps=steps,
+                                output=output))
+    settings = [word for override in overrides for word in ("--set", override)]
+    plan = subprocess.run([programs / "coupler", "--plan", case, *settings], check=True, stdout=subprocess.PIPE)
+    predicted = json.loads(plan.stdout)["estimate"]["memory_of"]
+    measured = _peaks_of_run(programs, folder, [case, *settings])
+    return {
+        "fluid": (predicted["fluid_rank_bytes"], measured.get("fluid", 0)),
+        "body": (predicted["body_bytes"], measured.get("body", 0)),
+        "coupler": (predicted["coupler_bytes"], measured.get("coupler", 0)),
+    }
+
+
+def _peaks_of_run(programs, folder, arguments):
+    """{component: largest VmHWM of its processes [bytes]}, looked at until the run has ended."""
+    environment = {**os.environ, "COPEPOD_BIN_DIR": str(programs)}
+    run = subprocess.Popen([ROOT / "deploy/copepod", "run", *arguments], cwd=folder, env=environment,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    peaks = {}
+    while run.poll() is None:
+        for entry in Path("/proc").iterdir():
+            component, peak = _component_and_peak(entry, run.pid) if entry.name.isdigit() else (None, 0)
+            if component:
+                peaks[component] = max(peaks.get(component, 0), peak)
+        time.sleep(0.02)
+    if run.returncode:
+        raise RuntimeError(run.stderr.read().decode())
+    run.stderr.close()
+    return peaks
+
+
+def _component_and_peak(entry, ancestor):
+    """(component, VmHWM) of a process of ours below `ancestor`, or (None, 0)."""
+    try:
+        status = dict(line.split(":", 1) for line in (entry / "status").read_text().splitlines())
+        component = _PROGRAMS.get(status["Name"].strip())
+        if component and _descends(entry.name, str(ancestor)):
+            return component, 1024 * int(status["VmHWM"].split()[0])
+    except (OSError, KeyError, ValueError):
+        pass
+    return None, 0
+
+
+def _descends(pid, ancestor):
+    while pid not in ("0", "1", ancestor):
+        pid = (Path("/proc") / pid / "stat").read_text().rpartition(")")[2].split()[1]
+    return pid == ancestor
+
+
+def main():
+    programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+    print("| domain | precision | ranks | fields | fluid rank: predicted | measured [MiB] | bodies | coupler |")
+    print("|---|---|---|---|---|---|---|---|")
+    rows = [(cells, precision, ranks, "{}") for cells in DOMAINS for precision in ("double", "single")
+            for ranks in (1, 2)]
+    for cells, precision, ranks, output in [*rows, (DOMAINS[1], "double", 2, MEAN), (DOMAINS[2], "single", 1, MEAN)]:
+        with tempfile.TemporaryDirectory() as folder:
+            peaks = measure(programs, folder, cells, precision, ranks, output)
+        mebibytes = {name: [f"{value / 2**20:.1f}" for value in pair] for name, pair in peaks.items()}
+        print(f"| {'×'.join(map(str, cells))} | {precision} | {ranks} | {'mean' if output == MEAN else 'none'} | "
+              f"{mebibytes['fluid'][0]} | {mebibytes['fluid'][1]} | {' / '.join(mebibytes['body'])} | "
+              f"{' / '.join(mebibytes['coupler'])} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""`copepod check` predicts the memory of each process of a run within 10 % of its measured peak."""
+
+import os
+import tempfile
+import unittest
+from pathlib import Path
+
+from memory_peaks import DOMAINS, MEAN, ROOT, measure
+
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+
+
+class Memory(unittest.TestCase):
+    def assert_predicted(self, *arguments, overrides=()):
+        with tempfile.TemporaryDirectory() as folder:
+            for component, (predicted, measured) in measure(PROGRAMS, folder, *arguments, overrides=overrides).items():
+                with self.subTest(component):
+                    if predicted == 0:
+                        self.assertEqual(measured, 0)
+                        continue
+                    self.assertLess(abs(predicted / measured - 1.0), 0.1, f"{predicted} predicted, {measured} measured")
+
+    def test_of_every_domain_precision_and_number_of_ranks(self):
+        for cells in DOMAINS:
+            for precision in ("double", "single"):
+                for ranks in (1, 2):
+                    with self.subTest(f"{cells}, {precision}, {ranks}"):
+                        self.assert_predicted(cells, precision, ranks)
+
+    def test_of_a_mean_field(self):
+        self.assert_predicted(DOMAINS[1], "double", 2, MEAN)
+
+    def test_of_a_run_in_one_process(self):
+        overrides = ["fluid.solver=stokes", "run.steps=200000", "services.transport=in_process"]
+        self.assert_predicted(DOMAINS[0], "double", 1, overrides=overrides)
+
+    def test_of_bodies_by_bullet(self):
+        if not (PROGRAMS / "bullet_body_service").exists():
+            self.skipTest("built without Bullet")
+        self.assert_predicted(DOMAINS[0], "double", 1, overrides=["body.solver=bullet"])
+
+    def test_of_a_fluid_without_cells(self):
+        self.assert_predicted(DOMAINS[0], "double", 1, overrides=["fluid.solver=stokes", "run.steps=20000"])
+
+
+if __name__ == "__main__":
+    unittest.main()
