@@ -1,6 +1,7 @@
 #pragma once
 
 #include <LinearMath/btVector3.h>
+#include <algorithm>
 
 #include <Eigen/Core>
 

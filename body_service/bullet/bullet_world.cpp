@@ -1,7 +1,5 @@
 #include "bullet/bullet_world.hpp"
 
-#include <cmath>
-
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"

@@ -1,5 +1,6 @@
 #include "stokes/plane_images.hpp"
 
+#include <cmath>
 #include <numbers>
 
 #include <Eigen/Geometry>

@@ -25,8 +25,7 @@ ImageMobility of_points(const Vector3d& x, const Vector3d& y) {
   return image_mobility(x, 0.0, y, 0.0, viscosity_Pa_s);
 }
 
-/// Mean of a tensor over the surface of a sphere: 32 Gauss-like rings (midpoints in cos θ, Richardson is not
-/// needed at this tolerance) of 32 points.
+/// Mean of a tensor over the surface of a sphere: 60 rings of equal area, 24 points each; error about 1e-4.
 Matrix3d mean_over_sphere(const Vector3d& centre, double radius,
                           const std::function<Matrix3d(Vector3d)>& tensor) {
   constexpr int rings = 60;
