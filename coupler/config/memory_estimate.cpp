@@ -19,7 +19,8 @@ constexpr std::int64_t mebibyte = std::int64_t{1} << 20;
 // Measured with Debian 12 (docs/results/memory.md).
 constexpr std::int64_t fluid_process = 26 * mebibyte;
 constexpr std::int64_t body_process = 10 * mebibyte;
-constexpr std::int64_t in_process_process = 21 * mebibyte;  // coupler, fluid and bodies in one
+constexpr std::int64_t bullet_process = 12 * mebibyte;
+constexpr std::int64_t in_process_process = 14 * mebibyte;  // coupler, fluid and bodies in one
 constexpr std::int64_t coupler_process = 11 * mebibyte;
 
 constexpr std::int64_t round_up(std::int64_t value, std::int64_t multiple) {
@@ -96,7 +97,8 @@ MemoryEstimate estimate_memory(const Case& the_case) {
     estimate.fluid_ranks = the_case.services.fluid_ranks;
     estimate.fluid_rank = fluid_rank_bytes(the_case);
   }
-  if (the_case.services.body_command.empty()) estimate.body = body_process;
+  if (the_case.services.body_command.empty())
+    estimate.body = the_case.body.solver == BodySolverChoice::bullet ? bullet_process : body_process;
   return estimate;
 }
 

@@ -145,7 +145,10 @@ void read(const v1::FluidSetup& wire, FluidSetup& setup) {
   for (int face = 0; face < 6; ++face) {
     setup.boundaries[static_cast<std::size_t>(face)] = read_boundary(wire.boundaries(face));
   }
-  require_at_most(wire.no_slip_plane(), 6, "no_slip_plane");
+  if (wire.no_slip_plane() > 6) {
+    throw MalformedMessage("no_slip_plane is " + std::to_string(wire.no_slip_plane()) +
+                           ", a domain has 6 faces");
+  }
   setup.no_slip_plane = static_cast<int>(wire.no_slip_plane()) - 1;
   setup.body_force_N_per_m3 = read_vector<Eigen::Vector3d>(wire.body_force_n_per_m3(), "body_force_N_per_m3");
   setup.collision = from_wire(wire.collision(), CollisionKind::trt, "collision kind");

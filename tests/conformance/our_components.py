@@ -44,6 +44,7 @@ COMPONENTS = (
     Component("vacuum", "fluid", ("{bin}/fluid_service",), "vacuum"),
     Component("python_fluid", "fluid", ("/usr/bin/python3", "{examples}/stokes_drag_fluid.py")),
     Component("body_service", "body", ("{bin}/body_service",), quick=False),
+    Component("bullet_bodies", "body", ("{bin}/bullet_body_service",)),
     Component("python_body", "body", ("/usr/bin/python3", "{examples}/point_masses.py")),
 )
 

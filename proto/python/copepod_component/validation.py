@@ -29,6 +29,8 @@ def check_welcome(welcome):
 def check_setup(setup):
     """Raises Refused unless every field of a FluidSetup or BodySetup holds something that a solver can take."""
     _check(setup)
+    if getattr(setup, "no_slip_plane", 0) > 6:
+        raise _refused(f"no_slip_plane is {setup.no_slip_plane}, a domain has 6 faces")
     bodies = len(setup.bodies)
     for spring in getattr(setup, "springs", ()):
         if max(spring.body_A, spring.body_B) >= bodies:

@@ -206,6 +206,15 @@ TEST(HostileInput, SpringsBetweenBodiesThatDoNotExistAreRefused) {
   }
 }
 
+TEST(HostileInput, PlanesThatAreNoFaceAreRefused) {
+  Encoder encoder;
+  Decoder decoder;
+  FluidSetup setup = sample_fluid_setup();
+  setup.no_slip_plane = 6;
+  decoder.parse(encoder.encode(Header{}, setup));
+  EXPECT_THROW(decoder.read(setup), MalformedMessage);
+}
+
 TEST(HostileInput, UnknownEnumerationValuesAreRefused) {
   FluidSetup setup = sample_fluid_setup();
   setup.collision = static_cast<CollisionKind>(40);
