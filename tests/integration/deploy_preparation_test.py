@@ -119,7 +119,7 @@ class Preparation(CommandTest):
         self.assertEqual(answer.returncode, 2)
         self.assertIn("belongs to somebody else", answer.stderr)
         self.run_command()
-        for name in ("fluid_service", "body_service"):
+        for name in ("fluid_service", "body_service", "in_process_run"):
             (self.checkout / "build/bin" / name).touch()
         calls = self.calls()
         answer = self.run_command(user="nobody")
