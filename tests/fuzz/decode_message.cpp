@@ -47,7 +47,8 @@ void show_to_component(session::Role role, MessageKind kind, const session::Head
   }
 }
 
-/// Every request that the coupler's state machine lets it send, in every state, as the session that waits for its reply.
+/// Every request that the coupler's state machine lets it send, in every state, as the session that waits for
+/// its reply.
 std::vector<session::CouplerSession> waiting_sessions() {
   std::vector<session::CouplerSession> waiting;
   for (const session::Role role : {session::Role::fluid, session::Role::body}) {

@@ -1,15 +1,16 @@
-// Fuzz target: the files of a checkpoint. Byte 0 says which file the rest is, and whether its checksum is made right.
+// Fuzz target: the files of a checkpoint. Byte 0 says which file the rest is, and whether its checksum is
+// made right.
 
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <span>
 #include <string>
+#include <sys/mman.h>
+#include <unistd.h>
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include "checkpoint/coupler_state.hpp"
 #include "checkpoint/manifest.hpp"
@@ -35,8 +36,8 @@ class MemoryFile {
   ~MemoryFile() { close(descriptor_); }
 
   void fill(Bytes bytes) const {
-    const bool filled = ftruncate(descriptor_, 0) == 0 &&
-                        pwrite(descriptor_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
+    const bool filled = ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, bytes.data(), bytes.size(),
+                                                                 0) == static_cast<ssize_t>(bytes.size());
     if (!filled) std::abort();
   }
   [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
