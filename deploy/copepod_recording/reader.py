@@ -20,8 +20,7 @@ class Recording:
     def __init__(self, path):
         """Raises UnreadableRecording, OSError."""
         self.path = path
-        with open(path, "rb") as stream:
-            self._content = stream.read()
+        self._content = self._load(path)
         self.ending = ""  # why reading stopped before the end of the file; known after iterating
         if not self._content.startswith(MAGIC):
             raise UnreadableRecording(f"{path} is no recording (it does not start like one). Name a file of wire/ or trace/.")
@@ -31,6 +30,10 @@ class Recording:
         if first is None or first.WhichOneof("content") != "header":
             raise UnreadableRecording(f"{path} has no header (cut off, or damaged). Record again.")
         self.header = first.header
+
+    def _load(self, path):
+        with open(path, "rb") as stream:
+            return stream.read()
 
     def messages(self):
         """RecordedMessage of every message, in the order of the file."""

@@ -206,11 +206,9 @@ void Server::do_work(const Action& action) {
 
 /// Tells the control lane, and the timeline how long the phase before took.
 void Server::enter(Phase phase) {
-  if (recording::timeline().is_on()) {
-    const auto now = recording::Clock::now();
-    recording::timeline().add(name_of(vitals_.phase.load()), phase_since_, now);
-    phase_since_ = now;
-  }
+  const auto now = recording::Clock::now();
+  recording::timeline().add(name_of(vitals_.phase.load()), phase_since_, now);
+  phase_since_ = now;
   vitals_.phase = phase;
 }
 

@@ -56,7 +56,7 @@ class Server {
   conversion::Encoder replies_;  ///< keeps the bytes of the last reply for a request that is repeated
   conversion::Encoder handshake_;
   std::span<const std::byte> last_reply_;
-  recording::Clock::time_point phase_since_ = recording::Clock::now();  ///< kept while there is a timeline
+  recording::Clock::time_point phase_since_ = recording::Clock::now();
   ExitCode exit_code_ = ExitCode::finished;
 };
 
