@@ -8,6 +8,7 @@ mutational fuzzer of our own, for there is none for Python in Debian 12.
 """
 
 import argparse
+import os
 import random
 import struct
 import sys
@@ -70,8 +71,8 @@ def mutate(random_, blocks):
         return change(random_, join(blocks))
     blocks = list(blocks)
     for _ in range(random_.randrange(1, 4)):
-        # The schema is large, and costs much to build; it changes in one of eight cases.
-        target = 0 if random_.random() < 0.125 else random_.randrange(1, len(blocks))
+        # The schema is large, and costs much to build; it changes in one of fifty changes.
+        target = 0 if random_.random() < 0.02 else random_.randrange(1, len(blocks))
         blocks[target] = change(random_, blocks[target])
     if random_.random() < 0.1:
         random_.shuffle(blocks)
@@ -98,6 +99,7 @@ def main():
     parser.add_argument("--executions", type=int)
     parser.add_argument("--seed", type=int, default=time.time_ns())
     options = parser.parse_args()
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())  # Protocol Buffers tells every damaged text there
     random_ = random.Random(options.seed)
     blocks = split(SEED.read_bytes())
     assert read(join(blocks)), "the seed cannot be read"
