@@ -14,8 +14,8 @@ class Step:
     """Nanoseconds of one step."""
 
     bulk: int  # the fluid's bulk update, after its reply
-    way_round: int  # from the fluid's reply until the coupler asked for the next step
-    hidden: int  # the part of the way round during the bulk update
+    way_round: int  # from the fluid's reply until the coupler asked about the next step
+    hidden: int  # the part of the way round during which the bulk update ran
     waited: int  # the fluid, for the next request, after its bulk update
 
 
@@ -31,15 +31,17 @@ def steps(timelines):
     asks = _by_step(coupler, "wait for fluid")
     found = []
     for step, bulk in sorted(advancing.items()):
-        if step not in exchanging or step + 1 not in asks:
+        if step not in exchanging or step not in asks or step + 1 not in asks:
             continue
-        replied, asked = exchanging[step].end_ns, asks[step + 1].begin_ns
+        # The coupler may have the loads before the fluid, on the same core, has come back from sending them.
+        replied = min(exchanging[step].end_ns, asks[step].end_ns)
+        asked = asks[step + 1].begin_ns
         wait = waiting.get(bulk.end_ns)
         found.append(
             Step(
                 bulk.end_ns - bulk.begin_ns,
                 asked - replied,
-                max(0, min(asked, bulk.end_ns) - replied),
+                max(0, min(asked, bulk.end_ns) - max(replied, bulk.begin_ns)),
                 wait.end_ns - wait.begin_ns if wait else 0,
             )
         )

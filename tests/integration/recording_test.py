@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import unittest
+from dataclasses import replace
 from pathlib import Path
 
 from copepod_session import ROOT, CommandTest
@@ -191,6 +192,12 @@ class Shadow(unittest.TestCase):
     def test_the_rest_is_not_hidden_when_it_is_shorter(self):
         found = shadow.figures(self.timelines(bulk_end=35, asked=60))
         self.assertEqual((found["hidden"], found["hidden_steps"], found["waited_us"]), (0.5, 0, 30))
+
+    def test_what_happens_before_the_bulk_update_begins_is_not_hidden(self):
+        coupler, fluid = self.timelines(bulk_end=110, asked=60)
+        late = [replace(phase, begin_ns=60_000) if phase.name == "advancing" else phase for phase in fluid.phases]
+        found = shadow.figures([coupler, trace.Timeline("fluid", 0, late)])
+        self.assertEqual((found["hidden"], found["way_round_us"]), (0, 50))
 
 
 class Comparison(unittest.TestCase):
