@@ -14,7 +14,7 @@ namespace {
 
 using Input = std::vector<std::uint8_t>;
 
-constexpr std::size_t kPlaces = 64;  ///< bytes per file that are tampered with
+constexpr std::size_t kPlaces = 24;  ///< bytes per file that are tampered with
 
 Input content_of(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
