@@ -1,13 +1,19 @@
 """Plays the coupler of a recorded run to a real component and compares its replies with the recorded ones."""
 
 import secrets
+import sys
 import time
 
 import zmq
 
+from copepod_command.checkout import ROOT
+
 from copepod_recording.comparison import differences
 from copepod_recording.reader import message_name
 from copepod_recording.script import ROLES
+
+sys.path.insert(0, str(ROOT / "proto" / "python"))
+from copepod_component import seal  # noqa: E402
 
 _CONNECT_DEADLINE_S = 60.0
 _REPLY_DEADLINE_S = 600.0
@@ -51,7 +57,7 @@ class Player:
             self._peers[hello.lane] = peer
             welcome = self._envelope_class(protocol_major=1, step=-1)
             welcome.welcome.session_id, welcome.welcome.epoch = self._session, self._epoch
-            self._socket.send_multipart([peer, welcome.SerializeToString()])
+            self._socket.send_multipart([peer, seal.to_bytes(welcome)])
 
     def play(self, script, tolerance, on_difference):
         """Sends every request and compares every reply; returns how many were compared.
@@ -75,7 +81,7 @@ class Player:
         request.CopyFrom(recorded)
         request.session_id, request.epoch, request.attempt = self._session, self._epoch, 0
         self._redirect(request)
-        self._socket.send_multipart([self._peers[1], request.SerializeToString()])
+        self._socket.send_multipart([self._peers[1], seal.to_bytes(request)])
         end = time.monotonic() + _REPLY_DEADLINE_S
         while True:
             peer, reply = self._receive(end, f"it did not answer {message_name(request)} of step {request.step}")
@@ -125,4 +131,4 @@ class Player:
         self._last_ping = time.monotonic()
         ping = self._envelope_class(protocol_major=1, session_id=self._session, epoch=self._epoch, step=-1)
         ping.ping.stamp_ns = time.monotonic_ns()
-        self._socket.send_multipart([self._peers[2], ping.SerializeToString()])
+        self._socket.send_multipart([self._peers[2], seal.to_bytes(ping)])

@@ -57,9 +57,10 @@ class Recording:
         return self._records("phase")
 
     def envelope(self, recorded):
-        """The Envelope that travelled. Raises DecodeError if it was none."""
+        """The Envelope that travelled, without its seal. Raises DecodeError if it was none."""
         envelope = self._classes["Envelope"]()
         envelope.ParseFromString(recorded.envelope)
+        envelope.DiscardUnknownFields()
         return envelope
 
     def envelope_class(self):

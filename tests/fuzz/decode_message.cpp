@@ -1,4 +1,6 @@
-// Fuzz target: bytes from the wire. Byte 0 is the number of bodies of the setup, the rest one message.
+// Fuzz target: bytes from the wire. Byte 0 is the number of bodies of the setup, the rest one message without
+// its seal, which is added, so that what is behind that checksum is reached; or with it, for more than 250
+// bodies.
 
 #include <cstdint>
 #include <cstdlib>
@@ -6,6 +8,7 @@
 
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
+#include "conversion/seal.hpp"
 #include "session/component_session.hpp"
 #include "session/coupler_session.hpp"
 #include "session/handshake.hpp"
@@ -145,13 +148,23 @@ void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies) {
   }
 }
 
+std::span<const std::byte> message_of(std::uint8_t bodies, std::span<const std::byte> content) {
+  static std::vector<std::byte> message;
+  if (bodies > 250) return content;
+  message.assign(content.begin(), content.end());
+  message.resize(content.size() + conversion::kSealBytes);
+  conversion::seal(message);
+  return message;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   static conversion::Decoder decoder;  // kept between messages, as in the product
   if (size == 0) return 0;
   try {
-    const MessageKind kind = decoder.parse(std::as_bytes(std::span(bytes + 1, size - 1)));
+    const MessageKind kind =
+        decoder.parse(message_of(bytes[0], std::as_bytes(std::span(bytes + 1, size - 1))));
     for (const session::Role role : {session::Role::fluid, session::Role::body})
       show_to_component(role, kind, decoder.header());
     show_to_coupler(kind, decoder.header());
