@@ -7,7 +7,6 @@
 int main(int argc, char** argv) {
   using namespace copepod::coupler;
   return run_program(argc, argv, std::cout, std::cerr, [](const Options& options) {
-    return std::make_unique<RemoteComponents>(options.endpoint, options.session, options.key_file,
-                                              process_signals().stop);
+    return std::make_unique<RemoteComponents>(options, process_signals().stop);
   });
 }

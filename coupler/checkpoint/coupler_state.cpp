@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "checkpoint/whole_number.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::coupler {
@@ -51,7 +52,7 @@ PeriodSums period_sums(const ordered_json& json) {
   json.at("power_W").get_to(sums.power_W);
   json.at("power_rounded_omega_W").get_to(sums.power_rounded_omega_W);
   json.at("max_speed_m_per_s").get_to(sums.max_speed_m_per_s);
-  json.at("samples").get_to(sums.samples);
+  sums.samples = whole_number<std::int64_t>(json.at("samples"));
   json.at("complete").get_to(sums.complete);
   return sums;
 }
@@ -72,9 +73,9 @@ ordered_json to_json(const CouplerState& state) {
 CouplerState coupler_state_from_json(const ordered_json& json) {
   try {
     CouplerState state;
-    json.at("step").get_to(state.step);
+    state.step = whole_number<std::int64_t>(json.at("step"));
     const ordered_json& loads = json.at("previous_loads");
-    loads.at("step").get_to(state.previous_loads.step);
+    state.previous_loads.step = whole_number<std::int64_t>(loads.at("step"));
     state.previous_loads.force_N = matrix(loads.at("force_N"));
     state.previous_loads.torque_N_m = matrix(loads.at("torque_N_m"));
     for (const ordered_json& swimmer : json.at("swimmers")) state.swimmers.push_back(period_sums(swimmer));

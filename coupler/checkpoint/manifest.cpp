@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "checkpoint/whole_number.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "run/run_directory.hpp"
@@ -32,9 +33,10 @@ std::set<fs::path> files_below(const fs::path& folder) {
 std::string find_damage_of_file(const fs::path& folder, const ordered_json& file) {
   const fs::path path = folder / file.at("path").get<std::string>();
   std::error_code error;
-  if (fs::file_size(path, error) != file.at("bytes").get<std::uintmax_t>() || error)
+  if (fs::file_size(path, error) != whole_number<std::uintmax_t>(file.at("bytes")) || error)
     return path.string() + " has the wrong size";
-  if (checksum(path) != file.at("checksum").get<std::uint64_t>()) return path.string() + " has changed";
+  if (checksum(path) != whole_number<std::uint64_t>(file.at("checksum")))
+    return path.string() + " has changed";
   return {};
 }
 

@@ -108,6 +108,8 @@ struct OutputCase {
   std::int64_t mean_every_steps = 10;
   std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
   double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
+  bool wire = false;                        ///< record every message
+  bool trace = false;                       ///< record what each process does when
 };
 
 /// Whether the fluid's fields are to be written at all.

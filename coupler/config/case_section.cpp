@@ -21,6 +21,8 @@ OutputCase read_output(Reader output) {
     result.mean_over_steps = {mean[0], mean[1]};
     result.mean_every_steps = fields.integer("mean_every_steps", Range::positive, 10);
   }
+  result.wire = output.choice("wire", switch_names, std::optional(false));
+  result.trace = output.choice("trace", switch_names, std::optional(false));
   Reader checkpoint = output.section("checkpoint");
   result.checkpoint_every_steps = checkpoint.integer("every_steps", Range::not_negative, 0);
   result.checkpoint_every_wall_s = checkpoint.number("every_wall_s", Range::not_negative, 600.0);

@@ -93,11 +93,7 @@ void check_strokes(const Case& the_case, Problems& problems) {
               std::to_string(stroke.period_steps) +
               " (a lag of a whole period or more means something else). Use a lag within one period.");
     }
-    constexpr std::int64_t most_cycles = 1'000'000'000'000;
-    if (stroke.cycles > most_cycles / stroke.period_steps) {
-      problems.error(path + ".cycles", path + ".cycles is " + std::to_string(stroke.cycles) +
-                                           " (more steps than can be counted). Use fewer cycles.");
-    } else if (stroke.cycles * stroke.period_steps > the_case.steps) {
+    if (stroke.cycles * stroke.period_steps > the_case.steps) {
       problems.warning(
           "run.steps",
           "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" + the_case.swimmers[i].name +

@@ -63,6 +63,8 @@ inline constexpr std::array averaging_names{Choice<LoadAveraging>{"none", LoadAv
 enum class SchemeKind { serial_explicit };
 inline constexpr std::array scheme_names{Choice<SchemeKind>{"serial_explicit", SchemeKind::serial_explicit}};
 
+inline constexpr std::array switch_names{Choice<bool>{"true", true}, Choice<bool>{"false", false}};
+
 inline constexpr std::array axis_names{"x", "y", "z"};
 
 }  // namespace copepod::coupler

@@ -120,6 +120,12 @@ std::optional<std::int64_t> Reader::parse_integer(const std::string& path, const
     problems_.error(path, path + " is " + quoted(value) + " (a whole number is needed). Write it like 1000.");
     return {};
   }
+  constexpr std::int64_t largest = 1'000'000'000'000'000;  // sums and differences of two stay countable
+  if (number > largest || number < -largest) {
+    problems_.error(path, path + " is " + value.text +
+                              " (nothing in a case comes in more than 10^15). Check its digits.");
+    return {};
+  }
   return parse_number(path, value, range) ? std::optional(number) : std::nullopt;
 }
 

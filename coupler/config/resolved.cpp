@@ -170,7 +170,9 @@ Value resolved_output(const OutputCase& output) {
   Value section = Value::mapping();
   section.add("trajectory", std::move(trajectory));
   section.add("fields", std::move(fields));
-  return section.add("checkpoint", std::move(checkpoint));
+  section.add("checkpoint", std::move(checkpoint));
+  section.add("wire", word(switch_names, output.wire));
+  return section.add("trace", word(switch_names, output.trace));
 }
 
 Value resolved_services(const ServicesCase& services) {

@@ -22,6 +22,13 @@ Stroke read_stroke(Reader stroke) {
   result.period_steps = stroke.integer("period_steps", Range::positive);
   result.phase_lag_steps = stroke.integer("phase_lag_steps", Range::not_negative);
   result.cycles = stroke.integer("cycles", Range::positive);
+  constexpr std::int64_t most_steps = 1'000'000'000'000;
+  if (result.period_steps > 0 && result.cycles > most_steps / result.period_steps) {
+    stroke.problems().error(stroke.path_of("cycles"),
+                            stroke.path_of("cycles") + " is " + std::to_string(result.cycles) +
+                                " (more steps than can be counted). Use fewer cycles.");
+    result.cycles = 1;
+  }
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "config/problems.hpp"
+#include "conversion/text.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -27,7 +28,7 @@ class Conversion {
     switch (node.Type()) {
       case YAML::NodeType::Scalar:
         value.kind = Value::Kind::scalar;
-        value.text = node.Scalar();
+        value.text = text(node);
         break;
       case YAML::NodeType::Sequence:
         value.kind = Value::Kind::sequence;
@@ -49,6 +50,15 @@ class Conversion {
   }
 
  private:
+  /// Names travel in messages and JSON, which take nothing else.
+  const std::string& text(const YAML::Node& node) {
+    if (conversion::as_utf8(node.Scalar(), node.Scalar().size()) == node.Scalar()) return node.Scalar();
+    throw CaseInvalid(
+        origin(node.Mark()),
+        "a word here is not UTF-8 text (the file was saved in another encoding, or is no text). "
+        "Save it as UTF-8.");
+  }
+
   void convert_entries(const YAML::Node& node, Value& value) {
     std::set<std::string> seen;
     for (const auto& pair : node) {
@@ -57,7 +67,7 @@ class Conversion {
         throw CaseInvalid(key_origin,
                           "a key is a list or a mapping (keys are plain words). Write `key: value`.");
       }
-      const std::string& key = pair.first.Scalar();
+      const std::string& key = text(pair.first);
       if (!seen.insert(key).second) {
         throw CaseInvalid(key_origin, "key '" + key +
                                           "' appears twice in one section (only one can count). "

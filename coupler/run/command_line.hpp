@@ -17,7 +17,8 @@ struct Options {
   std::string session;
   std::string key_file;  ///< CURVE keys of the coupler; empty: none
   std::string log_file;
-  std::string build;  ///< identifies the programs of the run, for the provenance
+  std::string build;      ///< identifies the programs of the run, for the provenance
+  std::string wire_file;  ///< where messages are recorded; of the case, empty: nowhere
   bool resume = false;
   std::string command_line;  ///< all arguments, for the provenance
 };

@@ -5,11 +5,11 @@
 
 namespace copepod::coupler {
 
-RemoteComponents::RemoteComponents(const std::string& endpoint, const std::string& session,
-                                   const std::string& key_file, const std::atomic<int>& stop_signal) {
-  settings_.endpoint = endpoint;
-  settings_.session = session;
-  settings_.key_file = key_file;
+RemoteComponents::RemoteComponents(const Options& options, const std::atomic<int>& stop_signal) {
+  settings_.endpoint = options.endpoint;
+  settings_.session = options.session;
+  settings_.key_file = options.key_file;
+  settings_.wire_file = options.wire_file;
   settings_.stop_signal = &stop_signal;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "remote/link.hpp"
+#include "run/command_line.hpp"
 #include "run/components.hpp"
 
 namespace copepod::coupler {
@@ -11,10 +12,9 @@ namespace copepod::coupler {
 /// Components in processes of their own, reached over the wire.
 class RemoteComponents final : public Components {
  public:
-  /// @param key_file  CURVE keys of the coupler; empty: none
+  /// @param options      where they connect, with what token and keys, and where to record messages
   /// @param stop_signal  non-zero ends every wait; must outlive this object
-  RemoteComponents(const std::string& endpoint, const std::string& session, const std::string& key_file,
-                   const std::atomic<int>& stop_signal);
+  RemoteComponents(const Options& options, const std::atomic<int>& stop_signal);
 
   void connect() override;
   [[nodiscard]] const Capabilities& fluid_capabilities() const override {

@@ -7,6 +7,7 @@
 
 #include "config/resolved.hpp"
 #include "config/setups.hpp"
+#include "recording/timeline.hpp"
 #include "run/audience.hpp"
 #include "run/checkpointer.hpp"
 #include "run/summary.hpp"
@@ -57,9 +58,14 @@ void CaseRun::connect(const std::function<void(const Capabilities&, const Capabi
 void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
   events_.phase("configuring");
   const std::int64_t first = first_step(checkpoint);
-  body_ = components_.make_body(make_body_setup(loaded_.content, loaded_.assembly), first);
-  fluid_ = components_.make_fluid(
-      make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string()), first);
+  BodySetup body = make_body_setup(loaded_.content, loaded_.assembly);
+  FluidSetup fluid = make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string());
+  if (loaded_.content.output.trace) {
+    body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
+    recording::timeline().open(fluid.trace_directory, "coupler", 0);
+  }
+  body_ = components_.make_body(body, first);
+  fluid_ = components_.make_fluid(fluid, first);
   if (!checkpoint) return;
   body_->restore(checkpoint->body_path.string());
   fluid_->restore(checkpoint->fluid_path.string());
@@ -101,6 +107,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(),
                                     scheme.kinematics(), timing, audience.swimmer_reports());
   components_.finish();
+  recording::timeline().close();
   write_atomically(directory_.summary(), summary.dump(2) + "\n");
   spdlog::info("finished after {:.1f} s", timing.loop_s);
 }

@@ -1,6 +1,8 @@
 #include "run/run_directory.hpp"
 
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fcntl.h>
 #include <unistd.h>
@@ -47,13 +49,41 @@ void write_atomically(const std::filesystem::path& path, const std::string& cont
   }
 }
 
-RunDirectory::RunDirectory(const std::filesystem::path& root) : root_(std::filesystem::absolute(root)) {
+namespace {
+
+void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
-  std::filesystem::create_directories(root_ / "logs", error);
+  std::filesystem::create_directories(folder, error);
   if (error) {
-    throw StorageError(root_.string() + " cannot be created (" + error.message() +
+    throw StorageError(folder.string() + " cannot be created (" + error.message() +
                        "). Choose another --out folder.");
   }
+}
+
+/// A resumed run finds the recordings of the attempts before it.
+std::filesystem::path first_free(const std::filesystem::path& folder, const char* extension) {
+  for (int attempt = 1;; ++attempt) {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "attempt_%03d%s", attempt, extension);
+    if (!std::filesystem::exists(folder / name.data())) return folder / name.data();
+  }
+}
+
+}  // namespace
+
+RunDirectory::RunDirectory(const std::filesystem::path& root) : root_(std::filesystem::absolute(root)) {
+  make_folder(root_ / "logs");
+}
+
+std::filesystem::path RunDirectory::new_wire_file() const {
+  make_folder(root_ / "wire");
+  return first_free(root_ / "wire", ".rec");
+}
+
+std::filesystem::path RunDirectory::new_trace_folder() const {
+  const std::filesystem::path folder = first_free(root_ / "trace", "");
+  make_folder(folder);
+  return folder;
 }
 
 }  // namespace copepod::coupler

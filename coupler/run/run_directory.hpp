@@ -23,6 +23,13 @@ class RunDirectory {
   [[nodiscard]] std::filesystem::path checkpoints() const { return root_ / "checkpoints"; }
   [[nodiscard]] std::filesystem::path summary() const { return root_ / "summary.json"; }
 
+  /// A file for the messages of this attempt that does not exist yet: wire/attempt_001.rec, …
+  /// @throws StorageError if wire/ cannot be made
+  [[nodiscard]] std::filesystem::path new_wire_file() const;
+  /// A new folder for the phases of this attempt: trace/attempt_001, …
+  /// @throws StorageError
+  [[nodiscard]] std::filesystem::path new_trace_folder() const;
+
  private:
   std::filesystem::path root_;  ///< absolute
 };

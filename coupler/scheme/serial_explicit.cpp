@@ -18,13 +18,10 @@ SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const Drivi
 
 void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_t)>& pause) {
   while (step_ < stop && !pause(step_)) {
+    recording::timeline().set_step(step_);
     // Map the bodies to the lattice; hydrodynamic forces on them.
     fluid_watch_.time([&] { fluid_.exchange(kinematics_, loads_); });
-    averaging_.apply(loads_, applied_.hydrodynamic);
-
-    // External forces.
-    driving_.sample(step_, nodes_, applied_.driving_N);
-    observer_.observe({step_, kinematics_, loads_, applied_.hydrodynamic, applied_.driving_N});
+    couple_watch_.time([&] { couple(); });
 
     // Time step of the rigid bodies; meanwhile a fluid service streams and collides.
     body_watch_.time([&] { body_.step(applied_, next_); });
@@ -33,6 +30,13 @@ void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_
     std::swap(kinematics_, next_);
     ++step_;
   }
+}
+
+/// Loads to apply, and external forces.
+void SerialExplicit::couple() {
+  averaging_.apply(loads_, applied_.hydrodynamic);
+  driving_.sample(step_, nodes_, applied_.driving_N);
+  observer_.observe({step_, kinematics_, loads_, applied_.hydrodynamic, applied_.driving_N});
 }
 
 void SerialExplicit::finish() {

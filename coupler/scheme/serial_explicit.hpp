@@ -45,6 +45,8 @@ class SerialExplicit {
   [[nodiscard]] double body_wait_s() const { return body_watch_.seconds(); }
 
  private:
+  void couple();
+
   FluidSolver& fluid_;
   BodySolver& body_;
   const DrivingProtocol& driving_;
@@ -57,8 +59,9 @@ class SerialExplicit {
   Kinematics next_;
   Loads loads_;
   AppliedLoads applied_;
-  Stopwatch fluid_watch_;
-  Stopwatch body_watch_;
+  Stopwatch fluid_watch_{"wait for fluid"};
+  Stopwatch couple_watch_{"couple"};
+  Stopwatch body_watch_{"wait for bodies"};
 };
 
 }  // namespace copepod::coupler

@@ -1,24 +1,33 @@
 #pragma once
 
 #include <chrono>
+#include <string_view>
+
+#include "recording/timeline.hpp"
 
 namespace copepod::coupler {
 
-/// Adds up wall time over many short intervals.
+/// Adds up wall time over many short intervals, each of which is a phase of the timeline too.
 class Stopwatch {
  public:
   using Clock = std::chrono::steady_clock;
+
+  /// @param phase  what the timeline calls it; a literal
+  explicit Stopwatch(std::string_view phase) : phase_(phase) {}
 
   /// Runs `work` and adds the time it took.
   template <typename Work>
   void time(Work&& work) {
     const Clock::time_point start = Clock::now();
     work();
-    total_ += Clock::now() - start;
+    const Clock::time_point end = Clock::now();
+    total_ += end - start;
+    recording::timeline().add(phase_, start, end);
   }
   [[nodiscard]] double seconds() const { return std::chrono::duration<double>(total_).count(); }
 
  private:
+  std::string_view phase_;
   Clock::duration total_{};
 };
 

@@ -3,13 +3,13 @@
 import argparse
 
 from copepod_campaign import campaign
-from copepod_command import bench, check, conformance, reporting, run, setup, suite
+from copepod_command import bench, check, conformance, recording, replay, reporting, run, setup, suite
 from copepod_command.checkout import called_as
 
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
 70 a solver failed, 73 storage failed, 74 deadline passed, 130/143 stopped by a signal"""
 
-_TAKES_MORE = {"test": "ctest_arguments", "conformance": "component"}  # what comes after --
+_TAKES_MORE = {"test": "ctest_arguments", "conformance": "component", "replay": "component"}  # what comes after --
 
 
 def parse(arguments):
@@ -24,6 +24,8 @@ def parse(arguments):
     _add_campaign(commands)
     _add_report(commands)
     _add_bench(commands)
+    _add_replay(commands)
+    _add_recording(commands)
     _add_test(commands)
     _add_conformance(commands)
     _add_setup(commands)
@@ -142,6 +144,43 @@ def _add_bench(commands):
     parser.set_defaults(action=bench.bench)
 
 
+def _add_replay(commands):
+    parser = commands.add_parser(
+        "replay",
+        help="replay a recorded run against a component",
+        usage=f"{called_as()} replay RUN_DIR (--fluid | --body | --as ROLE) [options] [-- CMD …]",
+        description="Plays the coupler of a run that was recorded with output.wire to a real component, the one that "
+        "CMD starts or our own, and compares its replies; or (--as) runs the case again with one component replaced by "
+        "what it said. Ends with 0 if nothing differs.",
+    )
+    parser.add_argument("directory", metavar="RUN_DIR")
+    which = parser.add_mutually_exclusive_group(required=True)
+    which.add_argument("--fluid", action="store_true", help="to a fluid component")
+    which.add_argument("--body", action="store_true", help="to a body component")
+    which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
+    parser.add_argument("--tolerance", type=float, default=0.0, metavar="X", help="relative; default 0: every bit counts")
+    parser.add_argument("--ranks", type=_positive_count, default=1, metavar="N", help="MPI ranks of our fluid (1)")
+    parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
+    parser.add_argument("--out", metavar="DIR", help="with --as: run directory of the new run (default: none is kept)")
+    parser.set_defaults(action=replay.replay)
+
+
+def _add_recording(commands):
+    parser = commands.add_parser(
+        "recording",
+        help="list, count or draw what a run recorded",
+        description="list: every message; count: how many of each kind; trace: what every process did when, for "
+        "https://ui.perfetto.dev and chrome://tracing, and how much the early reply hides.",
+    )
+    parser.add_argument("what", choices=("list", "count", "trace"))
+    parser.add_argument("directory", metavar="RUN_DIR")
+    parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
+    parser.add_argument("--steps", type=_steps, metavar="START:STOP", help="trace: only these steps")
+    parser.add_argument("--out", metavar="FILE", help="trace: where to (default: RUN_DIR/trace.json)")
+    parser.add_argument("--picture", metavar="FILE", help="trace: draw the steps too, as PNG or SVG")
+    parser.set_defaults(action=recording.recording)
+
+
 def _add_test(commands):
     parser = commands.add_parser(
         "test",
@@ -192,6 +231,14 @@ def _seconds(text):
     if not value > 0:
         raise argparse.ArgumentTypeError("must be positive")
     return value
+
+
+def _steps(text):
+    """(start, stop) of "start:stop"."""
+    start, separator, stop = text.partition(":")
+    if not separator or not start.isdigit() or not stop.isdigit() or int(stop) <= int(start):
+        raise argparse.ArgumentTypeError("must be START:STOP with START < STOP, as in 100:104")
+    return int(start), int(stop)
 
 
 def _positive_count(text):

@@ -29,6 +29,7 @@ BUILD_AND_RUN = (
     "libyaml-cpp-dev",
     "libcli11-dev",
     "nlohmann-json3-dev",
+    "zlib1g-dev",
     "libhdf5-openmpi-dev",
     "libbenchmark-dev",
     "libbullet-dev",
@@ -39,7 +40,7 @@ BUILD_AND_RUN = (
     "python3-xxhash",
     "python3-protobuf",
 )
-CONTINUOUS_INTEGRATION = ("clang-format", "clang-tidy", "gcovr", "git")
+CONTINUOUS_INTEGRATION = ("clang-format", "clang-tidy", "clang", "libclang-rt-dev", "gcovr", "git")
 
 
 def missing(names):

@@ -39,7 +39,7 @@ void pack(const Command& command, std::vector<std::byte>& message) {
   if (command.order == Order::construct) {
     packer(command.setup.bodies.size());
     describe_physics(packer, command.setup);
-    describe_fields(packer, command.setup.fields);
+    describe_output(packer, command.setup);
   }
   if (command.order == Order::save || command.order == Order::restore) packer(command.path);
 }
@@ -53,7 +53,7 @@ void unpack(const std::vector<std::byte>& message, Command& command) {
     unpacker(bodies);
     command.setup.bodies.resize(bodies);
     describe_physics(unpacker, command.setup);
-    describe_fields(unpacker, command.setup.fields);
+    describe_output(unpacker, command.setup);
   }
   if (command.order == Order::save || command.order == Order::restore) unpacker(command.path);
 }

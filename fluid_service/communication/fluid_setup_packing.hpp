@@ -33,13 +33,16 @@ void describe_physics(Archive& archive, Setup& setup) {
   }
 }
 
-template <class Archive, class Fields>
-void describe_fields(Archive& archive, Fields& fields) {
+/// What is written beside the results.
+template <class Archive, class Setup>
+void describe_output(Archive& archive, Setup& setup) {
+  auto& fields = setup.fields;
   archive(fields.directory);
   archive(fields.every_steps);
   archive(fields.mean_start);
   archive(fields.mean_stop);
   archive(fields.mean_every_steps);
+  archive(setup.trace_directory);
 }
 
 }  // namespace copepod::fluid

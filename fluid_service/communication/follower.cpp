@@ -3,6 +3,7 @@
 #include "communication/command.hpp"
 #include "communication/rank_failure.hpp"
 #include "contract/errors.hpp"
+#include "recording/timeline.hpp"
 
 namespace copepod::fluid {
 
@@ -16,15 +17,17 @@ class Follower {
 
   /// Receives one order and carries it out. @return false when there is nothing more to do
   bool obey() {
-    channel_.receive(command_);
+    {
+      const recording::Span waiting("waiting");
+      channel_.receive(command_);
+    }
     switch (command_.order) {
       case Order::construct:
+        open_timeline();
         solver_ = make_solver_(command_.setup, communicator_);
         return true;
       case Order::exchange_advance:
-        step_ = command_.kinematics.step;
-        solver_->exchange(command_.kinematics, loads_);
-        solver_->advance();
+        advance_one_step();
         return true;
       case Order::save:
         solver_->save(command_.path);
@@ -42,6 +45,22 @@ class Follower {
   }
 
  private:
+  void open_timeline() {
+    const std::string& folder = command_.setup.trace_directory;
+    if (!folder.empty()) recording::timeline().open(folder, "fluid", communicator_.rank());
+  }
+
+  void advance_one_step() {
+    step_ = command_.kinematics.step;
+    recording::timeline().set_step(step_);
+    {
+      const recording::Span exchanging("exchanging");
+      solver_->exchange(command_.kinematics, loads_);
+    }
+    const recording::Span advancing("advancing");
+    solver_->advance();
+  }
+
   Communicator& communicator_;
   const RankSolverFactory& make_solver_;
   CommandChannel channel_;

@@ -5,6 +5,7 @@
 
 #include "component/checkpoint_path.hpp"
 #include "contract/errors.hpp"
+#include "recording/timeline.hpp"
 
 namespace copepod::component {
 
@@ -36,6 +37,7 @@ void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
 session::Configured ServedBody::make_solver(const conversion::Decoder& request) {
   BodySetup setup;
   request.read(setup);
+  if (!setup.trace_directory.empty()) recording::timeline().open(setup.trace_directory, "body", 0);
   bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
   solver_ = component_.make_solver(setup);
   session::Configured configured{solver_->driving_nodes()};
@@ -45,7 +47,10 @@ session::Configured ServedBody::make_solver(const conversion::Decoder& request) 
 
 void ServedBody::advance_bodies(const conversion::Decoder& request) {
   request.read(applied_, bodies_, driving_nodes_);
-  solver_->step(applied_, kinematics_);
+  {
+    const recording::Span integrate("integrate");
+    solver_->step(applied_, kinematics_);
+  }
   require_finite(kinematics_, bodies_);
 }
 

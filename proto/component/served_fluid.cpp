@@ -5,6 +5,7 @@
 
 #include "component/checkpoint_path.hpp"
 #include "contract/errors.hpp"
+#include "recording/timeline.hpp"
 
 namespace copepod::component {
 
@@ -35,6 +36,7 @@ void require_finite(const Loads& loads, Eigen::Index bodies) {
 void ServedFluid::make_solver(const conversion::Decoder& request) {
   FluidSetup setup;
   request.read(setup);
+  if (!setup.trace_directory.empty()) recording::timeline().open(setup.trace_directory, "fluid", 0);
   bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
   solver_ = component_.make_solver(setup);
 }

@@ -176,7 +176,7 @@ void Server::do_work(const Action& action) {
     decoder_.read(welcome);
     require_offered(welcome.minor, hello_.versions);
     session_ = welcomed(session_, welcome);
-    vitals_.phase = Phase::waiting;
+    enter(Phase::waiting);
     log_.info("Welcomed by the coupler, protocol {}.{}.", session::kProtocolMajor, welcome.minor);
     return;
   }
@@ -187,8 +187,9 @@ void Server::do_work(const Action& action) {
   }
   const Header request = decoder_.header();
   vitals_.received_sequence = request.sequence;
+  enter(phase_of(action.work));
   vitals_.step = request.step;
-  vitals_.phase = phase_of(action.work);
+  recording::timeline().set_step(request.step);
   Header reply = header(request.sequence);
   reply.step = request.step;
   const bool says_goodbye = action.work == Work::say_goodbye;
@@ -197,10 +198,18 @@ void Server::do_work(const Action& action) {
   send(last_reply_);
   vitals_.replied_sequence = request.sequence;
   if (says_goodbye) return;
-  vitals_.phase = Phase::advancing;
+  enter(Phase::advancing);
   solver_.follow_up(action.work);
   session_ = on_event(session_, LocalEvent::work_done).session;
-  vitals_.phase = Phase::waiting;
+  enter(Phase::waiting);
+}
+
+/// Tells the control lane, and the timeline how long the phase before took.
+void Server::enter(Phase phase) {
+  const auto now = recording::Clock::now();
+  recording::timeline().add(name_of(vitals_.phase.load()), phase_since_, now);
+  phase_since_ = now;
+  vitals_.phase = phase;
 }
 
 void Server::send(std::span<const std::byte> bytes) {

@@ -5,6 +5,7 @@
 #include "component/served_solver.hpp"
 #include "component/vitals.hpp"
 #include "contract/errors.hpp"
+#include "recording/timeline.hpp"
 #include "session/component_session.hpp"
 #include "session/messages.hpp"
 #include "transport/dealer.hpp"
@@ -34,6 +35,7 @@ class Server {
   void act(const session::Action& action);
   void do_work(const session::Action& action);
   bool wait_for_message(double seconds);
+  void enter(session::Phase phase);
   void send(std::span<const std::byte> bytes);
   void give_up(ExitCode code, const char* reason);
   void fail(const FailureReport& report);
@@ -54,6 +56,7 @@ class Server {
   conversion::Encoder replies_;  ///< keeps the bytes of the last reply for a request that is repeated
   conversion::Encoder handshake_;
   std::span<const std::byte> last_reply_;
+  recording::Clock::time_point phase_since_ = recording::Clock::now();
   ExitCode exit_code_ = ExitCode::finished;
 };
 

@@ -56,6 +56,7 @@ struct BodySetup {
       periodic_length_m{};  ///< 0: not periodic; distances of overlap checks use nearest images
   std::vector<BodySpecification> bodies;
   std::vector<SpringSpecification> springs;
+  std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
 };
 
 }  // namespace copepod

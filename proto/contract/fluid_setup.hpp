@@ -56,6 +56,7 @@ struct FluidSetup {
   Precision precision = Precision::double_precision;
   std::vector<Shape> bodies;  ///< shapes, in the order of Kinematics and Loads
   FieldOutput fields;
+  std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
 };
 
 }  // namespace copepod

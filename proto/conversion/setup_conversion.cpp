@@ -39,9 +39,14 @@ void write_fields(const FieldOutput& fields, v1::FieldOutput& wire) {
   wire.set_mean_every_steps(fields.mean_every_steps);
 }
 
+const std::string& read_path(const std::string& path, const char* name) {
+  require_at_most(path.size(), kLimits.string_bytes, name);
+  return path;
+}
+
 FieldOutput read_fields(const v1::FieldOutput& wire) {
-  require_at_most(wire.directory().size(), kLimits.string_bytes, "fields.directory");
-  return {wire.directory(), wire.every_steps(), wire.mean_start(), wire.mean_stop(), wire.mean_every_steps()};
+  return {read_path(wire.directory(), "fields.directory"), wire.every_steps(), wire.mean_start(),
+          wire.mean_stop(), wire.mean_every_steps()};
 }
 
 void require_three(int size, const char* name) {
@@ -123,6 +128,7 @@ void write(const FluidSetup& setup, v1::FluidSetup& wire) {
   wire.set_precision(to_wire<v1::Precision>(setup.precision));
   for (const Shape& shape : setup.bodies) write_shape(shape, *wire.add_bodies());
   write_fields(setup.fields, *wire.mutable_fields());
+  wire.set_trace_directory(setup.trace_directory);
 }
 
 void read(const v1::FluidSetup& wire, FluidSetup& setup) {
@@ -158,6 +164,7 @@ void read(const v1::FluidSetup& wire, FluidSetup& setup) {
   setup.bodies.clear();
   for (const v1::Shape& shape : wire.bodies()) setup.bodies.push_back(read_shape(shape));
   setup.fields = read_fields(wire.fields());
+  setup.trace_directory = read_path(wire.trace_directory(), "trace_directory");
 }
 
 void write(const BodySetup& setup, v1::BodySetup& wire) {
@@ -169,6 +176,7 @@ void write(const BodySetup& setup, v1::BodySetup& wire) {
   for (const double length : setup.periodic_length_m) wire.add_periodic_length_m(length);
   for (const BodySpecification& body : setup.bodies) write_body(body, *wire.add_bodies());
   for (const SpringSpecification& spring : setup.springs) write_spring(spring, *wire.add_springs());
+  wire.set_trace_directory(setup.trace_directory);
 }
 
 void read(const v1::BodySetup& wire, BodySetup& setup) {
@@ -186,6 +194,7 @@ void read(const v1::BodySetup& wire, BodySetup& setup) {
   for (const v1::SpringSpecification& spring : wire.springs()) {
     setup.springs.push_back(read_spring(spring, setup.bodies.size()));
   }
+  setup.trace_directory = read_path(wire.trace_directory(), "trace_directory");
 }
 
 }  // namespace copepod::conversion

@@ -1,5 +1,6 @@
 #include "remote/link.hpp"
 
+#include "recording/recording_router.hpp"
 #include "remote/exchange.hpp"
 #include "transport/zeromq.hpp"
 
@@ -22,11 +23,15 @@ std::optional<transport::CouplerKeys> keys_of(const LinkSettings& settings) {
   return transport::read_coupler_keys(settings.key_file);
 }
 
+std::unique_ptr<transport::Router> make_router(const LinkSettings& settings) {
+  auto router = transport::bind_router(settings.endpoint, transport::kDataLanePolicy, keys_of(settings));
+  if (settings.wire_file.empty()) return router;
+  return std::make_unique<recording::RecordingRouter>(std::move(router), settings.wire_file);
+}
+
 }  // namespace
 
-Link::Link(const LinkSettings& settings)
-    : Link(settings,
-           transport::bind_router(settings.endpoint, transport::kDataLanePolicy, keys_of(settings))) {}
+Link::Link(const LinkSettings& settings) : Link(settings, make_router(settings)) {}
 
 Link::Link(const LinkSettings& settings, std::unique_ptr<transport::Router> router)
     : connect_deadline_s_(settings.connect_deadline_s),

@@ -26,6 +26,7 @@ struct LinkSettings {
   double connect_deadline_s = 60.0;               ///< for both Hellos
   double silence_s = 3.0;                         ///< no pong for so long: frozen or dead
   double progress_deadline_s = 60.0;              ///< pongs, but neither step, phase nor progress moves: hung
+  std::string wire_file;                          ///< where to record every message; empty: nowhere
   const std::atomic<int>* stop_signal = nullptr;  ///< non-zero: waits throw Interrupted within 100 ms
 };
 

@@ -33,12 +33,12 @@ class Capabilities:
 
 def run_fluid_component(make_solver, capabilities):
     """Serves the solver that make_solver(FluidSetup) returns; gives the exit code of the process."""
-    return _run(ServedFluid(make_solver), capabilities)
+    return serve_component(ServedFluid(make_solver), capabilities)
 
 
 def run_body_component(make_solver, capabilities):
     """Serves the solver that make_solver(BodySetup) returns; gives the exit code of the process."""
-    return _run(ServedBody(make_solver), capabilities)
+    return serve_component(ServedBody(make_solver), capabilities)
 
 
 def _options(capabilities):
@@ -71,7 +71,8 @@ def _hello(role, lane, token, capabilities, instance):
     return seal.to_bytes(message)
 
 
-def _run(served, capabilities):
+def serve_component(served, capabilities):
+    """Serves an object with role, perform(request, reply) and follow_up(name), see solvers.py; gives the exit code."""
     options = _options(capabilities)
     if options.capabilities:
         print(json.dumps({"name": capabilities.name, "version": capabilities.version, "role": served.role,

@@ -181,6 +181,14 @@ TEST(CouplerState, RejectsWhatIsIncomplete) {
   EXPECT_THROW(coupler_state_from_json(nlohmann::ordered_json::parse("[1", nullptr, false)), StorageError);
 }
 
+TEST(CouplerState, RejectsNumbersThatAreNoWholeOnes) {
+  nlohmann::ordered_json json = to_json(CouplerState{});
+  for (const char* step : {"488888888888888888888", "1.5", "true"}) {
+    json["step"] = nlohmann::ordered_json::parse(step);
+    EXPECT_THROW(coupler_state_from_json(json), StorageError) << step;
+  }
+}
+
 TEST(Checksum, DependsOnEveryByteAndOnTheLength) {
   const fs::path file = fs::path(testing::TempDir()) / "checksum.bin";
   const auto of = [&](const std::string& content) {

@@ -1,0 +1,82 @@
+"""`copepod recording`: lists, counts and draws what a run recorded."""
+
+import json
+from pathlib import Path
+
+from copepod_command import exit_codes
+from copepod_command.errors import Stop
+from copepod_command.stages import say
+
+
+def recording(options):
+    """Returns 0; raises Stop if there is no recording."""
+    return {"list": _list, "count": _count, "trace": _trace}[options.what](options)
+
+
+def _open(path):
+    from copepod_recording.reader import Recording, UnreadableRecording
+
+    try:
+        return Recording(path)
+    except (OSError, UnreadableRecording) as problem:
+        raise Stop(exit_codes.STORAGE_FAILED, str(problem)) from None
+
+
+def _wire(options):
+    from copepod_recording.location import wire_file
+
+    return _open(wire_file(options.directory, options.attempt))
+
+
+def _list(options):
+    from copepod_recording.listing import lines
+
+    recorded = _wire(options)
+    for line in lines(recorded):
+        print(line)
+    _say_where_it_ends([recorded])
+    return exit_codes.FINISHED
+
+
+def _count(options):
+    from copepod_recording.listing import counts
+
+    recorded = _wire(options)
+    rows = counts(recorded)
+    print(f"{'component':10} {'':4} {'message':20} {'number':>10} {'bytes':>14}")
+    for component, direction, name, number, size in rows:
+        print(f"{component:10} {direction:4} {name:20} {number:10d} {size:14d}")
+    print(f"{'all':36} {sum(row[3] for row in rows):10d} {sum(row[4] for row in rows):14d}")
+    _say_where_it_ends([recorded])
+    return exit_codes.FINISHED
+
+
+def _trace(options):
+    from copepod_recording import shadow, trace
+    from copepod_recording.location import trace_folder, wire_file
+
+    folder = trace_folder(options.directory, options.attempt)
+    processes = [_open(path) for path in sorted(folder.glob("*.rec"))]
+    wire = None
+    if list((Path(options.directory) / "wire").glob("*.rec")):
+        wire = _open(wire_file(options.directory, options.attempt))
+    timelines = trace.read(processes)
+    out = Path(options.out or Path(options.directory) / "trace.json")
+    out.write_text(json.dumps(trace.as_json(trace.window(timelines, options.steps), wire)))
+    print(f"{out}: open it with https://ui.perfetto.dev or chrome://tracing")
+    figures = shadow.figures(timelines)
+    if figures:
+        print(shadow.text(figures))
+    if options.picture:
+        from copepod_recording import picture
+
+        picture.draw(trace.window(timelines, options.steps), options.picture)
+        print(options.picture)
+    _say_where_it_ends(processes)
+    return exit_codes.FINISHED
+
+
+def _say_where_it_ends(recordings):
+    for recorded in recordings:
+        if recorded.ending:
+            say(f"{recorded.path} is {recorded.ending}; what comes before was used")

@@ -1,0 +1,47 @@
+"""Messages of a recording as lines, and how many there are of each kind."""
+
+from collections import Counter
+
+from google.protobuf.message import DecodeError
+
+from copepod_recording.reader import message_name
+
+_ROLES = {0: "?", 1: "fluid", 2: "body"}
+_LANES = {0: "?", 1: "data", 2: "control"}
+_ARROWS = {1: "-->", 2: "<--"}
+
+
+def lines(recording):
+    """One line per message: time since the first, component, lane, direction, step, sequence, name, bytes."""
+    start = None
+    for recorded in recording.messages():
+        start = recorded.time_ns if start is None else start
+        envelope = _envelope(recording, recorded)
+        again = f", attempt {envelope.attempt}" if envelope and envelope.attempt else ""
+        about = f"step {envelope.step} #{envelope.sequence}{again} {message_name(envelope)}" if envelope else "no Envelope"
+        yield (
+            f"{(recorded.time_ns - start) * 1e-9:13.6f} s  {_ARROWS.get(recorded.direction, '?')} "
+            f"{_ROLES.get(recorded.role, '?'):5} {_LANES.get(recorded.lane, '?'):7}  {about}, {len(recorded.envelope)} bytes"
+        )
+
+
+def counts(recording):
+    """[(component, direction, message, number, bytes)], most bytes first."""
+    number, size = Counter(), Counter()
+    for recorded in recording.messages():
+        envelope = _envelope(recording, recorded)
+        key = (
+            _ROLES.get(recorded.role, "?"),
+            "to" if recorded.direction == 1 else "from",
+            message_name(envelope) if envelope else "no Envelope",
+        )
+        number[key] += 1
+        size[key] += len(recorded.envelope)
+    return [(*key, number[key], size[key]) for key, _ in size.most_common()]
+
+
+def _envelope(recording, recorded):
+    try:
+        return recording.envelope(recorded)
+    except DecodeError:
+        return None

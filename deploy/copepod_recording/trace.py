@@ -1,0 +1,118 @@
+"""Phases of all processes of a run on one clock, and as a trace in the format of Perfetto and chrome://tracing.
+
+The format: https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU ("Trace Event Format").
+"""
+
+from dataclasses import dataclass
+
+from copepod_recording.reader import message_name
+
+_ORDER = ("coupler", "body", "fluid")
+_MESSAGES = 100  # process number of the recorded messages
+_ROLES = {1: "fluid", 2: "body"}
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What a process did from `begin_ns` to `end_ns`, on the coupler's clock."""
+
+    name: str
+    step: int
+    begin_ns: int
+    end_ns: int
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Phases of one process (of one rank), by begin; those inside others follow them."""
+
+    process: str
+    rank: int
+    phases: list
+
+    @property
+    def title(self):
+        return f"{self.process} rank {self.rank}" if self.process == "fluid" else self.process
+
+
+def read(recordings):
+    """Timeline of every recording, coupler first; all on the clock of the first one."""
+    ordered = sorted(recordings, key=lambda recording: (_place(recording.header.process), recording.header.rank))
+    return [_timeline(recording, ordered[0].header) for recording in ordered]
+
+
+def _place(process):
+    return _ORDER.index(process) if process in _ORDER else len(_ORDER)
+
+
+def _timeline(recording, reference):
+    header = recording.header
+    shift = 0
+    if header.clock != reference.clock:  # another machine: as good as their clocks of the day agree
+        shift = (header.utc_ns - header.monotonic_ns) - (reference.utc_ns - reference.monotonic_ns)
+    phases = [
+        Phase(phase.name, phase.step, phase.begin_ns + shift, phase.begin_ns + phase.duration_ns + shift)
+        for phase in recording.phases()
+    ]
+    phases.sort(key=lambda phase: (phase.begin_ns, -phase.end_ns))
+    return Timeline(header.process, header.rank, phases)
+
+
+def window(timelines, steps):
+    """Only what belongs to steps [start, stop); everything if `steps` is None."""
+    if steps is None:
+        return timelines
+    start, stop = steps
+    return [
+        Timeline(each.process, each.rank, [phase for phase in each.phases if start <= phase.step < stop])
+        for each in timelines
+    ]
+
+
+def as_json(timelines, wire=None):
+    """{"traceEvents": […]}: one track per process and rank, and one per lane if messages were recorded too."""
+    begins = [phase.begin_ns for timeline in timelines for phase in timeline.phases]
+    ends = [phase.end_ns for timeline in timelines for phase in timeline.phases]
+    start, end = min(begins, default=0), max(ends, default=0)
+    events = []
+    for number, timeline in enumerate(timelines, 1):
+        events += _names(number, timeline.title, 0, timeline.title)
+        events += [_complete(number, 0, phase.name, phase.begin_ns - start, phase.end_ns - start, phase.step)
+                   for phase in timeline.phases]
+    if wire is not None:
+        events += _messages(wire, start, end)
+    return {"traceEvents": events, "displayTimeUnit": "ns"}
+
+
+def _names(process, process_name, thread, thread_name):
+    return [
+        {"ph": "M", "name": "process_name", "pid": process, "tid": 0, "args": {"name": process_name}},
+        {"ph": "M", "name": "process_sort_index", "pid": process, "tid": 0, "args": {"sort_index": process}},
+        {"ph": "M", "name": "thread_name", "pid": process, "tid": thread, "args": {"name": thread_name}},
+    ]
+
+
+def _complete(process, thread, name, begin_ns, end_ns, step):
+    """A phase; times are microseconds."""
+    return {"ph": "X", "pid": process, "tid": thread, "name": name, "cat": "phase", "ts": begin_ns * 1e-3,
+            "dur": (end_ns - begin_ns) * 1e-3, "args": {"step": step}}
+
+
+def _messages(wire, start, end):
+    """From each request until its reply, as the coupler's socket saw both."""
+    events = []
+    for role, name in _ROLES.items():
+        events += _names(_MESSAGES, "messages", role, f"{name}: request to reply")
+    requests = {}
+    for recorded in wire.messages():
+        if recorded.lane != 1 or recorded.role not in _ROLES or not start <= recorded.time_ns <= end:
+            continue
+        envelope = wire.envelope(recorded)
+        key = (recorded.role, envelope.sequence)
+        if recorded.direction == 1:
+            requests.setdefault(key, (recorded.time_ns, message_name(envelope), envelope.step))
+        elif key in requests:
+            sent, name, step = requests.pop(key)
+            events.append(_complete(_MESSAGES, recorded.role, f"{name} → {message_name(envelope)}", sent - start,
+                                    recorded.time_ns - start, step))
+    return events
