@@ -6,8 +6,9 @@
 
 int main(int argc, char** argv) {
   using namespace copepod::coupler;
-  return run_program(argc, argv, std::cout, std::cerr, [](const Options& options) {
-    return std::make_unique<RemoteComponents>(options.endpoint, options.session, options.key_file,
-                                              process_signals().stop);
-  });
+  return run_program(
+      argc, argv, std::cout, std::cerr, [](const Options& options, const ServicesCase& services) {
+        return std::make_unique<RemoteComponents>(options.endpoint, options.session, options.key_file,
+                                                  services, process_signals().stop);
+      });
 }

@@ -74,7 +74,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
                         options.resume);
   provenance.write_start();
 
-  const std::unique_ptr<Components> components = make_components(options);
+  const std::unique_ptr<Components> components = make_components(options, loaded.content.services);
   CaseRun run(loaded, directory, *components, events, process_signals());
   FailureReport failure;
   try {

@@ -6,7 +6,10 @@
 namespace copepod::coupler {
 
 RemoteComponents::RemoteComponents(const std::string& endpoint, const std::string& session,
-                                   const std::string& key_file, const std::atomic<int>& stop_signal) {
+                                   const std::string& key_file, const ServicesCase& services,
+                                   const std::atomic<int>& stop_signal) {
+  settings_.connect_deadline_s = services.connect_deadline_s;
+  settings_.progress_deadline_s = services.progress_deadline_s;
   settings_.endpoint = endpoint;
   settings_.session = session;
   settings_.key_file = key_file;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "config/case.hpp"
 #include "remote/link.hpp"
 #include "run/components.hpp"
 
@@ -14,7 +15,7 @@ class RemoteComponents final : public Components {
   /// @param key_file  CURVE keys of the coupler; empty: none
   /// @param stop_signal  non-zero ends every wait; must outlive this object
   RemoteComponents(const std::string& endpoint, const std::string& session, const std::string& key_file,
-                   const std::atomic<int>& stop_signal);
+                   const ServicesCase& services, const std::atomic<int>& stop_signal);
 
   void connect() override;
   [[nodiscard]] const Capabilities& fluid_capabilities() const override {

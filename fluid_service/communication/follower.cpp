@@ -27,7 +27,7 @@ class Follower {
         solver_->advance();
         return true;
       case Order::save:
-        solver_->save(command_.path);
+        save();
         return true;
       case Order::restore:
         solver_->restore(command_.path);
@@ -42,6 +42,14 @@ class Follower {
   }
 
  private:
+  /// A full disk is thrown on all ranks alike: rank 0 tells the coupler, and all go on.
+  void save() {
+    try {
+      solver_->save(command_.path);
+    } catch (const StorageError&) {
+    }
+  }
+
   Communicator& communicator_;
   const RankSolverFactory& make_solver_;
   CommandChannel channel_;

@@ -64,8 +64,11 @@ class _Served:
         if name in ("Save", "Restore"):
             check_text(body.path, "path")
         if name == "Save":
-            self.solver.save(body.path)
             reply.saved.SetInParent()
+            try:
+                self.solver.save(body.path)
+            except OSError as problem:  # a full disk is no reason to end
+                reply.saved.problem = f"{body.path} cannot be written ({problem.strerror}). Make room."
         elif name == "Restore":
             self.solver.restore(body.path)
             reply.restored.SetInParent()
