@@ -45,7 +45,14 @@ PulseBoard::PulseBoard(MPI_Comm ranks) {
   if (rank != 0) thread_ = std::thread([this] { beat(); });
 }
 
-PulseBoard::~PulseBoard() {
+PulseBoard::~PulseBoard() { stop_beating(); }
+
+void PulseBoard::free() {
+  stop_beating();
+  MPI_Win_free(&window_);
+}
+
+void PulseBoard::stop_beating() {
   if (!thread_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
@@ -54,8 +61,6 @@ PulseBoard::~PulseBoard() {
   leave_.notify_all();
   thread_.join();
 }
-
-void PulseBoard::free() { MPI_Win_free(&window_); }
 
 void PulseBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
   int members = 0;

@@ -25,7 +25,7 @@ class PulseBoard {
   /// Ends the thread; leaves the memory to the end of the process unless `free` was called.
   ~PulseBoard();
 
-  /// Collective: gives the memory back.
+  /// Collective: gives the memory back; the last call.
   void free();
 
   /// This rank's solver waits for others, or does so no longer.
@@ -38,6 +38,7 @@ class PulseBoard {
   struct Pulse;
   void find_others(MPI_Comm machine, MPI_Comm ranks);
   void beat();
+  void stop_beating();
 
   MPI_Win window_ = MPI_WIN_NULL;
   Pulse* own_ = nullptr;

@@ -103,7 +103,7 @@ class RunLifecycle(CommandTest):
         self.assert_ends(session, 69, within_s=5)
 
     def test_frozen_process_is_named_with_its_rank(self):
-        for component, rank, program in (("coupler", None, "python3"), ("fluid", "1", "python3"), ("fluid", None, "mpirun")):
+        for component, rank, program in (("coupler", None, "coupler"), ("fluid", "1", "fluid_service"), ("fluid", None, "mpirun")):
             session = self.start_long_run("--out", f"frozen_{component}_{rank}")
             session.kill(signal.SIGSTOP, component, rank)
             self.assert_ends(session, 69, within_s=4)
