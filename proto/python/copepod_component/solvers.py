@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from .errors import Refused, SolverError
+from .errors import Refused, SolverError, StorageError
 from .validation import check_setup, check_text
 
 
@@ -67,8 +67,8 @@ class _Served:
             reply.saved.SetInParent()
             try:
                 self.solver.save(body.path)
-            except OSError as problem:  # a full disk is no reason to end
-                reply.saved.problem = f"{body.path} cannot be written ({problem.strerror}). Make room."
+            except (OSError, StorageError) as problem:  # a full disk is no reason to end
+                reply.saved.problem = str(problem)
         elif name == "Restore":
             self.solver.restore(body.path)
             reply.restored.SetInParent()
