@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import matrix
 import random_kills
-from hurt_run import hurt, undisturbed_digest
+from hurt_run import hurt, slow_down, undisturbed_digest
 
 CELLS = (
     ("coupler", "starting", "kill"),
@@ -34,6 +34,10 @@ class FaultMatrix(unittest.TestCase):
                 with self.subTest(victim=finding.victim, phase=finding.phase, fault=finding.fault):
                     self.assertEqual(matrix.problems(finding, self.digest), [])
                     self.assertLess(finding.seconds, SLOWEST_S[finding.fault])
+
+    def test_slow_step_that_shows_progress_is_never_taken_for_a_hang(self):
+        for victim in ("body", "fluid 0", "fluid 1"):
+            self.assertEqual(slow_down(victim, seconds=3.0, deadline_s=1.0), self.digest, victim)
 
     def test_random_kills_never_change_the_result(self):
         with ThreadPoolExecutor(2) as pool:

@@ -125,6 +125,20 @@ def hurt(victim, phase, fault):
             _end_for_sure(run)
 
 
+def slow_down(victim, seconds, deadline_s):
+    """Digest of a run in which one step of a component takes long, but shows progress."""
+    with tempfile.TemporaryDirectory(prefix="copepod_faults_") as folder:
+        folder = Path(folder).resolve()
+        run = _start(folder, victim, "exchanging", "slow", deadline_s)
+        try:
+            time.sleep(seconds)
+            (folder / "halted").unlink()
+            code = run.end(LONGEST_S)
+            return digest(folder) if code == 0 else run.last_line
+        finally:
+            _end_for_sure(run)
+
+
 def go_on(folder, *arguments):
     """Resumes the run, or starts it again where it had no checkpoint yet."""
     resumes = any((folder / "out/checkpoints").glob("step_*/manifest.json"))
@@ -162,13 +176,14 @@ def wait_for(condition, patience_s):
     return condition()
 
 
-def _start(folder, victim, phase, fault):
+def _start(folder, victim, phase, fault, deadline_s=DEADLINE_S):
     """A run that stands in `phase`."""
     place, step = PHASES[phase]
     arguments = ["--out", "out"]
+    if fault in ("hang", "slow"):
+        arguments += ["--set", f"services.progress_deadline_s={deadline_s}"]
     if fault == "hang":
-        arguments += ["--set", f"services.progress_deadline_s={DEADLINE_S}"]
-        arguments += ["--set", f"services.connect_deadline_s={DEADLINE_S}"]
+        arguments += ["--set", f"services.connect_deadline_s={deadline_s}"]
     if phase == "starting":
         return _start_with_held_coupler(folder, arguments)
     halting, rank = _who_halts(victim, phase, fault)
