@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "component/checkpoint_path.hpp"
+#include "component/checkpoint_request.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::component {
