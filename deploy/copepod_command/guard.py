@@ -17,15 +17,15 @@ _ALL_IS_WELL = b"done"
 class Guard:
     """The command's side: starts the guard, and dismisses it once everything is cleaned up."""
 
-    def __init__(self, mark, folders, lock):
-        """`lock`: descriptor that locks the run directory."""
+    def __init__(self, mark, folders, lock=None):
+        """`lock`: descriptor that locks the run directory, if there is one."""
         self._process = subprocess.Popen(
             [sys.executable, "-S", __file__, mark, *map(str, folders)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
-            pass_fds=[lock],
+            pass_fds=[] if lock is None else [lock],
             cwd="/",
         )
 
