@@ -141,15 +141,24 @@ def slow_down(victim, seconds, deadline_s):
 
 def go_on(folder, *arguments):
     """Resumes the run, or starts it again where it had no checkpoint yet."""
-    resumes = any((folder / "out/checkpoints").glob("step_*/manifest.json"))
+    run, how = start_again(folder, *arguments)
+    try:
+        return how if run.end(LONGEST_S) == 0 else f"failed: {run.last_line}"
+    finally:
+        _end_for_sure(run)
+
+
+def start_again(folder, *arguments):
+    """A run that resumes, or begins in an empty directory where there is no checkpoint; and which of the two."""
+    resumes = has_checkpoint(folder)
     if not resumes and (folder / "out").exists():
         (folder / "out").rename(folder / f"out_{time.monotonic_ns()}")
     run = HurtRun(folder, "--out", "out", *(["--resume"] if resumes else []), *arguments)
-    try:
-        code = run.end(LONGEST_S)
-        return ("resumed" if resumes else "afresh") if code == 0 else f"failed: {run.last_line}"
-    finally:
-        _end_for_sure(run)
+    return run, "resumed" if resumes else "afresh"
+
+
+def has_checkpoint(folder):
+    return any((folder / "out/checkpoints").glob("step_*/manifest.json"))
 
 
 def digest(folder):

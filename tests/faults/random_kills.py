@@ -16,7 +16,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from hurt_run import VICTIMS, HurtRun, digest, go_on, undisturbed_digest
+from hurt_run import LONGEST_S, VICTIMS, digest, go_on, has_checkpoint, start_again, undisturbed_digest, wait_for
 
 LATEST_S = 2.5  # a run takes about two seconds
 MOST_KILLS_PER_RUN = 3
@@ -33,33 +33,34 @@ def run_under_fire(seed):
             if kill is None:
                 break
             kills.append(kill)
-        finished = not kills or (folder / "out/summary.json").exists()
-        ending = "by itself" if finished and digest(folder) else go_on(folder, *_ranks(choose))
+        ending = "by itself" if kill is None else go_on(folder, *_ranks(choose))
         return [{**kill, "seed": seed, "ending": ending, "digest": digest(folder)} for kill in kills]
 
 
 def _kill_once(folder, choose):
     """What was killed and how the command took it; None if the run finished before."""
-    resumes = any((folder / "out/checkpoints").glob("step_*/manifest.json"))
-    if not resumes and (folder / "out").exists():
-        (folder / "out").rename(folder / f"out_{time.monotonic_ns()}")
-    run = HurtRun(folder, "--out", "out", *(["--resume"] if resumes else []), *_ranks(choose))
+    run, _ = start_again(folder, *_ranks(choose))
     time.sleep(choose.uniform(0.0, LATEST_S))
     victims = list(VICTIMS)
     choose.shuffle(victims)
     victim = next((victim for victim in victims if run.has(victim)), None)
     if victim is None or run.process.poll() is not None:
-        run.end(60)
+        run.end(LONGEST_S)
         return None
     start = time.monotonic()
     try:
         os.kill(run.pid(victim), signal.SIGKILL)
     except (AssertionError, ProcessLookupError):  # it ended in this very moment
-        run.end(60)
+        run.end(LONGEST_S)
         return None
-    code = run.end(60)
+    if not wait_for(lambda: run.process.poll() is not None, LONGEST_S):
+        run.process.terminate()
+    code = run.end(LONGEST_S)
     seconds = time.monotonic() - start
-    leftovers = [] if victim == "command" else run.leftovers()  # its guard is still busy; the next run waits for it
+    if victim != "command":
+        leftovers = run.leftovers()
+    else:  # a resume waits by itself until the guard has cleaned up
+        leftovers = [] if has_checkpoint(folder) else run.wait_until_clean()
     message = run.stderr[-1].strip() if run.stderr else ""
     return {"victim": victim, "seconds": seconds, "code": code, "message": message, "leftovers": leftovers}
 
