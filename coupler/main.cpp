@@ -6,7 +6,8 @@
 
 int main(int argc, char** argv) {
   using namespace copepod::coupler;
-  return run_program(argc, argv, std::cout, std::cerr, [](const Options& options) {
-    return std::make_unique<RemoteComponents>(options, process_signals().stop);
-  });
+  return run_program(argc, argv, std::cout, std::cerr,
+                     [](const Options& options, const ServicesCase& services) {
+                       return std::make_unique<RemoteComponents>(options, services, process_signals().stop);
+                     });
 }

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* name_start = "step_";
-constexpr const char* unfinished = "unfinished";
+constexpr const char* draft_name = "unfinished";
 constexpr std::size_t kept = 2;
 
 std::string name_of_step(std::int64_t step) {
@@ -59,7 +59,7 @@ CheckpointStore::CheckpointStore(fs::path folder, std::string case_key)
     : folder_(std::move(folder)), case_key_(std::move(case_key)) {}
 
 void CheckpointStore::write(FluidSolver& fluid, BodySolver& body, const CouplerState& state) {
-  const fs::path draft = folder_ / unfinished;
+  const fs::path draft = folder_ / draft_name;
   const fs::path final = folder_ / name_of_step(state.step);
   try {
     fs::remove_all(draft);
@@ -73,7 +73,11 @@ void CheckpointStore::write(FluidSolver& fluid, BodySolver& body, const CouplerS
     fs::rename(draft, final);
     sync_folder(folder_);
     remove_old();
+  } catch (const StorageError&) {
+    remove_draft();
+    throw;
   } catch (const fs::filesystem_error& error) {
+    remove_draft();
     throw StorageError(std::string("a checkpoint cannot be written (") + error.what() +
                        "). Free space or check permissions.");
   }
@@ -90,6 +94,12 @@ std::vector<fs::path> CheckpointStore::newest_first() const {
   folders.reserve(by_step.size());
   for (const auto& [step, path] : by_step) folders.push_back(path);
   return folders;
+}
+
+/// What a full disk left of a checkpoint takes room that the run needs.
+void CheckpointStore::remove_draft() const {
+  std::error_code error;
+  fs::remove_all(folder_ / draft_name, error);
 }
 
 void CheckpointStore::remove_old() const {

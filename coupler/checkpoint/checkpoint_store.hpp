@@ -45,6 +45,7 @@ class CheckpointStore {
  private:
   [[nodiscard]] std::vector<std::filesystem::path> newest_first() const;
   void remove_old() const;
+  void remove_draft() const;
 
   std::filesystem::path folder_;
   std::string case_key_;

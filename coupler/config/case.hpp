@@ -124,7 +124,9 @@ struct ServicesCase {
   int fluid_ranks = 1;
   std::vector<std::string> fluid_command;  ///< empty: the service of ours that has the chosen solver
   std::vector<std::string> body_command;
-  std::string transport = "ipc";  ///< "ipc", "tcp://host:port" or "in_process"
+  std::string transport = "ipc";      ///< "ipc", "tcp://host:port" or "in_process"
+  double connect_deadline_s = 60.0;   ///< for the components to say Hello
+  double progress_deadline_s = 60.0;  ///< a component may stand still for so long while work is due
 };
 
 /// One key of the case that takes several values, one run each.

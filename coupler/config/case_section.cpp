@@ -66,6 +66,8 @@ std::optional<Sweep> read_sweep(Reader& top) {
     sweep.problems().error(
         "sweep", "sweep has no values (there is nothing to run). List them: values: [1.0e-6, 2.0e-6].");
   }
+  result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
+  result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);
   return result;
 }
 

@@ -184,7 +184,9 @@ Value resolved_services(const ServicesCase& services) {
   Value section = Value::mapping();
   section.add("fluid", std::move(fluid));
   section.add("body", std::move(body));
-  return section.add("transport", Value::of_text(services.transport));
+  section.add("transport", Value::of_text(services.transport));
+  section.add("connect_deadline_s", Value::of_number(services.connect_deadline_s));
+  return section.add("progress_deadline_s", Value::of_number(services.progress_deadline_s));
 }
 
 template <typename Item>

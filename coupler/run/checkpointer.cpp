@@ -47,7 +47,8 @@ void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExpli
   events_.phase("running");
 }
 
-/// Looks at the disk first: a solver that fails to save cannot go on, one that was not asked can.
+/// Looks at the disk first, to leave some room for others; a disk that fills up meanwhile is told by the
+/// solvers.
 void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
                           Audience& audience) {
   const std::uintmax_t needed = std::max(store_.newest_bytes(), expected_bytes_) + (std::uintmax_t{1} << 20);

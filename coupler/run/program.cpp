@@ -76,7 +76,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
 
   Options with_recording = options;
   if (loaded.content.output.wire) with_recording.wire_file = directory.new_wire_file();
-  const std::unique_ptr<Components> components = make_components(with_recording);
+  const std::unique_ptr<Components> components = make_components(with_recording, loaded.content.services);
   CaseRun run(loaded, directory, *components, events, process_signals());
   FailureReport failure;
   try {

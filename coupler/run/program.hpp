@@ -4,13 +4,14 @@
 #include <memory>
 #include <ostream>
 
+#include "config/case.hpp"
 #include "contract/errors.hpp"
 #include "run/command_line.hpp"
 #include "run/components.hpp"
 
 namespace copepod::coupler {
 
-using MakeComponents = std::function<std::unique_ptr<Components>(const Options&)>;
+using MakeComponents = std::function<std::unique_ptr<Components>(const Options&, const ServicesCase&)>;
 
 /// The coupler program: plans or runs a case and turns whatever happens into events and an exit code.
 /// @param out   plan, or events of the run, one JSON object per line

@@ -5,7 +5,10 @@
 
 namespace copepod::coupler {
 
-RemoteComponents::RemoteComponents(const Options& options, const std::atomic<int>& stop_signal) {
+RemoteComponents::RemoteComponents(const Options& options, const ServicesCase& services,
+                                   const std::atomic<int>& stop_signal) {
+  settings_.connect_deadline_s = services.connect_deadline_s;
+  settings_.progress_deadline_s = services.progress_deadline_s;
   settings_.endpoint = options.endpoint;
   settings_.session = options.session;
   settings_.key_file = options.key_file;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "config/case.hpp"
 #include "remote/link.hpp"
 #include "run/command_line.hpp"
 #include "run/components.hpp"
@@ -14,7 +15,7 @@ class RemoteComponents final : public Components {
  public:
   /// @param options      where they connect, with what token and keys, and where to record messages
   /// @param stop_signal  non-zero ends every wait; must outlive this object
-  RemoteComponents(const Options& options, const std::atomic<int>& stop_signal);
+  RemoteComponents(const Options& options, const ServicesCase& services, const std::atomic<int>& stop_signal);
 
   void connect() override;
   [[nodiscard]] const Capabilities& fluid_capabilities() const override {

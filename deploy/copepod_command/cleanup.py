@@ -6,7 +6,7 @@ import signal
 import time
 from pathlib import Path
 
-POLITE_S = 1.0  # between SIGTERM and SIGKILL
+POLITE_S = 0.5  # between SIGTERM and SIGKILL
 FINAL_S = 2.0  # after SIGKILL; longer only in uninterruptible sleep, where nothing can be done
 
 
@@ -42,13 +42,16 @@ def environment_of(pid):
 
 
 def end_marked(mark, patience_s=POLITE_S):
-    """SIGTERM to all marked processes, SIGKILL to those that stay; returns how many would not go."""
-    _signal_until_gone(mark, signal.SIGTERM, patience_s)
-    return _signal_until_gone(mark, signal.SIGKILL, FINAL_S)
+    """SIGTERM to all marked processes, SIGKILL to those that stay; returns how many would not go.
+
+    A process that is stopped (SIGSTOP) obeys SIGTERM only when it is continued.
+    """
+    _signal_until_gone(mark, (signal.SIGTERM, signal.SIGCONT), patience_s)
+    return _signal_until_gone(mark, (signal.SIGKILL,), FINAL_S)
 
 
-def _signal_until_gone(mark, number, patience_s):
-    """Signals every marked process once, newcomers too, until none is left or patience ends."""
+def _signal_until_gone(mark, numbers, patience_s):
+    """Sends the signals to every marked process once, newcomers too, until none is left or patience ends."""
     deadline = time.monotonic() + patience_s
     signalled = set()
     while True:
@@ -56,13 +59,18 @@ def _signal_until_gone(mark, number, patience_s):
         for pid in alive:
             if pid not in signalled:
                 signalled.add(pid)
-                try:
-                    os.kill(pid, number)
-                except (ProcessLookupError, PermissionError):
-                    pass
+                _send(pid, numbers)
         if not alive or time.monotonic() > deadline:
             return len(alive)
         time.sleep(0.02)
+
+
+def _send(pid, numbers):
+    try:
+        for number in numbers:
+            os.kill(pid, number)
+    except (ProcessLookupError, PermissionError):
+        pass
 
 
 def reap_orphans():

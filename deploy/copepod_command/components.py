@@ -115,6 +115,7 @@ def environment(mark, scratch, ranks):
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
+        "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_odls_base_sigkill_timeout": "0",  # when a rank died, mpirun need not wait to end the others
     }
     if ranks + 2 > len(os.sched_getaffinity(0)):

@@ -1,6 +1,8 @@
 """Cleans up after a run when the command itself was killed (kill -9): a process of its own that waits for that.
 
     guard.py MARK FOLDER…     stdin: a pipe that closes when the command ends
+
+It keeps the lock of the run directory until it is done, so that nobody starts there too early.
 """
 
 import os
@@ -15,13 +17,15 @@ _ALL_IS_WELL = b"done"
 class Guard:
     """The command's side: starts the guard, and dismisses it once everything is cleaned up."""
 
-    def __init__(self, mark, folders):
+    def __init__(self, mark, folders, lock=None):
+        """`lock`: descriptor that locks the run directory, if there is one."""
         self._process = subprocess.Popen(
             [sys.executable, "-S", __file__, mark, *map(str, folders)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
+            pass_fds=[] if lock is None else [lock],
             cwd="/",
         )
 

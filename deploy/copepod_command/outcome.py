@@ -53,6 +53,8 @@ def describe_exit(component, returncode, output, host, ranks):
         failed = _RANK_FAILED.search(words)
         if failed:
             return Exit(component, code=int(failed[2]), rank=failed[1], host=host, output=output)
+        if returncode > 128:  # a rank that was killed before it knew MPI
+            returncode = 128 - returncode
     rank = f"0-{ranks - 1}" if component == "fluid" and ranks > 1 else "0"
     if returncode < 0:
         return Exit(component, signal=-returncode, rank=rank, host=host, output=output)

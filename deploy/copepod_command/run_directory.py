@@ -4,10 +4,14 @@ import fcntl
 import json
 import os
 import re
+import time
 from pathlib import Path
 
 from copepod_command import exit_codes
 from copepod_command.errors import Stop
+
+
+_LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned up after
 
 
 class RunDirectory:
@@ -15,19 +19,17 @@ class RunDirectory:
 
     def __init__(self, path):
         self.path = Path(path).absolute()
-        self._descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-        try:
-            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(self._descriptor)
+        self.lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        if not _is_locked(self.lock, _LOCK_PATIENCE_S):
+            os.close(self.lock)
             raise Stop(
                 exit_codes.BAD_CASE,
                 f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
-            ) from None
+            )
         (self.path / "logs").mkdir(exist_ok=True)
 
     def close(self):
-        os.close(self._descriptor)
+        os.close(self.lock)
 
     @property
     def shown(self):
@@ -49,6 +51,19 @@ class RunDirectory:
 def has_checkpoint(path):
     """Whether there is a complete one; a folder has this name, and its manifest, only once all of it is written."""
     return any((path / "checkpoints").glob("step_*/manifest.json"))
+
+
+def _is_locked(descriptor, patience_s):
+    """Whether the lock became ours in time."""
+    deadline = time.monotonic() + patience_s
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except OSError:
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(0.05)
 
 
 def create(name, out):

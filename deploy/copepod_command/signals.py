@@ -5,10 +5,14 @@ import signal
 
 
 class SignalRecorder:
-    """Context in which SIGINT, SIGTERM and SIGHUP only leave a note; ignored signals (nohup) stay ignored."""
+    """Context in which SIGINT, SIGTERM and SIGHUP only leave a note; ignored signals (nohup) stay ignored.
+
+    SIGUSR1 asks for a checkpoint and does not end anything.
+    """
 
     def __init__(self):
         self.received = []
+        self.checkpoint_wanted = False
 
     def __enter__(self):
         self.descriptor, self._writing_end = os.pipe()
@@ -19,6 +23,7 @@ class SignalRecorder:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) is not signal.SIG_IGN:
                 self._former[number] = signal.signal(number, self._note)
+        self._former[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, self._want_checkpoint)
         return self
 
     def __exit__(self, *_):
@@ -37,3 +42,6 @@ class SignalRecorder:
 
     def _note(self, number, frame):
         self.received.append(number)
+
+    def _want_checkpoint(self, number, frame):
+        self.checkpoint_wanted = True

@@ -2,20 +2,21 @@
 
 import os
 import selectors
+import signal
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from copepod_command import cleanup, exit_codes
-from copepod_command.components import COMPONENT, MARK
+from copepod_command import exit_codes
 from copepod_command.events import EventReader
+from copepod_command.family import LOOK_EVERY_S, FamilyWatch
 from copepod_command.outcome import Failure, describe_exit, failure_of_event, judge
 
 # How long to wait for a second opinion once something went wrong; together with the three seconds that stopping
 # may take, everything is over within five.
-_AFTER_KILL_S = 0.4  # the coupler may know the step
+_AFTER_KILL_S = 0.3  # the coupler may know the step
 _AFTER_EXIT_S = 1.5  # the coupler has, or is about to get, the component's own Failure
 _AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
-_AFTER_LOSS_S = 1.5  # the coupler lost a component: mpirun may still tell which rank died, and how
+_AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still tell which rank died, and how
 _AFTER_FINISH_S = 10.0  # services say goodbye
 
 
@@ -31,13 +32,14 @@ class Ending:
 class Watch:
     """One attempt of a run, from the start of its processes to its ending."""
 
-    def __init__(self, processes, events, signals, display, ranks, mark):
+    def __init__(self, processes, events, signals, display, ranks):
         """`processes`: started Process objects; `events`: descriptor of the coupler's stdout."""
         self._host = os.uname().nodename
         self._signals = signals
         self._display = display
         self._ranks = ranks
-        self._mark = mark
+        self._family = FamilyWatch(processes)
+        self._next_look = time.monotonic() + LOOK_EVERY_S
         self._reader = EventReader()
         self._alive = {process.name: process for process in processes}
         self._exits = []
@@ -49,7 +51,7 @@ class Watch:
         self.last_step = -1
         self._selector = selectors.DefaultSelector()
         self._selector.register(events, selectors.EVENT_READ, self._read_events)
-        self._selector.register(signals.descriptor, selectors.EVENT_READ, lambda _: signals.drain())
+        self._selector.register(signals.descriptor, selectors.EVENT_READ, lambda _: self._read_signals())
         for process in processes:
             self._selector.register(
                 process.descriptor, selectors.EVENT_READ, lambda _, process=process: self._note_exit(process)
@@ -61,6 +63,7 @@ class Watch:
             ending = self._ending()
             if ending is not None:
                 return ending
+            self._look_at_processes()
             self._turn(self._time_left())
 
     def wait_for_coupler(self, patience_s, checkpoint_patience_s):
@@ -82,7 +85,22 @@ class Watch:
             key.data(key.fileobj)
 
     def _time_left(self):
-        return None if self._deadline is None else max(0.0, self._deadline - time.monotonic())
+        """Until the next look, or the decision if that comes first."""
+        next_turn = self._next_look if self._deadline is None else min(self._next_look, self._deadline)
+        return max(0.0, next_turn - time.monotonic())
+
+    def _look_at_processes(self):
+        if time.monotonic() < self._next_look:
+            return
+        trouble = self._family.look()
+        self._next_look = time.monotonic() + LOOK_EVERY_S
+        if trouble is None or self._signals.received:
+            return
+        step = self.last_step if self._reported is None else self._reported.step
+        self._reported = Failure(
+            exit_codes.COMPONENT_LOST, trouble.component, self._host, trouble.rank, step, trouble.reason
+        )
+        self._decide_within(0.0)
 
     def _decide_within(self, seconds):
         deadline = time.monotonic() + seconds
@@ -96,6 +114,12 @@ class Watch:
         if self._deadline is not None and time.monotonic() >= self._deadline:
             return Ending(failure=self._failure())
         return None
+
+    def _read_signals(self):
+        self._signals.drain()
+        if self._signals.checkpoint_wanted and self.phase and "coupler" in self._alive:  # it expects the signal
+            self._alive["coupler"].send(signal.SIGUSR1)
+        self._signals.checkpoint_wanted = False
 
     def _read_events(self, descriptor):
         received = os.read(descriptor, 65536)
@@ -124,12 +148,12 @@ class Watch:
             self._summary = event["summary"]
 
     def _is_loss_without_cause(self):
-        """Whether the coupler only knows that a component went silent, while its exit may tell more."""
+        """Whether the coupler only knows that the fluid went silent, while mpirun's exit may tell more."""
         return (
             self._reported.code == exit_codes.COMPONENT_LOST
+            and self._reported.component == "fluid"
             and self._reported.component not in [exit.component for exit in self._exits]
             and not any(exit.signal for exit in self._exits)
-            and not self._stopped_processes()
         )
 
     def _note_exit(self, process):
@@ -140,7 +164,7 @@ class Watch:
         del self._alive[process.name]
         exit = describe_exit(process.name, returncode, process.tail(), self._host, self._ranks)
         self._exits.append(exit)
-        if self._summary:
+        if self._summary and not exit.signal and not exit.code:
             self._decide_within(_AFTER_FINISH_S)
         elif exit.signal:
             self._decide_within(_AFTER_KILL_S)
@@ -153,15 +177,12 @@ class Watch:
     def _failure(self):
         if self._summary:
             return self._failure_after_finish()
-        failure = judge(self._reported, self._exits, self.last_step, self._host)
-        if failure.code == exit_codes.COMPONENT_LOST:
-            for component, rank in self._stopped_processes():
-                if component == failure.component:
-                    return replace(failure, rank=rank, reason="frozen: its process is stopped (SIGSTOP or a debugger).")
-        return failure
+        return judge(self._reported, self._exits, self.last_step, self._host)
 
     def _failure_after_finish(self):
         bad = next((exit for exit in self._exits if exit.code or exit.signal), None)
+        if self._reported is not None:  # frozen on its way out
+            return self._reported
         if bad is not None:
             return judge(None, [bad], self.last_step, self._host)
         return Failure(
@@ -172,12 +193,3 @@ class Watch:
             self.last_step,
             f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished.",
         )
-
-    def _stopped_processes(self):
-        """(component, rank) of every process of the run that a signal has stopped."""
-        stopped = []
-        for pid in cleanup.marked_processes(f"{MARK}={self._mark}"):
-            if cleanup.process_state(pid) == "T":
-                variables = cleanup.environment_of(pid)
-                stopped.append((variables.get(COMPONENT, ""), variables.get("OMPI_COMM_WORLD_RANK", "0")))
-        return stopped

@@ -1,5 +1,7 @@
 #include "communication/distributed_fluid.hpp"
 
+#include <optional>
+
 #include "communication/rank_failure.hpp"
 #include "contract/errors.hpp"
 
@@ -53,14 +55,21 @@ void DistributedFluid::advance() {
   advance_due_ = false;
 }
 
+/// A full disk is thrown on all ranks alike, which are in step and go on.
 void DistributedFluid::save(const std::string& path) {
+  std::optional<StorageError> problem;
   on_all_ranks([&] {
     Command command;
     command.order = Order::save;
     command.path = path;
     channel_.send(command);
-    solver_->save(path);
+    try {
+      solver_->save(path);
+    } catch (const StorageError& error) {
+      problem = error;
+    }
   });
+  if (problem) throw StorageError(*problem);
 }
 
 void DistributedFluid::restore(const std::string& path) {

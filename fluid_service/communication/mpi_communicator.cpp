@@ -1,9 +1,12 @@
 #include "communication/mpi_communicator.hpp"
 
+#include <chrono>
 #include <limits>
 #include <utility>
 
 #include "communication/polled_wait.hpp"
+#include "communication/rank_failure.hpp"
+#include "component/progress.hpp"
 #include "component/stop_request.hpp"
 #include "contract/errors.hpp"
 
@@ -13,7 +16,8 @@ namespace {
 
 constexpr int failure_tag = 1;
 constexpr int exchange_tag = 2;
-constexpr double farewell_s = 0.2;  ///< how long a failing rank tries to get its report out
+constexpr double look_every_s = 0.1;  ///< of a long wait: at the other ranks
+constexpr double farewell_s = 0.2;    ///< how long a failing rank tries to get its report out
 
 void check(int status, const char* call) {
   if (status == MPI_SUCCESS) return;
@@ -43,10 +47,12 @@ MPI_Comm duplicate_of_world() {
 MpiCommunicator::MpiCommunicator() : ranks_(duplicate_of_world()), failures_(duplicate_of_world()) {
   check(MPI_Comm_rank(ranks_, &rank_), "MPI_Comm_rank");
   check(MPI_Comm_size(ranks_, &size_), "MPI_Comm_size");
+  if (size_ > 1) pulses_ = std::make_unique<PulseBoard>(ranks_);
 }
 
 MpiCommunicator::~MpiCommunicator() {
   if (broken()) return;
+  if (pulses_) pulses_->free();
   MPI_Comm_free(&failures_);
   MPI_Comm_free(&ranks_);
 }
@@ -69,12 +75,43 @@ void MpiCommunicator::look_for_failure() {
   throw_if_failed();
 }
 
+void MpiCommunicator::look_at_ranks() {
+  if (!pulses_) return;
+  pulses_->show_waiting(true);
+  if (rank_ != 0) return;
+  const double now_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  const RankVerdict verdict = watch_.look(pulses_->read(), now_s);
+  if (verdict.progressed) report_progress();
+  awaited_rank() = verdict.awaited;
+  if (!verdict.frozen) return;
+  failure_ = failure_of_rank(
+      ComponentLost("frozen: it has shown no sign of life for some seconds (its process is suspended). See "
+                    "what suspended it, then resume the run."),
+      *verdict.frozen, -1);
+  throw_if_failed();
+}
+
+void MpiCommunicator::stop_waiting() {
+  if (!pulses_) return;
+  pulses_->show_waiting(false);
+  awaited_rank() = 0;
+}
+
 void MpiCommunicator::wait(MPI_Request& request) {
   const Backoff backoff;
+  double next_look_s = look_every_s;
   while (true) {
     int complete = 0;
     check(MPI_Test(&request, &complete, MPI_STATUS_IGNORE), "MPI_Test");
-    if (complete != 0) return;
+    if (complete != 0) {
+      if (next_look_s > look_every_s) stop_waiting();
+      return;
+    }
+    if (backoff.waited_s() > next_look_s) {
+      look_at_ranks();
+      next_look_s = backoff.waited_s() + look_every_s;
+    }
     look_for_failure();
     if (const int code = stop_request(); code != 0)
       throw Error(static_cast<ExitCode>(code),

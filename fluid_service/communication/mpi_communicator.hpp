@@ -7,6 +7,8 @@
 
 #include "communication/communicator.hpp"
 #include "communication/failure_packet.hpp"
+#include "communication/pulse_board.hpp"
+#include "communication/rank_watch.hpp"
 
 namespace copepod::fluid {
 
@@ -42,6 +44,10 @@ class MpiCommunicator final : public Communicator {
   /// Polls until `request` is complete. @throws PeerFailed if another rank reports a failure meanwhile
   void wait(MPI_Request& request);
   void look_for_failure();
+  /// While this rank waits: shows it, and on rank 0 looks whether another rank is frozen.
+  /// @throws PeerFailed naming that rank
+  void look_at_ranks();
+  void stop_waiting();
   void throw_if_failed();
 
   MPI_Comm ranks_ = MPI_COMM_NULL;
@@ -49,6 +55,8 @@ class MpiCommunicator final : public Communicator {
   int rank_ = 0;
   int size_ = 1;
   std::optional<FailureReport> failure_;
+  std::unique_ptr<PulseBoard> pulses_;  ///< null for a single rank
+  RankWatch watch_;
 };
 
 }  // namespace copepod::fluid

@@ -31,6 +31,7 @@ void sleep_exactly() { prctl(PR_SET_TIMERSLACK, 1000UL); }
 MpiSession::MpiSession() : exit_code_(static_cast<int>(ExitCode::solver_failed)) {
   die_with_parent();
   sleep_exactly();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
   int provided = 0;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED,
                   &provided);  // errors end the process by MPI's default

@@ -18,4 +18,11 @@ inline std::atomic<std::uint64_t>& progress_counter() {
 /// Shows that the computation moves on; costs one relaxed atomic addition.
 inline void report_progress() { progress_counter().fetch_add(1, std::memory_order_relaxed); }
 
+/// Process-wide: which process of a parallel component the others wait for, so that the coupler can name it
+/// should it hang; 0 as long as nobody waits for long.
+inline std::atomic<int>& awaited_rank() {
+  static std::atomic<int> rank{0};
+  return rank;
+}
+
 }  // namespace copepod

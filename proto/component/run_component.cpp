@@ -1,6 +1,7 @@
 #include "component/run_component.hpp"
 
 #include <array>
+#include <csignal>
 #include <iostream>
 #include <random>
 #include <unistd.h>
@@ -73,6 +74,7 @@ ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks
 int run(int argc, char** argv, ServedSolver& solver, const Capabilities& capabilities, int ranks) {
   const ParsedCommandLine parsed = parse_command_line(argc, argv, solver.role(), capabilities);
   if (!parsed.options) return parsed.exit_code;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
   try {
     return static_cast<int>(serve(solver, capabilities, ranks, *parsed.options));
   } catch (const Error& error) {

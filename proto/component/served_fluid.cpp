@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "component/checkpoint_path.hpp"
+#include "component/checkpoint_request.hpp"
 #include "contract/errors.hpp"
 #include "recording/timeline.hpp"
 
@@ -57,8 +57,7 @@ std::span<const std::byte> ServedFluid::perform(Work work, const conversion::Dec
       compute_loads(request);
       return encoder.encode(header, loads_);
     case Work::write_state:
-      solver_->save(checkpoint_path(request));
-      return encoder.encode(header, MessageKind::saved);
+      return encoder.encode(header, save(*solver_, request));
     case Work::read_state:
       solver_->restore(checkpoint_path(request));
       return encoder.encode(header, MessageKind::restored);

@@ -21,7 +21,8 @@ struct Vitals {
             phase.load(),
             progress_counter().load(),
             received_sequence.load(),
-            replied_sequence.load()};
+            replied_sequence.load(),
+            awaited_rank().load()};
   }
 };
 

@@ -24,7 +24,7 @@ struct SolverSummary {
 /// `exchange(n)` fixes the bodies of step n and tells the loads on them; `advance()` then does the bulk
 /// update of the step. A service replies to the coupler between the two, so everybody else works in the
 /// shadow of `advance`. An exception from any call means that the solver is unusable from then on; it must be
-/// destroyed.
+/// destroyed. Only after a StorageError of `save` it goes on as if it had not been asked to.
 class FluidSolver {
  public:
   FluidSolver() = default;
@@ -42,7 +42,7 @@ class FluidSolver {
   virtual void advance() = 0;
 
   /// Writes the state to a new file or folder `path`, complete and synced to disk on return.
-  /// @throws StorageError
+  /// @throws StorageError, on all ranks alike, if the disk does not take it
   virtual void save(const std::string& path) = 0;
 
   /// Reads a state that `save` wrote, on any number of ranks; legal once, before the first exchange.

@@ -252,6 +252,11 @@ void Decoder::read(session::Pong& pong) const {
   pong.progress = wire.progress();
   pong.received_sequence = wire.received_sequence();
   pong.replied_sequence = wire.replied_sequence();
+  pong.awaited_rank = wire.awaited_rank();
+}
+
+void Decoder::read(session::Saved& saved) const {
+  saved.problem = read_text(buffers_->envelope->saved().problem(), "problem");
 }
 
 void Decoder::read(FailureReport& failure) const {

@@ -46,6 +46,7 @@ class Decoder {
   void read(SolverSummary& summary) const;
   void read(session::Ping& ping) const;
   void read(session::Pong& pong) const;
+  void read(session::Saved& saved) const;
   void read(FailureReport& failure) const;  ///< of a Failure or an Abort
 
   /// @param bodies  number of bodies of the setup; another number is refused

@@ -169,6 +169,7 @@ Bytes Encoder::encode(const Header& header, const session::Pong& pong) {
   wire.set_progress(pong.progress);
   wire.set_received_sequence(pong.received_sequence);
   wire.set_replied_sequence(pong.replied_sequence);
+  wire.set_awaited_rank(pong.awaited_rank);
   return serialise(at_step(header, pong.step));
 }
 
@@ -189,14 +190,16 @@ Bytes Encoder::encode(const Header& header, MessageKind kind, const session::Che
   return serialise(header);
 }
 
+Bytes Encoder::encode(const Header& header, const session::Saved& saved) {
+  buffers_->envelope.mutable_saved()->set_problem(saved.problem);
+  return serialise(header);
+}
+
 Bytes Encoder::encode(const Header& header, MessageKind kind) {
   v1::Envelope& envelope = buffers_->envelope;
   switch (kind) {
     case MessageKind::kinematics_request:
       envelope.mutable_kinematics_request();
-      break;
-    case MessageKind::saved:
-      envelope.mutable_saved();
       break;
     case MessageKind::restored:
       envelope.mutable_restored();

@@ -49,7 +49,9 @@ class Encoder {
   /// Save or Restore.
   Bytes encode(const session::Header& header, session::MessageKind kind, const session::CheckpointPath& path);
 
-  /// A message without fields: kinematics_request, saved, restored, summarise, finish, finished.
+  Bytes encode(const session::Header& header, const session::Saved& saved);
+
+  /// A message without fields: kinematics_request, restored, summarise, finish, finished.
   Bytes encode(const session::Header& header, session::MessageKind kind);
 
   /// The last message once more, as a repeated attempt.

@@ -162,11 +162,12 @@ void Exchange::look_after(Party& party) {
   party.liveness = on_look(party.liveness, router_.connected(party.control_peer), patience_, now);
   const Health health = judge(party.liveness, party.session.waits(), patience_, now);
   if (health == Health::fine) return;
-  const std::string reason = party.description() + " " + describe(health, party.liveness, now) + "." +
+  const int rank = health == Health::hung ? party.liveness.pong.awaited_rank : 0;
+  const std::string reason = party.description(rank) + " " + describe(health, party.liveness, now) + "." +
                              note_on_damage() +
                              " Look at its log, then run again or resume from a checkpoint.";
   throw ComponentLost(FailureReport{ExitCode::component_lost, std::string(name_of(party.session.role)),
-                                    party.hello.host, 0, step_, reason});
+                                    party.hello.host, rank, step_, reason});
 }
 
 void Exchange::send_again_if_lost(Party& party) {

@@ -2,10 +2,11 @@
 
 namespace copepod::remote {
 
-std::string Party::description() const {
+std::string Party::description(int rank) const {
   const std::int64_t step = std::max(session.step, liveness.pong.step);
-  return "The " + std::string(name_of(session.role)) + " component on host " + hello.host +
-         " (rank 0, process " + std::to_string(hello.pid) + ") at step " + std::to_string(step);
+  const std::string process = rank == 0 ? ", process " + std::to_string(hello.pid) : "";
+  return "The " + std::string(name_of(session.role)) + " component on host " + hello.host + " (rank " +
+         std::to_string(rank) + process + ") at step " + std::to_string(step);
 }
 
 Parties::Parties() {

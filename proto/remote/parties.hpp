@@ -30,7 +30,7 @@ struct Party {
   [[nodiscard]] bool is_finished() const { return session.state == session::State::done; }
 
   /// "The fluid component on host x (rank 0, process 123) at step 7"
-  [[nodiscard]] std::string description() const;
+  [[nodiscard]] std::string description(int rank = 0) const;
 };
 
 /// The two components of a run.

@@ -1,5 +1,6 @@
 #include "remote/remote_body.hpp"
 
+#include "contract/errors.hpp"
 #include "remote/exchange.hpp"
 
 namespace copepod {
@@ -39,9 +40,13 @@ void RemoteBody::step(const AppliedLoads& applied, Kinematics& next) {
 }
 
 void RemoteBody::save(const std::string& path) {
-  exchange_.ask(Role::body, MessageKind::save, next_step_, [&](Encoder& encoder, const Header& header) {
-    return encoder.encode(header, MessageKind::save, session::CheckpointPath{path});
-  });
+  const conversion::Decoder& reply =
+      exchange_.ask(Role::body, MessageKind::save, next_step_, [&](Encoder& encoder, const Header& header) {
+        return encoder.encode(header, MessageKind::save, session::CheckpointPath{path});
+      });
+  session::Saved saved;
+  reply.read(saved);
+  if (!saved.problem.empty()) throw StorageError(saved.problem);
 }
 
 void RemoteBody::restore(const std::string& path) {

@@ -1,5 +1,6 @@
 #include "remote/remote_fluid.hpp"
 
+#include "contract/errors.hpp"
 #include "remote/exchange.hpp"
 
 namespace copepod {
@@ -26,9 +27,13 @@ void RemoteFluid::exchange(const Kinematics& kinematics, Loads& loads) {
 }
 
 void RemoteFluid::save(const std::string& path) {
-  exchange_.ask(Role::fluid, MessageKind::save, next_step_, [&](Encoder& encoder, const Header& header) {
-    return encoder.encode(header, MessageKind::save, session::CheckpointPath{path});
-  });
+  const conversion::Decoder& reply =
+      exchange_.ask(Role::fluid, MessageKind::save, next_step_, [&](Encoder& encoder, const Header& header) {
+        return encoder.encode(header, MessageKind::save, session::CheckpointPath{path});
+      });
+  session::Saved saved;
+  reply.read(saved);
+  if (!saved.problem.empty()) throw StorageError(saved.problem);
 }
 
 void RemoteFluid::restore(const std::string& path) {

@@ -72,11 +72,16 @@ struct Pong {
   std::uint64_t progress = 0;
   std::uint64_t received_sequence = 0;
   std::uint64_t replied_sequence = 0;
+  int awaited_rank = 0;  ///< process of the component that the others wait for
 };
 
 /// Body of Save and Restore.
 struct CheckpointPath {
   std::string path;
+};
+
+struct Saved {
+  std::string problem;  ///< why nothing was saved, while the solver goes on; empty: saved
 };
 
 }  // namespace copepod::session

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "halt.hpp"
 #include "misbehaviour.hpp"
 
 namespace copepod::doubles {
@@ -12,6 +13,7 @@ class FakeArguments {
  public:
   FakeArguments(int argc, char** argv) : texts_(argv + 1, argv + argc) {
     misbehaviour_ = take_misbehaviour(texts_);
+    halt_ = take_halt(texts_);
     texts_.insert(texts_.begin(), argv[0]);
     for (std::string& text : texts_) pointers_.push_back(text.data());
     pointers_.push_back(nullptr);
@@ -20,11 +22,13 @@ class FakeArguments {
   [[nodiscard]] int argc() const { return static_cast<int>(texts_.size()); }
   [[nodiscard]] char** argv() { return pointers_.data(); }
   [[nodiscard]] const Misbehaviour& misbehaviour() const { return misbehaviour_; }
+  [[nodiscard]] const Halt& halt() const { return halt_; }
 
  private:
   std::vector<std::string> texts_;
   std::vector<char*> pointers_;
   Misbehaviour misbehaviour_;
+  Halt halt_;
 };
 
 }  // namespace copepod::doubles

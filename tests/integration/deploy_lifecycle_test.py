@@ -102,6 +102,29 @@ class RunLifecycle(CommandTest):
         session.kill(signal.SIGKILL, "coupler")
         self.assert_ends(session, 69, within_s=5)
 
+    def test_frozen_process_is_named_with_its_rank(self):
+        for component, rank, program in (("coupler", None, "coupler"), ("fluid", "1", "fluid_service"), ("fluid", None, "mpirun")):
+            session = self.start_long_run("--out", f"frozen_{component}_{rank}")
+            session.kill(signal.SIGSTOP, component, rank)
+            self.assert_ends(session, 69, within_s=4)
+            name = "coupler" if component == "coupler" else "fluid service"
+            self.assertRegex(session.last_line, rf"{name} on host .*, rank {rank or 0}, at step .*frozen.*\({program}\)")
+
+    def test_process_that_is_stopped_for_a_moment_is_forgiven(self):
+        session = self.start_long_run(steps=200)
+        session.kill(signal.SIGSTOP, "body")
+        time.sleep(0.7)
+        session.kill(signal.SIGCONT, "body")
+        self.assert_ends(session, 0, within_s=10)
+
+    def test_next_run_waits_until_a_killed_command_is_cleaned_up_after(self):
+        session = self.start_long_run("--body", f"{FAKES}/body_service --stubborn", "--out", "here", checkpoint_at=5)
+        session.process.kill()
+        second = self.start("run", self.case(steps=5), "--out", "here", "--resume")
+        self.assert_ends(second, 0, within_s=10)
+        session.end()
+        self.assert_nothing_left(session)
+
     def test_ctrl_c_keeps_the_run_directory(self):
         session = self.start_long_run()
         os.killpg(session.process.pid, signal.SIGINT)
@@ -171,6 +194,27 @@ class RunLifecycle(CommandTest):
         self.assertEqual(session.end(), 0, "".join(session.stderr))
         self.assertTrue((self.folder / "runs/tiny/resumed").exists())
         self.assert_nothing_left(session)
+
+    def test_nothing_is_restarted_that_would_end_in_the_same_way_or_that_somebody_stopped(self):
+        failing = f"{FAKES}/fluid_service --fail-with 70"
+        session = self.start("run", self.case(reports=False, ranks=1), "--fluid", failing, "--restarts", "3")
+        self.assertEqual(session.end(), 70)
+        self.assertNotIn("starting again", "".join(session.stderr))
+        session = self.start_long_run("--restarts", "3")
+        session.process.send_signal(signal.SIGTERM)
+        self.assert_ends(session, 143, within_s=5)
+        self.assertNotIn("starting again", "".join(session.stderr))
+
+    def test_restarts_come_to_an_end(self):
+        session = self.start("run", self.case(steps=300, checkpoint_at=5), "--restarts", "1")
+        for _ in range(2):
+            started = "".join(session.stderr).count("copepod: running")
+            while "".join(session.stderr).count("copepod: running") == started:
+                time.sleep(0.02)
+            time.sleep(0.3)
+            session.kill(signal.SIGKILL, "body")
+        self.assert_ends(session, 69, within_s=5)
+        self.assertEqual("".join(session.stderr).count("1 restart(s) left"), 1)
 
     def test_last_line_tells_how_to_go_on(self):
         session = self.start_long_run("--set", "extra=1", checkpoint_at=5)

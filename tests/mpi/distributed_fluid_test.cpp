@@ -34,7 +34,10 @@ class RecordingSolver final : public FluidSolver {
     }
   }
   void advance() override { calls_.emplace_back("advance"); }
-  void save(const std::string& path) override { calls_.push_back("save " + path); }
+  void save(const std::string& path) override {
+    calls_.push_back("save " + path);
+    if (path == "full disk") throw StorageError("no room (on purpose). Nothing to do.");
+  }
   void restore(const std::string& path) override { calls_.push_back("restore " + path); }
   SolverSummary summarise() override {
     calls_.emplace_back("summarise");
@@ -67,6 +70,7 @@ void run_two_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver,
     EXPECT_EQ(loads.step, kinematics.step);
     EXPECT_EQ(loads.force_N(0, bodies - 1), 7.0 * n * (n + 1) / 2);
   }
+  EXPECT_THROW(fluid.save("full disk"), StorageError);
   fluid.save("there");
   EXPECT_EQ(fluid.summarise().digest,
             static_cast<std::uint64_t>(10 * ranks.size() + ranks.size() * (ranks.size() - 1) / 2));
@@ -89,7 +93,7 @@ TEST_P(DistributedFluidWith, MakesTheSameCallsOnEveryRank) {
     EXPECT_EQ(step, 6);
   }
   EXPECT_EQ(calls, (Calls{"construct 77", "restore here", "exchange 5", "advance", "exchange 6", "advance",
-                          "save there", "summarise"}));
+                          "save full disk", "save there", "summarise"}));
 }
 
 INSTANTIATE_TEST_SUITE_P(OneAndTwoBroadcasts, DistributedFluidWith, testing::Values(3, 50));

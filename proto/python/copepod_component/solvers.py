@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from .errors import Refused, SolverError
+from .errors import Refused, SolverError, StorageError
 from .validation import check_setup, check_text
 
 
@@ -64,8 +64,11 @@ class _Served:
         if name in ("Save", "Restore"):
             check_text(body.path, "path")
         if name == "Save":
-            self.solver.save(body.path)
             reply.saved.SetInParent()
+            try:
+                self.solver.save(body.path)
+            except (OSError, StorageError) as problem:  # a full disk is no reason to end
+                reply.saved.problem = str(problem)
         elif name == "Restore":
             self.solver.restore(body.path)
             reply.restored.SetInParent()

@@ -55,14 +55,15 @@ output: {trajectory: {every_steps: 100}}
     for (const std::string& argument : arguments) argv.push_back(argument.c_str());
     out.str("");
     err.str("");
-    return run_program(static_cast<int>(argv.size()), argv.data(), out, err, [&](const Options& options) {
-      seen = options;
-      auto made = std::make_unique<LocalComponents>(drag, saves);
-      made->before_exchange = before_exchange;
-      made->on_connect = on_connect;
-      components = made.get();
-      return std::unique_ptr<Components>(std::move(made));
-    });
+    return run_program(static_cast<int>(argv.size()), argv.data(), out, err,
+                       [&](const Options& options, const ServicesCase&) {
+                         seen = options;
+                         auto made = std::make_unique<LocalComponents>(drag, saves);
+                         made->before_exchange = before_exchange;
+                         made->on_connect = on_connect;
+                         components = made.get();
+                         return std::unique_ptr<Components>(std::move(made));
+                       });
   }
   int run(std::vector<std::string> more = {}) {
     std::vector<std::string> arguments{"--run",      case_file, "--out",     out_dir.string(),

@@ -229,7 +229,7 @@ TEST_P(FaultyFluid, LoadsThatAreNotFiniteOrTooManyAreTheFluidsOwnFailure) {
 
 INSTANTIATE_TEST_SUITE_P(Steps, FaultyFluid, testing::Values(3, 4));
 
-TEST(Server, CheckpointThatCannotBeWrittenEndsWith73) {
+TEST(Server, CheckpointThatCannotBeWrittenIsToldAndTheSolverGoesOn) {
   int exchanges = 0;
   const FluidComponent component = counting_component(exchanges);
   ServedFluid fluid(component);
@@ -238,9 +238,15 @@ TEST(Server, CheckpointThatCannotBeWrittenEndsWith73) {
   server.header.step = 0;
   server.ask(one_sphere_in_water());
   server.ask(moving_at(0));
-  EXPECT_EQ(server.ask(MessageKind::save, session::CheckpointPath{"/full/disk"}), MessageKind::failure);
-  EXPECT_EQ(server.failure().reason, "No room for /full/disk (quota). Free some.");
-  EXPECT_EQ(server.join(), ExitCode::storage_failed);
+  server.header.step = 1;
+  EXPECT_EQ(server.ask(MessageKind::save, session::CheckpointPath{"/full/disk"}), MessageKind::saved);
+  session::Saved saved;
+  server.decoder.read(saved);
+  EXPECT_EQ(saved.problem, "No room for /full/disk (quota). Free some.");
+  EXPECT_EQ(server.ask(moving_at(1)), MessageKind::loads);
+  EXPECT_EQ(exchanges, 2);
+  EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
+  EXPECT_EQ(server.join(), ExitCode::finished);
 }
 
 TEST(Server, FailingConstructionOfTheSolverIsReportedWithItsReason) {

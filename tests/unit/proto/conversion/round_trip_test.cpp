@@ -209,7 +209,7 @@ TEST_F(RoundTrip, KeepsControlMessages) {
   decoder.read(ping);
   EXPECT_EQ(ping.stamp_ns, 77U);
 
-  ASSERT_EQ(send(session::Pong{77, 5, session::Phase::advancing, 8, 9, 10}), MessageKind::pong);
+  ASSERT_EQ(send(session::Pong{77, 5, session::Phase::advancing, 8, 9, 10, 11}), MessageKind::pong);
   session::Pong pong;
   decoder.read(pong);
   EXPECT_EQ(pong.stamp_ns, 77U);
@@ -218,6 +218,15 @@ TEST_F(RoundTrip, KeepsControlMessages) {
   EXPECT_EQ(pong.progress, 8U);
   EXPECT_EQ(pong.received_sequence, 9U);
   EXPECT_EQ(pong.replied_sequence, 10U);
+  EXPECT_EQ(pong.awaited_rank, 11);
+}
+
+TEST_F(RoundTrip, KeepsWhyNothingWasSaved) {
+  session::Saved saved{"Disk full (quota). Free some space."};
+  ASSERT_EQ(send(saved), MessageKind::saved);
+  session::Saved received;
+  decoder.read(received);
+  EXPECT_EQ(received.problem, saved.problem);
 }
 
 TEST_F(RoundTrip, KeepsFailuresAndAborts) {
@@ -268,7 +277,7 @@ TEST_F(RoundTrip, KeepsSummariesAndPaths) {
 }
 
 TEST_F(RoundTrip, TellsMessagesWithoutFieldsApart) {
-  for (const MessageKind kind : {MessageKind::kinematics_request, MessageKind::saved, MessageKind::restored,
+  for (const MessageKind kind : {MessageKind::kinematics_request, MessageKind::restored,
                                  MessageKind::summarise, MessageKind::finish, MessageKind::finished}) {
     EXPECT_EQ(send(kind), kind);
   }

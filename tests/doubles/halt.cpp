@@ -1,0 +1,121 @@
+#include "halt.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "component/progress.hpp"
+
+namespace copepod::doubles {
+
+namespace {
+
+[[noreturn]] void hang() {
+  volatile bool forever = true;
+  while (forever) {
+  }
+  std::abort();
+}
+
+class HaltingFluid final : public FluidSolver {
+ public:
+  HaltingFluid(std::unique_ptr<FluidSolver> inner, Halt halt)
+      : inner_(std::move(inner)), halt_(std::move(halt)) {}
+
+  void exchange(const Kinematics& kinematics, Loads& loads) override {
+    step_ = kinematics.step;
+    halt_here(halt_, "exchange", step_);
+    inner_->exchange(kinematics, loads);
+  }
+  void advance() override {
+    halt_here(halt_, "advance", step_);
+    inner_->advance();
+  }
+  void save(const std::string& path) override {
+    halt_here(halt_, "save", step_);
+    inner_->save(path);
+  }
+  void restore(const std::string& path) override { inner_->restore(path); }
+  SolverSummary summarise() override {
+    halt_here(halt_, "summarise");
+    return inner_->summarise();
+  }
+
+ private:
+  std::unique_ptr<FluidSolver> inner_;
+  Halt halt_;
+  std::int64_t step_ = 0;
+};
+
+class HaltingBody final : public BodySolver {
+ public:
+  HaltingBody(std::unique_ptr<BodySolver> inner, Halt halt)
+      : inner_(std::move(inner)), halt_(std::move(halt)) {}
+
+  [[nodiscard]] std::vector<double> driving_nodes() const override { return inner_->driving_nodes(); }
+  void kinematics(Kinematics& kinematics) override { inner_->kinematics(kinematics); }
+  void step(const AppliedLoads& applied, Kinematics& next) override {
+    step_ = applied.hydrodynamic.step;
+    halt_here(halt_, "exchange", step_);
+    inner_->step(applied, next);
+  }
+  void save(const std::string& path) override {
+    halt_here(halt_, "save", step_);
+    inner_->save(path);
+  }
+  void restore(const std::string& path) override { inner_->restore(path); }
+  SolverSummary summarise() override {
+    halt_here(halt_, "summarise");
+    return inner_->summarise();
+  }
+
+ private:
+  std::unique_ptr<BodySolver> inner_;
+  Halt halt_;
+  std::int64_t step_ = 0;
+};
+
+}  // namespace
+
+Halt take_halt(std::vector<std::string>& arguments) {
+  Halt halt;
+  CLI::App app;
+  app.set_help_flag();
+  app.allow_extras();
+  app.add_option("--halt-in", halt.in);
+  app.add_option("--halt-at-step", halt.at_step);
+  app.add_option("--halt-rank", halt.rank);
+  app.add_option("--halt-file", halt.file);
+  app.add_flag("--hang", halt.hangs);
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants them
+  app.parse(reversed);
+  arguments = app.remaining();
+  return halt;
+}
+
+void halt_here(const Halt& halt, const std::string& place, std::int64_t step) {
+  static bool has_halted = false;
+  if (has_halted || place != halt.in || step < halt.at_step) return;
+  has_halted = true;
+  std::ofstream(halt.file).close();
+  if (halt.hangs) hang();
+  while (std::filesystem::exists(halt.file)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    report_progress();
+  }
+}
+
+std::unique_ptr<FluidSolver> halting(std::unique_ptr<FluidSolver> solver, const Halt& halt, int rank) {
+  if (rank != halt.rank) return solver;
+  return std::make_unique<HaltingFluid>(std::move(solver), halt);
+}
+
+std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt) {
+  return std::make_unique<HaltingBody>(std::move(solver), halt);
+}
+
+}  // namespace copepod::doubles

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contract/body_solver.hpp"
+#include "contract/fluid_solver.hpp"
+
+namespace copepod::doubles {
+
+/// A place in a solver where it stops moving, so that a test can hurt a run in a known phase.
+struct Halt {
+  std::string in;            ///< start, construct, exchange, advance, save or summarise; empty: nowhere
+  std::int64_t at_step = 0;  ///< exchange, advance and save: at the first one of this step or a later one
+  int rank = 0;              ///< on which rank
+  std::string file;          ///< made when the place is reached; the solver goes on when it is removed
+  bool hangs = false;        ///< never goes on and shows no progress; otherwise it is slow but moving
+};
+
+/// Takes --halt-in, --halt-at-step, --halt-rank, --halt-file and --hang out of a command line.
+Halt take_halt(std::vector<std::string>& arguments);
+
+/// Halts if this is the place.
+void halt_here(const Halt& halt, const std::string& place, std::int64_t step = 0);
+
+/// Solvers that halt; `rank` is that of the solver.
+std::unique_ptr<FluidSolver> halting(std::unique_ptr<FluidSolver> solver, const Halt& halt, int rank);
+std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt);
+
+}  // namespace copepod::doubles

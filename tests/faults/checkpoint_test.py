@@ -1,0 +1,132 @@
+"""Checkpoints of whole runs: on other numbers of ranks, by signals and by the clock, on a full disk, and damaged."""
+
+import os
+import resource
+import shlex
+import shutil
+import signal
+import tempfile
+import unittest
+from pathlib import Path
+
+from hurt_run import PROGRAMS, HurtRun, digest, undisturbed_digest, wait_for
+
+SECOND_HALF = 500
+NEVER = ("--set", "output.checkpoint.every_steps=0")
+
+
+class Checkpoint(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.digest = undisturbed_digest()
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="copepod_faults_")
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name).resolve()
+
+    def start(self, *arguments):
+        run = HurtRun(self.folder, "--out", "out", *arguments)
+        self.addCleanup(lambda: run.process.poll() is None and (run.process.terminate(), run.end()))
+        return run
+
+    def start_halted(self, place, step, *arguments):
+        """A run whose fluid stands still at a step until the file `halted` is removed."""
+        self.halted = self.folder / "halted"
+        words = [PROGRAMS / "halting_fluid", "--halt-in", place, "--halt-at-step", step, "--halt-file", self.halted]
+        run = self.start("--fluid", shlex.join(map(str, words)), *arguments)
+        self.assertTrue(wait_for(self.halted.exists, 20), "".join(run.stderr))
+        return run
+
+    def assert_finishes(self, run):
+        self.assertEqual(run.end(60), 0, "".join(run.stderr))
+        self.assertEqual(digest(self.folder), self.digest)
+
+    def checkpoints(self):
+        return sorted(path.name for path in (self.folder / "out/checkpoints").iterdir())
+
+    def half_a_run(self):
+        """A run of two ranks that ended half-way, with checkpoints of steps 300 and 400."""
+        run = self.start("--set", f"run.steps={SECOND_HALF}", "--ranks", "2")
+        self.assertEqual(run.end(60), 0, "".join(run.stderr))
+        self.assertEqual(self.checkpoints(), ["step_000000300", "step_000000400"])
+
+    def test_checkpoint_of_two_ranks_gives_the_same_bits_on_one_two_and_three(self):
+        self.half_a_run()
+        (self.folder / "out").rename(self.folder / "half")
+        for ranks in (1, 2, 3):
+            shutil.copytree(self.folder / "half", self.folder / "out")
+            self.assert_finishes(self.start("--ranks", ranks, "--resume"))
+            shutil.rmtree(self.folder / "out")
+
+    def test_damaged_checkpoint_is_told_and_the_one_before_is_used(self):
+        self.half_a_run()
+        (self.folder / "out").rename(self.folder / "half")
+        newest = self.folder / "out/checkpoints/step_000000400"
+        damages = {
+            "has changed": lambda: _flip_a_bit(newest / "fluid.h5"),
+            "has the wrong size": lambda: os.truncate(newest / "fluid.h5", 1000),
+            "has no manifest": lambda: (newest / "manifest.json").unlink(),
+        }
+        for words, damage in damages.items():
+            shutil.copytree(self.folder / "half", self.folder / "out")
+            damage()
+            run = self.start("--resume")
+            self.assert_finishes(run)
+            self.assertIn("step_000000400 is left out", "".join(run.stderr))
+            self.assertIn(words, "".join(run.stderr))
+            shutil.rmtree(self.folder / "out")
+
+    def test_sigusr1_writes_a_checkpoint_and_the_run_goes_on(self):
+        run = self.start_halted("advance", 250, *NEVER)
+        run.process.send_signal(signal.SIGUSR1)
+        self.halted.unlink()
+        self.assert_finishes(run)
+        self.assertEqual(len(self.checkpoints()), 1)
+
+    def test_sigterm_writes_a_checkpoint_and_ends_the_run(self):
+        run = self.start_halted("advance", 250, *NEVER)
+        run.process.send_signal(signal.SIGTERM)
+        self.halted.unlink()
+        self.assertEqual(run.end(60), 143, "".join(run.stderr))
+        self.assertEqual(len(self.checkpoints()), 1)
+        self.assert_finishes(self.start("--resume"))
+
+    def test_wall_time_makes_checkpoints(self):
+        run = self.start(*NEVER, "--set", "output.checkpoint.every_wall_s=0.1")
+        self.assert_finishes(run)
+        self.assertEqual(len(self.checkpoints()), 2)
+
+    def test_disk_that_fills_up_during_a_checkpoint_costs_that_checkpoint_only(self):
+        run = self.start_halted("save", 250)
+        self.limit_files_of_the_fluid(run, 1 << 20)
+        self.halted.unlink()
+        run.wait_for("No checkpoint of step 300")
+        self.limit_files_of_the_fluid(run, resource.RLIM_INFINITY)
+        self.assert_finishes(run)
+        self.assertIn("File too large", "".join(run.stderr))
+        self.assertEqual(self.checkpoints(), ["step_000000800", "step_000000900"])
+
+    def test_disk_that_stays_full_leaves_the_older_checkpoints(self):
+        run = self.start_halted("save", 250)
+        self.limit_files_of_the_fluid(run, 1 << 20)
+        self.halted.unlink()
+        self.assert_finishes(run)
+        self.assertEqual(self.checkpoints(), ["step_000000100", "step_000000200"])
+
+    @staticmethod
+    def limit_files_of_the_fluid(run, size):
+        """As a quota: no file of rank 0, which lays the checkpoint out, may grow beyond `size` bytes."""
+        resource.prlimit(run.pid("fluid 0"), resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
+
+
+def _flip_a_bit(path):
+    with open(path, "r+b") as file:
+        file.seek(-1000, os.SEEK_END)
+        byte = file.read(1)[0]
+        file.seek(-1000, os.SEEK_END)
+        file.write(bytes([byte ^ 4]))
+
+
+if __name__ == "__main__":
+    unittest.main()

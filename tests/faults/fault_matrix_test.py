@@ -1,0 +1,50 @@
+"""A few cells of the fault matrix (matrix.py has all), random kills, and what a resumed run must survive."""
+
+import unittest
+from concurrent.futures import ThreadPoolExecutor
+
+import matrix
+import random_kills
+from hurt_run import hurt, slow_down, undisturbed_digest
+
+CELLS = (
+    ("coupler", "starting", "kill"),
+    ("body", "configuring", "kill"),
+    ("fluid 1", "exchanging", "kill"),
+    ("command", "checkpointing", "kill"),
+    ("mpirun", "between reply and bulk update", "kill"),
+    ("coupler", "exchanging", "freeze"),
+    ("fluid 1", "between reply and bulk update", "freeze"),
+    ("mpirun", "finishing", "freeze"),
+    ("command", "exchanging", "freeze"),
+    ("body", "handshake", "hang"),
+    ("fluid 1", "exchanging", "hang"),
+)
+SLOWEST_S = {"kill": 3.0, "freeze": 4.0, "hang": 5.0}  # on a busy machine; docs/results/faults.md has the figures
+
+
+class FaultMatrix(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.digest = undisturbed_digest()
+
+    def test_every_fault_is_noticed_by_name_and_the_run_can_go_on(self):
+        with ThreadPoolExecutor(3) as pool:
+            for finding in pool.map(lambda cell: hurt(*cell), CELLS):
+                with self.subTest(victim=finding.victim, phase=finding.phase, fault=finding.fault):
+                    self.assertEqual(matrix.problems(finding, self.digest), [])
+                    self.assertLess(finding.seconds, SLOWEST_S[finding.fault])
+
+    def test_slow_step_that_shows_progress_is_never_taken_for_a_hang(self):
+        for victim in ("body", "fluid 0", "fluid 1"):
+            self.assertEqual(slow_down(victim, seconds=3.0, deadline_s=1.0), self.digest, victim)
+
+    def test_random_kills_never_change_the_result(self):
+        with ThreadPoolExecutor(2) as pool:
+            for kills in pool.map(random_kills.run_under_fire, (101, 102)):
+                for kill in kills:
+                    self.assertEqual((kill["digest"], kill["leftovers"]), (self.digest, []), kill)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,17 @@
+#include "component/run_component.hpp"
+#include "fake_arguments.hpp"
+#include "rigid_body_solver.hpp"
+
+/// Our body service, which halts where its command line says so.
+int main(int argc, char** argv) {
+  using namespace copepod;
+  doubles::FakeArguments arguments(argc, argv);
+  const doubles::Halt& halt = arguments.halt();
+  doubles::halt_here(halt, "start");
+  const BodyComponent component{body::rigid_body_capabilities(), [&](const BodySetup& setup) {
+                                  doubles::halt_here(halt, "construct");
+                                  return doubles::halting(std::make_unique<body::RigidBodySolver>(setup),
+                                                          halt);
+                                }};
+  return run_body_component(arguments.argc(), arguments.argv(), component);
+}

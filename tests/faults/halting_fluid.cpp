@@ -1,0 +1,32 @@
+#include <cstdlib>
+
+#include "communication/mpi_session.hpp"
+#include "fake_arguments.hpp"
+#include "service/fluid_program.hpp"
+#include "service/rank_solver.hpp"
+
+namespace {
+
+/// Before MPI is there, mpirun tells the rank.
+int rank_of_this_process() {
+  const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
+  return rank == nullptr ? 0 : std::atoi(rank);
+}
+
+}  // namespace
+
+/// Our fluid service, which halts where its command line says so.
+int main(int argc, char** argv) {
+  using namespace copepod;
+  doubles::FakeArguments arguments(argc, argv);
+  const doubles::Halt& halt = arguments.halt();
+  const int rank = rank_of_this_process();
+  if (rank == halt.rank) doubles::halt_here(halt, "start");
+  fluid::MpiSession session;
+  const auto make_solver = [&](const FluidSetup& setup, fluid::Communicator& ranks) {
+    if (rank == halt.rank) doubles::halt_here(halt, "construct");
+    return doubles::halting(fluid::make_rank_solver(setup, ranks), halt, rank);
+  };
+  return session.finish(
+      fluid::run_fluid_program(arguments.argc(), arguments.argv(), session.ranks(), make_solver));
+}
