@@ -6,5 +6,7 @@
 int main(int argc, char** argv) {
   return copepod::coupler::run_program(
       argc, argv, std::cout, std::cerr,
-      [](const copepod::coupler::Options&) { return std::make_unique<copepod::LocalComponents>(); });
+      [](const copepod::coupler::Options&, const copepod::coupler::ServicesCase&) {
+        return std::make_unique<copepod::LocalComponents>();
+      });
 }

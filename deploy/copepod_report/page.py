@@ -34,14 +34,42 @@ def figure(pictures, caption, wide=False):
     )
 
 
-def run_section(run, anchor, figures):
-    """One run: its key figures, its swimmers' tables, its plots."""
-    parts = [f"<section id=\"{anchor}\"><h2>{escape(run.name)}</h2>", f"<p>{escape(str(run.directory))}</p>", "<dl>"]
+def run_section(run, anchor, figures, folded=False):
+    """One run: its key figures, its swimmers' tables, its plots; `folded`: closed until the reader opens it."""
+    heading = f"<h2>{escape(run.name)}</h2>"
+    opening, closing = (f"<details><summary>{heading}</summary>", "</details>") if folded else (heading, "")
+    parts = [f"<section id=\"{anchor}\">{opening}", f"<p>{escape(str(run.directory))}</p>", "<dl>"]
     parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in run_rows(run.summary)]
     parts.append("</dl>")
     for swimmer in run.swimmers():
         parts.append(_swimmer_table(swimmer))
-    return "\n".join([*parts, "<div class=\"figures\">", *figures, "</div></section>"])
+    return "\n".join([*parts, "<div class=\"figures\">", *figures, f"</div>{closing}</section>"])
+
+
+def radii_section(radii, predictions):
+    """Measured radii, and how far the theory is off with them and with the paper's sphere for every capsule."""
+    kinds = "".join(
+        f"<dt>{escape(orientation)} capsule, radius {1e6 * radius:g} µm, {1e6 * length:g} µm between its centres</dt>"
+        f"<dd>as a sphere of radius {1e6 * value:.2f} µm</dd>"
+        for (radius, length, orientation), value in radii.by_kind.items()
+    )
+    heads = ("run", "radii [cells]", "u_swim", "u_GA, paper's radii", "off", "u_GA, measured radii", "off")
+    body = ""
+    for row in predictions:
+        cells = (
+            " ".join(f"{radius:.2f}" for radius in row.radii_cells),
+            number_text(row.u_swim),
+            number_text(row.u_GA_paper),
+            f"{row.error_paper_percent:.1f} %",
+            number_text(row.u_GA_measured),
+            f"{row.error_measured_percent:.1f} %",
+        )
+        body += f"<tr><td>{escape(row.name)}</td>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+    head = "".join(f"<th>{escape(text)}</th>" for text in heads)
+    table = (
+        f"<div class=\"scroll\"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>" if body else ""
+    )
+    return f"<section><h2>Hydrodynamic radii, and the theory with them</h2><dl>{kinds}</dl>{table}</section>"
 
 
 def resonance_section(name, points, figures):

@@ -3,8 +3,18 @@
 import re
 from pathlib import Path
 
-from copepod_report import body_plot, collection, comparison, fields, flow_plot, page, resonance, swimmer_plots
-from copepod_report.run_record import RunRecord
+from copepod_report import (
+    body_plot,
+    collection,
+    comparison,
+    families,
+    fields,
+    flow_plot,
+    hydrodynamic_radii,
+    page,
+    resonance,
+    swimmer_plots,
+)
 from copepod_report.style import DARK, LIGHT, png_of
 
 
@@ -14,20 +24,37 @@ def write_report(directories, out, read_case):
     `read_case`: function from the path of a case file to the resolved case. Raises Stop(2) for folders without a run.
     """
     collected = [collection.collect(directory, read_case) for directory in directories]
-    runs = [run for found in collected for run in found.runs]
+    drags = [run for found in collected for run in found.runs if hydrodynamic_radii.is_drag_run(run)]
+    radii = hydrodynamic_radii.measure(drags)
+    runs = [run for found in collected for run in found.runs if radii is None or run not in drags]
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     anchors = _anchors(runs)
-    sections = [_resonance_section(sweep, out) for found in collected for sweep in found.sweeps]
+    sections = []
     if len(runs) > 1:
-        drawn = _draw(out, "speeds", lambda theme: comparison.speeds(runs, theme), "Swimming speeds of all runs.")
-        sections.append(page.comparison_section(runs, anchors, drawn))
+        sections.append(page.comparison_section(runs, anchors, _figures_of_all(runs, out)))
+    if radii:
+        sections.append(page.radii_section(radii, [row for run in runs for row in hydrodynamic_radii.predict(run, radii)]))
+    sections += [_resonance_section(sweep, out) for found in collected for sweep in found.sweeps]
     for run, anchor in zip(runs, anchors):
-        sections.append(page.run_section(run, anchor, _figures_of(run, out, anchor)))
+        sections.append(page.run_section(run, anchor, _figures_of(run, out, anchor), folded=len(runs) > 3))
     title = runs[0].name if len(runs) == 1 else ", ".join(Path(directory).name for directory in directories)
     path = out / "report.html"
     path.write_text(page.page(f"Copepod: {title}", sections), encoding="utf-8")
     return path
+
+
+def _figures_of_all(runs, out):
+    by_family = _draw(
+        out,
+        "speeds_by_family",
+        lambda theme: families.speeds_by_family(runs, theme),
+        "Swimming speed of the paper's designs, by family; (a) belongs to three of them.",
+        wide=True,
+    )
+    return by_family or _draw(
+        out, "speeds", lambda theme: comparison.speeds(runs, theme), "Swimming speeds of all runs."
+    )
 
 
 def _resonance_section(sweep, out):

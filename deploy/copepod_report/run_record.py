@@ -52,6 +52,7 @@ class SwimmerRecord:
 
     def __init__(self, run, section):
         self.run = run
+        self.section = section
         self.name = section["name"]
         self.axis = np.array(section["axis"], float)
         self.axis /= np.linalg.norm(self.axis)

@@ -4,6 +4,7 @@ import numpy as np
 
 from copepod_report.run_record import fit_arm
 from copepod_report.style import new_figure
+from copepod_report.vacuum_solution import VacuumSwimmer
 
 LABELS = ("B2, trailing", "B1, middle", "B3, leading")
 
@@ -22,10 +23,26 @@ def positions(swimmer, theme):
             va="center",
             fontsize=9,
         )
+    _draw_exact(axes, swimmer, theme)
     _mark_end_of_drive(axes, swimmer, theme)
     axes.set_xlabel("time / period")
     axes.set_ylabel(f"position along the axis [{swimmer.run.length_unit[1]}]")
     return figure
+
+
+def _draw_exact(axes, swimmer, theme):
+    """In vacuum: the exact motion as dots on our lines, and how far they are apart."""
+    if swimmer.run.case["fluid"]["solver"] != "vacuum":
+        return
+    exact = VacuumSwimmer.of_case(swimmer.run.case, swimmer.section)
+    rest = swimmer.positions()[:, :1]
+    motion = rest + exact.displacements_m(swimmer.run.trajectory.steps) / swimmer.run.length_unit[0]
+    shown = slice(None, None, max(1, len(swimmer.periods()) // 70))
+    for values in motion:
+        axes.plot(swimmer.periods()[shown], values[shown], ".", color=theme.ink, markersize=2.5)
+    apart = np.abs(motion - swimmer.positions()).max()
+    axes.set_title(f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away",
+                   fontsize=9, loc="left", color=theme.ink)
 
 
 def driving_forces(swimmer, theme):

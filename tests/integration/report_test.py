@@ -54,7 +54,7 @@ class Report(CommandTest):
         text = (self.folder / "both/report.html").read_text()
         self.assertIn("published 0.0008, +25.0 %", text)
         self.assertIn('href="#design_b"', text)
-        self.assertTrue((self.folder / "both/speeds.png").exists())
+        self.assertTrue((self.folder / "both/speeds_by_family.png").exists())
         self.assertFalse((self.folder / "both/design_a_mean_flow.png").exists())
 
     def test_run_that_ended_before_the_last_period_has_no_fits(self):

@@ -17,7 +17,7 @@ def write_run(folder, name="design_a", published=None, mean_flow=True, steps=240
     """Run directory `folder`: case.yaml is what the stand-in coupler reads."""
     folder.mkdir(parents=True)
     case = {
-        "fluid": {"domain_cells": list(DOMAIN), "precision": "double"},
+        "fluid": {"solver": "lattice_boltzmann", "domain_cells": list(DOMAIN), "precision": "double"},
         "swimmers": [
             {
                 "name": "swimmer",

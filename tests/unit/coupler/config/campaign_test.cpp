@@ -45,8 +45,8 @@ TEST(Campaign, RefusesNamesThatLeaveItsFolder) {
             std::string::npos);
 }
 
-TEST(Campaign, OfThePaperRunsItsVacuumItsResonanceAndAllSeventeenDesigns) {
-  EXPECT_EQ(load_campaign(std::string(CONFIGS) + "/paper/campaign.yaml").cases.size(), 19U);
+TEST(Campaign, OfThePaperRunsItsVacuumItsResonanceTheDragOfItsBeadsAndAllSeventeenDesigns) {
+  EXPECT_EQ(load_campaign(std::string(CONFIGS) + "/paper/campaign.yaml").cases.size(), 26U);
 }
 
 TEST(Campaign, RefusesToRunNothing) {

@@ -1,0 +1,48 @@
+"""The paper's designs by family: what is changed from one to the next."""
+
+from copepod_report.style import new_figure
+
+FAMILIES = (
+    ("parallel capsules", "abcdef"),
+    ("perpendicular capsules, wider gaps", "aghijk"),
+    ("perpendicular capsules", "almnop"),
+    ("big spheres", "q"),
+)
+
+
+def speeds_by_family(runs, theme):
+    """Swimming speed of every design, ours and published, a panel per family; None unless there are several designs."""
+    speeds = {}
+    for run in runs:
+        name = run.summary["case"]
+        figures = run.summary.get("swimmers") or []
+        if name.startswith("design_") and figures and figures[0].get("u_swim_lattice"):
+            published = (figures[0].get("published") or {}).get("u_swim_lattice")
+            speeds[name.removeprefix("design_")] = (figures[0]["u_swim_lattice"], published)
+    if len(speeds) < 2:
+        return None
+    widths = [len(letters) for _, letters in FAMILIES]
+    figure, panels = new_figure(theme, 3.4, ncols=len(FAMILIES), sharey=True, width_ratios=[width + 1 for width in widths])
+    for panel, (title, letters) in zip(panels, FAMILIES):
+        present = [letter for letter in letters if letter in speeds]
+        for column, (colour, label, hollow) in enumerate(
+            ((theme.beads[0], "Copepod", False), (theme.beads[1], "published", True))
+        ):
+            points = [(letter, speeds[letter][column]) for letter in present if speeds[letter][column] is not None]
+            panel.plot(
+                [letters.index(letter) for letter, _ in points],
+                [1e6 * value for _, value in points],
+                "o",
+                color=colour,
+                markerfacecolor="none" if hollow else colour,
+                markersize=9 if hollow else 6,
+                markeredgewidth=1.5,
+                label=label,
+            )
+        panel.set_xticks(range(len(letters)), list(letters))
+        panel.set_xlim(-0.7, len(letters) - 0.3)
+        panel.set_title(title.replace(", ", ",\n"), fontsize=9, color=theme.ink, wrap=True)
+    panels[0].set_ylim(bottom=0)
+    panels[0].set_ylabel("u_swim [10⁻⁶ cells/step]")
+    panels[0].legend(loc="lower left", fontsize=8, labelcolor=theme.ink, frameon=False)
+    return figure

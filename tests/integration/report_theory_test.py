@@ -1,0 +1,62 @@
+"""What the report adds to the numbers of a run: hydrodynamic radii and the theory with them."""
+
+import unittest
+from types import SimpleNamespace
+
+import numpy as np
+
+import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_report.hydrodynamic_radii import geometrical_factor, is_drag_run, measure, predict
+
+ACROSS = [0.5**0.5, 0, 0.5**0.5, 0]
+ALONG = [1, 0, 0, 0]
+
+
+def drag_in_channel(radius):
+    """Drag of a sphere in a channel: Stokes' law and what the walls add [arbitrary units]."""
+    return radius / (1 - 0.02 * radius / 1e-6)
+
+
+def drag_run(shape, radius, drag, length=0.0, orientation=ALONG):
+    body = {"name": "bead", "shape": shape, "radius_m": radius, "length_m": length, "orientation_wxyz": orientation,
+            "motion": "fixed"}
+    trajectory = SimpleNamespace(of=lambda name: {"force_N": np.array([[0, 0, 9.9], [0, 0, drag]])})
+    return SimpleNamespace(case={"bodies": [body], "swimmers": []}, trajectory=trajectory)
+
+
+class HydrodynamicRadii(unittest.TestCase):
+    def setUp(self):
+        self.runs = [drag_run("sphere", r * 1e-6, drag_in_channel(r * 1e-6)) for r in (4, 6, 8)]
+        self.runs.append(drag_run("capsule", 4e-6, drag_in_channel(5.2e-6), 8e-6))
+        self.runs.append(drag_run("capsule", 4e-6, drag_in_channel(5.9e-6), 8e-6, ACROSS))
+
+    def test_a_capsule_has_the_radius_of_the_sphere_with_its_drag(self):
+        radii = measure(self.runs)
+        self.assertAlmostEqual(radii.by_kind[(4e-6, 8e-6, "parallel")] / 5.2e-6, 1, delta=1e-3)
+        self.assertAlmostEqual(radii.by_kind[(4e-6, 8e-6, "perpendicular")] / 5.9e-6, 1, delta=1e-3)
+
+    def test_without_spheres_to_compare_with_there_are_no_radii(self):
+        self.assertIsNone(measure(self.runs[3:]))
+
+    def test_only_a_lone_fixed_body_is_a_drag_run(self):
+        self.assertTrue(is_drag_run(self.runs[0]))
+        self.assertFalse(is_drag_run(SimpleNamespace(case={"bodies": [], "swimmers": [{}]})))
+
+    def test_prediction_scales_with_the_factor_of_the_measured_radii(self):
+        """Against (29) by hand: paper's K of three spheres of radius 6, then of 5.2, 4, 4, arms 16."""
+        bead = {"shape": "sphere", "radius_m": 4e-6, "length_m": 0.0, "orientation": "parallel"}
+        capsule = {"shape": "capsule", "radius_m": 4e-6, "length_m": 8e-6, "orientation": "parallel"}
+        self.assertAlmostEqual(geometrical_factor((4, 4, 4), (16, 16)), 4 / 6 * 1.75 / 256, delta=1e-15)
+        figures = {"u_GA_lattice": 9e-6, "u_swim_lattice": 8e-6, "mean_arm_cells": [16, 16],
+                   "K": geometrical_factor((6, 4, 4), (16, 16))}
+        swimmer = SimpleNamespace(beads=[capsule, bead, bead], figures=figures)
+        run = SimpleNamespace(case={"fluid": {"solver": "lattice_boltzmann"}}, name="b", cell_size_m=1e-6,
+                              swimmers=lambda: [swimmer])
+        prediction = predict(run, measure(self.runs))[0]
+        by_hand = 9e-6 * (5.2 * 16 / 13.2**2) / (6 * 16 / 14**2)
+        self.assertAlmostEqual(prediction.u_GA_measured / by_hand, 1, delta=1e-3)
+        self.assertAlmostEqual(prediction.error_paper_percent, 100 / 9, delta=1e-9)
+
+
+if __name__ == "__main__":
+    unittest.main()

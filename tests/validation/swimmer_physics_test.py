@@ -1,0 +1,113 @@
+"""What any swimmer at low Reynolds number must do: the scallop theorem, reversal, the square of the amplitude, two ledgers."""
+
+import json
+import os
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "tests" / "integration"))
+
+from copepod_session import CommandTest  # noqa: E402
+from copepod_report.trajectory import Trajectory  # noqa: E402
+
+CASES = ROOT / "configs/validation"
+BEADS = ("swimmer.B2", "swimmer.B1", "swimmer.B3")
+PERIOD = 4000
+MASS_KG = 5.44e-13
+STIFFNESS_N_PER_M = 16.3
+DAMPING_N_S_PER_M = 1.57237e-7
+REST_M = 16e-6
+
+
+class SwimmerTest(CommandTest):
+    programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+
+    def swim(self, case, **stroke):
+        """(speed in cells per step, run directory) of a case with another stroke."""
+        self.number = getattr(self, "number", 0) + 1
+        settings = [word for key, value in stroke.items()
+                    for word in ("--set", f"swimmers.0.stroke.{key}={value}")]
+        out = f"run_{self.number}"
+        session = self.start("run", CASES / f"{case}.yaml", *settings, "--out", out)
+        self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
+        swimmer = json.loads((self.folder / out / "summary.json").read_text())["swimmers"][0]
+        return swimmer["u_swim_lattice"], self.folder / out
+
+
+class Ledger:
+    """Impulse and work of the last cycle, from every step of it. Sums over a period are as exact as its periodicity."""
+
+    def __init__(self, directory, first):
+        trajectory = Trajectory(directory / "trajectory.csv")
+        window = (trajectory.steps >= first) & (trajectory.steps < first + PERIOD)
+        steps = np.flatnonzero(window)
+        beads = [trajectory.of(bead) for bead in BEADS]
+        step_s = trajectory.time_s[steps[1]] - trajectory.time_s[steps[0]]
+        v, z, fluid, drive = (np.array([bead[key][:, 2] for bead in beads])
+                              for key in ("velocity_m_per_s", "position_m", "force_N", "driving_N"))
+        # Loads and drive of step n act between the states n and n + 1: the mean of both velocities makes the work exact.
+        mean_v = 0.5 * (v[:, steps] + v[:, steps + 1])
+        mean_drive = 0.5 * (drive[:, steps] + drive[:, steps + 1])
+        self.work_in = (mean_drive * mean_v).sum() * step_s
+        self.work_on_fluid = -(fluid[:, steps] * mean_v).sum() * step_s
+        self.work_in_dampers = DAMPING_N_S_PER_M * (np.diff(mean_v, axis=0) ** 2).sum() * step_s
+        kinetic = 0.5 * MASS_KG * (v**2).sum(axis=0)
+        stored = kinetic + 0.5 * STIFFNESS_N_PER_M * ((np.diff(z, axis=0) - REST_M) ** 2).sum(axis=0)
+        self.work_stored = stored[steps[-1] + 1] - stored[steps[0]]
+        self.impulse_of_drive = mean_drive.sum() * step_s
+        self.impulse_of_fluid = fluid[:, steps].sum() * step_s
+        self.momentum_gained = MASS_KG * (v[:, steps[-1] + 1] - v[:, steps[0]]).sum()
+        self.impulse_scale = np.abs(fluid[:, steps]).sum() * step_s
+
+
+class InStokesFlow(SwimmerTest):
+    def test_a_stroke_that_is_its_own_reverse_leads_nowhere(self):
+        """Scallop theorem: without a phase lag the swimmer passes through the same shapes back and forth."""
+        swimming, _ = self.swim("stokes_swimmer")
+        reciprocal, _ = self.swim("stokes_swimmer", phase_lag_steps=0)
+        self.assertGreater(swimming, 1e-7)
+        self.assertLess(abs(reciprocal), 1e-8 * swimming)
+
+    def test_the_reversed_phase_swims_backwards_with_the_same_speed(self):
+        forwards, _ = self.swim("stokes_swimmer")
+        backwards, _ = self.swim("stokes_swimmer", phase_lag_steps=3000)
+        self.assertAlmostEqual(backwards / forwards, -1, delta=1e-4)
+
+    def test_speed_grows_with_the_square_of_a_small_amplitude(self):
+        small, smaller, smallest = (self.swim("stokes_swimmer", amplitude_N=a)[0] for a in (1e-5, 5e-6, 2.5e-6))
+        self.assertAlmostEqual(smaller / smallest, 4, delta=0.01)
+        # What is missing at a finite amplitude shrinks with its square as well.
+        missing = [abs(big / little - 4) for big, little in ((small, smaller), (smaller, smallest))]
+        self.assertAlmostEqual(missing[0] / missing[1], 4, delta=0.4)
+
+    def test_drive_pays_for_fluid_and_dampers_and_gives_no_momentum(self):
+        _, directory = self.swim("stokes_swimmer")
+        ledger = Ledger(directory, 16000)
+        spent = ledger.work_on_fluid + ledger.work_in_dampers + ledger.work_stored
+        self.assertGreater(ledger.work_in_dampers, 1e-3 * ledger.work_in)  # a term that the comparison sees
+        self.assertAlmostEqual(spent / ledger.work_in, 1, delta=1e-5)
+        self.assertLess(abs(ledger.work_stored), 1e-4 * ledger.work_in)  # periodic
+        self.assertLess(abs(ledger.impulse_of_drive), 1e-12 * ledger.impulse_scale)
+        self.assertLess(abs(ledger.impulse_of_fluid - ledger.momentum_gained), 1e-9 * ledger.impulse_scale)
+
+
+class OnTheLattice(SwimmerTest):
+    def test_no_lag_no_motion_and_reversed_lag_swims_backwards(self):
+        forwards, directory = self.swim("lattice_swimmer")
+        backwards, _ = self.swim("lattice_swimmer", phase_lag_steps=3000)
+        reciprocal, _ = self.swim("lattice_swimmer", phase_lag_steps=0)
+        self.assertGreater(forwards, 1e-6)
+        self.assertLess(abs(reciprocal), 1e-6 * forwards)
+        self.assertAlmostEqual(backwards / forwards, -1, delta=0.02)  # four cycles: hardly anything of the start is left
+        ledger = Ledger(directory, 12000)
+        spent = ledger.work_on_fluid + ledger.work_in_dampers + ledger.work_stored
+        self.assertAlmostEqual(spent / ledger.work_in, 1, delta=1e-5)
+        self.assertLess(abs(ledger.impulse_of_fluid - ledger.momentum_gained), 1e-9 * ledger.impulse_scale)
+
+
+if __name__ == "__main__":
+    unittest.main()
