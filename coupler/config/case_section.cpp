@@ -52,6 +52,8 @@ ServicesCase read_services(Reader services) {
         services.path_of("transport") + " is '" + result.transport +
             "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
   }
+  result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
+  result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);
   return result;
 }
 
@@ -63,8 +65,6 @@ std::optional<Sweep> read_sweep(Reader& top) {
     sweep.problems().error(
         "sweep", "sweep has no values (there is nothing to run). List them: values: [1.0e-6, 2.0e-6].");
   }
-  result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
-  result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);
   return result;
 }
 
