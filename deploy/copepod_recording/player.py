@@ -119,6 +119,7 @@ class Player:
                 peer, data = self._socket.recv_multipart()
                 envelope = self._envelope_class()
                 envelope.ParseFromString(data)
+                envelope.ClearField("checksum")  # of the frame, not of what it says
                 return peer, envelope
             if not self._is_alive():
                 raise Failed(f"{complaint} (its process ended). Look at its output above.")

@@ -19,7 +19,8 @@ _NEEDED = {  # of the schema that a file brings along; it may hold more
     "RecordingHeader": {"process": _TEXT, "rank": _INT32, "clock": _TEXT, "monotonic_ns": _FIXED64, "utc_ns": _FIXED64},
     "RecordedMessage": {"time_ns": _FIXED64, "direction": _ENUM, "role": _ENUM, "lane": _ENUM, "envelope": _BYTES},
     "RecordedPhase": {"name": _TEXT, "step": _SINT64, "begin_ns": _FIXED64, "duration_ns": _UINT64},
-    "Envelope": {"session_id": _FIXED64, "epoch": _UINT64, "sequence": _UINT64, "attempt": _UINT32, "step": _SINT64},
+    "Envelope": {"session_id": _FIXED64, "epoch": _UINT64, "sequence": _UINT64, "attempt": _UINT32, "step": _SINT64,
+                 "checksum": _FIXED64},
 }
 
 
@@ -57,10 +58,10 @@ class Recording:
         return self._records("phase")
 
     def envelope(self, recorded):
-        """The Envelope that travelled, without its seal. Raises DecodeError if it was none."""
+        """The Envelope that travelled, without its checksum. Raises DecodeError if it was none."""
         envelope = self._classes["Envelope"]()
         envelope.ParseFromString(recorded.envelope)
-        envelope.DiscardUnknownFields()
+        envelope.ClearField("checksum")
         return envelope
 
     def envelope_class(self):
