@@ -159,7 +159,8 @@ class Trace(RecordedRun):
         self.assertEqual(found["steps"], STEPS - 1)
         # The coupler asks the bodies about step n while the fluid updates step n: on the busiest machine some of it is
         # hidden, and nothing at all if the reply came after the bulk update.
-        self.assertGreater(found["hidden"], 0)
+        self.assertGreaterEqual(found["hidden"], 0)  # how much depends on free cores; the arithmetic is tested below
+        self.assertLessEqual(found["hidden"], 1)
 
     def assert_nests(self, events):
         """Two phases of one track are apart, or one lies in the other; times are rounded to 1 ns."""
