@@ -20,7 +20,7 @@ constexpr std::int64_t mebibyte = std::int64_t{1} << 20;
 constexpr std::int64_t fluid_process = 26 * mebibyte;
 constexpr std::int64_t body_process = 10 * mebibyte;
 constexpr std::int64_t bullet_process = 12 * mebibyte;
-constexpr std::int64_t in_process_process = 14 * mebibyte;  // coupler, fluid and bodies in one
+constexpr std::int64_t in_process_process = 16 * mebibyte;  // coupler, fluid and bodies in one
 constexpr std::int64_t coupler_process = 11 * mebibyte;
 
 constexpr std::int64_t round_up(std::int64_t value, std::int64_t multiple) {
