@@ -137,7 +137,7 @@ class FakeCampaign(CommandTest):
         self.assertIn("1 of 2 cases failed (a;", said)
 
     def test_one_campaign_at_a_time_in_a_folder(self):
-        self.write_case("a", steps=300)
+        self.write_case("a", steps=3000)
         first = self.start("campaign", "campaign.json", "--out", "out")
         first.wait_for("a: starts")
         self.assertIn("is in use", self.run_campaign(code=2))
