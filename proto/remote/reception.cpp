@@ -54,7 +54,7 @@ void Reception::handle(const transport::Frame& frame, double now_s) {
   const auto verdict = judge_hello(*hello, {{}, session_token_, is_role_taken(*hello), frame.identity});
   if (verdict.accepted()) return admit(*hello, frame.peer, *verdict.minor, now_s);
   refuse(frame.peer, verdict.reason);
-  if (!verdict.is_stranger) throw Refused(verdict.reason);
+  if (!verdict.is_stranger && hello->lane == Lane::data) throw Refused(verdict.reason);
 }
 
 /// Both lanes of a component carry the same instance number; whoever comes second with another one is another
