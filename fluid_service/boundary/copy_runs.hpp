@@ -1,12 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace copepod::fluid {
 
-/// `count` values, `stride` apart, from `source` to `target` (or one side only, for packing and unpacking).
+/// `count` values, `stride` apart, from `source` to `target`; both are the same place for packing and unpacking.
 struct CopyRun {
   std::int64_t target = 0;
   std::int64_t source = 0;
@@ -19,6 +20,8 @@ struct CopyRun {
 class CopyRuns {
  public:
   void add(std::int64_t target, std::int64_t source, double addition = 0.0);
+  /// One side only, for packing or unpacking.
+  void add(std::int64_t location) { add(location, location); }
   [[nodiscard]] std::span<const CopyRun> runs() const { return runs_; }
   [[nodiscard]] std::int64_t values() const { return values_; }
 
@@ -42,7 +45,12 @@ class CopyRuns {
   void pack(const T* values, T* buffer) const {
     for (const CopyRun& run : runs_) {
       const T* source = values + run.source;
-      for (std::int64_t i = 0; i < run.count; ++i) *buffer++ = source[i * run.stride];
+      if (run.stride == 1) {
+        std::copy_n(source, run.count, buffer);
+      } else {
+        for (std::int64_t i = 0; i < run.count; ++i) buffer[i] = source[i * run.stride];
+      }
+      buffer += run.count;
     }
   }
   /// A buffer in order into the targets.
@@ -50,7 +58,12 @@ class CopyRuns {
   void unpack(T* values, const T* buffer) const {
     for (const CopyRun& run : runs_) {
       T* target = values + run.target;
-      for (std::int64_t i = 0; i < run.count; ++i) target[i * run.stride] = *buffer++;
+      if (run.stride == 1) {
+        std::copy_n(buffer, run.count, target);
+      } else {
+        for (std::int64_t i = 0; i < run.count; ++i) target[i * run.stride] = buffer[i];
+      }
+      buffer += run.count;
     }
   }
 

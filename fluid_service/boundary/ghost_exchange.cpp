@@ -87,13 +87,13 @@ void GhostExchange<T>::collect(const Domain& domain, const BlockPartition& parti
     if (rank != self) {
       if (owner != self) return;
       for (int p = 0; p < 2; ++p)
-        peer(rank).send[p].add(0, layout.location(layout.site(source.cell), source.direction, placements[p]));
+        peer(rank).send[p].add(layout.location(layout.site(source.cell), source.direction, placements[p]));
       return;
     }
     const Site entered = layout.site(shifted(ghost, direction));
     if (owner != self) {
       for (int p = 0; p < 2; ++p)
-        peer(owner).receive[p].add(layout.entry(entered, direction, placements[p]), 0);
+        peer(owner).receive[p].add(layout.entry(entered, direction, placements[p]));
       for (int axis = 0; axis < 3; ++axis)
         if (source.cell[axis] < block.low[axis] || source.cell[axis] >= block.high[axis])
           remote[face_index(axis, ghost[axis] >= block.high[axis])] = true;

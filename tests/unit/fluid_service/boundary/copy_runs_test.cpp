@@ -23,14 +23,21 @@ TEST(CopyRuns, MergesCopiesOfEqualStrideAndCopiesThemAll) {
   EXPECT_EQ(values[40], 3.5);
 }
 
+TEST(CopyRuns, MergesWhatIsPackedFromARow) {
+  CopyRuns row;
+  for (int i = 0; i < 100; ++i) row.add(40 + i);
+  EXPECT_EQ(row.runs().size(), 1U);
+  EXPECT_EQ(row.values(), 100);
+}
+
 TEST(CopyRuns, UnpackPutsWhatPackCollectedIntoTheTargets) {
   CopyRuns send;
   CopyRuns receive;
   const int sources[] = {3, 4, 9, 1};
   const int targets[] = {0, 7, 8, 2};
   for (int i = 0; i < 4; ++i) {
-    send.add(0, sources[i]);
-    receive.add(targets[i], 0);
+    send.add(sources[i]);
+    receive.add(targets[i]);
   }
   std::vector<float> from = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
   std::vector<float> buffer(4);
