@@ -22,7 +22,7 @@ def measure(domain, beads, ranks, steps, samples=3, symmetry_planes=()):
 
     `domain` is the whole one; rates count the cells that are computed.
     """
-    computed = [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
+    computed = computed_cells(domain, symmetry_planes)
     rows = []
     for _ in range(samples):
         alone = pure.measure(computed, ranks, samples=1, steps=max(10, steps // 4))["median_fluid_mlups"]
@@ -35,6 +35,11 @@ def measure(domain, beads, ranks, steps, samples=3, symmetry_planes=()):
             "median_fluid_mlups": statistics.median(row["fluid_mlups"] for row in rows),
             "median_ratio": statistics.median(row["ratio"] for row in rows),
             "median_coupling_overhead": statistics.median(row["coupling_overhead"] for row in rows)}
+
+
+def computed_cells(domain, symmetry_planes):
+    """Extents of what is left of the domain beside its symmetry planes."""
+    return [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
 
 
 def case_text(domain, beads, ranks, steps, symmetry_planes=()):

@@ -52,7 +52,8 @@ def _coupled(options):
     results = []
     for domain, beads, planes in configurations:
         with Stage(f"coupled, {domain}, {beads} beads, {ranks} rank(s)"):
-            results.append(coupled.measure(domain, beads, ranks, _steps(domain, 5e8), options.samples, planes))
+            steps = _steps(coupled.computed_cells(domain, planes), 5e8)
+            results.append(coupled.measure(domain, beads, ranks, steps, options.samples, planes))
     return results
 
 
