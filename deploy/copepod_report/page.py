@@ -7,7 +7,7 @@ from pathlib import Path
 from copepod_command.figures import number_text
 from copepod_command.table import run_rows, swimmer_rows
 from copepod_report import resonance
-from copepod_report.comparison import cell_text, comparison_columns, comparison_rows
+from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
 
 _STYLE = Path(__file__).with_name("page.css").read_text()
 
@@ -91,20 +91,26 @@ def comparison_section(runs, anchors, figures):
     rows = comparison_rows(runs)
     columns = comparison_columns(rows)
     anchor_of = dict(zip((run.name for run in runs), anchors))
+    has_one_swimmer = {run.name for run in runs if len(run.swimmers()) == 1}
     head = "".join(f"<th>{escape(name)}</th>" for _, name in columns)
-    lines = []
+    body = ""
     for run_name, swimmer_name, cells in rows:
-        line = [
-            f"<td><a href=\"#{anchor_of[run_name]}\">{escape(run_name)}</a><small>{escape(swimmer_name)}</small></td>"
-        ]
-        for key, _ in columns:
-            ours, beside = cell_text(cells[key]) if key in cells else ("", "")
-            line.append(f"<td>{escape(ours)}<small>{escape(beside)}</small></td>")
-        lines.append(f"<tr>{''.join(line)}</tr>")
+        shown = "" if run_name in has_one_swimmer else f"<small>{escape(swimmer_name)}</small>"
+        label = f"<td><a href=\"#{anchor_of[run_name]}\">{escape(run_name)}</a>{shown}</td>"
+        values = "".join(_compared_cell(cells.get(key)) for key, _ in columns)
+        body += f"<tr>{label}{values}</tr>"
+    key = "<small>published<br>deviation</small>" if any(c.published is not None for _, _, r in rows for c in r.values()) else ""
     return (
-        f"<section><h2>All runs</h2><div class=\"scroll\"><table><thead><tr><th>run</th>{head}</tr></thead>"
-        f"<tbody>{''.join(lines)}</tbody></table></div><div class=\"figures\">{''.join(figures)}</div></section>"
+        f"<section><h2>All runs</h2><div class=\"scroll\"><table class=\"dense\"><thead><tr><th>run{key}</th>{head}</tr>"
+        f"</thead><tbody>{body}</tbody></table></div><div class=\"figures\">{''.join(figures)}</div></section>"
     )
+
+
+def _compared_cell(figure):
+    if figure is None:
+        return "<td></td>"
+    ours, *beside = cell_texts(figure)
+    return f"<td>{escape(ours)}{''.join(f'<small>{escape(text)}</small>' for text in beside)}</td>"
 
 
 def _swimmer_table(swimmer):

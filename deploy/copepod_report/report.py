@@ -38,10 +38,15 @@ def write_report(directories, out, read_case):
     sections += [_resonance_section(sweep, out) for found in collected for sweep in found.sweeps]
     for run, anchor in zip(runs, anchors):
         sections.append(page.run_section(run, anchor, _figures_of(run, out, anchor), folded=len(runs) > 3))
-    title = runs[0].name if len(runs) == 1 else ", ".join(Path(directory).name for directory in directories)
     path = out / "report.html"
-    path.write_text(page.page(f"Copepod: {title}", sections), encoding="utf-8")
+    path.write_text(page.page(f"Copepod: {_title(directories, runs)}", sections), encoding="utf-8")
     return path
+
+
+def _title(directories, runs):
+    if len(runs) == 1:
+        return runs[0].name
+    return ", ".join(Path(directory).name for directory in directories) if len(directories) < 4 else f"{len(runs)} runs"
 
 
 def _figures_of_all(runs, out):

@@ -52,7 +52,7 @@ class Report(CommandTest):
         code, session = self.report("one", "two", "--out", "both")
         self.assertEqual(code, 0, "".join(session.stderr))
         text = (self.folder / "both/report.html").read_text()
-        self.assertIn("published 0.0008, +25.0 %", text)
+        self.assertIn("<small>0.0008</small><small>+25.0 %</small>", text)
         self.assertIn('href="#design_b"', text)
         self.assertTrue((self.folder / "both/speeds_by_family.png").exists())
         self.assertFalse((self.folder / "both/design_a_mean_flow.png").exists())
