@@ -2,6 +2,7 @@
 
 #include "config/checks.hpp"
 #include "config/document.hpp"
+#include "config/problems.hpp"
 #include "config/sections.hpp"
 #include "config/setups.hpp"
 
@@ -17,7 +18,16 @@ double derived_step_s(const Case& the_case) {
                                    fluid.kinematic_viscosity_m2_per_s);
 }
 
+void refuse_campaign(const Document& document) {
+  if (document.root().find("campaign") == nullptr) return;
+  throw CaseInvalid(
+      document.locate("campaign"),
+      "the file is a campaign (a list of cases). Run it with `copepod campaign`, or name one of its "
+      "cases.");
+}
+
 LoadedCase read_document(const Document& document, AskedKeys& asked) {
+  refuse_campaign(document);
   Problems problems(document);
   LoadedCase loaded;
   loaded.content = read_case(Reader(&document.root(), "", problems, asked));

@@ -7,7 +7,8 @@
 
 namespace copepod::fluid {
 
-/// `count` values, `stride` apart, from `source` to `target`; both are the same place for packing and unpacking.
+/// `count` values, `stride` apart, from `source` to `target`; both are the same place for packing and
+/// unpacking.
 struct CopyRun {
   std::int64_t target = 0;
   std::int64_t source = 0;

@@ -92,8 +92,7 @@ void GhostExchange<T>::collect(const Domain& domain, const BlockPartition& parti
     }
     const Site entered = layout.site(shifted(ghost, direction));
     if (owner != self) {
-      for (int p = 0; p < 2; ++p)
-        peer(owner).receive[p].add(layout.entry(entered, direction, placements[p]));
+      for (int p = 0; p < 2; ++p) peer(owner).receive[p].add(layout.entry(entered, direction, placements[p]));
       for (int axis = 0; axis < 3; ++axis)
         if (source.cell[axis] < block.low[axis] || source.cell[axis] >= block.high[axis])
           remote[face_index(axis, ghost[axis] >= block.high[axis])] = true;

@@ -18,7 +18,8 @@ class Reception {
 
   /// A message from a peer that is no component yet, or a repeated Hello.
   /// Anything but a well-formed Hello is ignored: on a tcp port anybody may talk.
-  /// @throws Refused if a component with our token cannot take part, once it has asked on its data lane: there it
+  /// @throws Refused if a component with our token cannot take part, once it has asked on its data lane:
+  /// there it
   ///         heeds our Refusal
   void handle(const transport::Frame& frame, double now_s);
 
