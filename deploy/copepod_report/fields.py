@@ -1,4 +1,4 @@
-"""The mean flow of fields.h5 in a plane through the middle of the domain."""
+"""The mean flow of fields.h5 in a plane."""
 
 from dataclasses import dataclass
 
@@ -19,24 +19,27 @@ class FlowPlane:
     velocity_across_m_per_s: np.ndarray
 
 
-def mean_flow(path, domain_cells, along):
-    """FlowPlane of the group /mean with the axis `along` (0, 1, 2 for x, y, z), or None if there is no mean flow."""
+def mean_flow(path, point_cells, along, across):
+    """FlowPlane of the group /mean through a point, spanned by two of the axes 0, 1, 2; None if there is no mean flow."""
     if not path.exists():
         return None
+    (normal,) = {0, 1, 2} - {along, across}
     with h5py.File(path, "r") as file:
         if "mean" not in file:
             return None
-        normal, across = [axis for axis in (0, 1, 2) if axis != along]
-        planes = _middle_planes(domain_cells[normal])
-        velocity = np.mean([_plane(file["mean/velocity_m_per_s"], normal, number) for number in planes], axis=0)
+        layers = _layers_at(point_cells[normal])
+        velocity = np.mean([_plane(file["mean/velocity_m_per_s"], normal, layer) for layer in layers], axis=0)
     if across > along:  # arrays come with the slower axis first: (z, y, x) without the normal
         return FlowPlane(along, across, velocity[..., along], velocity[..., across])
     return FlowPlane(along, across, velocity[..., along].T, velocity[..., across].T)
 
 
-def _middle_planes(cells):
-    """The cell layer in the middle, or the two layers beside a middle that lies on cell faces."""
-    return [cells // 2] if cells % 2 else [cells // 2 - 1, cells // 2]
+def _layers_at(coordinate_cells):
+    """The layer of cells that holds a coordinate, or the two beside it if it lies on their faces."""
+    nearest_face = round(coordinate_cells)
+    if abs(coordinate_cells - nearest_face) < 1e-6:
+        return [nearest_face - 1, nearest_face]
+    return [int(coordinate_cells)]
 
 
 def _plane(dataset, normal, number):

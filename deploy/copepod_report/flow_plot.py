@@ -9,6 +9,22 @@ from copepod_report.style import WIDTH_INCHES, new_figure
 _AXES = "xyz"
 
 
+def plane_of(run):
+    """(point in cells, along, across): the plane that holds the first swimmer's axis and, if they stand in a row, the others.
+
+    Without swimmers: the middle plane normal to x, with z along.
+    """
+    swimmers = run.swimmers()
+    if not swimmers:
+        return [cells / 2 for cells in run.case["fluid"]["domain_cells"]], 2, 1
+    centers = np.array([swimmer.center_m for swimmer in swimmers]) / run.cell_size_m
+    along = int(abs(swimmers[0].axis).argmax())
+    others = [axis for axis in (0, 1, 2) if axis != along]
+    spread = np.ptp(centers, axis=0)
+    across = others[0] if spread[others[0]] > spread[others[1]] else others[1]
+    return centers[0], along, across
+
+
 def mean_flow(run, plane, theme):
     """Speed as colour, direction as stream lines; lengths in cells."""
     speed = np.hypot(plane.velocity_along_m_per_s, plane.velocity_across_m_per_s)
@@ -51,24 +67,24 @@ def mean_flow(run, plane, theme):
 
 
 def _draw_beads(axes, run, plane, theme):
-    """Outlines of the beads at their mean position during the averaging."""
+    """Outlines of the beads, and of their images behind planes of symmetry, at their mean position during the averaging."""
     window = run.case["output"]["fields"]["mean_over_steps"]
     cell = run.cell_size_m
+    shown = [plane.along, plane.across]
     for swimmer in run.swimmers():
         for bead, center_m, colour in zip(swimmer.beads, swimmer.mean_positions_m(*window), theme.beads):
-            center = center_m[[plane.along, plane.across]] / cell
-            axes.add_patch(
-                _outline(
-                    bead,
-                    center,
-                    swimmer.axis[[plane.along, plane.across]],
-                    cell,
-                    facecolor=colour,
-                    edgecolor=theme.paper,
-                    linewidth=1,
-                    zorder=5,
-                )
-            )
+            looks = {"facecolor": colour, "edgecolor": theme.paper, "linewidth": 1, "zorder": 5}
+            for center in _with_image(run, center_m / cell, plane.across):
+                axes.add_patch(_outline(bead, center[shown], swimmer.axis[shown], cell, **looks))
+
+
+def _with_image(run, center, across):
+    """A centre in cells, and its mirror image if a plane of symmetry cuts the picture beside it."""
+    planes = run.case["fluid"].get("symmetry_planes") or []
+    image = np.array(center)
+    image[across] = run.case["fluid"]["domain_cells"][across] - center[across]
+    has_image = _AXES[across] in planes and abs(image[across] - center[across]) > 1e-6
+    return [center, image] if has_image else [center]
 
 
 def _outline(bead, center, axis, cell, **looks):

@@ -108,11 +108,10 @@ def _figures_of(run, out, prefix):
 
 
 def _flow_figure(run, out, prefix):
-    """The mean flow, where the run recorded one."""
-    swimmers = run.swimmers()
-    along = int(abs(swimmers[0].axis).argmax()) if swimmers else 2
-    cells = run.case.get("fluid", {}).get("domain_cells")
-    plane = fields.mean_flow(run.directory / "fields.h5", cells, along) if cells else None
+    """The mean flow, where the run recorded one, in the plane that holds the swimmers."""
+    if not run.case.get("fluid", {}).get("domain_cells"):
+        return []
+    plane = fields.mean_flow(run.directory / "fields.h5", *flow_plot.plane_of(run))
     if plane is None:
         return []
     start, stop = run.case["output"]["fields"]["mean_over_steps"]

@@ -2,12 +2,14 @@
 
 import re
 import unittest
+from types import SimpleNamespace
 
 import numpy as np
 
 from copepod_session import CommandTest
 from synthetic_run import ARMS, DOMAIN, PERIOD, write_run
 from copepod_report.fields import mean_flow
+from copepod_report.flow_plot import plane_of
 from copepod_report.run_record import fit_arm
 from copepod_report.trajectory import Trajectory
 
@@ -86,12 +88,24 @@ class Report(CommandTest):
 
     def test_plane_of_the_mean_flow_has_the_axis_horizontally(self):
         write_run(self.folder / "run", steps=20)
-        for along, shape in ((2, (24, 60)), (1, (60, 24)), (0, (60, 20))):
-            plane = mean_flow(self.folder / "run/fields.h5", DOMAIN, along)
+        middle = [cells / 2 for cells in DOMAIN]
+        for along, across, shape in ((2, 1, (24, 60)), (1, 2, (60, 24)), (0, 2, (60, 20)), (2, 0, (20, 60))):
+            plane = mean_flow(self.folder / "run/fields.h5", middle, along, across)
             self.assertEqual(plane.velocity_along_m_per_s.shape, shape)
-        plane = mean_flow(self.folder / "run/fields.h5", DOMAIN, 2)
+        plane = mean_flow(self.folder / "run/fields.h5", middle, 2, 1)
         np.testing.assert_allclose(plane.velocity_along_m_per_s[6, :], 2e-3)
         np.testing.assert_allclose(plane.velocity_across_m_per_s[:, 15], 1e-3)
+
+    def test_plane_of_the_mean_flow_holds_swimmers_that_stand_in_a_row(self):
+        for centers, expected in (
+            ([[10, 12, 30]], (2, 1)),
+            ([[5, 12, 30], [10, 12, 30]], (2, 0)),
+            ([[10, 6, 30], [10, 12, 30]], (2, 1)),
+        ):
+            swimmers = [SimpleNamespace(center_m=1e-6 * np.array(c, float), axis=np.array([0, 0, 1])) for c in centers]
+            point, *axes = plane_of(SimpleNamespace(swimmers=lambda: swimmers, cell_size_m=1e-6))
+            self.assertEqual(tuple(axes), expected)
+            np.testing.assert_allclose(point, centers[0])
 
 
 if __name__ == "__main__":
