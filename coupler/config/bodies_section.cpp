@@ -90,8 +90,7 @@ NamedSpring read_spring(Reader spring) {
       // position.
       Value wrapped = Value::mapping();
       wrapped.add(std::to_string(end), both.items[end]);
-      AskedKeys none;
-      Reader anchor(&wrapped, spring.path_of("anchors_m"), spring.problems(), none);
+      Reader anchor(&wrapped, spring.path_of("anchors_m"), spring.problems());
       result.anchors_m[end] = anchor.numbers(std::to_string(end), 3);
     }
   }

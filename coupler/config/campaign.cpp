@@ -68,7 +68,7 @@ Campaign read_campaign(Reader top, const fs::path& folder) {
   return result;
 }
 
-Campaign read_document(const Document& document, const std::string& source, AskedKeys& asked) {
+Campaign read_document(const Document& document, const std::string& source, AskedKeys* asked) {
   Problems problems(document);
   Campaign campaign =
       read_campaign(Reader(&document.root(), "", problems, asked), fs::path(source).parent_path());
@@ -79,13 +79,11 @@ Campaign read_document(const Document& document, const std::string& source, Aske
 }  // namespace
 
 Campaign load_campaign(const std::string& file) {
-  AskedKeys asked;
-  return read_document(Document::load(file, {}), file, asked);
+  return read_document(Document::load(file, {}), file, nullptr);
 }
 
 Campaign load_campaign_text(const std::string& text, const std::string& source, AskedKeys* asked) {
-  AskedKeys ignored;
-  return read_document(Document::parse(text, source, {}), source, asked == nullptr ? ignored : *asked);
+  return read_document(Document::parse(text, source, {}), source, asked);
 }
 
 }  // namespace copepod::coupler

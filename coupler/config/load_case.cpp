@@ -26,7 +26,7 @@ void refuse_campaign(const Document& document) {
       "cases.");
 }
 
-LoadedCase read_document(const Document& document, AskedKeys& asked) {
+LoadedCase read_document(const Document& document, AskedKeys* asked) {
   refuse_campaign(document);
   Problems problems(document);
   LoadedCase loaded;
@@ -42,14 +42,12 @@ LoadedCase read_document(const Document& document, AskedKeys& asked) {
 }  // namespace
 
 LoadedCase load_case(const std::string& file, const std::vector<std::string>& overrides) {
-  AskedKeys asked;
-  return read_document(Document::load(file, overrides), asked);
+  return read_document(Document::load(file, overrides), nullptr);
 }
 
 LoadedCase load_case_text(const std::string& text, const std::string& source,
                           const std::vector<std::string>& overrides, AskedKeys* asked) {
-  AskedKeys ignored;
-  return read_document(Document::parse(text, source, overrides), asked == nullptr ? ignored : *asked);
+  return read_document(Document::parse(text, source, overrides), asked);
 }
 
 }  // namespace copepod::coupler

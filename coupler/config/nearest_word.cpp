@@ -15,7 +15,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
     for (std::size_t j = 1; j <= b.size(); ++j) {
       const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
       diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+      row[j] = std::min(std::min(row[j], row[j - 1]) + 1, replaced);
     }
   }
   return row[b.size()];
@@ -29,6 +29,9 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   for (const std::string& candidate : known) {
     // A key without its unit, or with another one, is the likeliest slip of all.
     const bool prefix = candidate.starts_with(word + "_") || word.starts_with(candidate + "_");
+    const std::size_t least =
+        std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
+    if (!prefix && least >= best_distance) continue;  // so many letters have to be added at least
     const std::size_t distance = prefix ? 1 : edit_distance(word, candidate);
     if (distance < best_distance) {
       best = candidate;

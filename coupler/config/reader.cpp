@@ -50,7 +50,7 @@ std::string general_path(const std::string& path) {
 
 }  // namespace
 
-Reader::Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys& asked)
+Reader::Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked)
     : mapping_(mapping), path_(std::move(path)), problems_(problems), asked_(asked) {
   if (mapping_ == nullptr || mapping_->kind == Value::Kind::mapping) return;
   if (mapping_->kind != Value::Kind::null) {
@@ -78,7 +78,7 @@ bool Reader::has(const std::string& key) { return raw(key) != nullptr; }
 
 const Value* Reader::raw(const std::string& key) {
   known_.insert(key);
-  asked_.insert(general_path(path_of(key)));
+  if (asked_ != nullptr) asked_->insert(general_path(path_of(key)));
   const Value* value = mapping_ == nullptr ? nullptr : mapping_->find(key);
   return value == nullptr || value->kind == Value::Kind::null ? nullptr : value;
 }
@@ -247,7 +247,7 @@ std::size_t Reader::size(const std::string& key) {
 
 void Reader::accept_all() {
   accepts_all_ = true;
-  asked_.insert(general_path(path_) + ".*");
+  if (asked_ != nullptr) asked_->insert(general_path(path_) + ".*");
 }
 
 std::string Reader::path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }

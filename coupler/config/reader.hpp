@@ -34,7 +34,8 @@ class Reader {
  public:
   /// @param mapping  nullptr stands for an empty section
   /// @param path     key path of the section, "" for the top
-  Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys& asked);
+  /// @param asked    gets every key that is asked for; nullptr: nobody wants to know
+  Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked = nullptr);
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
   ~Reader();
@@ -77,7 +78,7 @@ class Reader {
   const Value* mapping_;
   std::string path_;
   Problems& problems_;
-  AskedKeys& asked_;
+  AskedKeys* asked_;
   std::set<std::string> known_;
   bool accepts_all_ = false;
 };

@@ -43,16 +43,22 @@ _RANK_KILLED = re.compile(r"process rank (\d+) with PID \d+ on node\s+(\S+)\s+ex
 _RANK_FAILED = re.compile(r"Process name: \[\[\d+,\d+\],(\d+)\]\s+Exit code:\s+(\d+)", re.DOTALL)
 
 
+def told_by_mpirun(output, host):
+    """Exit of the rank that ended the fluid as mpirun tells it, or None if it has not told."""
+    words = re.sub(r"\s+", " ", output)
+    killed = _RANK_KILLED.search(words)
+    if killed:
+        return Exit("fluid", signal=int(killed[3]), rank=killed[1], host=killed[2], output=output)
+    failed = _RANK_FAILED.search(words)
+    return Exit("fluid", code=int(failed[2]), rank=failed[1], host=host, output=output) if failed else None
+
+
 def describe_exit(component, returncode, output, host, ranks):
     """Exit from subprocess' return code; for mpirun its message tells which rank went how."""
-    if component == "fluid" and returncode > 0:
-        words = re.sub(r"\s+", " ", output)
-        killed = _RANK_KILLED.search(words)
-        if killed:
-            return Exit(component, signal=int(killed[3]), rank=killed[1], host=killed[2], output=output)
-        failed = _RANK_FAILED.search(words)
-        if failed:
-            return Exit(component, code=int(failed[2]), rank=failed[1], host=host, output=output)
+    if component == "fluid" and returncode != 0:
+        told = told_by_mpirun(output, host)
+        if told is not None:
+            return told
         if returncode > 128:  # a rank that was killed before it knew MPI
             returncode = 128 - returncode
     rank = f"0-{ranks - 1}" if component == "fluid" and ranks > 1 else "0"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from copepod_command import exit_codes
 from copepod_command.events import EventReader
 from copepod_command.family import LOOK_EVERY_S, FamilyWatch
-from copepod_command.outcome import Failure, describe_exit, failure_of_event, judge
+from copepod_command.outcome import Failure, describe_exit, failure_of_event, judge, told_by_mpirun
 
 # How long to wait for a second opinion once something went wrong; together with the three seconds that stopping
 # may take, everything is over within five.
@@ -18,6 +18,7 @@ _AFTER_EXIT_S = 1.5  # the coupler has, or is about to get, the component's own 
 _AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
 _AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still tell which rank died, and how
 _AFTER_FINISH_S = 10.0  # services say goodbye
+_AFTER_TELLING_S = 0.7  # mpirun has told how a rank ended, and now ends itself
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class Watch:
         self._ranks = ranks
         self._family = FamilyWatch(processes)
         self._next_look = time.monotonic() + LOOK_EVERY_S
+        self._mpirun_told_at = None
         self._reader = EventReader()
         self._alive = {process.name: process for process in processes}
         self._exits = []
@@ -93,6 +95,7 @@ class Watch:
         if time.monotonic() < self._next_look:
             return
         trouble = self._family.look()
+        self._end_mpirun_that_is_stuck()
         self._next_look = time.monotonic() + LOOK_EVERY_S
         if trouble is None or self._signals.received:
             return
@@ -101,6 +104,16 @@ class Watch:
             exit_codes.COMPONENT_LOST, trouble.component, self._host, trouble.rank, step, trouble.reason
         )
         self._decide_within(0.0)
+
+    def _end_mpirun_that_is_stuck(self):
+        """mpirun whose rank was killed while MPI started tells so, and may then lock up in PMIx_server_finalize."""
+        fluid = self._alive.get("fluid")
+        if fluid is None or told_by_mpirun(fluid.tail(), self._host) is None:
+            return
+        now = time.monotonic()
+        self._mpirun_told_at = self._mpirun_told_at or now
+        if now - self._mpirun_told_at >= _AFTER_TELLING_S:
+            fluid.send(signal.SIGKILL)  # its exit is noted as it told it
 
     def _decide_within(self, seconds):
         deadline = time.monotonic() + seconds

@@ -19,6 +19,8 @@ from pathlib import Path
 from hurt_run import LONGEST_S, VICTIMS, digest, go_on, has_checkpoint, start_again, undisturbed_digest, wait_for
 
 LATEST_S = 2.5  # a run takes about two seconds
+AT_START = 0.25  # of the kills hit a rank that has just started, when MPI is easily hurt
+JUST_STARTED_S = 0.02
 MOST_KILLS_PER_RUN = 3
 
 
@@ -40,9 +42,14 @@ def run_under_fire(seed):
 def _kill_once(folder, choose):
     """What was killed and how the command took it; None if the run finished before."""
     run, _ = start_again(folder, *_ranks(choose))
-    time.sleep(choose.uniform(0.0, LATEST_S))
     victims = list(VICTIMS)
     choose.shuffle(victims)
+    if choose.random() < AT_START:
+        victims.sort(key=lambda victim: not victim.startswith("fluid"))
+        wait_for(lambda: run.has(victims[0]) or run.process.poll() is not None, LATEST_S)
+        time.sleep(choose.uniform(0.0, JUST_STARTED_S))
+    else:
+        time.sleep(choose.uniform(0.0, LATEST_S))
     victim = next((victim for victim in victims if run.has(victim)), None)
     if victim is None or run.process.poll() is not None:
         run.end(LONGEST_S)

@@ -77,6 +77,18 @@ class RunLifecycle(CommandTest):
         session.kill(signal.SIGKILL, "fluid")
         self.assert_loss(session, "fluid service", "0-1")
 
+    def test_mpirun_that_tells_of_a_killed_rank_and_does_not_end(self):
+        session = self.start("run", self.case(reports=False), "--ranks", "1", "--fluid", f"{FAKES}/stuck_mpirun")
+        self.assert_ends(session, 69, within_s=5)
+        self.assertRegex(session.last_line, r"fluid service on host sea, rank 1, .*signal 9, SIGKILL")
+
+    def test_rank_that_ended_unnoticed_by_mpirun(self):
+        session = self.start(
+            "run", self.case(reports=False), "--ranks", "1", "--fluid", f"{FAKES}/stuck_mpirun --silent"
+        )
+        self.assert_ends(session, 69, within_s=8)
+        self.assertRegex(session.last_line, "fluid service on host .*, rank 1, .*ended, and mpirun did not notice")
+
     def test_frozen_component_is_named_once_the_coupler_reports_it(self):
         session = self.start_long_run("--fluid", f"{FAKES}/fluid_service", "--ranks", "1")
         session.kill(signal.SIGSTOP, "body")
