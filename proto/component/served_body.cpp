@@ -5,6 +5,7 @@
 
 #include "component/checkpoint_request.hpp"
 #include "contract/errors.hpp"
+#include "conversion/finite.hpp"
 #include "recording/timeline.hpp"
 
 namespace copepod::component {
@@ -20,6 +21,10 @@ void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
                           " bodies (there are " + std::to_string(bodies) + "). Mend its step().",
                       0, kinematics.step);
   }
+  using conversion::all_finite;
+  if (all_finite(kinematics.position_m) && all_finite(kinematics.orientation_wxyz) &&
+      all_finite(kinematics.velocity_m_per_s) && all_finite(kinematics.angular_velocity_rad_per_s))
+    return;
   for (Eigen::Index body = 0; body < bodies; ++body) {
     const bool finite = kinematics.position_m.col(body).allFinite() &&
                         kinematics.orientation_wxyz.col(body).allFinite() &&

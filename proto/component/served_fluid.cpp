@@ -5,6 +5,7 @@
 
 #include "component/checkpoint_request.hpp"
 #include "contract/errors.hpp"
+#include "conversion/finite.hpp"
 #include "recording/timeline.hpp"
 
 namespace copepod::component {
@@ -21,7 +22,7 @@ void require_finite(const Loads& loads, Eigen::Index bodies) {
                           " bodies (there are " + std::to_string(bodies) + "). Mend its exchange().",
                       0, loads.step);
   }
-  if (loads.force_N.allFinite() && loads.torque_N_m.allFinite()) return;
+  if (conversion::all_finite(loads.force_N) && conversion::all_finite(loads.torque_N_m)) return;
   for (Eigen::Index body = 0; body < bodies; ++body) {
     if (loads.force_N.col(body).allFinite() && loads.torque_N_m.col(body).allFinite()) continue;
     throw SolverError(

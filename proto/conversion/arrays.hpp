@@ -1,14 +1,16 @@
 #pragma once
 
-#include <bit>
-#include <cstdint>
+#include <cstddef>
 #include <cstring>
+#include <span>
 #include <string>
 
 #include <Eigen/Core>
 #include <google/protobuf/repeated_field.h>
 
+#include "conversion/finite.hpp"
 #include "conversion/malformed_message.hpp"
+#include "conversion/vector_passes.hpp"
 
 namespace copepod::conversion {
 
@@ -28,42 +30,34 @@ void assign(Doubles& field, const Eigen::PlainObjectBase<Derived>& matrix) {
   assign(field, matrix.data(), matrix.size());
 }
 
-inline void require_length(const Doubles& field, Eigen::Index length, const char* name) {
-  if (field.size() != length) {
-    throw MalformedMessage(std::string(name) + " holds " + std::to_string(field.size()) + " numbers, not " +
+inline void require_length(std::size_t found, Eigen::Index length, const char* name) {
+  if (found != static_cast<std::size_t>(length)) {
+    throw MalformedMessage(std::string(name) + " holds " + std::to_string(found) + " numbers, not " +
                            std::to_string(length));
   }
 }
 
-/// Whether all numbers are finite. Adding one to an exponent of all ones, that of infinities and NaN, carries
-/// into the sign bit; so the loop has no branch and compilers make vector instructions of it.
-inline bool all_finite(const double* values, Eigen::Index count) {
-  constexpr std::uint64_t exponent = 0x7FF0'0000'0000'0000, one = 0x0010'0000'0000'0000;
-  std::uint64_t carried = 0;
-  for (Eigen::Index i = 0; i < count; ++i)
-    carried |= (std::bit_cast<std::uint64_t>(values[i]) & exponent) + one;
-  return carried >> 63U == 0;
+inline void require(bool is_finite, const char* name) {
+  if (!is_finite) throw MalformedMessage(std::string(name) + " holds a number that is not finite");
 }
 
 inline void require_finite(const double* values, Eigen::Index count, const char* name) {
-  if (!all_finite(values, count))
-    throw MalformedMessage(std::string(name) + " holds a number that is not finite");
+  require(all_finite(values, static_cast<std::size_t>(count)), name);
 }
 
-/// Copies an array of shape (rows, columns); the sum of a memcpy and two checks.
+/// Copies an array of shape (rows, columns) from the wire, where numbers are not aligned.
 template <class Matrix>
-void read_array(const Doubles& field, Eigen::Index columns, const char* name, Matrix& matrix) {
-  require_length(field, Matrix::RowsAtCompileTime * columns, name);
-  require_finite(field.data(), field.size(), name);
+void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const char* name, Matrix& matrix) {
+  require_length(bytes.size() / sizeof(double), Matrix::RowsAtCompileTime * columns, name);
   matrix.resize(Matrix::RowsAtCompileTime, columns);
-  if (field.size() > 0)
-    std::memcpy(matrix.data(), field.data(), sizeof(double) * static_cast<std::size_t>(field.size()));
+  require(vector_passes().copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data()),
+          name);
 }
 
 /// Copies a vector of fixed length.
 template <class Vector>
 Vector read_vector(const Doubles& field, const char* name) {
-  require_length(field, Vector::RowsAtCompileTime, name);
+  require_length(static_cast<std::size_t>(field.size()), Vector::RowsAtCompileTime, name);
   require_finite(field.data(), field.size(), name);
   return Eigen::Map<const Vector>(field.data());
 }

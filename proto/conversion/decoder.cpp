@@ -1,5 +1,6 @@
 #include "conversion/decoder.hpp"
 
+#include <array>
 #include <vector>
 
 #include <google/protobuf/arena.h>
@@ -8,6 +9,7 @@
 #include "conversion/arrays.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
+#include "conversion/packed_arrays.hpp"
 #include "conversion/seal.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "copepod/v1/envelope.pb.h"
@@ -19,9 +21,9 @@ using session::MessageKind;
 
 namespace {
 
-MessageKind kind_of(const v1::Envelope& envelope) {
+MessageKind kind_of(v1::Envelope::BodyCase body) {
   using Case = v1::Envelope::BodyCase;
-  switch (envelope.body_case()) {
+  switch (body) {
     case Case::kHello:
       return MessageKind::hello;
     case Case::kWelcome:
@@ -72,6 +74,28 @@ MessageKind kind_of(const v1::Envelope& envelope) {
   return MessageKind::none;
 }
 
+Bytes bytes_of(const Doubles& field) {
+  return std::as_bytes(std::span(field.data(), static_cast<std::size_t>(field.size())));
+}
+
+/// The arrays of a message that Protobuf's parser has read.
+std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
+  const v1::Kinematics& kinematics = envelope.kinematics();
+  const v1::Loads& loads = envelope.loads();
+  const v1::AppliedLoads& applied = envelope.applied_loads();
+  switch (envelope.body_case()) {
+    case v1::Envelope::kKinematics:
+      return {bytes_of(kinematics.position_m()), bytes_of(kinematics.orientation_wxyz()),
+              bytes_of(kinematics.velocity_m_per_s()), bytes_of(kinematics.angular_velocity_rad_per_s())};
+    case v1::Envelope::kLoads:
+      return {bytes_of(loads.force_n()), bytes_of(loads.torque_n_m())};
+    case v1::Envelope::kAppliedLoads:
+      return {bytes_of(applied.force_n()), bytes_of(applied.torque_n_m()), bytes_of(applied.driving_n())};
+    default:
+      return {};
+  }
+}
+
 const std::string& read_text(const std::string& text, const char* name) {
   require_at_most(text.size(), kLimits.string_bytes, name);
   return text;
@@ -107,12 +131,13 @@ ExitCode read_exit_code(int code) {
 
 }  // namespace
 
-/// The message lives in an arena whose first block grows to what the largest message so far needed, so that a
-/// stream of messages of one size allocates nothing.
+/// The message, but for the arrays of an exchange, lives in an arena whose first block grows to what the
+/// largest message so far needed, so that a stream of messages of one size allocates nothing.
 struct Decoder::Buffers {
   std::vector<char> block = std::vector<char>(std::size_t{16} << 10);
   std::unique_ptr<google::protobuf::Arena> arena;
   v1::Envelope* envelope = nullptr;
+  std::array<Bytes, kMostArrays> arrays{};  ///< in the envelope, or in the bytes that were parsed
   Header header;
   MessageKind kind = MessageKind::none;
 
@@ -149,10 +174,14 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
   if (!is_intact(bytes)) throw DamagedMessage(bytes.size());
   buffers_->renew();
   v1::Envelope& envelope = *buffers_->envelope;
-  if (!envelope.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+  const auto found = find_arrays(bytes.first(bytes.size() - kSealBytes));
+  const Bytes rest = found ? bytes.first(found->begin) : bytes;
+  if (!envelope.ParseFromArray(rest.data(), static_cast<int>(rest.size()))) {
     throw MalformedMessage(std::to_string(bytes.size()) + " bytes are no Envelope");
   }
-  const MessageKind kind = kind_of(envelope);
+  buffers_->arrays = found ? found->arrays : arrays_of(envelope);
+  const MessageKind kind =
+      kind_of(found ? static_cast<v1::Envelope::BodyCase>(found->message) : envelope.body_case());
   if (kind == MessageKind::none) throw MalformedMessage("the Envelope is empty or holds an unknown message");
   buffers_->header = {
       envelope.protocol_major(), envelope.protocol_minor(), envelope.session_id(), envelope.epoch(),
@@ -202,28 +231,23 @@ void Decoder::read(session::Configured& configured) const {
 }
 
 void Decoder::read(Kinematics& kinematics, Eigen::Index bodies) const {
-  const v1::Kinematics& wire = buffers_->envelope->kinematics();
+  const auto& [position, orientation, velocity, angular_velocity] = buffers_->arrays;
   kinematics.step = header().step;
-  read_array(wire.position_m(), bodies, "position_m", kinematics.position_m);
-  read_array(wire.orientation_wxyz(), bodies, "orientation_wxyz", kinematics.orientation_wxyz);
-  read_array(wire.velocity_m_per_s(), bodies, "velocity_m_per_s", kinematics.velocity_m_per_s);
-  read_array(wire.angular_velocity_rad_per_s(), bodies, "angular_velocity_rad_per_s",
-             kinematics.angular_velocity_rad_per_s);
+  read_array(position, bodies, "position_m", kinematics.position_m);
+  read_array(orientation, bodies, "orientation_wxyz", kinematics.orientation_wxyz);
+  read_array(velocity, bodies, "velocity_m_per_s", kinematics.velocity_m_per_s);
+  read_array(angular_velocity, bodies, "angular_velocity_rad_per_s", kinematics.angular_velocity_rad_per_s);
 }
 
 void Decoder::read(Loads& loads, Eigen::Index bodies) const {
-  const v1::Loads& wire = buffers_->envelope->loads();
   loads.step = header().step;
-  read_array(wire.force_n(), bodies, "force_N", loads.force_N);
-  read_array(wire.torque_n_m(), bodies, "torque_N_m", loads.torque_N_m);
+  read_array(buffers_->arrays[0], bodies, "force_N", loads.force_N);
+  read_array(buffers_->arrays[1], bodies, "torque_N_m", loads.torque_N_m);
 }
 
 void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index driving_nodes) const {
-  const v1::AppliedLoads& wire = buffers_->envelope->applied_loads();
-  applied.hydrodynamic.step = header().step;
-  read_array(wire.force_n(), bodies, "force_N", applied.hydrodynamic.force_N);
-  read_array(wire.torque_n_m(), bodies, "torque_N_m", applied.hydrodynamic.torque_N_m);
-  read_array(wire.driving_n(), bodies * driving_nodes, "driving_N", applied.driving_N);
+  read(applied.hydrodynamic, bodies);
+  read_array(buffers_->arrays[2], bodies * driving_nodes, "driving_N", applied.driving_N);
 }
 
 void Decoder::read(session::CheckpointPath& path) const {

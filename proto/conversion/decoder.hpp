@@ -19,9 +19,9 @@ namespace copepod::conversion {
 /// Turns the bytes of an Envelope into contract structs and checks them on the way.
 ///
 /// Memory is kept between calls: decoding messages of the same size again allocates nothing. `parse` first,
-/// then the `read` of the kind that it returned; calling another `read` is a bug. Every function throws
-/// MalformedMessage for bytes from outside that make no sense; none crashes or allocates more than a multiple
-/// of the message's size.
+/// then, while the bytes are still there, the `read` of the kind that it returned; calling another `read` is
+/// a bug. Every function throws MalformedMessage for bytes from outside that make no sense; none crashes or
+/// allocates more than a multiple of the message's size.
 class Decoder {
  public:
   Decoder();
@@ -29,6 +29,7 @@ class Decoder {
   Decoder& operator=(const Decoder&) = delete;
   ~Decoder();
 
+  /// @param bytes  stay where they are until the message was read: its arrays are not copied before
   /// @return the message's kind, never `none`
   /// @throws DamagedMessage if the bytes do not end with their seal
   session::MessageKind parse(std::span<const std::byte> bytes);

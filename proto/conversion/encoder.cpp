@@ -6,6 +6,7 @@
 #include "conversion/arrays.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
+#include "conversion/packed_arrays.hpp"
 #include "conversion/seal.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "conversion/text.hpp"
@@ -21,6 +22,11 @@ namespace {
 Header at_step(Header header, std::int64_t step) {
   header.step = step;
   return header;
+}
+
+template <class Matrix>
+std::span<const double> numbers_of(const Matrix& matrix) {
+  return {matrix.data(), static_cast<std::size_t>(matrix.size())};
 }
 
 void write_capabilities(const Capabilities& capabilities, v1::Capabilities& wire) {
@@ -41,40 +47,66 @@ void write_failure(const FailureReport& failure, v1::Failure& wire) {
 
 }  // namespace
 
+/// Header and body are written apart: the header ends where the body begins, whatever its length, so that a
+/// message can be sent again with another header.
 struct Encoder::Buffers {
-  v1::Envelope envelope;  ///< never cleared: the body of the last message is overwritten in place
+  static constexpr std::size_t kLargestHead = 64;  ///< seven scalar fields with their tags
+
+  v1::Envelope head;      ///< without a body
+  v1::Envelope envelope;  ///< without a header; never cleared: the last message is overwritten in place
   std::vector<std::byte> bytes;
+  std::size_t body_size = 0;
+
+  /// Room for a body.
+  std::byte* resize_body(std::size_t size) {
+    require_at_most(size + kLargestHead + kSealBytes, kLimits.message_bytes, "the message");
+    body_size = size;
+    const std::size_t all = kLargestHead + size + kSealBytes;
+    if (bytes.size() < all) bytes.resize(all);
+    return bytes.data() + kLargestHead;
+  }
+
+  /// @return header, body and seal
+  Bytes finish() {
+    const std::size_t head_size = head.ByteSizeLong();
+    const auto message =
+        std::span(bytes).subspan(kLargestHead - head_size, head_size + body_size + kSealBytes);
+    head.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(message.data()));
+    seal(message);
+    return message;
+  }
 };
 
 Encoder::Encoder() : buffers_(std::make_unique<Buffers>()) {}
 Encoder::~Encoder() = default;
 
 Bytes Encoder::serialise(const Header& header) {
-  v1::Envelope& envelope = buffers_->envelope;
-  envelope.set_protocol_major(header.protocol_major);
-  envelope.set_protocol_minor(header.protocol_minor);
-  envelope.set_session_id(header.session_id);
-  envelope.set_epoch(header.epoch);
-  envelope.set_sequence(header.sequence);
-  envelope.set_attempt(header.attempt);
-  envelope.set_step(header.step);
-  return write_bytes();
+  const v1::Envelope& envelope = buffers_->envelope;
+  std::byte* target = buffers_->resize_body(envelope.ByteSizeLong());
+  envelope.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(target));
+  return finish(header);
+}
+
+Bytes Encoder::serialise(const Header& header, int message, const Arrays& arrays) {
+  write_arrays(message, arrays, buffers_->resize_body(size_of_arrays(message, arrays)));
+  return finish(header);
+}
+
+Bytes Encoder::finish(const Header& header) {
+  v1::Envelope& head = buffers_->head;
+  head.set_protocol_major(header.protocol_major);
+  head.set_protocol_minor(header.protocol_minor);
+  head.set_session_id(header.session_id);
+  head.set_epoch(header.epoch);
+  head.set_sequence(header.sequence);
+  head.set_attempt(header.attempt);
+  head.set_step(header.step);
+  return buffers_->finish();
 }
 
 Bytes Encoder::encode_again(std::uint32_t attempt) {
-  buffers_->envelope.set_attempt(attempt);
-  return write_bytes();
-}
-
-Bytes Encoder::write_bytes() {
-  const v1::Envelope& envelope = buffers_->envelope;
-  const std::size_t size = envelope.ByteSizeLong() + kSealBytes;
-  require_at_most(size, kLimits.message_bytes, "the message");
-  std::vector<std::byte>& bytes = buffers_->bytes;
-  if (bytes.size() < size) bytes.resize(size);
-  envelope.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(bytes.data()));
-  seal(std::span(bytes).first(size));
-  return {bytes.data(), size};
+  buffers_->head.set_attempt(attempt);
+  return buffers_->finish();
 }
 
 Bytes Encoder::encode(const Header& header, const session::Hello& hello) {
@@ -123,27 +155,21 @@ Bytes Encoder::encode(const Header& header, const session::Configured& configure
 }
 
 Bytes Encoder::encode(const Header& header, const Kinematics& kinematics) {
-  v1::Kinematics& wire = *buffers_->envelope.mutable_kinematics();
-  assign(*wire.mutable_position_m(), kinematics.position_m);
-  assign(*wire.mutable_orientation_wxyz(), kinematics.orientation_wxyz);
-  assign(*wire.mutable_velocity_m_per_s(), kinematics.velocity_m_per_s);
-  assign(*wire.mutable_angular_velocity_rad_per_s(), kinematics.angular_velocity_rad_per_s);
-  return serialise(at_step(header, kinematics.step));
+  return serialise(
+      at_step(header, kinematics.step), v1::Envelope::kKinematicsFieldNumber,
+      {numbers_of(kinematics.position_m), numbers_of(kinematics.orientation_wxyz),
+       numbers_of(kinematics.velocity_m_per_s), numbers_of(kinematics.angular_velocity_rad_per_s)});
 }
 
 Bytes Encoder::encode(const Header& header, const Loads& loads) {
-  v1::Loads& wire = *buffers_->envelope.mutable_loads();
-  assign(*wire.mutable_force_n(), loads.force_N);
-  assign(*wire.mutable_torque_n_m(), loads.torque_N_m);
-  return serialise(at_step(header, loads.step));
+  return serialise(at_step(header, loads.step), v1::Envelope::kLoadsFieldNumber,
+                   {numbers_of(loads.force_N), numbers_of(loads.torque_N_m)});
 }
 
 Bytes Encoder::encode(const Header& header, const AppliedLoads& applied) {
-  v1::AppliedLoads& wire = *buffers_->envelope.mutable_applied_loads();
-  assign(*wire.mutable_force_n(), applied.hydrodynamic.force_N);
-  assign(*wire.mutable_torque_n_m(), applied.hydrodynamic.torque_N_m);
-  assign(*wire.mutable_driving_n(), applied.driving_N);
-  return serialise(at_step(header, applied.hydrodynamic.step));
+  return serialise(at_step(header, applied.hydrodynamic.step), v1::Envelope::kAppliedLoadsFieldNumber,
+                   {numbers_of(applied.hydrodynamic.force_N), numbers_of(applied.hydrodynamic.torque_N_m),
+                    numbers_of(applied.driving_N)});
 }
 
 Bytes Encoder::encode(const Header& header, const SolverSummary& summary) {

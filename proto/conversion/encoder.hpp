@@ -9,13 +9,12 @@
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
+#include "conversion/packed_arrays.hpp"
 #include "session/header.hpp"
 #include "session/message_kind.hpp"
 #include "session/messages.hpp"
 
 namespace copepod::conversion {
-
-using Bytes = std::span<const std::byte>;
 
 /// Turns contract structs into the bytes of an Envelope.
 ///
@@ -60,7 +59,8 @@ class Encoder {
  private:
   struct Buffers;
   Bytes serialise(const session::Header& header);
-  Bytes write_bytes();
+  Bytes serialise(const session::Header& header, int message, const Arrays& arrays);
+  Bytes finish(const session::Header& header);
   std::unique_ptr<Buffers> buffers_;
 };
 

@@ -5,8 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#define XXH_INLINE_ALL  // the kit's users need no library for it
-#include <xxhash.h>
+#include "conversion/vector_passes.hpp"
 
 namespace copepod::conversion {
 
@@ -18,7 +17,7 @@ constexpr std::byte kTag{(15 << 3) | 1};  ///< field 15, fixed64 [Protocol Buffe
 
 Seal seal_of(std::span<const std::byte> content) {
   static_assert(std::endian::native == std::endian::little, "packed doubles travel as they lie in memory");
-  const std::uint64_t hash = XXH3_64bits(content.data(), content.size());
+  const std::uint64_t hash = vector_passes().hash(content.data(), content.size());
   Seal seal{kTag};
   std::memcpy(seal.data() + 1, &hash, sizeof(hash));
   return seal;

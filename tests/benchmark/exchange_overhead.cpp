@@ -40,8 +40,9 @@ using protocol_test::RunKeys;
 class SilentFluid final : public FluidSolver {
  public:
   void exchange(const Kinematics& kinematics, Loads& loads) override {
-    loads.resize(kinematics.bodies());
     loads.step = kinematics.step;
+    if (loads.bodies() == kinematics.bodies()) return;
+    loads.resize(kinematics.bodies());
     loads.force_N.setZero();
     loads.torque_N_m.setZero();
   }
@@ -294,7 +295,7 @@ std::string missed_target(const Row& row) {
 /// Prints the table; whether all targets are met.
 bool compare(int exchanges) {
   const protocol_test::TemporaryFolder folder;
-  const int port = 33000 + getpid() % 12000;
+  const int port = 20000 + getpid() % 12000;  // below those that the kernel gives away
   const auto at = [](int number) { return "tcp://127.0.0.1:" + std::to_string(number); };
   const std::array wires = {
       Wire{"ipc", "ipc://" + folder.path("ours"), "ipc://" + folder.path("echo"), false},
@@ -305,9 +306,9 @@ bool compare(int exchanges) {
             << std::fixed;
   bool all_met = true;
   for (const Wire& wire : wires) {
-    for (const Eigen::Index bodies : {3, 1000, 10000}) {
+    for (const Eigen::Index bodies : {3, 100, 1000, 10000}) {
       const Row row = measure(wire, bodies,
-                              bodies == 3      ? exchanges
+                              bodies <= 100    ? exchanges
                               : bodies == 1000 ? exchanges / 4
                                                : exchanges / 20);
       const std::string missed = missed_target(row);

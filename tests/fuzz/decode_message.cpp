@@ -2,6 +2,7 @@
 // its seal, which is added, so that what is behind that checksum is reached; or with it, for more than 250
 // bodies.
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
@@ -34,6 +35,31 @@ class Echo {
  private:
   conversion::Encoder encoder_;
   conversion::Decoder again_;
+};
+
+/// Arrays are read past Protobuf's parser. A field behind them leaves them to it: it must read the same.
+class ProtobufsOpinion {
+ public:
+  template <class Message, class... Shape>
+  void operator()(std::span<const std::byte> sealed, const conversion::Decoder& decoder,
+                  const Message& message, Shape... shape) {
+    const auto content = sealed.first(sealed.size() - conversion::kSealBytes);
+    bytes_.assign(content.begin(), content.end());
+    for (const int byte : {0x48, 0}) bytes_.push_back(static_cast<std::byte>(byte));  // field 9, unknown
+    bytes_.resize(bytes_.size() + conversion::kSealBytes);
+    conversion::seal(bytes_);
+    if (parser_.parse(bytes_) != decoder.kind() || parser_.header() != decoder.header()) std::abort();
+    Message opinion;
+    parser_.read(opinion, shape...);
+    const auto ours = encoder_.encode(decoder.header(), message);
+    const auto theirs = other_encoder_.encode(decoder.header(), opinion);
+    if (!std::equal(ours.begin(), ours.end(), theirs.begin(), theirs.end())) std::abort();
+  }
+
+ private:
+  std::vector<std::byte> bytes_;
+  conversion::Decoder parser_;
+  conversion::Encoder encoder_, other_encoder_;
 };
 
 /// The component's state machine meets the message in every state.
@@ -80,8 +106,10 @@ void show_to_coupler(MessageKind kind, const session::Header& header) {
   }
 }
 
-void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies) {
+void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies,
+          std::span<const std::byte> message) {
   static Echo echo;
+  static ProtobufsOpinion compare;
   static Kinematics kinematics;
   static Loads loads;
   static AppliedLoads applied;
@@ -113,11 +141,14 @@ void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies) {
       return echo(decoder, configured);
     }
     case MessageKind::kinematics:
-      return echo(decoder, kinematics, bodies);
+      echo(decoder, kinematics, bodies);
+      return compare(message, decoder, kinematics, bodies);
     case MessageKind::loads:
-      return echo(decoder, loads, bodies);
+      echo(decoder, loads, bodies);
+      return compare(message, decoder, loads, bodies);
     case MessageKind::applied_loads:
-      return echo(decoder, applied, bodies, kDrivingNodes);
+      echo(decoder, applied, bodies, kDrivingNodes);
+      return compare(message, decoder, applied, bodies, kDrivingNodes);
     case MessageKind::save:
     case MessageKind::restore: {
       session::CheckpointPath path;
@@ -163,12 +194,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   static conversion::Decoder decoder;  // kept between messages, as in the product
   if (size == 0) return 0;
   try {
-    const MessageKind kind =
-        decoder.parse(message_of(bytes[0], std::as_bytes(std::span(bytes + 1, size - 1))));
+    const auto message = message_of(bytes[0], std::as_bytes(std::span(bytes + 1, size - 1)));
+    const MessageKind kind = decoder.parse(message);
     for (const session::Role role : {session::Role::fluid, session::Role::body})
       show_to_component(role, kind, decoder.header());
     show_to_coupler(kind, decoder.header());
-    read(decoder, kind, bytes[0]);
+    read(decoder, kind, bytes[0], message);
   } catch (const conversion::MalformedMessage&) {
   }
   return 0;

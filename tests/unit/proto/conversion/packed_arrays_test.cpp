@@ -1,0 +1,166 @@
+// The arrays of an exchange are written and read without Protobuf's message objects: the bytes are Protobuf's
+// all the same, and whatever else Protobuf allows is read too.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "conversion/decoder.hpp"
+#include "conversion/encoder.hpp"
+#include "conversion/seal.hpp"
+#include "conversion/vector_passes.hpp"
+
+namespace copepod::conversion {
+namespace {
+
+using session::Header;
+using session::MessageKind;
+
+class Wire {
+ public:
+  Wire& raw(std::initializer_list<int> bytes) {
+    for (const int byte : bytes) bytes_.push_back(static_cast<std::byte>(byte));
+    return *this;
+  }
+  Wire& numbers(std::initializer_list<double> values) {
+    for (const double value : values) {
+      for (const std::byte byte : std::bit_cast<std::array<std::byte, sizeof(value)>>(value))
+        bytes_.push_back(byte);
+    }
+    return *this;
+  }
+  Wire& then(const Wire& more) {
+    bytes_.insert(bytes_.end(), more.bytes_.begin(), more.bytes_.end());
+    return *this;
+  }
+  /// Tag byte, length and content, up to 127 bytes.
+  Wire& part(int tag, const Wire& content) {
+    return raw({tag, static_cast<int>(content.bytes_.size())}).then(content);
+  }
+  /// The Envelope's field `loads`, 31, whose tag takes two bytes.
+  Wire& loads(const Wire& content) { return raw({0xfa}).part(0x01, content); }
+
+  [[nodiscard]] std::vector<std::byte> sealed() const {
+    auto bytes = bytes_;
+    bytes.resize(bytes.size() + kSealBytes);
+    seal(bytes);
+    return bytes;
+  }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+/// Protocol 1, sequence 3, step 2.
+Wire header() { return Wire().raw({0x08, 1, 0x28, 3, 0x38, 4}); }
+Wire force() { return Wire().part(0x0a, Wire().numbers({1, 2, 3})); }
+Wire torque() { return Wire().part(0x12, Wire().numbers({4, 5, 6})); }
+Wire both() { return force().then(torque()); }
+
+Loads expected() {
+  Loads loads;
+  loads.step = 2;
+  loads.resize(1);
+  loads.force_N << 1, 2, 3;
+  loads.torque_N_m << 4, 5, 6;
+  return loads;
+}
+
+void expect_read(const std::vector<std::byte>& message) {
+  Decoder decoder;
+  ASSERT_EQ(decoder.parse(message), MessageKind::loads);
+  EXPECT_EQ(decoder.header().sequence, 3U);
+  Loads loads;
+  decoder.read(loads, 1);
+  EXPECT_EQ(loads.step, 2);
+  EXPECT_EQ(loads.force_N, expected().force_N);
+  EXPECT_EQ(loads.torque_N_m, expected().torque_N_m);
+}
+
+TEST(PackedArrays, AreWrittenAsProtobufDoes) {
+  Header request;
+  request.sequence = 3;
+  Encoder encoder;
+  const Bytes bytes = encoder.encode(request, expected());
+  EXPECT_EQ(std::vector(bytes.begin(), bytes.end()), header().loads(both()).sealed());
+  Loads nothing;
+  nothing.step = 2;
+  const Bytes empty = encoder.encode(request, nothing);
+  EXPECT_EQ(std::vector(empty.begin(), empty.end()), header().loads(Wire()).sealed());
+}
+
+TEST(PackedArrays, AreReadInWhateverWayProtobufAllows) {
+  expect_read(header().loads(both()).sealed());
+  expect_read(Wire().loads(both()).then(header()).sealed());
+  expect_read(header().loads(force()).loads(torque()).sealed());  // merged
+  expect_read(header().loads(torque().then(force())).sealed());
+  expect_read(header().raw({0xa2, 0x01, 0}).loads(both()).sealed());  // the last one of a oneof counts
+  expect_read(header().loads(both().raw({0x48, 7})).sealed());        // an unknown number
+  expect_read(header().loads(both().part(0x1a, Wire().numbers({7}))).sealed());  // an unknown array
+  const Wire rest = Wire().part(0x0a, Wire().numbers({2, 3}));
+  expect_read(header().loads(Wire().part(0x0a, Wire().numbers({1})).then(torque()).then(rest)).sealed());
+  expect_read(
+      header().loads(Wire().raw({0x09}).numbers({1}).then(rest).then(torque())).sealed());  // not packed
+}
+
+TEST(PackedArrays, ThatHoldNoWholeNumbersAreRefused) {
+  Wire force_and_a_byte = Wire().part(0x0a, Wire().numbers({1, 2, 3}).raw({0}));
+  Decoder decoder;
+  EXPECT_THROW(decoder.parse(header().loads(force_and_a_byte.then(torque())).sealed()), MalformedMessage);
+}
+
+const std::array<const VectorPasses*, 2>& all_builds() {
+  static const std::array<const VectorPasses*, 2> builds{&kBaselinePasses, &vector_passes()};
+  return builds;
+}
+
+TEST(VectorPasses, HashAsTheReferenceDoes) {
+  std::vector<unsigned char> bytes(5000);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<unsigned char>(i % 251);
+  for (const VectorPasses* passes : all_builds()) {  // python3-xxhash: xxh3_64_hexdigest(bytes(i % 251 …))
+    EXPECT_EQ(passes->hash(bytes.data(), 0), 0x2d06800538d394c2U);
+    EXPECT_EQ(passes->hash(bytes.data(), 5000), 0xb418500fc42320eeU);
+    for (std::size_t size = 0; size < bytes.size(); size += 7)
+      EXPECT_EQ(passes->hash(bytes.data() + size % 9, size),
+                kBaselinePasses.hash(bytes.data() + size % 9, size));
+  }
+}
+
+TEST(VectorPasses, CopyWhateverTheLengthAndAlignment) {
+  std::vector<double> numbers(40);
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = 1.0 / (1.0 + static_cast<double>(i));
+  for (const VectorPasses* passes : all_builds()) {
+    for (std::size_t offset = 0; offset < 8; ++offset) {
+      std::vector<std::byte> source(offset + sizeof(double) * numbers.size());
+      std::memcpy(source.data() + offset, numbers.data(), sizeof(double) * numbers.size());
+      for (std::size_t count = 0; count <= numbers.size(); ++count) {
+        std::vector<double> target(count);
+        EXPECT_TRUE(passes->copy_finite(source.data() + offset, count, target.data()));
+        EXPECT_TRUE(std::equal(target.begin(), target.end(), numbers.begin()));
+      }
+    }
+  }
+}
+
+TEST(VectorPasses, NoticeANumberThatIsNotFiniteWhereverItIs) {
+  using Limits = std::numeric_limits<double>;
+  std::vector<double> target(21);
+  for (const VectorPasses* passes : all_builds()) {
+    for (const double bad :
+         {Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN(), -Limits::quiet_NaN()}) {
+      for (std::size_t place = 0; place < target.size(); ++place) {
+        std::vector<double> numbers(target.size(), -Limits::max());
+        EXPECT_TRUE(passes->copy_finite(numbers.data(), numbers.size(), target.data()));
+        numbers[place] = bad;
+        EXPECT_FALSE(passes->copy_finite(numbers.data(), numbers.size(), target.data()));
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace copepod::conversion
