@@ -1,9 +1,10 @@
 // Fuzz target: a case file; lines that start with "--set " are options of the command line instead.
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -25,14 +26,15 @@ struct Input {
   std::vector<std::string> overrides;
 };
 
-Input split(const std::string& bytes) {
+Input split(std::string_view bytes) {
   Input input;
-  std::stringstream stream(bytes);
-  for (std::string line; std::getline(stream, line);) {
+  while (!bytes.empty()) {
+    const std::string_view line = bytes.substr(0, bytes.find('\n'));
     if (line.starts_with(kOption))
-      input.overrides.push_back(line.substr(kOption.size()));
+      input.overrides.emplace_back(line.substr(kOption.size()));
     else
-      input.text += line + '\n';
+      input.text.append(line).append(1, '\n');
+    bytes.remove_prefix(std::min(line.size() + 1, bytes.size()));
   }
   return input;
 }
