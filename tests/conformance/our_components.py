@@ -85,6 +85,8 @@ def _page(columns):
     lines = ["# Conformance of our components", "",
              "Number of checks of `copepod conformance` that each component passed (of how many, where it is not all of them). Made by",
              "`tests/conformance/our_components.py build --page`; the test suite runs the same checks, for some components with `--quick`.",
+             "The components in `tests/conformance/broken`, each with one defect, fail in the checks that are about it and in no other",
+             "(`ctest -R conformance.broken_components`).",
              "", "| | " + " | ".join(component.name.replace("_", " ") for component in columns) + " |",
              "|---|" + "---|" * len(columns)]
     for group in groups:
