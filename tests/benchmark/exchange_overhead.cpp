@@ -294,7 +294,7 @@ std::string missed_target(const Row& row) {
 
 /// Prints the table; whether all targets are met.
 bool compare(int exchanges) {
-  const protocol_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const int port = 20000 + getpid() % 12000;  // below those that the kernel gives away
   const auto at = [](int number) { return "tcp://127.0.0.1:" + std::to_string(number); };
   const std::array wires = {

@@ -24,7 +24,7 @@ class DisturbedRun {
   std::unique_ptr<protocol_test::CoupledRun> coupled;
 
  private:
-  protocol_test::TemporaryFolder folder_;
+  TemporaryFolder folder_;
   ChaosProxy fluid_proxy_;
   ChaosProxy body_proxy_;
 };

@@ -11,13 +11,7 @@ namespace copepod::doubles {
 /// The command line of a fake: its own options are taken out, the rest is for the component kit.
 class FakeArguments {
  public:
-  FakeArguments(int argc, char** argv) : texts_(argv + 1, argv + argc) {
-    misbehaviour_ = take_misbehaviour(texts_);
-    halt_ = take_halt(texts_);
-    texts_.insert(texts_.begin(), argv[0]);
-    for (std::string& text : texts_) pointers_.push_back(text.data());
-    pointers_.push_back(nullptr);
-  }
+  FakeArguments(int argc, char** argv);
 
   [[nodiscard]] int argc() const { return static_cast<int>(texts_.size()); }
   [[nodiscard]] char** argv() { return pointers_.data(); }

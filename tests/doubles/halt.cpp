@@ -6,8 +6,6 @@
 #include <thread>
 #include <utility>
 
-#include <CLI/CLI.hpp>
-
 #include "component/progress.hpp"
 
 namespace copepod::doubles {
@@ -80,22 +78,6 @@ class HaltingBody final : public BodySolver {
 };
 
 }  // namespace
-
-Halt take_halt(std::vector<std::string>& arguments) {
-  Halt halt;
-  CLI::App app;
-  app.set_help_flag();
-  app.allow_extras();
-  app.add_option("--halt-in", halt.in);
-  app.add_option("--halt-at-step", halt.at_step);
-  app.add_option("--halt-rank", halt.rank);
-  app.add_option("--halt-file", halt.file);
-  app.add_flag("--hang", halt.hangs);
-  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants them
-  app.parse(reversed);
-  arguments = app.remaining();
-  return halt;
-}
 
 void halt_here(const Halt& halt, const std::string& place, std::int64_t step) {
   static bool has_halted = false;

@@ -19,9 +19,6 @@ struct Halt {
   bool hangs = false;        ///< never goes on and shows no progress; otherwise it is slow but moving
 };
 
-/// Takes --halt-in, --halt-at-step, --halt-rank, --halt-file and --hang out of a command line.
-Halt take_halt(std::vector<std::string>& arguments);
-
 /// Halts if this is the place.
 void halt_here(const Halt& halt, const std::string& place, std::int64_t step = 0);
 

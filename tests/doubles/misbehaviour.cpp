@@ -3,8 +3,6 @@
 #include <chrono>
 #include <thread>
 
-#include <CLI/CLI.hpp>
-
 #include "component/progress.hpp"
 #include "contract/errors.hpp"
 
@@ -79,22 +77,6 @@ class MisbehavingBody final : public BodySolver {
 };
 
 }  // namespace
-
-Misbehaviour take_misbehaviour(std::vector<std::string>& arguments) {
-  Misbehaviour how;
-  CLI::App app;
-  app.set_help_flag();
-  app.allow_extras();
-  app.add_option("--hang-at-step", how.hang_at_step);
-  app.add_option("--throw-at-step", how.throw_at_step);
-  app.add_option("--throw-in-advance-of-step", how.throw_in_advance_of_step);
-  app.add_option("--slow-ms", how.slow_ms);
-  app.add_flag("--reports-progress", how.reports_progress);
-  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // as CLI11 wants them
-  app.parse(reversed);
-  arguments = app.remaining();
-  return how;
-}
 
 FluidComponent misbehaving(const FluidComponent& component, const Misbehaviour& how) {
   return {component.capabilities, [component, how](const FluidSetup& setup) {

@@ -17,9 +17,6 @@ struct Misbehaviour {
   bool reports_progress = false;               ///< and shows that it moves on meanwhile
 };
 
-/// Takes the options above (--hang-at-step N, …) out of a command line.
-Misbehaviour take_misbehaviour(std::vector<std::string>& arguments);
-
 /// A component whose solvers misbehave in that way.
 FluidComponent misbehaving(const FluidComponent& component, const Misbehaviour& misbehaviour);
 BodyComponent misbehaving(const BodyComponent& component, const Misbehaviour& misbehaviour);

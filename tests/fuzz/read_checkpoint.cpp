@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <span>
 #include <string>
 #include <sys/mman.h>
@@ -16,8 +17,8 @@
 #include "checkpoint/manifest.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
-#include "scratch_folder.hpp"
 #include "storage/state_file.hpp"
+#include "temporary_folder.hpp"
 
 namespace {
 
@@ -81,8 +82,9 @@ void read_coupler(Bytes bytes) {
 }
 
 void read_manifest(Bytes bytes) {
-  static const fuzz::ScratchFolder folder;
-  folder.write("manifest.json", bytes);
+  static const TemporaryFolder folder("/dev/shm");  // in memory
+  std::ofstream(folder.path("manifest.json"), std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   static_cast<void>(coupler::find_damage(folder.path(), "42"));
 }
 

@@ -7,6 +7,8 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/null_sink.h>
 
+#include "component/served_body.hpp"
+#include "component/served_fluid.hpp"
 #include "component/server.hpp"
 #include "component/vitals.hpp"
 #include "conversion/decoder.hpp"
@@ -18,9 +20,9 @@ namespace copepod::component {
 /// A server in a thread of its own, and the coupler's end of its data lane in the test's hands.
 class MemoryServer {
  public:
-  explicit MemoryServer(ServedSolver& solver, double connect_deadline_s = 5.0)
-      : router(wire.make_router()),
-        thread_([this, &solver, connect_deadline_s] { run(solver, connect_deadline_s); }) {}
+  explicit MemoryServer(FluidComponent fluid, double connect_deadline_s = 5.0)
+      : MemoryServer(std::move(fluid), {}, session::Role::fluid, connect_deadline_s) {}
+  explicit MemoryServer(BodyComponent body) : MemoryServer({}, std::move(body), session::Role::body, 5.0) {}
 
   ~MemoryServer() {
     if (thread_.joinable()) thread_.join();
@@ -54,6 +56,14 @@ class MemoryServer {
     header.epoch = 1;
   }
 
+  /// What comes before the exchange of `step`.
+  template <class Setup>
+  void configure(const Setup& setup, std::int64_t step = 0) {
+    welcome();
+    header.step = step;
+    EXPECT_EQ(ask(setup), session::MessageKind::configured);
+  }
+
   FailureReport failure() {
     FailureReport report;
     decoder.read(report);
@@ -74,6 +84,14 @@ class MemoryServer {
   Vitals vitals;
 
  private:
+  MemoryServer(FluidComponent fluid, BodyComponent body, session::Role role, double connect_deadline_s)
+      : router(wire.make_router()), fluid_component_(std::move(fluid)), body_component_(std::move(body)) {
+    thread_ = std::thread([this, role, connect_deadline_s] {
+      if (role == session::Role::fluid) run(fluid_, connect_deadline_s);
+      if (role == session::Role::body) run(body_, connect_deadline_s);
+    });
+  }
+
   void run(ServedSolver& solver, double connect_deadline_s) {
     const auto dealer = wire.make_dealer("data");
     spdlog::logger log("test", std::make_shared<spdlog::sinks::null_sink_mt>());
@@ -84,6 +102,10 @@ class MemoryServer {
     exit_code_ = Server(*dealer, solver, vitals, log, hello, connect_deadline_s).run();
   }
 
+  FluidComponent fluid_component_;
+  BodyComponent body_component_;
+  ServedFluid fluid_{fluid_component_};
+  ServedBody body_{body_component_};
   ExitCode exit_code_ = ExitCode::finished;
   std::thread thread_;
 };

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "component/served_body.hpp"
-#include "component/served_fluid.hpp"
 #include "component/stop_request.hpp"
 #include "components.hpp"
 #include "conversion/seal.hpp"
@@ -71,20 +69,15 @@ FluidComponent counting_component(int& exchanges) {
 
 TEST(Server, RefusesAMinorVersionThatItDidNotOffer) {
   int exchanges = 0;
-  ServedFluid solver(counting_component(exchanges));
-  MemoryServer server(solver);
+  MemoryServer server(counting_component(exchanges));
   EXPECT_EQ(server.receive(), MessageKind::hello);
   server.send(session::Welcome{session::kProtocolMinor + 1, 4711, 1});
   EXPECT_EQ(server.join(), ExitCode::refused);
 }
 
 TEST(Server, ServesAFluidFromHelloToFinished) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
-  server.welcome();
-  server.header.step = 0;
-  EXPECT_EQ(server.ask(one_sphere_in_water()), MessageKind::configured);
+  MemoryServer server(doubles::constant_drag_component());
+  server.configure(one_sphere_in_water());
   EXPECT_EQ(server.ask(moving_at(0)), MessageKind::loads);
   Loads loads;
   server.decoder.read(loads, 1);
@@ -98,12 +91,8 @@ TEST(Server, ServesAFluidFromHelloToFinished) {
 }
 
 TEST(Server, ServesABodyFromHelloToFinished) {
-  const BodyComponent component = doubles::free_point_component();
-  ServedBody body(component);
-  MemoryServer server(body);
-  server.welcome();
-  server.header.step = 0;
-  EXPECT_EQ(server.ask(one_free_sphere()), MessageKind::configured);
+  MemoryServer server(doubles::free_point_component());
+  server.configure(one_free_sphere());
   session::Configured configured;
   server.decoder.read(configured);
   EXPECT_EQ(configured.driving_nodes, std::vector<double>{0});
@@ -126,12 +115,8 @@ TEST(Server, ServesABodyFromHelloToFinished) {
 
 TEST(Server, RepeatedRequestGetsTheSameBytesAndIsNotComputedAgain) {
   int exchanges = 0;
-  const FluidComponent component = counting_component(exchanges);
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
-  server.welcome();
-  server.header.step = 0;
-  server.ask(one_sphere_in_water());
+  MemoryServer server(counting_component(exchanges));
+  server.configure(one_sphere_in_water());
   ASSERT_EQ(server.ask(moving_at(0)), MessageKind::loads);
   const auto first = server.last;
   server.header.attempt = 1;
@@ -144,9 +129,7 @@ TEST(Server, RepeatedRequestGetsTheSameBytesAndIsNotComputedAgain) {
 }
 
 TEST(Server, IllegalMessageIsAnsweredWithAFailureThatNamesTheState) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
+  MemoryServer server(doubles::constant_drag_component());
   server.welcome();
   EXPECT_EQ(server.ask(MessageKind::summarise), MessageKind::failure);
   EXPECT_EQ(server.failure().code, ExitCode::refused);
@@ -155,12 +138,8 @@ TEST(Server, IllegalMessageIsAnsweredWithAFailureThatNamesTheState) {
 }
 
 TEST(Server, DamagedRequestIsTreatedLikeOneThatDidNotArrive) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
-  server.welcome();
-  server.header.step = 0;
-  server.ask(one_sphere_in_water());
+  MemoryServer server(doubles::constant_drag_component());
+  server.configure(one_sphere_in_water());
   ++server.header.sequence;
   const auto request = server.encoder.encode(server.header, moving_at(0));
   std::vector<std::byte> damaged(request.begin(), request.end());
@@ -173,9 +152,7 @@ TEST(Server, DamagedRequestIsTreatedLikeOneThatDidNotArrive) {
 }
 
 TEST(Server, NonsenseThatArrivedAsItWasSentIsAnsweredWithAFailure) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
+  MemoryServer server(doubles::constant_drag_component());
   server.welcome();
   std::vector<std::byte> nonsense(20 + conversion::kSealBytes, std::byte{0xFF});
   conversion::seal(nonsense);
@@ -185,12 +162,8 @@ TEST(Server, NonsenseThatArrivedAsItWasSentIsAnsweredWithAFailure) {
 }
 
 TEST(Server, GoodbyeIsSaidAgainToACouplerThatDidNotHearIt) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
-  server.welcome();
-  server.header.step = 0;
-  server.ask(one_sphere_in_water());
+  MemoryServer server(doubles::constant_drag_component());
+  server.configure(one_sphere_in_water());
   EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
   server.send(MessageKind::finish);
   EXPECT_EQ(server.receive(), MessageKind::finished);
@@ -198,14 +171,10 @@ TEST(Server, GoodbyeIsSaidAgainToACouplerThatDidNotHearIt) {
 }
 
 TEST(Server, WrongNumberOfBodiesIsAFailure) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
-  server.welcome();
-  server.header.step = 0;
+  MemoryServer server(doubles::constant_drag_component());
   FluidSetup two = one_sphere_in_water();
   two.bodies.push_back(two.bodies[0]);
-  server.ask(two);
+  server.configure(two);
   EXPECT_EQ(server.ask(moving_at(0)), MessageKind::failure);
   EXPECT_EQ(server.join(), ExitCode::refused);
 }
@@ -214,12 +183,8 @@ class FaultyFluid : public testing::TestWithParam<std::int64_t> {};
 
 TEST_P(FaultyFluid, LoadsThatAreNotFiniteOrTooManyAreTheFluidsOwnFailure) {
   int exchanges = 0;
-  const FluidComponent component = counting_component(exchanges);
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
-  server.welcome();
-  server.header.step = GetParam();
-  server.ask(one_sphere_in_water());
+  MemoryServer server(counting_component(exchanges));
+  server.configure(one_sphere_in_water(), GetParam());
   EXPECT_EQ(server.ask(moving_at(GetParam())), MessageKind::failure);
   EXPECT_EQ(server.failure().code, ExitCode::solver_failed);
   EXPECT_EQ(server.failure().step, GetParam());
@@ -231,12 +196,8 @@ INSTANTIATE_TEST_SUITE_P(Steps, FaultyFluid, testing::Values(3, 4));
 
 TEST(Server, CheckpointThatCannotBeWrittenIsToldAndTheSolverGoesOn) {
   int exchanges = 0;
-  const FluidComponent component = counting_component(exchanges);
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
-  server.welcome();
-  server.header.step = 0;
-  server.ask(one_sphere_in_water());
+  MemoryServer server(counting_component(exchanges));
+  server.configure(one_sphere_in_water());
   server.ask(moving_at(0));
   server.header.step = 1;
   EXPECT_EQ(server.ask(MessageKind::save, session::CheckpointPath{"/full/disk"}), MessageKind::saved);
@@ -253,8 +214,7 @@ TEST(Server, FailingConstructionOfTheSolverIsReportedWithItsReason) {
   const FluidComponent component = {{}, [](const FluidSetup&) -> std::unique_ptr<FluidSolver> {
                                       throw CaseError("The domain is empty (0 cells). Enlarge it.");
                                     }};
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
+  MemoryServer server(component);
   server.welcome();
   EXPECT_EQ(server.ask(one_sphere_in_water()), MessageKind::failure);
   EXPECT_EQ(server.failure().reason, "The domain is empty (0 cells). Enlarge it.");
@@ -262,27 +222,21 @@ TEST(Server, FailingConstructionOfTheSolverIsReportedWithItsReason) {
 }
 
 TEST(Server, RefusalEndsWith65) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
+  MemoryServer server(doubles::constant_drag_component());
   EXPECT_EQ(server.receive(), MessageKind::hello);
   server.send(session::Refusal{"not you"});
   EXPECT_EQ(server.join(), ExitCode::refused);
 }
 
 TEST(Server, HelloIsRepeatedUntilTheDeadlineWhenNobodyAnswers) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid, 1.2);
+  MemoryServer server(doubles::constant_drag_component(), 1.2);
   EXPECT_EQ(server.receive(), MessageKind::hello);
   EXPECT_EQ(server.receive(), MessageKind::hello);
   EXPECT_EQ(server.join(), ExitCode::deadline_passed);
 }
 
 TEST(Server, StopRequestEndsAWaitingComponentWithItsCode) {
-  const FluidComponent component = doubles::constant_drag_component();
-  ServedFluid fluid(component);
-  MemoryServer server(fluid);
+  MemoryServer server(doubles::constant_drag_component());
   server.welcome();
   stop_request() = static_cast<int>(ExitCode::component_lost);
   EXPECT_EQ(server.join(), ExitCode::component_lost);

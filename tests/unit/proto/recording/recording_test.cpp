@@ -15,6 +15,7 @@
 #include "conversion/encoder.hpp"
 #include "recording/recording_router.hpp"
 #include "recording/timeline.hpp"
+#include "temporary_folder.hpp"
 #include "transport/in_memory.hpp"
 
 namespace copepod::recording {
@@ -24,13 +25,7 @@ using Blocks = std::vector<std::string>;
 
 class Recording : public testing::Test {
  protected:
-  Recording() {
-    std::string name = (std::filesystem::temp_directory_path() / "copepod-recording-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~Recording() override { std::filesystem::remove_all(folder_); }
-
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_.path(name); }
 
   /// Contents of all blocks; fails the test where magic, length or checksum are wrong.
   [[nodiscard]] Blocks blocks_of(const std::string& name) const {
@@ -52,7 +47,7 @@ class Recording : public testing::Test {
     return blocks;
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
@@ -138,7 +133,7 @@ TEST_F(Recording, OfATimelineHoldsItsPhasesOnceItIsOpen) {
   const auto now = Clock::now();
   timeline.add("dropped", now, now);
   EXPECT_FALSE(timeline.is_on());
-  timeline.open(folder_.string(), "fluid", 3);
+  timeline.open(folder_.path().string(), "fluid", 3);
   EXPECT_TRUE(timeline.is_on());
   timeline.set_step(7);
   timeline.add("bulk", now, now + std::chrono::nanoseconds(300));
