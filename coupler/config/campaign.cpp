@@ -68,7 +68,15 @@ Campaign read_campaign(Reader top, const fs::path& folder) {
   return result;
 }
 
+void refuse_case(const Document& document) {
+  const Value& root = document.root();
+  if (root.find("case") == nullptr || root.find("campaign") != nullptr) return;
+  throw CaseInvalid(document.locate("case"),
+                    "the file is a case (it lists no cases). Run it with `copepod run`.");
+}
+
 Campaign read_document(const Document& document, const std::string& source, AskedKeys* asked) {
+  refuse_case(document);
   Problems problems(document);
   Campaign campaign =
       read_campaign(Reader(&document.root(), "", problems, asked), fs::path(source).parent_path());

@@ -54,8 +54,9 @@ Override parse_override(const std::string& text) {
   const std::size_t equals = text.find('=');
   const Origin origin{"--set " + text, 0};
   if (equals == std::string::npos || equals == 0) {
-    throw CaseInvalid(
-        origin, "'" + text + "' is no assignment (an equals sign is missing). Write --set key.path=value.");
+    const std::string what =
+        equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
+    throw CaseInvalid(origin, "'" + text + "' is no assignment (" + what + "). Write --set key.path=value.");
   }
   Override result{text.substr(0, equals),
                   parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};

@@ -16,6 +16,7 @@ IN_PROCESS = "in_process"  # services.transport of a run without services
 COMPONENT = "COPEPOD_COMPONENT"  # says which one it belongs to
 
 _BODY_SERVICES = {"own": "body_service", "external": "body_service", "bullet": "bullet_body_service"}
+_MOST_RANKS_PER_CORE = 32
 _STARTERS = ("mpirun", "mpiexec", "srun")
 
 
@@ -76,13 +77,24 @@ def body_command(plan, connection):
 def settled(plan, options):
     """The plan as it can be carried out: a component that replaces our fluid is started once unless it knows MPI.
 
-    Raises Stop(2) if a program is missing, before anything is started.
+    Raises Stop(2) if a program is missing or the ranks would bring the machine down, before anything is started.
     """
     _check_services(plan)
     own = plan.fluid_command
     if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks or capabilities.can(own, "mpi")):
         return replace(plan, fluid_ranks=1)
+    _check_ranks(plan)
     return plan
+
+
+def _check_ranks(plan):
+    cores = len(os.sched_getaffinity(0))
+    if needs_mpirun(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"{plan.fluid_ranks} fluid ranks (each is a process, and {cores} core(s) of this machine are to run them "
+            f"all). Use --ranks {cores}; for a job on several machines see deploy/slurm/copepod.sbatch.",
+        )
 
 
 def _brings_starter(command):

@@ -71,6 +71,7 @@ def _ask_coupler(arguments):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        errors="replace",  # errors quote the file, whatever it holds
     )
     sys.stderr.write(answer.stderr)
     if answer.returncode == exit_codes.BAD_CASE:

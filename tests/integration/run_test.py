@@ -255,6 +255,18 @@ class Failing(RealRun):
         self.assertIn("error:", "".join(session.stderr))
         self.assertFalse((self.folder / "runs").exists())
 
+    def test_file_that_is_no_text_is_refused_with_a_reason(self):
+        (self.folder / "case.yaml").write_bytes(b'case: "\\\xba"\n')
+        session = self.start("run", "case.yaml")
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("case.yaml:1: error: this is not valid YAML", "".join(session.stderr))
+
+    def test_more_ranks_than_the_machine_can_bear_are_refused(self):
+        session = self.start("run", QUICK, "--ranks", str(33 * len(os.sched_getaffinity(0))))
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("fluid ranks (each is a process", session.last_line)
+        self.assertFalse((self.folder / "runs").exists())
+
     def test_diverging_case_names_solver_and_step(self):
         session = self.start("run", QUICK, *SHORT, "--set", "fluid.body_force_N_per_m3=[0, 0, 1e16]")
         self.assertEqual(session.end(timeout_s=60), 70, "".join(session.stderr))

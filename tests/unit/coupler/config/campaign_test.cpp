@@ -49,6 +49,13 @@ TEST(Campaign, OfThePaperRunsItsVacuumItsResonanceTheDragOfItsBeadsAndAllSevente
   EXPECT_EQ(load_campaign(std::string(CONFIGS) + "/paper/campaign.yaml").cases.size(), 26U);
 }
 
+TEST(Campaign, TellsACaseApart) {
+  const std::string problems = problems_of("case: one\nfluid: {solver: vacuum}\nrun: {steps: 1}\n");
+  EXPECT_EQ(
+      problems,
+      "folder/campaign.yaml:1: error: the file is a case (it lists no cases). Run it with `copepod run`.");
+}
+
 TEST(Campaign, RefusesToRunNothing) {
   EXPECT_NE(problems_of("campaign: c\n").find("has no cases"), std::string::npos);
 }
