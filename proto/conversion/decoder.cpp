@@ -174,8 +174,9 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
   if (!is_intact(bytes)) throw DamagedMessage(bytes.size());
   buffers_->renew();
   v1::Envelope& envelope = *buffers_->envelope;
-  const auto found = find_arrays(bytes.first(bytes.size() - kSealBytes));
-  const Bytes rest = found ? bytes.first(found->begin) : bytes;
+  const Bytes content = bytes.first(bytes.size() - kSealBytes);
+  const auto found = find_arrays(content);
+  const Bytes rest = found ? content.first(found->begin) : content;
   if (!envelope.ParseFromArray(rest.data(), static_cast<int>(rest.size()))) {
     throw MalformedMessage(std::to_string(bytes.size()) + " bytes are no Envelope");
   }

@@ -113,6 +113,13 @@ TEST(PackedArrays, ThatHoldNoWholeNumbersAreRefused) {
   EXPECT_THROW(decoder.parse(header().loads(force_and_a_byte.then(torque())).sealed()), MalformedMessage);
 }
 
+TEST(PackedArrays, ThatReachIntoTheSealAreRefused) {
+  const Wire torque_without_its_end = Wire().raw({0x12, 24}).numbers({4}).raw({0, 0, 0, 0, 0, 0, 0});
+  const Wire reaching = Wire().raw({0xfa, 0x01, 26 + 26}).then(force()).then(torque_without_its_end);
+  Decoder decoder;
+  EXPECT_THROW(decoder.parse(header().then(reaching).sealed()), MalformedMessage);
+}
+
 const std::array<const VectorPasses*, 2>& all_builds() {
   static const std::array<const VectorPasses*, 2> builds{&kBaselinePasses, &vector_passes()};
   return builds;
