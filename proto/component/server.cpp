@@ -22,6 +22,7 @@ constexpr std::chrono::milliseconds kSlice{100};  ///< how soon a waiting compon
 constexpr double kRepeatHello_s = 1.0;
 constexpr std::chrono::milliseconds kFarewell{500};
 constexpr std::chrono::milliseconds kFarewellSlice{10};
+constexpr std::chrono::milliseconds kReconnection{200};  ///< a broken connection is back before that
 
 Phase phase_of(Work work) {
   switch (work) {
@@ -112,11 +113,14 @@ void Server::serve() {
   }
 }
 
-/// The goodbye may get lost, and the coupler ask again; it closes the connection once it has heard it.
+/// The goodbye may get lost, and the coupler ask again; it closes the connection once it has heard it. One
+/// that broke comes back at once.
 void Server::stay_for_repeated_goodbyes() {
   const auto end = Clock::now() + kFarewell;
-  while (dealer_.connected() && Clock::now() < end) {
+  auto last_connected = Clock::now();
+  while (Clock::now() < end && Clock::now() - last_connected < kReconnection) {
     if (dealer_.receive(frame_, kFarewellSlice)) handle(frame_);
+    if (dealer_.connected()) last_connected = Clock::now();
   }
 }
 

@@ -170,6 +170,18 @@ TEST(Server, GoodbyeIsSaidAgainToACouplerThatDidNotHearIt) {
   EXPECT_EQ(server.join(), ExitCode::finished);
 }
 
+TEST(Server, GoodbyeIsSaidAgainOverAConnectionThatBrokeMeanwhile) {
+  MemoryServer server(doubles::constant_drag_component());
+  server.configure(one_sphere_in_water());
+  EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
+  server.wire.disconnect("data");
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  server.wire.reconnect("data");
+  server.send(MessageKind::finish);
+  EXPECT_EQ(server.receive(), MessageKind::finished);
+  EXPECT_EQ(server.join(), ExitCode::finished);
+}
+
 TEST(Server, WrongNumberOfBodiesIsAFailure) {
   MemoryServer server(doubles::constant_drag_component());
   FluidSetup two = one_sphere_in_water();
