@@ -200,7 +200,7 @@ def _start(folder, victim, phase, fault, deadline_s=DEADLINE_S):
     words += ["--halt-file", folder / "halted"] + (["--hang"] if fault == "hang" else [])
     command = shlex.join(map(str, words))
     run = HurtRun(folder, *arguments, f"--{halting}", command)
-    if not wait_for((folder / "halted").exists, 20) or not wait_for(lambda: run.has(victim), 5):
+    if not wait_for((folder / "halted").exists, LONGEST_S) or not wait_for(lambda: run.has(victim), 5):
         raise AssertionError(f"{phase} was never reached:\n{''.join(run.stderr)}")
     return run
 

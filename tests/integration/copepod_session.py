@@ -86,6 +86,12 @@ class Session:
                 continue
         return found
 
+    def leftovers(self):
+        """Processes, sockets and temporary folders of the run that are still there."""
+        sockets = list(self.folder.rglob(".sockets"))
+        folders = [path for where in ("/tmp", "/dev/shm") for path in Path(where).glob(f"copepod-{self.process.pid}-*")]
+        return [*self.processes(), *sockets, *folders]
+
     def kill(self, number, component, rank=None):
         os.kill(self.pid_of(component, rank), number)
 
@@ -112,10 +118,7 @@ class CommandTest(unittest.TestCase):
 
     def assert_nothing_left(self, session):
         """No process, no socket, no temporary folder of the run."""
-        self.assertEqual(session.processes(), {})
-        self.assertEqual(list(self.folder.rglob(".sockets")), [])
-        for where in ("/tmp", "/dev/shm"):
-            self.assertEqual(list(Path(where).glob(f"copepod-{session.process.pid}-*")), [])
+        self.assertEqual(session.leftovers(), [])
 
     def assert_ends(self, session, code, within_s):
         """The command ends with `code` in time, and cleans up."""

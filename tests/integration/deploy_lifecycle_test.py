@@ -155,9 +155,8 @@ class RunLifecycle(CommandTest):
         session.process.kill()
         session.end()
         deadline = time.monotonic() + 5
-        while session.processes() and time.monotonic() < deadline:
+        while session.leftovers() and time.monotonic() < deadline:
             time.sleep(0.05)
-        time.sleep(0.3)  # the folders go last
         self.assert_nothing_left(session)
 
     def test_second_run_gets_a_number(self):
