@@ -47,7 +47,7 @@ class HurtRun(Session):
         mark = f"/copepod-{self.process.pid}-"
         left = [f"process {pid}" for pid in self.processes()]
         left += [f"guard {pid}" for pid in _processes_with_argument(mark)]
-        left += [str(path) for where in ("/tmp", "/dev/shm") for path in Path(where).glob(f"copepod-{mark[9:]}*")]
+        left += map(str, self.scratch_folders())
         return left
 
     def wait_until_clean(self, patience_s=6.0):

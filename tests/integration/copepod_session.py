@@ -23,6 +23,7 @@ class Session:
     def __init__(self, arguments, folder, programs, environment=()):
         variables = {**os.environ, "COPEPOD_BIN_DIR": str(programs), **dict(environment)}
         self.folder = Path(folder)
+        self._started_at = time.time()
         self.process = subprocess.Popen(
             [str(COMMAND), *map(str, arguments)],
             cwd=folder,
@@ -89,8 +90,12 @@ class Session:
     def leftovers(self):
         """Processes, sockets and temporary folders of the run that are still there."""
         sockets = list(self.folder.rglob(".sockets"))
-        folders = [path for where in ("/tmp", "/dev/shm") for path in Path(where).glob(f"copepod-{self.process.pid}-*")]
-        return [*self.processes(), *sockets, *folders]
+        return [*self.processes(), *sockets, *self.scratch_folders()]
+
+    def scratch_folders(self):
+        """Temporary folders of this command, not of one that had its process id long ago and was killed with its guard."""
+        found = [path for where in ("/tmp", "/dev/shm") for path in Path(where).glob(f"copepod-{self.process.pid}-*")]
+        return [path for path in found if _changed_at(path) >= self._started_at - 1.0]
 
     def kill(self, number, component, rank=None):
         os.kill(self.pid_of(component, rank), number)
@@ -99,6 +104,14 @@ class Session:
     def _copy(stream, lines):
         for line in stream:
             lines.append(line)
+
+
+def _changed_at(path):
+    """Seconds since the epoch; 0 if it is gone."""
+    try:
+        return path.stat().st_ctime
+    except FileNotFoundError:
+        return 0.0
 
 
 class CommandTest(unittest.TestCase):
