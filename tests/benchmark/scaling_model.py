@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Measures strong and weak scaling on this machine, fits the model of docs/scaling.md and tells what it says of many ranks.
+"""Measures strong and weak scaling on this machine, fits the model of docs/results/scaling.md and tells what it says of many ranks.
 
     tests/benchmark/scaling_model.py [--samples N]
 
@@ -7,15 +7,17 @@ Model of one step of a rank with n cells, f face cells towards other ranks, m me
 
     T = n / r + c f + m a + 2 ceil(log2 P) a + ceil(log2 P) (104 B + 48 B) / b
 
-r: cell updates per second of a rank; c: seconds per face cell (five values packed, moved, unpacked); a: latency of a message; the last
-terms are the broadcast of kinematics (13 doubles per body) and the sum of loads (6 integers), both trees. r, c and a are fitted to runs on
-one machine; b, the bandwidth of a network, cannot be, and is given.
+r: cell updates per second of a rank whose neighbours compute as well; c: seconds per face cell (five values packed, moved, unpacked); a:
+latency of a message; the last terms are the broadcast of kinematics (13 doubles per body) and the sum of loads (6 integers), both trees. r is
+that of two halves of a domain, computed at the same time by ranks that do not talk; what two ranks need beyond that is fitted by c f + m a.
+b, the bandwidth of a network, cannot be measured on one machine, and is given.
 """
 
 import argparse
 import math
 import statistics
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy
@@ -34,15 +36,23 @@ SHAPES = ((4, 4, 4), (8, 32, 32), (16, 64, 64), (8, 128, 128), (32, 64, 64), (64
 def measured(shape, ranks, samples):
     """Median seconds of a step of the uncoupled fluid, double precision."""
     cells = math.prod(shape)
-    steps = max(20, int(2e7 / cells))
+    steps = max(20, int(4e7 / cells))
     return cells / (1e6 * pure.measure(shape, ranks, samples=samples, steps=steps)["median_fluid_mlups"])
 
 
+def measured_apart(shape, samples):
+    """The same for the two halves of a domain on one rank each, at the same time and without any message."""
+    half = (shape[0] // 2, *shape[1:])
+    with ThreadPoolExecutor(2) as pool:
+        return statistics.mean(pool.map(lambda _: measured(half, 1, samples), range(2)))
+
+
 def fit(rows):
-    """(s per cell, s per face cell, s per step for messages) of two ranks by least squares of relative errors."""
-    design = numpy.array([[math.prod(shape) / 2, shape[1] * shape[2], 1.0] for shape, _ in rows])
-    seconds = numpy.array([time for _, time in rows])
-    solution, *_ = numpy.linalg.lstsq(design / seconds[:, None], numpy.ones(len(rows)), rcond=None)
+    """(s per face cell, s per step for messages) by least squares, relative to the step, of what talking ranks need more."""
+    seconds = numpy.array([two for _, _, two in rows])
+    extra = seconds - numpy.array([apart for _, apart, _ in rows])
+    design = numpy.array([[shape[1] * shape[2], 1.0] for shape, _, _ in rows])
+    solution, *_ = numpy.linalg.lstsq(design / seconds[:, None], extra / seconds, rcond=None)
     return solution
 
 
@@ -62,18 +72,21 @@ def main():
     parser.add_argument("--samples", type=int, default=5)
     options = parser.parse_args()
 
-    print("| domain | 1 rank, ms | 2 ranks, ms | strong efficiency |\n|---|---|---|---|")
+    print("| domain | 1 rank, ms | 2 halves apart, ms | 2 ranks, ms | strong efficiency | lost to talking |\n|---|---|---|---|---|---|")
     rows = []
     for shape in SHAPES:
-        one, two = (measured(shape, ranks, options.samples) for ranks in (1, 2))
-        rows.append((shape, two))
-        print(f"| {'×'.join(map(str, shape))} | {1e3 * one:.4f} | {1e3 * two:.4f} | {one / two / 2:.2f} |", flush=True)
+        one, apart, two = (measured(shape, 1, options.samples), measured_apart(shape, options.samples),
+                           measured(shape, 2, options.samples))
+        rows.append((shape, apart, two))
+        print(f"| {'×'.join(map(str, shape))} | {1e3 * one:.4f} | {1e3 * apart:.4f} | {1e3 * two:.4f} | {one / two / 2:.2f} "
+              f"| {100 * (1 - apart / two):.0f} % |", flush=True)
     weak = [measured((100 * ranks, 100, 100), ranks, options.samples) for ranks in (1, 2)]
     print(f"\nWeak scaling, 100×100×100 cells a rank: {1e3 * weak[0]:.2f} and {1e3 * weak[1]:.2f} ms, "
           f"efficiency {weak[0] / weak[1]:.2f}")
 
-    cell_s, face_s, message_s = fit(rows)
-    errors = [abs(math.prod(s) / 2 * cell_s + s[1] * s[2] * face_s + message_s - t) / t for s, t in rows]
+    face_s, message_s = fit(rows)
+    cell_s = rows[-1][1] / (math.prod(SHAPES[-1]) / 2)
+    errors = [abs(apart + s[1] * s[2] * face_s + message_s - two) / two for s, apart, two in rows]
     print(f"\nFitted: {1e9 * cell_s:.2f} ns a cell, {1e9 * face_s:.1f} ns a face cell, {1e6 * message_s:.1f} µs of messages a step; "
           f"relative error median {statistics.median(errors):.2f}, worst {max(errors):.2f}")
 
