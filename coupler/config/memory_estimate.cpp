@@ -50,10 +50,9 @@ Share largest_share(const FluidCase& fluid, int ranks) {
   return share;
 }
 
-/// Lists of what crosses the faces to other ranks: 5 populations, both placements, sent and received, 40
-/// bytes each.
-std::int64_t halo_bytes(const Share& share) {
-  constexpr std::int64_t per_face_cell = 5 * 2 * 2 * 40;
+/// Buffers for what crosses the faces to other ranks: 5 populations, sent and received.
+std::int64_t halo_bytes(const Share& share, std::int64_t number_bytes) {
+  const std::int64_t per_face_cell = 5 * 2 * number_bytes;
   std::int64_t bytes = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t faces = std::min<std::int64_t>(2, share.cuts[axis] - 1);
@@ -80,7 +79,7 @@ std::int64_t fluid_rank_bytes(const Case& the_case) {
   if (computes_no_cells(fluid.solver)) return fluid_process;
   const Share share = largest_share(fluid, the_case.services.fluid_ranks);
   const std::int64_t number_bytes = fluid.precision == Precision::single_precision ? 4 : 8;
-  return fluid_process + lattice_bytes(share.block, number_bytes) + halo_bytes(share) +
+  return fluid_process + lattice_bytes(share.block, number_bytes) + halo_bytes(share, number_bytes) +
          field_bytes(share.block, the_case.output);
 }
 
