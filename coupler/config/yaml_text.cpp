@@ -1,5 +1,6 @@
 #include "config/yaml_text.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include <yaml-cpp/yaml.h>
@@ -89,13 +90,22 @@ bool is_plain_list(const Value& value) {
   return true;
 }
 
+/// The emitter leaves some control characters bare, a lone carriage return for one, which no reader gives
+/// back.
+void emit_text(YAML::Emitter& out, const std::string& text) {
+  const bool is_plain =
+      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
+  if (!is_plain) out << YAML::DoubleQuoted;
+  out << text;
+}
+
 void emit(YAML::Emitter& out, const Value& value) {
   switch (value.kind) {
     case Value::Kind::null:
       out << YAML::Null;
       break;
     case Value::Kind::scalar:
-      out << value.text;
+      emit_text(out, value.text);
       break;
     case Value::Kind::sequence:
       out << (is_plain_list(value) ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
@@ -105,7 +115,9 @@ void emit(YAML::Emitter& out, const Value& value) {
     case Value::Kind::mapping:
       out << YAML::Block << YAML::BeginMap;
       for (const Value::Entry& entry : value.entries) {
-        out << YAML::Key << entry.key << YAML::Value;
+        out << YAML::Key;
+        emit_text(out, entry.key);
+        out << YAML::Value;
         emit(out, entry.value);
       }
       out << YAML::EndMap;

@@ -101,6 +101,13 @@ TEST(YamlText, WritesWhatItReads) {
   EXPECT_EQ(to_json(value).dump(), R"({"a":{"b":["1","2"],"c":null,"d":[{"e":"x: y"}]}})");
 }
 
+TEST(YamlText, GivesControlCharactersBack) {
+  Value list = parse_yaml("[a]", "x", LineNumbers::kept);
+  for (const char* word : {"\r", "a\rb", "\t", "\n", "\x07", "\x7f"}) {
+    list.items[0].text = word;
+    EXPECT_EQ(parse_yaml(to_yaml(list), "x", LineNumbers::kept).items[0].text, word);
+  }
+}
 TEST(NearestWord, FindsTheWordThatWasMeant) {
   EXPECT_EQ(nearest_word("radius", {"mass_kg", "radius_m"}), "radius_m");
   EXPECT_EQ(nearest_word("mass_g", {"mass_kg", "radius_m"}), "mass_kg");
