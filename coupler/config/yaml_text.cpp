@@ -13,6 +13,8 @@ namespace {
 
 /// Aliases make a small file into a huge tree; no honest case comes near this.
 constexpr std::size_t most_values = 2'000'000;
+/// An anchor around its own alias is a tree without end.
+constexpr int most_levels = 64;
 
 class Conversion {
  public:
@@ -24,6 +26,12 @@ class Conversion {
                         "the case has more than 2000000 values (aliases multiply them). "
                         "Write fewer bodies or no nested aliases.");
     }
+    if (level_ == most_levels) {
+      throw CaseInvalid(origin(node.Mark()),
+                        "the case is nested more than 64 levels deep (an alias inside its own anchor has no "
+                        "end). Take the alias out.");
+    }
+    ++level_;
     Value value;
     value.origin = origin(node.Mark());
     switch (node.Type()) {
@@ -43,6 +51,7 @@ class Conversion {
       case YAML::NodeType::Undefined:
         break;
     }
+    --level_;
     return value;
   }
 
@@ -81,6 +90,7 @@ class Conversion {
   std::string source_;
   LineNumbers lines_;
   std::size_t values_ = 0;
+  int level_ = 0;
 };
 
 bool is_plain_list(const Value& value) {

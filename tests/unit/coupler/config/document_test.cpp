@@ -94,6 +94,10 @@ TEST(YamlText, StopsAliasesThatMultiply) {
   EXPECT_THROW(Document::parse(bomb, "bomb.yaml", {}), CaseInvalid);
 }
 
+TEST(YamlText, StopsAnAliasInsideItsOwnAnchor) {
+  EXPECT_THROW(Document::parse("a: &x {b: *x}\n", "endless.yaml", {}), CaseInvalid);
+}
+
 TEST(YamlText, WritesWhatItReads) {
   const Value value = parse_yaml("a: {b: [1, 2], c: ~, d: [{e: 'x: y'}]}\n", "x", LineNumbers::kept);
   const std::string once = to_yaml(value);
