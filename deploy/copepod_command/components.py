@@ -93,7 +93,7 @@ def _check_ranks(plan):
         raise Stop(
             exit_codes.BAD_CASE,
             f"{plan.fluid_ranks} fluid ranks (each is a process, and {cores} core(s) of this machine are to run them "
-            f"all). Use --ranks {cores}; for a job on several machines see deploy/slurm/copepod.sbatch.",
+            f"all). Use --ranks {cores}, or start ranks on several machines yourself: --fluid 'mpirun …'.",
         )
 
 

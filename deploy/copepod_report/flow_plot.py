@@ -1,4 +1,4 @@
-"""The mean flow in the plane of symmetry, with the bodies drawn where they were on average."""
+"""The mean flow in the plane of the swimmers, with the bodies drawn where they were on average."""
 
 import numpy as np
 from matplotlib import patches

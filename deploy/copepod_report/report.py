@@ -109,17 +109,18 @@ def _figures_of(run, out, prefix):
 
 def _flow_figure(run, out, prefix):
     """The mean flow, where the run recorded one, in the plane that holds the swimmers."""
-    if not run.case.get("fluid", {}).get("domain_cells"):
+    if not run.cell_size_m:  # no lattice, no fields
         return []
     plane = fields.mean_flow(run.directory / "fields.h5", *flow_plot.plane_of(run))
     if plane is None:
         return []
+    place = "swimmers" if run.swimmers() else "middle"
     start, stop = run.case["output"]["fields"]["mean_over_steps"]
     return _draw(
         out,
         f"{prefix}_mean_flow",
         lambda theme: flow_plot.mean_flow(run, plane, theme),
-        f"Flow in the plane of symmetry, mean over steps {start} to {stop}; beads at their mean positions. "
+        f"Flow in a plane through the {place}, mean over steps {start} to {stop}; beads at their mean positions. "
         "Where a bead was for a part of the time, its own velocity is in the mean.",
         wide=True,
     )
