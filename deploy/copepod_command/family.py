@@ -47,6 +47,10 @@ class FamilyWatch:
                 return Trouble("fluid", self._ranks[pid], "it has ended, and mpirun did not notice.")
         return None
 
+    def has_ended_rank(self):
+        """Whether the last look found a rank that ended while mpirun did not."""
+        return any(what == "ended" for _, what in self._since)
+
     def _wrong(self):
         """(process id, stopped or ended) of every process that is not as it should be."""
         states = {pid: cleanup.process_state(pid) for process in self._processes for pid in _family(process.pid)}

@@ -17,6 +17,7 @@ _AFTER_KILL_S = 0.3  # the coupler may know the step
 _AFTER_EXIT_S = 1.5  # the coupler has, or is about to get, the component's own Failure
 _AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
 _AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still tell which rank died, and how
+_FOR_MPIRUN_S = 1.0  # longer, if a rank has ended and mpirun has no time to tell: others use the processors
 _AFTER_FINISH_S = 10.0  # services say goodbye
 _AFTER_TELLING_S = 0.7  # mpirun has told how a rank ended, and now ends itself
 
@@ -42,6 +43,7 @@ class Watch:
         self._family = FamilyWatch(processes)
         self._next_look = time.monotonic() + LOOK_EVERY_S
         self._mpirun_told_at = None
+        self._waited_for_mpirun = False
         self._reader = EventReader()
         self._alive = {process.name: process for process in processes}
         self._exits = []
@@ -107,13 +109,17 @@ class Watch:
 
     def _end_mpirun_that_is_stuck(self):
         """mpirun whose rank was killed while MPI started tells so, and may then lock up in PMIx_server_finalize."""
-        fluid = self._alive.get("fluid")
-        if fluid is None or told_by_mpirun(fluid.tail(), self._host) is None:
+        if self._told_by_living_mpirun() is None:
             return
         now = time.monotonic()
         self._mpirun_told_at = self._mpirun_told_at or now
         if now - self._mpirun_told_at >= _AFTER_TELLING_S:
-            fluid.send(signal.SIGKILL)  # its exit is noted as it told it
+            self._alive["fluid"].send(signal.SIGKILL)  # its exit is noted as it told it
+
+    def _told_by_living_mpirun(self):
+        """Exit of the rank whose end mpirun tells while it has not ended itself, or None."""
+        fluid = self._alive.get("fluid")
+        return None if fluid is None else told_by_mpirun(fluid.tail(), self._host)
 
     def _decide_within(self, seconds):
         deadline = time.monotonic() + seconds
@@ -124,9 +130,22 @@ class Watch:
             return Ending(signal=self._signals.received[0])
         if self._summary and not self._alive and all(exit.code == 0 and not exit.signal for exit in self._exits):
             return Ending(summary=self._summary)
-        if self._deadline is not None and time.monotonic() >= self._deadline:
-            return Ending(failure=self._failure())
-        return None
+        if self._deadline is None or time.monotonic() < self._deadline:
+            return None
+        if self._mpirun_may_still_tell():
+            self._waited_for_mpirun = True
+            self._deadline += _FOR_MPIRUN_S
+            return None
+        return Ending(failure=self._failure())
+
+    def _mpirun_may_still_tell(self):
+        return (
+            not self._waited_for_mpirun
+            and self._reported is not None
+            and self._is_loss_without_cause()
+            and self._family.has_ended_rank()
+            and self._told_by_living_mpirun() is None
+        )
 
     def _read_signals(self):
         self._signals.drain()
@@ -190,7 +209,9 @@ class Watch:
     def _failure(self):
         if self._summary:
             return self._failure_after_finish()
-        return judge(self._reported, self._exits, self.last_step, self._host)
+        told = self._told_by_living_mpirun()
+        exits = self._exits if told is None else [*self._exits, told]
+        return judge(self._reported, exits, self.last_step, self._host)
 
     def _failure_after_finish(self):
         bad = next((exit for exit in self._exits if exit.code or exit.signal), None)

@@ -82,6 +82,11 @@ class RunLifecycle(CommandTest):
         self.assert_ends(session, 69, within_s=5)
         self.assertRegex(session.last_line, r"fluid service on host sea, rank 1, .*signal 9, SIGKILL")
 
+    def test_mpirun_that_tells_of_a_killed_rank_long_after_the_coupler_lost_it(self):
+        session = self.start("run", self.case(), "--ranks", "1", "--fluid", f"{FAKES}/stuck_mpirun --late")
+        self.assert_ends(session, 69, within_s=8)
+        self.assertRegex(session.last_line, r"fluid service on host sea, rank 1, .*signal 9, SIGKILL")
+
     def test_rank_that_ended_unnoticed_by_mpirun(self):
         session = self.start(
             "run", self.case(reports=False), "--ranks", "1", "--fluid", f"{FAKES}/stuck_mpirun --silent"
