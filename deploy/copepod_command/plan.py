@@ -65,14 +65,21 @@ def resolved_case(file):
 
 def _ask_coupler(arguments):
     """What the coupler prints; its list of errors is passed on."""
-    answer = subprocess.run(
-        [str(program("coupler")), *arguments],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",  # errors quote the file, whatever it holds
-    )
+    try:
+        answer = subprocess.run(
+            [str(program("coupler")), *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",  # errors quote the file, whatever it holds
+        )
+    except OSError as problem:
+        raise Stop(
+            exit_codes.PREPARATION_FAILED,
+            f"{program('coupler')} cannot be started ({problem.strerror}). If it is being built just now, wait for "
+            "that; otherwise run: copepod setup",
+        ) from None
     sys.stderr.write(answer.stderr)
     if answer.returncode == exit_codes.BAD_CASE:
         raise Stop(exit_codes.BAD_CASE)
