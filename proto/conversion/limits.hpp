@@ -9,6 +9,7 @@ struct Limits {
   std::size_t message_bytes = std::size_t{256} << 20;
   std::size_t hello_bytes = std::size_t{64} << 10;  ///< before the token has been checked
   std::size_t bodies = 1'000'000;
+  double cells = 1e12;  ///< so many times the bytes of a cell are still a 64-bit number
   std::size_t springs = 1'000'000;
   std::size_t driving_nodes = 16;
   std::size_t string_bytes = 4096;

@@ -1,5 +1,7 @@
 #include "conversion/setup_conversion.hpp"
 
+#include <algorithm>
+
 #include "conversion/arrays.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
@@ -44,9 +46,36 @@ const std::string& read_path(const std::string& path, const char* name) {
   return path;
 }
 
+std::int64_t read_count(std::int64_t count, const char* name) {
+  if (count < 0) throw MalformedMessage(std::string(name) + " is " + std::to_string(count) + ", less than 0");
+  return count;
+}
+
+/// @throws MalformedMessage too if a mean is wanted of no step
 FieldOutput read_fields(const v1::FieldOutput& wire) {
-  return {read_path(wire.directory(), "fields.directory"), wire.every_steps(), wire.mean_start(),
-          wire.mean_stop(), wire.mean_every_steps()};
+  const FieldOutput fields{
+      read_path(wire.directory(), "fields.directory"), read_count(wire.every_steps(), "fields.every_steps"),
+      read_count(wire.mean_start(), "fields.mean_start"), read_count(wire.mean_stop(), "fields.mean_stop"),
+      read_count(wire.mean_every_steps(), "fields.mean_every_steps")};
+  if (fields.mean_stop == 0) return fields;
+  if (fields.mean_start >= fields.mean_stop) {
+    throw MalformedMessage("fields.mean_start is " + std::to_string(fields.mean_start) +
+                           ", not before mean_stop " + std::to_string(fields.mean_stop));
+  }
+  if (fields.mean_every_steps == 0) throw MalformedMessage("fields.mean_every_steps of a mean is 0");
+  return fields;
+}
+
+/// @throws MalformedMessage too if their number is beyond counting
+std::array<std::int64_t, 3> read_cells(const v1::FluidSetup& wire) {
+  std::array<std::int64_t, 3> cells{};
+  double product = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    cells[static_cast<std::size_t>(axis)] = read_count(wire.domain_cells(axis), "domain_cells");
+    product *= std::max(1.0, static_cast<double>(wire.domain_cells(axis)));
+  }
+  if (product > kLimits.cells) throw MalformedMessage("domain_cells are more than 10^12 cells");
+  return cells;
 }
 
 void require_three(int size, const char* name) {
@@ -144,8 +173,8 @@ void read(const v1::FluidSetup& wire, FluidSetup& setup) {
   setup.density_kg_per_m3 = read_finite(wire.density_kg_per_m3(), "density_kg_per_m3");
   setup.kinematic_viscosity_m2_per_s =
       read_finite(wire.kinematic_viscosity_m2_per_s(), "kinematic_viscosity_m2_per_s");
+  setup.domain_cells = read_cells(wire);
   for (int axis = 0; axis < 3; ++axis) {
-    setup.domain_cells[static_cast<std::size_t>(axis)] = wire.domain_cells(axis);
     setup.symmetry_planes[static_cast<std::size_t>(axis)] = wire.symmetry_planes(axis);
   }
   for (int face = 0; face < 6; ++face) {

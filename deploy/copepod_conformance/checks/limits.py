@@ -13,6 +13,8 @@ _ENUMERATION = Rule("Limits", "unknown enumeration values are refused with code 
 _INDEX = Rule("Limits", "indices out of range are refused with code 65")
 _TEXT = Rule("Limits", "texts beyond 4096 bytes are refused with code 65")
 _COUNT = Rule("Limits", "more than 1 000 000 bodies are refused with code 65")
+_FIELDS = Rule("Limits", "field output of no or negative steps is refused with code 65")
+_CELLS = Rule("Limits", "negative or more than 10¹² cells are refused with code 65")
 _SIZE = Rule("Limits", "a message beyond 256 MiB is refused with code 65, or breaks the data lane; the control lane goes on")
 _BYTES = Rule("Limits", "bytes from outside never crash a process: what is no message is refused with code 65")
 
@@ -134,6 +136,18 @@ def checks(subject):
             Check("limits", "a spring to a body that does not exist", _INDEX, refused(
                 SETUP["body"], _spring_to_nowhere, "a spring from body 0 to body 2 of 2")),
         ]
+    if subject.role == "fluid":
+        result += [
+            Check("limits", "a mean of every 0th step", _FIELDS, refused(
+                SETUP["fluid"], _mean(0, 2, 0), "a mean of every 0th of steps 0 to 2")),
+            Check("limits", "a mean of no step", _FIELDS, refused(
+                SETUP["fluid"], _mean(2, 2, 1), "a mean of steps 2 to 2")),
+            Check("limits", "snapshots every −1 steps", _FIELDS, refused(
+                SETUP["fluid"], lambda setup: setattr(setup.fields, "every_steps", -1), "fields every −1 steps")),
+            Check("limits", "a negative number of cells", _CELLS, refused(
+                SETUP["fluid"], _cells(32, -24, -24), "32 × −24 × −24 cells")),
+            Check("limits", "2⁹³ cells", _CELLS, refused(SETUP["fluid"], _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells")),
+        ]
     return result + [
         Check("limits", "a path of more than 4096 bytes", _TEXT, _long_path),
         Check("limits", "random bytes", _BYTES, _raw(lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
@@ -148,3 +162,15 @@ def checks(subject):
 
 def _spring_to_nowhere(setup):
     setup.springs.add(body_A=0, body_B=2, stiffness_N_per_m=1.0, anchor_A_m=[0, 0, 0], anchor_B_m=[0, 0, 0])
+
+
+def _mean(start, stop, every):
+    def spoil(setup):
+        setup.fields.mean_start, setup.fields.mean_stop, setup.fields.mean_every_steps = start, stop, every
+    return spoil
+
+
+def _cells(*counts):
+    def spoil(setup):
+        setup.domain_cells[:] = counts
+    return spoil

@@ -9,6 +9,7 @@ from .schema import PROTOCOL_MAJOR, PROTOCOL_MINOR
 
 MESSAGE_BYTES = 256 << 20
 ENTRIES = 1_000_000   # bodies, springs
+CELLS = 10**12
 STRING_BYTES = 4096
 _LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}   # of lists in a setup; all other lists of numbers are vectors of 3
 
@@ -31,6 +32,9 @@ def check_setup(setup):
     _check(setup)
     if getattr(setup, "no_slip_plane", 0) > 6:
         raise _refused(f"no_slip_plane is {setup.no_slip_plane}, a domain has 6 faces")
+    if hasattr(setup, "fields"):
+        _check_fields(setup.fields)
+        _check_cells(setup.domain_cells)
     bodies = len(setup.bodies)
     for spring in getattr(setup, "springs", ()):
         if max(spring.body_A, spring.body_B) >= bodies:
@@ -41,6 +45,26 @@ def check_text(text, name):
     """Raises Refused for a text that is too long."""
     if len(text.encode()) > STRING_BYTES:
         raise _refused(f"{name} has more than {STRING_BYTES} bytes")
+
+
+def _check_fields(fields):
+    """Snapshots and the mean must be of some step, should they be wanted."""
+    for name in ("every_steps", "mean_start", "mean_stop", "mean_every_steps"):
+        if getattr(fields, name) < 0:
+            raise _refused(f"fields.{name} is {getattr(fields, name)}, less than 0")
+    if fields.mean_stop == 0:
+        return
+    if fields.mean_start >= fields.mean_stop:
+        raise _refused(f"fields.mean_start is {fields.mean_start}, not before mean_stop {fields.mean_stop}")
+    if fields.mean_every_steps == 0:
+        raise _refused("fields.mean_every_steps of a mean is 0")
+
+
+def _check_cells(cells):
+    if min(cells) < 0:
+        raise _refused(f"domain_cells is {min(cells)}, less than 0")
+    if math.prod(max(1, count) for count in cells) > CELLS:
+        raise _refused("domain_cells are more than 10^12 cells")
 
 
 def _check(message):

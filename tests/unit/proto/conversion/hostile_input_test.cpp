@@ -215,6 +215,50 @@ TEST(HostileInput, PlanesThatAreNoFaceAreRefused) {
   EXPECT_THROW(decoder.read(setup), MalformedMessage);
 }
 
+std::string refusal_of(const FluidSetup& setup) {
+  Encoder encoder;
+  Decoder decoder;
+  decoder.parse(encoder.encode(Header{}, setup));
+  FluidSetup received;
+  try {
+    decoder.read(received);
+  } catch (const MalformedMessage& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(HostileInput, FieldOutputOfNoStepsIsRefused) {
+  const auto refusal = [](std::int64_t every, std::int64_t start, std::int64_t stop, std::int64_t sampled) {
+    FluidSetup setup = sample_fluid_setup();
+    setup.fields = {"/runs/a", every, start, stop, sampled};
+    return refusal_of(setup);
+  };
+  EXPECT_EQ(refusal(0, 0, 0, 0), "taken") << "no fields are wanted";
+  EXPECT_EQ(refusal(0, 5, 6, 1), "taken");
+  EXPECT_NE(refusal(-1, 0, 0, 1).find("fields.every_steps is -1, less than 0"), std::string::npos);
+  EXPECT_NE(refusal(0, -2, 50, 1).find("fields.mean_start is -2"), std::string::npos);
+  EXPECT_NE(refusal(0, 0, -50, 1).find("fields.mean_stop is -50"), std::string::npos);
+  EXPECT_NE(refusal(0, 0, 50, -1).find("fields.mean_every_steps is -1"), std::string::npos);
+  EXPECT_NE(refusal(0, 0, 50, 0).find("fields.mean_every_steps of a mean is 0"), std::string::npos);
+  EXPECT_NE(refusal(0, 50, 50, 1).find("fields.mean_start is 50, not before mean_stop 50"),
+            std::string::npos);
+}
+
+TEST(HostileInput, CellsBeyondCountingAreRefused) {
+  const auto refusal = [](std::array<std::int64_t, 3> cells) {
+    FluidSetup setup = sample_fluid_setup();
+    setup.domain_cells = cells;
+    return refusal_of(setup);
+  };
+  constexpr std::int64_t two_to_the_32 = std::int64_t{1} << 32;
+  EXPECT_EQ(refusal({0, 0, 0}), "taken") << "solvers without a lattice";
+  EXPECT_EQ(refusal({10000, 10000, 10000}), "taken");
+  EXPECT_NE(refusal({10001, 10000, 10000}).find("more than 10^12 cells"), std::string::npos);
+  EXPECT_NE(refusal({two_to_the_32, two_to_the_32, 0}).find("more than 10^12 cells"), std::string::npos);
+  EXPECT_NE(refusal({4, -1, 4}).find("domain_cells is -1, less than 0"), std::string::npos);
+}
+
 TEST(HostileInput, UnknownEnumerationValuesAreRefused) {
   FluidSetup setup = sample_fluid_setup();
   setup.collision = static_cast<CollisionKind>(40);
