@@ -17,7 +17,7 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr std::int64_t format_version = 1;
+constexpr std::int64_t format_version = 2;
 constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
 const std::string root = "/";
 const std::string populations_name = "/populations";
@@ -99,6 +99,8 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   file.write_attribute(root, "kinematics_step", state.kinematics.step);
   file.write_attribute(root, "bodies", std::int64_t{state.kinematics.bodies()});
   file.write_attribute(root, "mean_samples", state.mean.samples());
+  file.write_attribute(root, "mean_start", state.sampling.start);
+  file.write_attribute(root, "mean_every_steps", state.sampling.every_steps);
   file.write_attribute(root, "checksum", sum);
   const Extent shape = extent_of(header.cells);
   Offsets offsets;
@@ -148,7 +150,7 @@ void read_kinematics(Hdf5File& file, Kinematics& kinematics) {
   kinematics.step = file.read_attribute<std::int64_t>(root, "kinematics_step");
 }
 
-void read_mean(Hdf5File& file, const Box& box, MeanField& mean) {
+void read_mean(Hdf5File& file, const Box& box, FluidState& state) {
   const auto samples = file.read_attribute<std::int64_t>(root, "mean_samples");
   FieldBlock sums;
   if (samples > 0) {
@@ -163,7 +165,9 @@ void read_mean(Hdf5File& file, const Box& box, MeanField& mean) {
     file.read(velocity_name, with(start, 0), with(count, 3), sums.velocity_m_per_s.data());
     file.read(body_name, start, count, sums.body.data());
   }
-  mean.restore(samples, std::move(sums));
+  state.mean.restore(samples, std::move(sums));
+  state.sampling = {file.read_attribute<std::int64_t>(root, "mean_start"),
+                    file.read_attribute<std::int64_t>(root, "mean_every_steps")};
 }
 
 std::string size_text(const Cell& cells) {
@@ -230,7 +234,7 @@ PopulationHeader restore_populations(const std::string& path, Communicator& comm
     file.read(populations_name, with(extent_of(box.low), 0),
               with(extent_of({box.extent(0), box.extent(1), box.extent(2)}), 19), populations.data());
     read_kinematics(file, state.kinematics);
-    read_mean(file, box, state.mean);
+    read_mean(file, box, state);
     written = file.read_attribute<std::uint64_t>(root, "checksum");
   });
   if (checksum<T>(communicator, header, box, populations, state) != written)

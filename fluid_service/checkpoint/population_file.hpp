@@ -26,11 +26,12 @@ std::uint64_t digest_of(const FluidSetup& setup);
 struct FluidState {
   Kinematics kinematics;  ///< of the last exchange, the same on all ranks
   MeanField mean;         ///< this rank's share; may have no samples
+  Sampling sampling;      ///< of the mean
 };
 
 /// Writes a checkpoint: /populations (nx, ny, nz, 19) of the computed domain, /kinematics (13, bodies), the
-/// sums of the mean field, and a checksum that depends on no decomposition. Collective; complete and synced
-/// to disk on return: the file is written under another name and renamed.
+/// sums of the mean field and the steps that they are of, and a checksum that depends on no decomposition.
+/// Collective; complete and synced to disk on return: the file is written under another name and renamed.
 ///
 /// @param T            float or double, as the solver stores its populations
 /// @param box          the cells of this rank; all ranks together cover the domain once

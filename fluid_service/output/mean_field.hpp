@@ -6,6 +6,14 @@
 
 namespace copepod::fluid {
 
+/// Which steps enter a mean: `start` and every so many after it; steps completed, so never step 0.
+struct Sampling {
+  std::int64_t start = 0;
+  std::int64_t every_steps = 1;
+
+  bool operator==(const Sampling&) const = default;
+};
+
 /// Time mean of density and velocity: sums per cell in the order of the steps, so neither the number of ranks
 /// nor a restart changes a bit.
 class MeanField {

@@ -23,7 +23,7 @@ void LatticeBoltzmann<T>::save(const std::string& path) {
   populations.reserve(static_cast<std::size_t>(layout_.block().volume() * d3q19::directions));
   for_each_population([&](std::size_t location) { populations.push_back(populations_[location]); });
   save_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), step_}, layout_.block(),
-                      populations, {mapped_, output_.mean()});
+                      populations, {mapped_, output_.mean(), output_.sampling()});
 }
 
 template <class T>
@@ -36,7 +36,7 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
   placement_ = step_ % 2 == 0 ? Placement::home : Placement::streamed;
   std::size_t next = 0;
   for_each_population([&](std::size_t location) { populations_[location] = populations[next++]; });
-  output_.mean() = state.mean;
+  output_.restore(step_, state.sampling, std::move(state.mean));
   mapped_ = state.kinematics;
   map_bodies(mapped_);
   map_.accept_fresh_cells();

@@ -38,6 +38,7 @@ FluidState state_on(const Box& box, int samples) {
     state.kinematics.angular_velocity_rad_per_s(i % 3, i / 3) = 20 + i;
   }
   for (int i = 0; i < 12; ++i) state.kinematics.orientation_wxyz(i % 4, i / 4) = 30 + i;
+  state.sampling = {12, 10};
   for (int sample = 0; sample < samples; ++sample) state.mean.add(numbered_fields(box));
   return state;
 }
@@ -104,6 +105,7 @@ TEST_F(Checkpoint, RestoresKinematicsAndTheMeanField) {
   EXPECT_EQ(state_.kinematics.velocity_m_per_s, expected.kinematics.velocity_m_per_s);
   EXPECT_EQ(state_.kinematics.angular_velocity_rad_per_s, expected.kinematics.angular_velocity_rad_per_s);
   EXPECT_EQ(state_.mean.samples(), 3);
+  EXPECT_EQ(state_.sampling, (Sampling{12, 10}));
   EXPECT_EQ(state_.mean.sums().density_kg_per_m3, expected.mean.sums().density_kg_per_m3);
   EXPECT_EQ(state_.mean.sums().velocity_m_per_s, expected.mean.sums().velocity_m_per_s);
   EXPECT_EQ(state_.mean.sums().body, expected.mean.sums().body);
