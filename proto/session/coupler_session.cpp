@@ -4,6 +4,20 @@
 
 namespace copepod::session {
 
+namespace {
+
+/// The step that the answer to the open request must carry.
+std::int64_t due_step(const CouplerSession& session) {
+  return session.request == MessageKind::applied_loads ? session.step + 1 : session.step;
+}
+
+/// "Loads of step 4"
+std::string text_of(MessageKind kind, std::int64_t step) {
+  return std::string(name_of(kind)) + " of step " + std::to_string(step);
+}
+
+}  // namespace
+
 CouplerSession greet(CouplerSession session, std::uint64_t session_id, std::uint64_t epoch) {
   session.state = State::greeted;
   session.session_id = session_id;
@@ -55,6 +69,12 @@ Heard hear(const CouplerSession& session, MessageKind kind, const Header& header
     return {session, Heard::Kind::refuse,
             "The " + who + " answered " + std::string(name_of(session.request)) + " with " +
                 std::string(name_of(kind)) + " (" + std::string(name_of(session.expected_reply)) +
+                " was due). Test it with: copepod conformance."};
+  }
+  if (header.step != due_step(session)) {
+    return {session, Heard::Kind::refuse,
+            "The " + who + " answered " + text_of(session.request, session.step) + " with " +
+                text_of(kind, header.step) + " (step " + std::to_string(due_step(session)) +
                 " was due). Test it with: copepod conformance."};
   }
   CouplerSession next = session;

@@ -9,7 +9,7 @@ namespace copepod::doubles {
 
 namespace {
 
-/// Calls `visit` for every number of the state, in a fixed order.
+/// Calls `visit` for every number of the state but its step, in a fixed order.
 template <class State, class Visit>
 void for_each_number(State& state, Visit visit) {
   for (auto& number : state.position_m.reshaped()) visit(number);
@@ -41,6 +41,7 @@ void PointBodies::step(const AppliedLoads& applied, Kinematics& next) {
 
 void PointBodies::save(const std::string& path) {
   std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(&state_.step), sizeof(state_.step));
   for_each_number(
       state_, [&](double& number) { file.write(reinterpret_cast<const char*>(&number), sizeof(number)); });
   file.flush();
@@ -50,6 +51,7 @@ void PointBodies::save(const std::string& path) {
 
 void PointBodies::restore(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(&state_.step), sizeof(state_.step));
   for_each_number(state_,
                   [&](double& number) { file.read(reinterpret_cast<char*>(&number), sizeof(number)); });
   if (!file)

@@ -82,5 +82,20 @@ TEST(CouplerSession, RefusesAReplyOfTheWrongKind) {
       << heard.problem;
 }
 
+TEST(CouplerSession, RefusesAReplyOfTheWrongStep) {
+  CouplerSession body;
+  body.role = Role::body;
+  body = after(greet(body, 4711, 1), MessageKind::body_setup, 7, MessageKind::configured);
+  const Asked asked = ask(body, MessageKind::applied_loads, 7);
+  Header header = header_of(asked.session);
+  const Heard heard = hear(asked.session, MessageKind::kinematics, header);
+  EXPECT_EQ(heard.kind, Heard::Kind::refuse);
+  EXPECT_EQ(heard.problem,
+            "The body component answered AppliedLoads of step 7 with Kinematics of step 7 (step 8 was due). "
+            "Test it with: copepod conformance.");
+  header.step = 8;
+  EXPECT_EQ(hear(asked.session, MessageKind::kinematics, header).kind, Heard::Kind::reply);
+}
+
 }  // namespace
 }  // namespace copepod::session
