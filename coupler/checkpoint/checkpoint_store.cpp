@@ -58,26 +58,40 @@ CouplerState read_state(const fs::path& folder) {
 CheckpointStore::CheckpointStore(fs::path folder, std::string case_key)
     : folder_(std::move(folder)), case_key_(std::move(case_key)) {}
 
-void CheckpointStore::write(FluidSolver& fluid, BodySolver& body, const CouplerState& state) {
+void CheckpointStore::prepare(FluidSolver& fluid, BodySolver& body, const CouplerState& state) {
   const fs::path draft = folder_ / draft_name;
-  const fs::path final = folder_ / name_of_step(state.step);
-  try {
+  or_remove_draft([&] {
     fs::remove_all(draft);
     fs::create_directories(draft);
     fluid.save((draft / "fluid.h5").string());
     body.save((draft / "body.bin").string());
     write_atomically(draft / "coupler.json", to_json(state).dump() + "\n");
-    write_manifest(draft, case_key_, state.step);
+  });
+}
+
+void CheckpointStore::commit(std::int64_t step) {
+  const fs::path draft = folder_ / draft_name;
+  const fs::path final = folder_ / name_of_step(step);
+  or_remove_draft([&] {
+    write_manifest(draft, case_key_, step);
     sync_folder(draft);
     fs::remove_all(final);  // one that was damaged and computed again
     fs::rename(draft, final);
     sync_folder(folder_);
-    remove_old();
+    keep_two_up_to(step);
+  });
+}
+
+/// What a full disk left of a checkpoint takes room that the run needs.
+void CheckpointStore::or_remove_draft(const std::function<void()>& write) const {
+  std::error_code ignored;
+  try {
+    write();
   } catch (const StorageError&) {
-    remove_draft();
+    fs::remove_all(folder_ / draft_name, ignored);
     throw;
   } catch (const fs::filesystem_error& error) {
-    remove_draft();
+    fs::remove_all(folder_ / draft_name, ignored);
     throw StorageError(std::string("a checkpoint cannot be written (") + error.what() +
                        "). Free space or check permissions.");
   }
@@ -96,15 +110,12 @@ std::vector<fs::path> CheckpointStore::newest_first() const {
   return folders;
 }
 
-/// What a full disk left of a checkpoint takes room that the run needs.
-void CheckpointStore::remove_draft() const {
-  std::error_code error;
-  fs::remove_all(folder_ / draft_name, error);
-}
-
-void CheckpointStore::remove_old() const {
-  const std::vector<fs::path> folders = newest_first();
-  for (std::size_t i = kept; i < folders.size(); ++i) fs::remove_all(folders[i]);
+void CheckpointStore::keep_two_up_to(std::int64_t newest) const {
+  std::size_t used = 0;
+  for (const fs::path& folder : newest_first()) {
+    const bool is_later = step_of_name(folder.filename().string()) > newest;
+    if (is_later || ++used > kept) fs::remove_all(folder);
+  }
 }
 
 FoundCheckpoint CheckpointStore::newest() const {

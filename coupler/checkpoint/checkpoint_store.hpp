@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -23,17 +24,24 @@ struct FoundCheckpoint {
 ///
 /// Writing takes two phases: everything goes to a folder with another name first; once it is complete and on
 /// the disk the folder gets its name. So a checkpoint that has a name is complete, and one that was damaged
-/// later is found out by the checksums in its manifest. The newest two are kept.
+/// later is found out by the checksums in its manifest. The newest two are kept; those of later steps than
+/// the newest could not be used when the run was resumed, and go.
 class CheckpointStore {
  public:
   /// @param case_key  what makes two runs the same case; a checkpoint of another one is not used
   CheckpointStore(std::filesystem::path folder, std::string case_key);
 
-  /// Lets both solvers save and commits the result as the newest checkpoint. Legal between two steps.
+  /// First phase: lets both solvers save, and saves the coupler's state beside them. Legal between two steps.
   /// @throws StorageError, and what the solvers throw; older checkpoints stay as they are
-  void write(FluidSolver& fluid, BodySolver& body, const CouplerState& state);
+  void prepare(FluidSolver& fluid, BodySolver& body, const CouplerState& state);
 
-  /// The newest checkpoint that is complete, undamaged and of this case.
+  /// Second phase: reads everything back for its checksums, and makes it the newest checkpoint. Takes long
+  /// for large ones, and needs no solver.
+  /// @param step  that was prepared
+  /// @throws StorageError; older checkpoints stay as they are
+  void commit(std::int64_t step);
+
+  /// The newest checkpoint that is complete, undamaged and of this case. Takes long for large ones.
   /// @throws StorageError if there is none
   [[nodiscard]] FoundCheckpoint newest() const;
 
@@ -44,8 +52,8 @@ class CheckpointStore {
 
  private:
   [[nodiscard]] std::vector<std::filesystem::path> newest_first() const;
-  void remove_old() const;
-  void remove_draft() const;
+  void keep_two_up_to(std::int64_t newest) const;
+  void or_remove_draft(const std::function<void()>& write) const;
 
   std::filesystem::path folder_;
   std::string case_key_;

@@ -1,14 +1,14 @@
 #include "checkpoint/manifest.hpp"
 
-#include <array>
-#include <cstring>
 #include <fstream>
 #include <set>
+#include <vector>
 
 #include <nlohmann/json.hpp>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
 
 #include "checkpoint/whole_number.hpp"
-#include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "run/run_directory.hpp"
 
@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr const char* manifest_name = "manifest.json";
-constexpr int format_version = 1;
+constexpr int format_version = 2;
 
 std::set<fs::path> files_below(const fs::path& folder) {
   std::set<fs::path> files;
@@ -44,20 +44,16 @@ std::string find_damage_of_file(const fs::path& folder, const ordered_json& file
 
 std::uint64_t checksum(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  Digest digest;
-  std::uint64_t length = 0;
-  std::array<std::uint64_t, 8192> words{};
+  XXH3_state_t hash;
+  XXH3_64bits_reset(&hash);
+  std::vector<char> block(std::size_t{1} << 20);
   while (stream) {
-    words.fill(0);
-    stream.read(reinterpret_cast<char*>(words.data()), sizeof words);
-    const auto bytes = static_cast<std::uint64_t>(stream.gcount());
-    for (std::uint64_t i = 0; i < (bytes + 7) / 8; ++i) digest.add(words[i]);
-    length += bytes;
+    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
+    XXH3_64bits_update(&hash, block.data(), static_cast<std::size_t>(stream.gcount()));
   }
   if (!stream.eof())
     throw StorageError(file.string() + " cannot be read (missing or a bad disk). Use another checkpoint.");
-  digest.add(length);
-  return digest.value();
+  return XXH3_64bits_digest(&hash);
 }
 
 void write_manifest(const fs::path& folder, const std::string& case_key, std::int64_t step) {

@@ -6,7 +6,7 @@
 
 namespace copepod::coupler {
 
-/// Checksum of a file's bytes (splitmix64 chain over 8-byte words, length last).
+/// XXH3 hash of a file's bytes (64 bits, seed 0).
 /// @throws StorageError if it cannot be read
 std::uint64_t checksum(const std::filesystem::path& file);
 

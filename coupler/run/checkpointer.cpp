@@ -11,10 +11,12 @@
 
 namespace copepod::coupler {
 
-Checkpointer::Checkpointer(const CheckpointStore& store, Ability able, const Case& the_case,
-                           std::int64_t first_step, RunSignals& signals, Events& events)
+Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able,
+                           const Case& the_case, std::int64_t first_step, RunSignals& signals, Events& events)
     : store_(store),
+      components_(components),
       able_(able),
+      first_step_(first_step),
       schedule_(the_case.output.checkpoint_every_steps, the_case.output.checkpoint_every_wall_s, first_step,
                 CheckpointSchedule::Clock::now()),
       expected_bytes_(static_cast<std::uintmax_t>(population_bytes(the_case.fluid))),
@@ -28,22 +30,31 @@ Checkpointer::~Checkpointer() { signals_.sigterm_waits_for_checkpoint.store(fals
 bool Checkpointer::wants_pause(std::int64_t step) {
   if (const int signal = signals_.stop.load(); signal != 0) throw Interrupted(signal, step);
   if (able_ == Ability::none) return false;
+  if (step == first_step_) {
+    if (signals_.checkpoint.load() == SIGTERM) throw Interrupted(SIGTERM, step);
+    return false;  // SIGUSR1 waits for the next step
+  }
   return signals_.checkpoint.load() != 0 || schedule_.due(step, CheckpointSchedule::Clock::now());
 }
 
 void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
                          Audience& audience) {
   events_.phase("checkpointing");
-  const int signal = signals_.checkpoint.exchange(0);
+  bool is_written = true;
   try {
     commit(fluid, body, scheme, audience);
   } catch (const StorageError& error) {
     const std::string text = "No checkpoint of step " + std::to_string(scheme.step()) + ": " + error.what();
     spdlog::error(text);
     events_.notice(text);
+    is_written = false;
   }
   schedule_.written(scheme.step(), CheckpointSchedule::Clock::now());
-  if (signal == SIGTERM) throw Interrupted(signal, scheme.step());
+  // Who asked while it was written has it, too.
+  if (signals_.checkpoint.exchange(0) == SIGTERM) {
+    throw is_written ? Interrupted(SIGTERM, scheme.step(), "Go on from its checkpoint with --resume.")
+                     : Interrupted(SIGTERM, scheme.step());
+  }
   events_.phase("running");
 }
 
@@ -58,7 +69,8 @@ void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExpl
                        " (the disk is nearly full). Free some space; the run goes on.");
   }
   audience.sync_files();
-  store_.write(fluid, body, {scheme.step(), scheme.previous_loads(), audience.sums()});
+  store_.prepare(fluid, body, {scheme.step(), scheme.previous_loads(), audience.sums()});
+  components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
   spdlog::info("checkpoint of step {}", scheme.step());
 }
 

@@ -6,6 +6,7 @@
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/case.hpp"
 #include "run/audience.hpp"
+#include "run/components.hpp"
 #include "run/events.hpp"
 #include "run/signals.hpp"
 #include "scheme/serial_explicit.hpp"
@@ -18,13 +19,13 @@ class Checkpointer {
   /// References must outlive this object.
   /// @param able  whether both components can save; if not, signals only stop
   enum class Ability { none, saves };
-  Checkpointer(const CheckpointStore& store, Ability able, const Case& the_case, std::int64_t first_step,
-               RunSignals& signals, Events& events);
+  Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
+               std::int64_t first_step, RunSignals& signals, Events& events);
   Checkpointer(const Checkpointer&) = delete;
   Checkpointer& operator=(const Checkpointer&) = delete;
   ~Checkpointer();
 
-  /// Whether the run should pause before `step`.
+  /// Whether the run should pause before `step`; never before the first one, where there is nothing to save.
   /// @throws Interrupted if a signal wants the run to end now
   bool wants_pause(std::int64_t step);
 
@@ -36,7 +37,9 @@ class Checkpointer {
   void commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, Audience& audience);
 
   CheckpointStore store_;
+  Components& components_;
   Ability able_;
+  std::int64_t first_step_;
   CheckpointSchedule schedule_;
   std::uintmax_t expected_bytes_;  ///< of the first checkpoint
   RunSignals& signals_;

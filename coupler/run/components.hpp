@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "contract/body_setup.hpp"
@@ -15,7 +16,7 @@ namespace copepod::coupler {
 /// The two components of a run, wherever they are.
 ///
 /// Legal call order: connect -> fluid_capabilities, body_capabilities -> make_fluid, make_body -> finish;
-/// abort from anywhere. Solvers must not outlive this object.
+/// stay_in_touch_during once connected; abort from anywhere. Solvers must not outlive this object.
 class Components {
  public:
   Components() = default;
@@ -29,6 +30,10 @@ class Components {
   virtual std::unique_ptr<FluidSolver> make_fluid(const FluidSetup& setup, std::int64_t first_step) = 0;
   virtual std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t first_step) = 0;
   virtual void finish() = 0;
+
+  /// Does what takes the coupler long. Components elsewhere hear from the coupler meanwhile.
+  virtual void stay_in_touch_during(const std::function<void()>& work) { work(); }
+
   virtual void abort(const FailureReport& report) noexcept = 0;
 };
 

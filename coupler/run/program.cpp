@@ -69,7 +69,10 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   const RunDirectory directory(options.out);
   start_log(options.log_file);
   for (const std::string& warning : loaded.warnings) spdlog::warn(warning);
-  write_atomically(directory.resolved_case(), to_yaml(resolved(loaded.content)));
+  const auto write_case = [&] {
+    write_atomically(directory.resolved_case(), to_yaml(resolved(loaded.content)));
+  };
+  if (!options.resume) write_case();
   Provenance provenance(directory, options.command_line, options.build, loaded.content.services.fluid_ranks,
                         options.resume);
   provenance.write_start();
@@ -82,6 +85,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   try {
     const Beginning beginning = options.resume ? Beginning::resumed : Beginning::fresh;
     run.run(beginning, [&](const Capabilities& fluid, const Capabilities& body) {
+      if (options.resume) write_case();  // it fits the checkpoint
       provenance.set_components(fluid, body);
       provenance.write_start();
     });

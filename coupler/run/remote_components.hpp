@@ -25,6 +25,7 @@ class RemoteComponents final : public Components {
   std::unique_ptr<FluidSolver> make_fluid(const FluidSetup& setup, std::int64_t first_step) override;
   std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t first_step) override;
   void finish() override { link_->finish(); }
+  void stay_in_touch_during(const std::function<void()>& work) override;
   void abort(const FailureReport& report) noexcept override;
 
  private:

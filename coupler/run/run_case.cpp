@@ -16,18 +16,6 @@
 namespace copepod::coupler {
 namespace {
 
-std::optional<FoundCheckpoint> find_checkpoint(Beginning beginning, const CheckpointStore& store,
-                                               Events& events) {
-  if (beginning == Beginning::fresh) return {};
-  FoundCheckpoint found = store.newest();
-  for (const std::string& reason : found.skipped) {
-    spdlog::warn(reason);
-    events.notice(reason);
-  }
-  spdlog::info("resuming at step {}", found.state.step);
-  return found;
-}
-
 std::int64_t first_step(const std::optional<FoundCheckpoint>& checkpoint) {
   return checkpoint ? checkpoint->state.step : 0;
 }
@@ -39,20 +27,35 @@ CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Compon
     : loaded_(loaded), directory_(directory), components_(components), events_(events), signals_(signals) {}
 
 void CaseRun::run(Beginning beginning,
-                  const std::function<void(const Capabilities&, const Capabilities&)>& on_connected) {
+                  const std::function<void(const Capabilities&, const Capabilities&)>& on_ready) {
   const CheckpointStore store(directory_.checkpoints(), case_key(loaded_.content));
-  const std::optional<FoundCheckpoint> checkpoint = find_checkpoint(beginning, store, events_);
-  connect(on_connected);
+  events_.phase("handshake");
+  components_.connect();
+  std::optional<FoundCheckpoint> checkpoint;
+  if (beginning == Beginning::resumed) checkpoint = find_checkpoint(store);
+  on_ready(components_.fluid_capabilities(), components_.body_capabilities());
+  require_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
+  require_features(components_.body_capabilities(), required_of_body(loaded_.content, loaded_.assembly));
   make_solvers(checkpoint);
   compute(store, checkpoint);
 }
 
-void CaseRun::connect(const std::function<void(const Capabilities&, const Capabilities&)>& on_connected) {
-  events_.phase("handshake");
-  components_.connect();
-  on_connected(components_.fluid_capabilities(), components_.body_capabilities());
-  require_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
-  require_features(components_.body_capabilities(), required_of_body(loaded_.content, loaded_.assembly));
+/// The components are there already: reading a large checkpoint takes longer than they would wait.
+FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store) {
+  FoundCheckpoint found;
+  components_.stay_in_touch_during([&] { found = store.newest(); });
+  for (const std::string& reason : found.skipped) {
+    spdlog::warn(reason);
+    events_.notice(reason);
+  }
+  const std::int64_t step = found.state.step, steps = loaded_.content.steps;
+  if (step >= steps) {
+    throw CaseError("run.steps is " + std::to_string(steps) + ", and the newest checkpoint is of step " +
+                    std::to_string(step) + " (nothing is left to compute). Set run.steps to more than " +
+                    std::to_string(step) + ", or run without --resume.");
+  }
+  spdlog::info("resuming at step {}", step);
+  return found;
 }
 
 void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
@@ -84,8 +87,9 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   }
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");
-  Checkpointer checkpointer(store, able ? Checkpointer::Ability::saves : Checkpointer::Ability::none,
-                            the_case, scheme.step(), signals_, events_);
+  Checkpointer checkpointer(store, components_,
+                            able ? Checkpointer::Ability::saves : Checkpointer::Ability::none, the_case,
+                            scheme.step(), signals_, events_);
 
   events_.phase("running");
   spdlog::info("running steps {} to {} of {}", scheme.step(), the_case.steps, the_case.name);

@@ -23,16 +23,16 @@ class CaseRun {
   CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
           RunSignals& signals);
 
-  /// @param on_connected  called once both components said who they are
+  /// @param on_ready  called once both components said who they are and the checkpoint to resume was found
   /// @throws what a component, the disk or a signal makes fail; the caller reports it
   void run(Beginning beginning,
-           const std::function<void(const Capabilities& fluid, const Capabilities& body)>& on_connected);
+           const std::function<void(const Capabilities& fluid, const Capabilities& body)>& on_ready);
 
   /// Step that was being computed; −1 before the first. Meaningful after a failure too.
   [[nodiscard]] std::int64_t step() const { return step_; }
 
  private:
-  void connect(const std::function<void(const Capabilities&, const Capabilities&)>& on_connected);
+  [[nodiscard]] FoundCheckpoint find_checkpoint(const CheckpointStore& store);
   void make_solvers(const std::optional<FoundCheckpoint>& checkpoint);
   void compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint);
 

@@ -89,11 +89,11 @@ class DeadlinePassed : public Error {
 /// A signal asked us to stop; `signal` is SIGINT or SIGTERM.
 class Interrupted : public Error {
  public:
-  explicit Interrupted(int signal, std::int64_t step = -1)
+  explicit Interrupted(int signal, std::int64_t step = -1,
+                       const std::string& remedy = "Run again, with --resume if there is a checkpoint.")
       : Error(static_cast<ExitCode>(128 + signal),
-              "stopped by signal " + std::to_string(signal) +
-                  " (somebody asked for it). Run again to start over.",
-              0, step) {}
+              "stopped by signal " + std::to_string(signal) + " (somebody asked for it). " + remedy, 0,
+              step) {}
 };
 
 /// A failure that a peer reported in a Failure message; keeps the peer's report unchanged.

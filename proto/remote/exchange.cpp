@@ -79,7 +79,6 @@ void Exchange::send_request(Party& party) {
   router_.send(party.data_peer, party.request);
 }
 
-/// One round of waiting: at most one message, or a look at both components if there is none.
 void Exchange::attend() {
   throw_if_stopped();
   const double now = now_s();

@@ -33,6 +33,9 @@ class Exchange {
     return await_reply(party);
   }
 
+  /// One round of waiting: at most one message, or a look at both components if there is none.
+  void attend();
+
   /// Tells a component why the run ends, if it is still there.
   void abort(const FailureReport& report);
 
@@ -40,7 +43,6 @@ class Exchange {
   Party& open_request(session::Role role, session::MessageKind request, std::int64_t step);
   const conversion::Decoder& await_reply(Party& party);
   void send_request(Party& party);
-  void attend();
   [[nodiscard]] transport::Duration time_to_next_ping(double now_s) const;
   void handle(const transport::Frame& frame);
   void handle_data(Party& party, const transport::Frame& frame);

@@ -1,5 +1,8 @@
 #include "remote/link.hpp"
 
+#include <chrono>
+#include <future>
+
 #include "recording/recording_router.hpp"
 #include "remote/exchange.hpp"
 #include "transport/zeromq.hpp"
@@ -10,6 +13,8 @@ using session::MessageKind;
 using session::Role;
 
 namespace {
+
+constexpr std::chrono::milliseconds kMoment{20};  ///< most work is over by then
 
 session::Patience patience_of(const LinkSettings& settings) {
   session::Patience patience;
@@ -46,6 +51,12 @@ void Link::await_components() { exchange_->await_components(connect_deadline_s_)
 
 const Capabilities& Link::fluid_capabilities() const { return parties_->of(Role::fluid).hello.capabilities; }
 const Capabilities& Link::body_capabilities() const { return parties_->of(Role::body).hello.capabilities; }
+
+void Link::stay_in_touch_during(const std::function<void()>& work) {
+  std::future<void> done = std::async(std::launch::async, work);
+  while (done.wait_for(kMoment) != std::future_status::ready) exchange_->attend();
+  done.get();
+}
 
 void Link::finish() {
   for (const Role role : {Role::fluid, Role::body}) {

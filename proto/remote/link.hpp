@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -34,7 +35,7 @@ struct LinkSettings {
 ///
 /// Legal call order:
 ///   construct  ->  await_components  ->  RemoteFluid, RemoteBody (they keep a reference)  ->  finish
-///   abort from anywhere.
+///   stay_in_touch_during between any two of them; abort from anywhere.
 ///
 /// Owned and used by one thread. While any call waits, the control lanes of both components are pinged, so a
 /// component that dies while the coupler waits for the other one is noticed too. Errors that any waiting call
@@ -60,6 +61,11 @@ class Link {
   /// Legal after await_components.
   [[nodiscard]] const Capabilities& fluid_capabilities() const;
   [[nodiscard]] const Capabilities& body_capabilities() const;
+
+  /// Does in another thread what takes the coupler long, and pings the components meanwhile; they would take
+  /// a silent coupler for lost.
+  /// @throws also what `work` throws; nothing is thrown before `work` is over
+  void stay_in_touch_during(const std::function<void()>& work);
 
   /// Tells both components that the run is over and waits until they have said goodbye; they exit with 0.
   void finish();

@@ -198,6 +198,15 @@ TEST(LostCoupler, IsNotSuspectedWhileItWaitsForALateComponent) {
   EXPECT_NO_THROW(run.advance(2));
 }
 
+TEST(LostCoupler, IsNotSuspectedWhileItDoesSomethingElse) {
+  CoupledRun run({"--orphan-after", "1"}, {"--orphan-after", "1"});
+  run.begin();
+  run.advance(2);
+  run.link->stay_in_touch_during([] { std::this_thread::sleep_for(std::chrono::milliseconds(2500)); });
+  EXPECT_NO_THROW(run.advance(2));
+  EXPECT_THROW(run.link->stay_in_touch_during([] { throw StorageError("the disk is full"); }), StorageError);
+}
+
 TEST(LostCoupler, ComponentGivesUpWhenNoCouplerComes) {
   const TemporaryFolder folder;
   ChildProcess fluid(fake_fluid_command("ipc://" + folder.path("nobody.ipc"), {"--connect-deadline", "1"}));

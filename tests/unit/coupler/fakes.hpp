@@ -31,7 +31,10 @@ class ConstantDragFluid : public FluidSolver {
     ++exchanges;
   }
   void advance() override { ++advances; }
-  void save(const std::string& path) override { std::ofstream(path) << exchanges; }
+  void save(const std::string& path) override {
+    if (before_save) before_save();
+    std::ofstream(path) << exchanges;
+  }
   void restore(const std::string& path) override { std::ifstream(path) >> exchanges; }
   SolverSummary summarise() override {
     return {static_cast<std::uint64_t>(exchanges),
@@ -41,6 +44,7 @@ class ConstantDragFluid : public FluidSolver {
   }
 
   std::function<void(std::int64_t step)> before_exchange;  ///< to make it fail, or to look
+  std::function<void()> before_save;
   int exchanges = 0;
   int advances = 0;
 
@@ -147,6 +151,7 @@ class LocalComponents : public Components {
   std::unique_ptr<FluidSolver> make_fluid(const FluidSetup&, std::int64_t) override {
     auto fluid = std::make_unique<ConstantDragFluid>(drag_);
     fluid->before_exchange = before_exchange;
+    fluid->before_save = before_save;
     return fluid;
   }
   std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t) override {
@@ -155,7 +160,7 @@ class LocalComponents : public Components {
   void finish() override { finished = true; }
   void abort(const FailureReport& report) noexcept override { aborted_with = report.reason; }
 
-  std::function<void()> on_connect;
+  std::function<void()> on_connect, before_save;
   std::function<void(std::int64_t step)> before_exchange;
   bool finished = false;
   std::string aborted_with;

@@ -47,7 +47,10 @@ class Store : public testing::Test {
         body(BodySetup{}) {
     fs::remove_all(folder);
   }
-  void write(std::int64_t step) { store.write(fluid, body, state_of(step)); }
+  void write(std::int64_t step) {
+    store.prepare(fluid, body, state_of(step));
+    store.commit(step);
+  }
 
   fs::path folder;
   CheckpointStore store;
@@ -57,7 +60,8 @@ class Store : public testing::Test {
 
 TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   const CouplerState state = state_of(1000);
-  store.write(fluid, body, state);
+  store.prepare(fluid, body, state);
+  store.commit(state.step);
   const CouplerState found = store.newest().state;
   EXPECT_EQ(found.step, 1000);
   EXPECT_EQ(found.previous_loads.step, 999);
@@ -77,6 +81,16 @@ TEST_F(Store, KeepsTheNewestTwoAndNothingUnfinished) {
   EXPECT_TRUE(fs::exists(folder / "step_1000000000" / "fluid.h5"));
   EXPECT_FALSE(fs::exists(folder / "unfinished"));
   EXPECT_EQ(store.newest().state.step, 1'000'000'000);
+}
+
+TEST_F(Store, KeepsNoneOfALaterStepWhichTheRunCouldNotUse) {
+  for (const std::int64_t step : {1000L, 2000L}) write(step);
+  fs::resize_file(folder / "step_000002000" / "body.bin", 3);
+  EXPECT_EQ(store.newest().state.step, 1000);
+  write(1500);
+  EXPECT_FALSE(fs::exists(folder / "step_000002000"));
+  EXPECT_TRUE(fs::exists(folder / "step_000001000"));
+  EXPECT_EQ(store.newest().state.step, 1500);
 }
 
 TEST_F(Store, IgnoresACheckpointThatWasNotFinished) {
@@ -151,7 +165,7 @@ TEST_F(Store, LeavesOlderOnesAloneWhenASolverCannotSave) {
       throw StorageError(path + " cannot be written (disk full). Free space.");
     }
   } full;
-  EXPECT_THROW(store.write(full, body, state_of(2000)), StorageError);
+  EXPECT_THROW(store.prepare(full, body, state_of(2000)), StorageError);
   EXPECT_EQ(store.newest().state.step, 1000);
   write(3000);
   EXPECT_EQ(store.newest().state.step, 3000);

@@ -12,6 +12,7 @@
 
 #include "config/command_words.hpp"
 #include "fakes.hpp"
+#include "run/signals.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -61,6 +62,7 @@ output: {trajectory: {every_steps: 100}}
                          auto made = std::make_unique<LocalComponents>(drag, saves);
                          made->before_exchange = before_exchange;
                          made->on_connect = on_connect;
+                         made->before_save = before_save;
                          components = made.get();
                          return std::unique_ptr<Components>(std::move(made));
                        });
@@ -87,7 +89,7 @@ output: {trajectory: {every_steps: 100}}
   double drag = 1e-6;
   bool saves = true;
   std::function<void(std::int64_t)> before_exchange;
-  std::function<void()> on_connect;
+  std::function<void()> on_connect, before_save;
   LocalComponents* components = nullptr;  ///< valid inside a run only
 };
 
@@ -270,7 +272,9 @@ TEST_F(Program, FallsBackToTheCheckpointBeforeADamagedOne) {
 TEST_F(Program, CannotResumeWithoutACheckpointOrWithThatOfAnotherCase) {
   EXPECT_EQ(run({"--resume"}), 73);
   EXPECT_EQ(run(checkpoints_every_700), 0);
+  const std::string resolved_case = content_of(out_dir / "case.yaml");
   EXPECT_EQ(run({"--resume", "--set", "swimmers.0.stroke.amplitude_N=1.0e-5"}), 73);
+  EXPECT_EQ(content_of(out_dir / "case.yaml"), resolved_case);
   EXPECT_NE(events().back()["reason"].get<std::string>().find("another case"), std::string::npos);
 }
 
@@ -292,6 +296,55 @@ TEST_F(Program, WritesACheckpointBeforeItObeysSigterm) {
   before_exchange = nullptr;
   EXPECT_EQ(run({"--resume"}), 0);
   EXPECT_EQ(file("summary.json")["resumed_from_step"], 1001);
+}
+
+TEST_F(Program, TellsHowToGoOnFromTheCheckpointOfSigterm) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 1000) std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(), 143);
+  const auto reason = events().back()["reason"].get<std::string>();
+  EXPECT_NE(reason.find("Go on from its checkpoint with --resume"), std::string::npos) << reason;
+}
+
+TEST_F(Program, ASignalDuringACheckpointGetsThatOne) {
+  int saves_done = 0;
+  before_save = [&saves_done] {
+    ++saves_done;
+    std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(checkpoints_every_700), 143);
+  EXPECT_EQ(saves_done, 1);
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000700" / "manifest.json"));
+}
+
+TEST_F(Program, ASecondSigtermEndsACheckpointThatTakesTooLong) {
+  before_save = [] {
+    std::raise(SIGTERM);
+    std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(checkpoints_every_700), 143);
+  EXPECT_EQ(process_signals().stop.load(), SIGTERM);  // every wait for a component ends with it
+}
+
+TEST_F(Program, HasNothingToSaveBeforeTheFirstStep) {
+  on_connect = [] { std::raise(SIGUSR1); };
+  EXPECT_EQ(run(), 0) << out.str();
+  EXPECT_FALSE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000000"));
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000001"));
+}
+
+TEST_F(Program, RefusesToResumeBehindItsEndAndLosesNothing) {
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  const std::string trajectory = content_of(out_dir / "trajectory.csv");
+  const std::string resolved_case = content_of(out_dir / "case.yaml");
+  for (const char* steps : {"run.steps=1000", "run.steps=2100"}) {
+    EXPECT_EQ(run({"--resume", "--set", steps}), 2) << out.str();
+    EXPECT_NE(events().back()["reason"].get<std::string>().find("nothing is left to compute"),
+              std::string::npos);
+  }
+  EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory);
+  EXPECT_EQ(content_of(out_dir / "case.yaml"), resolved_case);
 }
 
 TEST_F(Program, StopsAtOnceWhenSigtermComesTwice) {
