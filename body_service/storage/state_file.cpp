@@ -1,5 +1,6 @@
 #include "storage/state_file.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "component/progress.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 
@@ -24,6 +26,7 @@ constexpr std::uint64_t magic = 0x59444f4245504f43ULL;  // "COPEBODY"
 constexpr std::uint64_t version = 1;
 constexpr std::size_t header_words = 5;
 constexpr std::size_t words_per_body = 13;
+constexpr std::size_t piece_bytes = 1 << 20;  ///< at most so much between two signs of progress
 
 [[noreturn]] void fail(const std::string& path, const std::string& problem, const std::string& remedy) {
   throw StorageError("body state '" + path + "' " + problem + ". " + remedy);
@@ -72,7 +75,8 @@ void take(std::span<const std::uint64_t>& words, Matrix& numbers) {
 bool write_all(int descriptor, const Words& words) {
   auto bytes = std::as_bytes(std::span(words));
   while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    const ssize_t written = ::write(descriptor, bytes.data(), std::min(bytes.size(), piece_bytes));
+    report_progress();
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return false;
     bytes = bytes.subspan(static_cast<std::size_t>(written));
@@ -87,7 +91,8 @@ bool read_all(int descriptor, Words& words) {
   auto bytes = std::as_writable_bytes(std::span(words));
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t got = ::read(descriptor, bytes.data() + done, bytes.size() - done);
+    const ssize_t got = ::read(descriptor, bytes.data() + done, std::min(bytes.size() - done, piece_bytes));
+    report_progress();
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return false;
     if (got == 0) break;

@@ -8,7 +8,7 @@ std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean) {
   const auto samples = static_cast<std::uint64_t>(mean.samples());
   std::uint64_t sum = 0;
   std::size_t cell = 0;
-  for (std::int64_t x = sums.box.low[0]; x < sums.box.high[0]; ++x)
+  for (std::int64_t x = sums.box.low[0]; x < sums.box.high[0]; ++x) {
     for (std::int64_t y = sums.box.low[1]; y < sums.box.high[1]; ++y)
       for (std::int64_t z = sums.box.low[2]; z < sums.box.high[2]; ++z, ++cell) {
         Digest digest(static_cast<std::uint64_t>((x * cells[1] + y) * cells[2] + z));
@@ -18,6 +18,8 @@ std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean) {
         digest.add(static_cast<std::uint64_t>(sums.body[cell]));
         sum += digest.value();
       }
+    report_progress();
+  }
   return sum;
 }
 

@@ -1,16 +1,21 @@
 #include "output/hdf5_file.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 #include <type_traits>
 #include <utility>
 
 #include <hdf5.h>
 
+#include "component/progress.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::fluid {
 
 namespace {
+
+constexpr std::uint64_t piece_bytes = 16 << 20;  ///< at most so much is read between two signs of progress
 
 /// An HDF5 identifier and the function that releases it.
 class Handle {
@@ -162,6 +167,25 @@ Hdf5File::Extent Hdf5File::shape(const std::string& dataset) {
 
 template <class T>
 void Hdf5File::read(const std::string& dataset, const Extent& start, const Extent& count, T* values) {
+  const std::uint64_t size = std::accumulate(count.begin(), count.end(), std::uint64_t{1}, std::multiplies());
+  const auto cut = std::find_if(count.begin(), count.end(), [](std::uint64_t along) { return along > 1; });
+  if (size * sizeof(T) <= piece_bytes || cut == count.end()) {
+    read_piece(dataset, start, count, values);
+    report_progress();
+    return;
+  }
+  // Halves along the first axis that can be cut lie one behind the other in memory.
+  const auto axis = static_cast<std::size_t>(cut - count.begin());
+  Extent first = count, second = count, middle = start;
+  first[axis] /= 2;
+  second[axis] -= first[axis];
+  middle[axis] += first[axis];
+  read(dataset, start, first, values);
+  read(dataset, middle, second, values + size / count[axis] * first[axis]);
+}
+
+template <class T>
+void Hdf5File::read_piece(const std::string& dataset, const Extent& start, const Extent& count, T* values) {
   const Handle set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   require(set.valid(), "open dataset " + dataset);
   const Handle file_space(H5Dget_space(set.get()), H5Sclose);

@@ -39,7 +39,7 @@ class Hdf5File {
   template <class T>  ///< double, float or std::int32_t
   std::int64_t make_dataset(const std::string& dataset, const Extent& shape);
   [[nodiscard]] Extent shape(const std::string& dataset);
-  /// Reads `count` values from `start` on along each axis, last axis fastest.
+  /// Reads `count` values from `start` on along each axis, last axis fastest. Shows progress.
   template <class T>
   void read(const std::string& dataset, const Extent& start, const Extent& count, T* values);
 
@@ -47,6 +47,8 @@ class Hdf5File {
   void close();
 
  private:
+  template <class T>
+  void read_piece(const std::string& dataset, const Extent& start, const Extent& count, T* values);
   void require(bool succeeded, const std::string& action) const;
 
   std::string path_;

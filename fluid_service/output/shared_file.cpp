@@ -1,5 +1,6 @@
 #include "output/shared_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -7,15 +8,29 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "component/progress.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::fluid {
 
 namespace {
 
+constexpr std::int64_t piece_bytes = 16 << 20;  ///< at most so much between two signs of progress
+
 StorageError storage_error(const std::string& path, const std::string& action, int error) {
   return StorageError(path + ": cannot " + action + " (" + std::strerror(error) +
                       "). Make room on the disk, check permissions, and resume.");
+}
+
+/// Takes the disk space of a part of a file.
+/// @return 0, or the error's number
+int allocate(int file, std::int64_t start, std::int64_t bytes) {
+  int error = 0;
+  for (std::int64_t done = 0; done < bytes && error == 0; done += piece_bytes) {
+    error = posix_fallocate(file, start + done, std::min(piece_bytes, bytes - done));
+    report_progress();
+  }
+  return error;
 }
 
 /// All ranks learn the text of rank `speaker`.
@@ -65,7 +80,7 @@ void require_space(const std::string& path, std::int64_t bytes) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) throw storage_error(path, "open it", errno);
   struct stat status {};
-  int error = fstat(file, &status) != 0 ? errno : posix_fallocate(file, status.st_size, bytes);
+  int error = fstat(file, &status) != 0 ? errno : allocate(file, status.st_size, bytes);
   if (ftruncate(file, status.st_size) != 0 && error == 0) error = errno;
   close(file);
   if (error != 0) throw storage_error(path, "get " + std::to_string(bytes) + " bytes of disk space", error);
@@ -75,7 +90,7 @@ void reserve_space(const std::string& path) {
   const int file = open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) throw storage_error(path, "open it", errno);
   struct stat status {};
-  const int error = fstat(file, &status) != 0 ? errno : posix_fallocate(file, 0, status.st_size);
+  const int error = fstat(file, &status) != 0 ? errno : allocate(file, 0, status.st_size);
   close(file);
   if (error != 0)
     throw storage_error(path, "get " + std::to_string(status.st_size) + " bytes of disk space", error);
@@ -94,7 +109,9 @@ void SharedFile::fail(const std::string& action) const { throw storage_error(pat
 
 void SharedFile::write_run(std::uint64_t position, const char* bytes, std::size_t size) {
   while (size > 0) {
-    const ssize_t written = pwrite(file_, bytes, size, static_cast<off_t>(position));
+    const std::size_t piece = std::min(size, static_cast<std::size_t>(piece_bytes));
+    const ssize_t written = pwrite(file_, bytes, piece, static_cast<off_t>(position));
+    report_progress();
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) fail("write to it");
     position += static_cast<std::uint64_t>(written);
@@ -129,7 +146,16 @@ void SharedFile::write_bytes(std::int64_t offset, const Hdf5File::Extent& shape,
   }
 }
 
+/// Piece by piece first, since fsync says nothing for as long as the disk takes.
 void SharedFile::sync() {
+  struct stat status {};
+  if (fstat(file_, &status) != 0) fail("look at it");
+  constexpr unsigned now = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
+  for (std::int64_t position = 0; position < status.st_size; position += piece_bytes) {
+    if (sync_file_range(file_, position, piece_bytes, now) != 0 && errno != ENOSYS)
+      fail("bring it to the disk");
+    report_progress();
+  }
   if (fsync(file_) != 0) fail("bring it to the disk");
 }
 

@@ -26,7 +26,8 @@ void require_space(const std::string& path, std::int64_t bytes);
 /// @throws StorageError
 void reserve_space(const std::string& path);
 
-/// Writes values of a contiguous dataset from any number of processes at once; not collective.
+/// Writes values of a contiguous dataset from any number of processes at once; not collective. Shows
+/// progress, so that a disk that is slow is not taken for one that hangs.
 class SharedFile {
  public:
   /// Opens an existing file. @throws StorageError

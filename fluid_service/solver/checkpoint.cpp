@@ -1,4 +1,5 @@
 #include "checkpoint/population_file.hpp"
+#include "component/progress.hpp"
 #include "solver/lattice_boltzmann.hpp"
 
 // A checkpoint holds populations by cell and direction, wherever the step's parity stored them, and the
@@ -10,11 +11,13 @@ template <class T>
 template <class Visit>
 void LatticeBoltzmann<T>::for_each_population(const Visit& visit) const {
   const Box& block = layout_.block();
-  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z)
         for (int alpha = 0; alpha < d3q19::directions; ++alpha)
           visit(static_cast<std::size_t>(layout_.location(layout_.site(Cell{x, y, z}), alpha, placement_)));
+    report_progress();
+  }
 }
 
 template <class T>

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "boundary/origin.hpp"
+#include "component/progress.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "kernel/equilibrium.hpp"
@@ -187,7 +188,7 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
   result.body.reserve(cells);
   // Half of the force that the collision added belongs to the next half step [Guo, Zheng, Shi 2002].
   const Eigen::Vector3d half_force = 0.5 * units_.body_force_lu(setup_.body_force_N_per_m3);
-  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
         const Site cell = layout_.site(Cell{x, y, z});
@@ -207,6 +208,8 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
           result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
         result.body.push_back(owner);
       }
+    report_progress();
+  }
   return result;
 }
 
@@ -230,7 +233,7 @@ std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {
   const Box& block = layout_.block();
   const Cell& cells = domain_.cells();
   std::uint64_t sum = 0;
-  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
         const Site cell = layout_.site(Cell{x, y, z});
@@ -240,6 +243,8 @@ std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {
           digest.add(populations_[static_cast<std::size_t>(layout_.location(cell, alpha, placement_))]);
         sum += digest.value();
       }
+    report_progress();
+  }
   return sum;
 }
 

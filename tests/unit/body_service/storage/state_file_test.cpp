@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
+#include "component/progress.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::body {
@@ -55,6 +56,20 @@ class StateFile : public testing::Test {
 bool same_bits(const double* first, const double* second, Eigen::Index count) {
   return std::equal(first, first + count, second,
                     [](double a, double b) { return a == b && std::signbit(a) == std::signbit(b); });
+}
+
+// A slow disk is not taken for one that hangs.
+TEST_F(StateFile, ShowsProgressWithEveryMegabyte) {
+  state_.resize(25'000);  // 2.6 MB
+  for (auto* matrix : {&state_.position_m, &state_.velocity_m_per_s, &state_.angular_momentum_N_m_s})
+    matrix->setRandom();
+  state_.orientation_wxyz.setRandom();
+  const std::uint64_t before = progress_counter();
+  write();
+  const std::uint64_t written = progress_counter();
+  EXPECT_GE(written - before, 3U);
+  EXPECT_EQ(read_state(path(), case_digest, state_), 42);
+  EXPECT_GE(progress_counter() - written, 3U);
 }
 
 TEST_F(StateFile, GivesBackEveryBit) {
