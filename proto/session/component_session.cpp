@@ -31,6 +31,10 @@ std::string illegal(const ComponentSession& session, MessageKind kind) {
 }
 
 Outcome on_request(ComponentSession session, MessageKind kind, const Header& header) {
+  if (header.sequence == 0) {
+    return refuse(session, std::string(name_of(kind)) +
+                               " came without a number (its sequence is 0). Number the requests from 1.");
+  }
   if (header.sequence == session.last_sequence) return {session, {Kind::repeat_reply, {}, {}, {}}};
   if (header.sequence < session.last_sequence) {
     return ignore(session, "request " + std::to_string(header.sequence) + " was answered long ago");

@@ -42,7 +42,8 @@ struct Outcome {
 
 /// A message arrived on the data lane.
 /// Exactly once: a request with the sequence number of the last one is answered with the same bytes again;
-/// older ones are ignored; a number or a step that skips ahead is refused, since something was lost.
+/// older ones are ignored; a number or a step that skips ahead is refused, since something was lost, and so
+/// is a request without a number.
 Outcome on_message(const ComponentSession& session, MessageKind kind, const Header& header);
 
 /// Something happened inside the component.

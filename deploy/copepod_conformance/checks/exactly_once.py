@@ -7,7 +7,7 @@ from copepod_conformance.verdicts import Check, Rule, Violation
 _REPEAT = Rule("Exactly once", "a request with the number of the last one is answered with the same bytes as before, "
                                "without computing anything")
 _IGNORE = Rule("Exactly once", "older numbers and messages of another session or epoch are ignored")
-_SKIP = Rule("Exactly once", "a number that skips ahead, and a step that is not the next one, are refused with code 65")
+_SKIP = Rule("Exactly once", "a number that skips ahead, the number 0, and a step that is not the next one are refused with code 65")
 _DAMAGED = Rule("Lanes", "a frame that does not end with its checksum was damaged on its way and counts as lost")
 _GOODBYE = Rule("Exactly once", "a component stays for 0.5 s after its Finished, should the coupler have to ask again")
 _QUEUE = Rule("A run", "a request that comes during the bulk update waits in the queue")
@@ -77,6 +77,13 @@ def _number_ahead(trial):
     trial.expect_failure(65)
 
 
+def _no_number(trial):
+    """There is no reply yet that could be repeated."""
+    trial.reach("greeted")
+    trial.send(trial.make(SETUP[trial.role]), sequence=0)
+    trial.expect_failure(65)
+
+
 def _other_step(offset):
     def run(trial):
         trial.configure()
@@ -133,6 +140,7 @@ def checks(subject):
         Check(group, "another session is ignored", _IGNORE, _foreign("session_id")),
         Check(group, "another epoch is ignored", _IGNORE, _foreign("epoch")),
         Check(group, "a number that skips ahead is refused", _SKIP, _number_ahead),
+        Check(group, "a request without a number is refused", _SKIP, _no_number),
         Check(group, "a step left out is refused", _SKIP, _other_step(+1)),
         Check(group, "a step done before is refused", _SKIP, _other_step(-1)),
         Check(group, "a damaged request counts as lost", _DAMAGED, _damaged),

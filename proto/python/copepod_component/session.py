@@ -48,6 +48,8 @@ class Session:
         return self.state in ("done", "failed", "orphaned")
 
     def _on_request(self, name, envelope):
+        if envelope.sequence == 0:
+            return self._refuse(f"{name} came without a number (its sequence is 0). Number the requests from 1.")
         if envelope.sequence == self.last_sequence:
             return Action("repeat")
         if envelope.sequence < self.last_sequence:

@@ -71,6 +71,13 @@ TEST(ComponentSession, AnswersARepeatedRequestWithTheSameReplyAndNeverStepsTwice
 )");
 }
 
+TEST(ComponentSession, RefusesARequestWithoutANumber) {
+  EXPECT_GOES(Role::fluid, R"(
+> Welcome               | greeted       | accept the welcome
+> FluidSetup @0         | failed        | refuse: FluidSetup came without a number (its sequence is 0). Number the requests from 1.
+)");
+}
+
 TEST(ComponentSession, RefusesWhatItsStateDoesNotAllowAndNamesWhatIsLegal) {
   EXPECT_GOES(Role::fluid, R"(
 > Welcome               | greeted       | accept the welcome
