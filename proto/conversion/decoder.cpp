@@ -264,7 +264,8 @@ void Decoder::read(SolverSummary& summary) const {
   summary.cell_updates = wire.cell_updates();
   summary.ranks = static_cast<int>(wire.ranks());
   summary.seconds.clear();
-  for (const auto& [phase, seconds] : wire.seconds()) summary.seconds[read_text(phase, "phase")] = seconds;
+  for (const auto& [phase, seconds] : wire.seconds())
+    summary.seconds[read_text(phase, "phase")] = read_finite(seconds, "seconds");
 }
 
 void Decoder::read(session::Ping& ping) const { ping.stamp_ns = buffers_->envelope->ping().stamp_ns(); }

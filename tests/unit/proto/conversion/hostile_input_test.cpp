@@ -191,6 +191,9 @@ TEST(HostileInput, NumbersThatAreNotFiniteAreRefused) {
     setup.boundaries[5].pressure_Pa = bad;
     decoder.parse(encoder.encode(Header{}, setup));
     EXPECT_THROW(decoder.read(setup), MalformedMessage);
+    SolverSummary summary{1, 2, 3, {{"bulk", bad}}};
+    decoder.parse(encoder.encode(Header{}, summary));
+    EXPECT_THROW(decoder.read(summary), MalformedMessage);
   }
 }
 
