@@ -19,6 +19,7 @@ class RunDirectory:
 
     def __init__(self, path):
         self.path = Path(path).absolute()
+        _require_utf8(self.path)
         self.lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         if not _is_locked(self.lock, _LOCK_PATIENCE_S):
             os.close(self.lock)
@@ -108,7 +109,21 @@ def reopen(name, out):
     return directory
 
 
+def _require_utf8(path):
+    """Raises Stop(2) for a path that no message can carry: texts of Protocol Buffers are UTF-8."""
+    name = os.fsencode(Path(path).absolute())
+    try:
+        name.decode("utf-8")
+    except UnicodeDecodeError:
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"{name.decode('utf-8', 'backslashreplace')} cannot be the folder of a run (its name is not UTF-8 text). "
+            "Choose another --out, or rename it.",
+        ) from None
+
+
 def _make(path, exist_ok):
+    _require_utf8(path)
     try:
         path.mkdir(parents=True, exist_ok=exist_ok)
     except FileExistsError:

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "communication/failure_packet.hpp"
 #include "component/progress.hpp"
 #include "contract/errors.hpp"
 
@@ -35,19 +36,20 @@ int allocate(int file, std::int64_t start, std::int64_t bytes) {
 
 /// All ranks learn the text of rank `speaker`.
 std::string spread(Communicator& communicator, int speaker, const std::string& own) {
-  std::array<char, 600> text{};
-  if (communicator.rank() == speaker) own.copy(text.data(), text.size() - 1);
+  FailureReport report;
+  report.reason = own;
+  FailurePacket packet = pack_failure(report);
   std::vector<Communicator::Message> messages;
   for (int peer = 0; peer < communicator.size(); ++peer) {
     if (peer == communicator.rank()) continue;
     if (communicator.rank() == speaker) {
-      messages.push_back({peer, std::as_bytes(std::span(text)), {}});
+      messages.push_back({peer, std::as_bytes(std::span(packet)), {}});
     } else if (peer == speaker) {
-      messages.push_back({peer, {}, std::as_writable_bytes(std::span(text))});
+      messages.push_back({peer, {}, std::as_writable_bytes(std::span(packet))});
     }
   }
   communicator.start_exchange(messages)();
-  return text.data();
+  return unpack_failure(packet).reason;
 }
 
 }  // namespace

@@ -217,7 +217,7 @@ Bytes Encoder::encode(const Header& header, MessageKind kind, const session::Che
 }
 
 Bytes Encoder::encode(const Header& header, const session::Saved& saved) {
-  buffers_->envelope.mutable_saved()->set_problem(saved.problem);
+  buffers_->envelope.mutable_saved()->set_problem(as_utf8(saved.problem, kLimits.string_bytes));
   return serialise(header);
 }
 

@@ -252,6 +252,13 @@ class RunLifecycle(CommandTest):
         out = self.folder / ("long_" * 30)
         self.assert_ends(self.start("run", self.case(steps=2), "--out", out), 0, within_s=10)
 
+    def test_run_directory_whose_name_is_no_text_is_refused_before_it_is_made(self):
+        out = os.fsdecode(os.fsencode(self.folder) + b"/m\xfcnchen")
+        session = self.start("run", self.case(steps=2), "--out", out)
+        self.assert_ends(session, 2, within_s=5)
+        self.assertIn("m\\xfcnchen cannot be the folder of a run (its name is not UTF-8 text)", session.last_line)
+        self.assertFalse(os.path.exists(out))
+
     def test_command_works_through_a_symbolic_link(self):
         (self.folder / "linked").symlink_to(COMMAND)
         environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}

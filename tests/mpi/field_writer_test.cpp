@@ -8,6 +8,7 @@
 
 #include "contract/errors.hpp"
 #include "output/hdf5_file.hpp"
+#include "output/shared_file.hpp"
 #include "storage_case.hpp"
 
 namespace copepod::fluid {
@@ -37,6 +38,23 @@ class Fields : public testing::Test {
   FieldBlock block_ = numbered_fields(BlockPartition({4, 3, 5}, ranks_.size()).block(ranks_.rank()));
   std::string path_ = folder_.path() + "/fields.h5";
 };
+
+TEST(OnEveryRank, TellsTheReasonOfTheLowestFailingRankAndCutsNoCharacterInTwo) {
+  MpiCommunicator ranks;
+  std::string reason = "of rank " + std::to_string(ranks.rank()) + ": ";
+  while (reason.size() < 4000) reason += "é…";
+  std::string told;
+  try {
+    on_every_rank(ranks, [&] {
+      if (ranks.rank() > 0 || ranks.size() == 1) throw std::runtime_error(reason);
+    });
+  } catch (const StorageError& error) {
+    told = error.what();
+  }
+  ASSERT_GT(told.size(), 1000U);
+  EXPECT_TRUE(told.starts_with(ranks.size() == 1 ? "of rank 0" : "of rank 1")) << told;
+  EXPECT_TRUE(told.ends_with("é") || told.ends_with("…")) << told;
+}
 
 TEST_F(Fields, CoverTheWholeDomainWithMirroredVelocities) {
   FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1000, block_);

@@ -255,6 +255,11 @@ TEST_F(RoundTrip, MakesTextTravelWhateverItsEncoding) {
   FailureReport received;
   decoder.read(received);
   EXPECT_EQ(received.reason, "Str?mung \xC3\xA4 ??");
+
+  ASSERT_EQ(send(session::Saved{"m\xFCnchen: cannot open it"}), MessageKind::saved);
+  session::Saved saved;
+  decoder.read(saved);
+  EXPECT_EQ(saved.problem, "m?nchen: cannot open it");
 }
 
 TEST_F(RoundTrip, KeepsSummariesAndPaths) {
