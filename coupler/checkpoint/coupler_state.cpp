@@ -67,7 +67,8 @@ ordered_json to_json(const CouplerState& state) {
            {{"step", state.previous_loads.step},
             {"force_N", list(state.previous_loads.force_N)},
             {"torque_N_m", list(state.previous_loads.torque_N_m)}}},
-          {"swimmers", swimmers}};
+          {"swimmers", swimmers},
+          {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}}};
 }
 
 CouplerState coupler_state_from_json(const ordered_json& json) {
@@ -79,6 +80,9 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
     state.previous_loads.force_N = matrix(loads.at("force_N"));
     state.previous_loads.torque_N_m = matrix(loads.at("torque_N_m"));
     for (const ordered_json& swimmer : json.at("swimmers")) state.swimmers.push_back(period_sums(swimmer));
+    const ordered_json& mean = json.at("mean");
+    state.mean = {whole_number<std::int64_t>(mean.at("start")),
+                  whole_number<std::int64_t>(mean.at("every_steps"))};
     return state;
   } catch (const ordered_json::exception& error) {
     throw StorageError(std::string("coupler.json of a checkpoint is unusable (") + error.what() +

@@ -10,11 +10,20 @@
 
 namespace copepod::coupler {
 
+/// Which steps enter the mean field: `start` and every so many after it.
+struct MeanSampling {
+  std::int64_t start = 0;
+  std::int64_t every_steps = 0;
+
+  bool operator==(const MeanSampling&) const = default;
+};
+
 /// What the coupler itself must remember to continue a run bit for bit; the solvers remember the rest.
 struct CouplerState {
   std::int64_t step = 0;             ///< that comes next
   Loads previous_loads;              ///< of the load averaging; no bodies: none yet
   std::vector<PeriodSums> swimmers;  ///< of the analysis, in the order of the case
+  MeanSampling mean;                 ///< the fluid keeps its sums of the mean field for these steps only
 };
 
 nlohmann::ordered_json to_json(const CouplerState& state);

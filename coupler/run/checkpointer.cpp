@@ -11,6 +11,10 @@
 
 namespace copepod::coupler {
 
+MeanSampling mean_sampling(const OutputCase& output) {
+  return {output.mean_over_steps[0], output.mean_every_steps};
+}
+
 Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able,
                            const Case& the_case, std::int64_t first_step, RunSignals& signals, Events& events)
     : store_(store),
@@ -19,6 +23,7 @@ Checkpointer::Checkpointer(const CheckpointStore& store, Components& components,
       first_step_(first_step),
       schedule_(the_case.output.checkpoint_every_steps, the_case.output.checkpoint_every_wall_s, first_step,
                 CheckpointSchedule::Clock::now()),
+      mean_(mean_sampling(the_case.output)),
       expected_bytes_(static_cast<std::uintmax_t>(population_bytes(the_case.fluid))),
       signals_(signals),
       events_(events) {
@@ -69,7 +74,7 @@ void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExpl
                        " (the disk is nearly full). Free some space; the run goes on.");
   }
   audience.sync_files();
-  store_.prepare(fluid, body, {scheme.step(), scheme.previous_loads(), audience.sums()});
+  store_.prepare(fluid, body, {scheme.step(), scheme.previous_loads(), audience.sums(), mean_});
   components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
   spdlog::info("checkpoint of step {}", scheme.step());
 }

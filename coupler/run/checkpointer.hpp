@@ -13,6 +13,9 @@
 
 namespace copepod::coupler {
 
+/// Which steps enter the mean field that a case asks for.
+MeanSampling mean_sampling(const OutputCase& output);
+
 /// Interrupts a run where a checkpoint is due or a signal wants something, and writes checkpoints.
 class Checkpointer {
  public:
@@ -41,6 +44,7 @@ class Checkpointer {
   Ability able_;
   std::int64_t first_step_;
   CheckpointSchedule schedule_;
+  MeanSampling mean_;
   std::uintmax_t expected_bytes_;  ///< of the first checkpoint
   RunSignals& signals_;
   Events& events_;

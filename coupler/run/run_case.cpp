@@ -54,8 +54,20 @@ FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store) {
                     std::to_string(step) + " (nothing is left to compute). Set run.steps to more than " +
                     std::to_string(step) + ", or run without --resume.");
   }
+  tell_of_missing_samples(found.state);
   spdlog::info("resuming at step {}", step);
   return found;
+}
+
+/// A run may be resumed with another mean field; the fluid then starts its sums anew.
+void CaseRun::tell_of_missing_samples(const CouplerState& state) {
+  const OutputCase& output = loaded_.content.output;
+  const bool has_begun = output.mean_over_steps[1] > 0 && output.mean_over_steps[0] < state.step;
+  if (!has_begun || state.mean == mean_sampling(output)) return;
+  const std::string text = "The mean field lacks its samples up to step " + std::to_string(state.step) +
+                           " (the run before took others). Resume with its output.fields, or start anew.";
+  spdlog::warn(text);
+  events_.notice(text);
 }
 
 void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {

@@ -33,6 +33,7 @@ class CaseRun {
 
  private:
   [[nodiscard]] FoundCheckpoint find_checkpoint(const CheckpointStore& store);
+  void tell_of_missing_samples(const CouplerState& state);
   void make_solvers(const std::optional<FoundCheckpoint>& checkpoint);
   void compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint);
 

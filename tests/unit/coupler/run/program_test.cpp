@@ -334,6 +334,25 @@ TEST_F(Program, HasNothingToSaveBeforeTheFirstStep) {
   EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000001"));
 }
 
+TEST_F(Program, SaysThatAResumedMeanFieldIsIncomplete) {
+  const auto run_with_mean = [&](const char* steps, std::vector<std::string> more) {
+    more.insert(more.end(), {"--set", std::string("output.fields.mean_over_steps=") + steps});
+    return run(more);
+  };
+  const auto notices = [&] {
+    std::string texts;
+    for (const json& event : events()) texts += event["event"] == "notice" ? event["text"] : "";
+    return texts;
+  };
+  EXPECT_EQ(run_with_mean("[100,2400]", checkpoints_every_700), 0) << err.str();
+  EXPECT_EQ(run_with_mean("[100,2400]", {"--resume"}), 0);
+  EXPECT_EQ(notices(), "");
+  EXPECT_EQ(run_with_mean("[2200,2400]", {"--resume"}), 0);  // begins after the checkpoint
+  EXPECT_EQ(notices(), "");
+  EXPECT_EQ(run_with_mean("[200,2400]", {"--resume"}), 0);
+  EXPECT_NE(notices().find("lacks its samples up to step 2100"), std::string::npos) << notices();
+}
+
 TEST_F(Program, RefusesToResumeBehindItsEndAndLosesNothing) {
   EXPECT_EQ(run(checkpoints_every_700), 0);
   const std::string trajectory = content_of(out_dir / "trajectory.csv");
