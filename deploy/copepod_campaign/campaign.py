@@ -10,6 +10,7 @@ from copepod_campaign.entry import State, entries_of
 from copepod_campaign.pool import Pool
 from copepod_command import build, exit_codes
 from copepod_command.checkout import called_as
+from copepod_command.destinations import make_folder
 from copepod_command.errors import Stop
 from copepod_command.plan import request_campaign
 from copepod_command.run_directory import RunDirectory, folder_name
@@ -39,7 +40,7 @@ def run_sweep(options, plan):
 def _run(name, items, jobs, options, again):
     """Whatever is left to do of `items`; `again` is the command that goes on with them."""
     folder = Path(options.out or Path("runs") / folder_name(name))
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     with ExitStack() as stack:
         directory = RunDirectory(folder)
         stack.callback(directory.close)

@@ -1,10 +1,17 @@
 """Entry point; `deploy/copepod` starts this file with Debian's Python."""
 
+import signal
 import sys
 from pathlib import Path
 
 sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
-from copepod_command.main import main  # noqa: E402  (the path above must be set first)
+try:
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # deploy/copepod blocks it until somebody can say so
+    from copepod_command.main import main  # the path above must be set first
 
-sys.exit(main(sys.argv[1:]))
+    code = main(sys.argv[1:])
+except KeyboardInterrupt:
+    print("copepod: stopped by Ctrl-C.", file=sys.stderr)
+    code = 130
+sys.exit(code)

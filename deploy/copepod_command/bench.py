@@ -5,7 +5,7 @@ import os
 import subprocess
 from pathlib import Path
 
-from copepod_command import build, exit_codes
+from copepod_command import build, destinations, exit_codes
 from copepod_command.checkout import PROGRAMS, program
 from copepod_command.stages import Stage, say
 
@@ -15,6 +15,7 @@ _DOMAINS = ((48, 48, 48), _PAPER, (160, 160, 160))
 
 def bench(options):
     """Measures for a few minutes; prints the table, writes the JSON to --out."""
+    destinations.require_file(options.out, "--out")
     if options.exchange:
         build.ensure_targets((*PROGRAMS, "exchange_overhead", "fake_body"))
         return subprocess.run([program("exchange_overhead")]).returncode

@@ -8,7 +8,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from copepod_command import build, cleanup, components, exit_codes
+from copepod_command import build, cleanup, components, destinations, exit_codes
 from copepod_command.errors import Stop
 from copepod_command.guard import Guard
 from copepod_command.scratch import Scratch
@@ -25,6 +25,7 @@ def conformance(options):
     if shutil.which(options.component[0]) is None:
         raise Stop(exit_codes.BAD_CASE, f"{shlex.join(options.component)} cannot be started (no such program). "
                                         "Give its path, or put it in PATH.")
+    destinations.require_file(options.junit, "--junit")
     build.ensure_programs()
     mark = f"{components.MARK}={secrets.token_hex(8)}"
     folder = tempfile.mkdtemp(prefix="copepod-", dir="/tmp")  # a short path: it holds sockets

@@ -3,10 +3,11 @@
 import datetime
 import json
 import os
+from contextlib import suppress
 
 
 def record_exit(directory, code, reason):
-    """Sets status, exit_code, exit_reason and, if missing, end; does nothing if the coupler wrote no provenance."""
+    """Sets status, exit_code, exit_reason and, if missing, end; does nothing if the coupler wrote no provenance. Never raises."""
     path = directory / "provenance.json"
     try:
         provenance = json.loads(path.read_text())
@@ -17,6 +18,25 @@ def record_exit(directory, code, reason):
     provenance["exit_reason"] = reason
     if not provenance.get("end"):
         provenance["end"] = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+    _replace(path, json.dumps(provenance, indent=2) + "\n")
+
+
+def _replace(path, text):
+    """In one go; on a full disk in the blocks that the file has. What cannot be written is lost: the run's own failure matters more."""
     fresh = path.with_suffix(".json.new")
-    fresh.write_text(json.dumps(provenance, indent=2) + "\n")
-    os.replace(fresh, path)
+    try:
+        fresh.write_text(text)
+        os.replace(fresh, path)
+    except OSError:
+        with suppress(OSError):
+            fresh.unlink()
+        with suppress(OSError):
+            _overwrite(path, text.encode())
+
+
+def _overwrite(path, content):
+    """Needs no new block; leaves the file alone if the content does not fit into its blocks."""
+    with open(path, "r+b") as file:
+        if len(content) <= os.fstat(file.fileno()).st_blocks * 512:
+            file.write(content)
+            file.truncate()

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from copepod_command import exit_codes
+from copepod_command import destinations, exit_codes
 from copepod_command.errors import Stop
 from copepod_command.stages import say
 
@@ -56,13 +56,18 @@ def _trace(options):
     from copepod_recording.location import trace_folder, wire_file
 
     folder = trace_folder(options.directory, options.attempt)
+    out = Path(options.out or Path(options.directory) / "trace.json")
+    destinations.require_file(out, "--out")
+    _require_picture(options.picture)
     processes = [_open(path) for path in sorted(folder.glob("*.rec"))]
     wire = None
     if list((Path(options.directory) / "wire").glob("*.rec")):
         wire = _open(wire_file(options.directory, options.attempt))
     timelines = trace.read(processes)
-    out = Path(options.out or Path(options.directory) / "trace.json")
-    out.write_text(json.dumps(trace.as_json(trace.window(timelines, options.steps), wire)))
+    shown = trace.window(timelines, options.steps)
+    if not any(timeline.phases for timeline in shown):
+        raise Stop(exit_codes.BAD_CASE, f"there is nothing to draw ({_what_there_is(timelines)}). Choose other --steps.")
+    out.write_text(json.dumps(trace.as_json(shown, wire)))
     print(f"{out}: open it with https://ui.perfetto.dev or chrome://tracing")
     figures = shadow.figures(timelines)
     if figures:
@@ -70,10 +75,22 @@ def _trace(options):
     if options.picture:
         from copepod_recording import picture
 
-        picture.draw(trace.window(timelines, options.steps), options.picture)
+        picture.draw(shown, options.picture)
         print(options.picture)
     _say_where_it_ends(processes)
     return exit_codes.FINISHED
+
+
+def _require_picture(path):
+    """Raises Stop unless a picture can be written there."""
+    destinations.require_file(path, "--picture")
+    if path and Path(path).suffix.lower() not in (".png", ".svg"):
+        raise Stop(exit_codes.BAD_CASE, f"--picture {path} is neither PNG nor SVG (the name tells). Use FILE.png or FILE.svg.")
+
+
+def _what_there_is(timelines):
+    steps = [phase.step for timeline in timelines for phase in timeline.phases if phase.step >= 0]
+    return f"{min(steps)} to {max(steps)} are the recorded steps" if steps else "the recording holds no step"
 
 
 def _say_where_it_ends(recordings):

@@ -1,5 +1,6 @@
 """The folder of a run: chosen without ever overwriting one, locked while it is in use."""
 
+import errno
 import fcntl
 import json
 import os
@@ -8,6 +9,7 @@ import time
 from pathlib import Path
 
 from copepod_command import exit_codes
+from copepod_command.destinations import make_folder
 from copepod_command.errors import Stop
 
 
@@ -17,17 +19,26 @@ _LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned u
 class RunDirectory:
     """A run's folder, held by this command; the lock lives on the folder itself and leaves no file."""
 
-    def __init__(self, path):
+    def __init__(self, path, must_be_empty=False):
+        """Raises Stop(2) if another command holds the folder, its name is no text, or it is not empty as it `must_be`.
+
+        Raises Stop(73) if nothing can be written there.
+        """
         self.path = Path(path).absolute()
         _require_utf8(self.path)
-        self.lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-        if not _is_locked(self.lock, _LOCK_PATIENCE_S):
+        self.lock = _opened(path)
+        try:
+            if not _is_locked(self.lock, _LOCK_PATIENCE_S):
+                raise Stop(
+                    exit_codes.BAD_CASE,
+                    f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
+                )
+            if must_be_empty:  # known only now: another command may have run there while we waited
+                _require_empty(self.path, path)
+            (self.path / "logs").mkdir(exist_ok=True)
+        except BaseException:
             os.close(self.lock)
-            raise Stop(
-                exit_codes.BAD_CASE,
-                f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
-            )
-        (self.path / "logs").mkdir(exist_ok=True)
+            raise
 
     def close(self):
         os.close(self.lock)
@@ -54,6 +65,35 @@ def has_checkpoint(path):
     return any((path / "checkpoints").glob("step_*/manifest.json"))
 
 
+def _opened(path):
+    """Descriptor of the folder. Raises Stop(73) if it is not ours to write to."""
+    try:
+        if not os.access(path, os.R_OK | os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError as problem:
+        raise Stop(
+            exit_codes.STORAGE_FAILED,
+            f"{path} cannot be written to ({problem.strerror}). Choose another --out; to go on with somebody else's run, "
+            "copy its folder first.",
+        ) from None
+
+
+def _require_empty(path, shown):
+    """Raises Stop(2) if there is anything at `path` but an empty folder; Stop(73) if that cannot be told."""
+    try:
+        if not path.exists() or path.is_dir() and not any(path.iterdir()):
+            return
+    except OSError as problem:
+        raise Stop(
+            exit_codes.STORAGE_FAILED, f"{shown} cannot be read ({problem.strerror}). Choose another --out."
+        ) from None
+    raise Stop(
+        exit_codes.BAD_CASE,
+        f"{shown} exists already (a run is never overwritten). Go on with it by --resume, or choose another --out.",
+    )
+
+
 def _is_locked(descriptor, patience_s):
     """Whether the lock became ours in time."""
     deadline = time.monotonic() + patience_s
@@ -74,19 +114,15 @@ def create(name, out):
     """
     if out is not None:
         path = Path(out)
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise Stop(
-                exit_codes.BAD_CASE,
-                f"{out} exists already (a run is never overwritten). "
-                "Go on with it by --resume, or choose another --out.",
-            )
-        _make(path, exist_ok=True)
-        return RunDirectory(path)
+        _require_utf8(path)
+        _require_empty(path, out)
+        make_folder(path)
+        return RunDirectory(path, must_be_empty=True)
     name = folder_name(name)
     for number in range(1, 100000):
         path = Path("runs") / _numbered(name, number)
         try:
-            _make(path, exist_ok=False)
+            make_folder(path, exist_ok=False)
             return RunDirectory(path)
         except FileExistsError:
             continue
@@ -96,7 +132,7 @@ def create(name, out):
 def reopen(name, out):
     """Folder of the run to go on with: `out`, or the latest runs/<name>-N. Raises Stop(2) if it cannot be resumed."""
     path = Path(out) if out is not None else _latest(name)
-    if path is None or not (path / "case.yaml").exists():
+    if path is None or not _holds_case(path):
         where = out if out is not None else f"runs/{name}"
         raise Stop(exit_codes.BAD_CASE, f"{where} holds no run (no case.yaml). Start it without --resume.")
     directory = RunDirectory(path)
@@ -122,15 +158,12 @@ def _require_utf8(path):
         ) from None
 
 
-def _make(path, exist_ok):
-    _require_utf8(path)
+def _holds_case(path):
     try:
-        path.mkdir(parents=True, exist_ok=exist_ok)
-    except FileExistsError:
-        raise
+        return (path / "case.yaml").exists()
     except OSError as problem:
         raise Stop(
-            exit_codes.STORAGE_FAILED, f"{path} cannot be made ({problem.strerror}). " "Choose another --out."
+            exit_codes.STORAGE_FAILED, f"{path} cannot be read ({problem.strerror}). Choose another --out."
         ) from None
 
 

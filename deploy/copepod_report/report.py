@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+from copepod_command.destinations import make_folder
 from copepod_report import (
     body_plot,
     collection,
@@ -28,7 +29,7 @@ def write_report(directories, out, read_case):
     radii = hydrodynamic_radii.measure(drags)
     runs = [run for found in collected for run in found.runs if radii is None or run not in drags]
     out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     anchors = _anchors(runs)
     sections = []
     if len(runs) > 1:

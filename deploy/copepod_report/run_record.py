@@ -18,7 +18,7 @@ class RunRecord:
     def __init__(self, directory, read_case):
         """`read_case`: function from the path of a case file to the resolved case.
 
-        Raises Stop(2) if the folder holds no finished run.
+        Raises Stop(2) if the folder holds no finished run, Stop(73) if one of its files is damaged.
         """
         self.directory = Path(directory)
         for name in ("summary.json", "case.yaml", "trajectory.csv"):
@@ -28,9 +28,9 @@ class RunRecord:
                     f"{directory} has no {name} (no run, or one that did not finish). "
                     "Give run directories of finished runs.",
                 )
-        self.summary = json.loads((self.directory / "summary.json").read_text())
+        self.summary = _read(self.directory / "summary.json", lambda path: json.loads(path.read_text()))
         self.case = read_case(self.directory / "case.yaml")
-        self.trajectory = Trajectory(self.directory / "trajectory.csv")
+        self.trajectory = _read(self.directory / "trajectory.csv", Trajectory)
         self.cell_size_m = self.summary.get("cell_size_m")
 
     @property
@@ -45,6 +45,16 @@ class RunRecord:
 
     def swimmers(self):
         return [SwimmerRecord(self, section) for section in self.case.get("swimmers") or []]
+
+
+def _read(path, reader):
+    """What `reader` makes of a file."""
+    try:
+        return reader(path)
+    except (ValueError, KeyError) as problem:
+        raise Stop(
+            exit_codes.STORAGE_FAILED, f"{path} cannot be read (cut off or damaged: {problem}). Run the case again."
+        ) from None
 
 
 class SwimmerRecord:

@@ -21,14 +21,19 @@ class Trajectory:
     """
 
     def __init__(self, path):
-        """Reads the file; a last sample that is not complete (a run that was killed) is left out."""
+        """Reads the file; a last sample that is not complete (a run that was killed) is left out.
+
+        Raises ValueError or KeyError if it holds no sample, or no such table.
+        """
         with open(path, newline="") as file:
             rows = csv.reader(file)
-            header = next(rows)
+            header = next(rows, [])
             complete = [row for row in rows if len(row) == len(header)]
         column = {name: number for number, name in enumerate(header)}
         self.bodies = list(dict.fromkeys(row[column["body"]] for row in complete))
         samples = len(complete) // max(len(self.bodies), 1)
+        if samples == 0:
+            raise ValueError("it holds no sample")
         complete = complete[: samples * len(self.bodies)]
         names = ["step", "time_s", *(name for columns in _VECTORS.values() for name in columns)]
         places = [column[name] for name in names]

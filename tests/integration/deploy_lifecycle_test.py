@@ -150,6 +150,16 @@ class RunLifecycle(CommandTest):
         provenance = json.loads((self.folder / "runs/tiny/provenance.json").read_text())
         self.assertEqual(provenance["exit_code"], 130)
 
+    def test_ctrl_c_in_the_first_moment(self):
+        """A Ctrl-C that comes before our first line must not end in a traceback of Python's."""
+        self.case(steps=5)
+        for milliseconds in (0, 5, 10, 20, 30, 40, 60, 80, 100, 150):
+            session = self.start("check", "case.yaml")
+            time.sleep(milliseconds * 1e-3)
+            os.killpg(session.process.pid, signal.SIGINT)
+            self.assertIn(session.end(), (0, 130, -signal.SIGINT), "".join(session.stderr))
+            self.assertNotIn("Traceback", "".join(session.stderr))
+
     def test_sigterm(self):
         session = self.start_long_run()
         session.process.send_signal(signal.SIGTERM)

@@ -162,6 +162,17 @@ class Trace(RecordedRun):
         self.assertGreaterEqual(found["hidden"], 0)  # how much depends on free cores; the arithmetic is tested below
         self.assertLessEqual(found["hidden"], 1)
 
+    def test_what_cannot_be_drawn_is_refused_by_name(self):
+        self.record("--ranks", "1")
+        for arguments, code, words in (
+            (("--steps", "10000:10002", "--picture", "p.png"), 2, f"nothing to draw (0 to {STEPS - 1} are the recorded"),
+            (("--picture", "p.txt"), 2, "--picture p.txt is neither PNG nor SVG"),
+            (("--out", "nosuch/x"), 73, "nosuch/x cannot be written (there is no such folder)"),
+        ):
+            self.run_command("recording", "trace", "out", *arguments, code=code)
+            self.assertIn(words, self.last_words)
+            self.assertNotIn("Traceback", self.last_words)
+
     def assert_nests(self, events):
         """Two phases of one track are apart, or one lies in the other; times are rounded to 1 ns."""
         open_ends = []

@@ -71,6 +71,14 @@ class Report(CommandTest):
         self.assertEqual(code, 2)
         self.assertIn(". has no summary.json", session.last_line)
 
+    def test_damaged_files_are_named(self):
+        write_run(self.folder / "run", mean_flow=False)
+        for name, content in (("trajectory.csv", ""), ("summary.json", '{"case": "desi')):
+            (self.folder / "run" / name).write_text(content)
+            code, session = self.report("run")
+            self.assertEqual(code, 73, "".join(session.stderr))
+            self.assertIn(f"run/{name} cannot be read (cut off or damaged: ", session.last_line)
+
     def test_arm_fit_finds_mean_amplitude_and_phase(self):
         phase = np.linspace(0, 2 * np.pi, 101)
         for mean, amplitude, shift in ARMS:

@@ -1,0 +1,113 @@
+"""Places that cannot be written to: one sentence that says what to do, and exit code 73."""
+
+import fcntl
+import json
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+from copepod_session import COMMAND, FAKES, CommandTest
+
+
+class Storage(CommandTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "case.yaml").write_text(json.dumps({"name": "tiny", "steps": 5, "ranks": 1}))
+        (self.folder / "file").touch()
+
+    def assert_refused(self, *arguments, words, code=73):
+        session = self.start(*arguments)
+        self.assert_ends(session, code, within_s=10)
+        self.assertNotIn("Traceback", "".join(session.stderr))
+        self.assertIn(words, session.last_line)
+
+    def as_nobody(self, *arguments):
+        """Exit code and last line of a command of another user, who may write nowhere here."""
+        self.folder.chmod(0o755)
+        answer = subprocess.run(
+            [COMMAND, *arguments],
+            cwd=self.folder,
+            env={**os.environ, "COPEPOD_BIN_DIR": str(FAKES), "HOME": "/"},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            user="nobody",
+        )
+        return answer.returncode, answer.stderr.splitlines()[-1]
+
+    def test_name_that_is_too_long(self):
+        self.assert_refused("run", "case.yaml", "--out", "x" * 256, words="File name too long). Choose another --out.")
+        self.assert_refused("run", "case.yaml", "--resume", "--out", "x" * 256, words="Choose another --out.")
+
+    @unittest.skipIf(os.geteuid() != 0, "changes to another user")
+    def test_folder_of_somebody_else(self):
+        (self.folder / "there").mkdir()
+        code, said = self.as_nobody("run", "case.yaml", "--out", "there")
+        self.assertEqual(code, 73, said)
+        self.assertIn("there cannot be written to (Permission denied). Choose another --out", said)
+        (self.folder / "there/case.yaml").touch()
+        code, said = self.as_nobody("run", "case.yaml", "--resume", "--out", "there")
+        self.assertEqual(code, 73, said)
+        self.assertIn("copy its folder first", said)
+
+    def test_file_where_a_folder_is_to_be(self):
+        (self.folder / "campaign.json").write_text(json.dumps({"name": "c", "cases": []}))
+        self.assert_refused("campaign", "campaign.json", "--out", "file", words="file cannot be made (File exists)")
+
+    def test_report_into_a_file(self):
+        from synthetic_run import write_run
+
+        write_run(self.folder / "run", mean_flow=False)
+        self.assert_refused("report", "run", "--out", "file", words="file cannot be made (File exists)")
+
+    def test_table_of_a_conformance_test_is_to_go_nowhere(self):
+        words = "nosuch/j.xml cannot be written (there is no such folder). Choose another --junit."
+        self.assert_refused("conformance", "--role", "body", "--junit", "nosuch/j.xml", "--", "sleep", words=words)
+
+    def test_standard_output_on_a_full_disk(self):
+        with open("/dev/full", "w") as full:
+            answer = subprocess.run(
+                [COMMAND, "check", "case.yaml"],
+                cwd=self.folder,
+                env={**os.environ, "COPEPOD_BIN_DIR": str(FAKES)},
+                stdin=subprocess.DEVNULL,
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        self.assertEqual(answer.returncode, 73, answer.stderr)
+        self.assertEqual(
+            answer.stderr,
+            "copepod: the output cannot be used (No space left on device). Free space on that disk and run again.\n",
+        )
+
+    def test_provenance_that_cannot_be_replaced_does_not_hide_how_the_run_ended(self):
+        (self.folder / "case.yaml").write_text(json.dumps({"name": "tiny", "steps": 3000, "step_s": 0.01, "ranks": 1}))
+        session = self.start("run", "case.yaml")
+        session.wait_for("copepod: step 0 of")
+        (self.folder / "runs/tiny/provenance.json.new").mkdir()
+        session.kill(signal.SIGKILL, "body")
+        self.assert_ends(session, 69, within_s=5)
+        self.assertIn("body service on host", session.last_line)
+        self.assertEqual(json.loads((self.folder / "runs/tiny/provenance.json").read_text())["exit_code"], 69)
+
+    def test_folder_that_another_run_used_while_this_one_waited_is_not_overwritten(self):
+        there = self.folder / "there"
+        there.mkdir()
+        lock = os.open(there, os.O_RDONLY)
+        self.addCleanup(os.close, lock)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        session = self.start("run", "case.yaml", "--out", "there")
+        time.sleep(1.0)
+        self.assertIsNone(session.process.poll(), "it did not wait")
+        (there / "summary.json").write_text("{}")
+        fcntl.flock(lock, fcntl.LOCK_UN)
+        self.assert_ends(session, 2, within_s=10)
+        self.assertIn("there exists already", session.last_line)
+        self.assertEqual([path.name for path in there.iterdir()], ["summary.json"])
+
+
+if __name__ == "__main__":
+    unittest.main()
