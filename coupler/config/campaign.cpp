@@ -1,5 +1,7 @@
 #include "config/campaign.hpp"
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 
@@ -11,6 +13,9 @@ namespace copepod::coupler {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// What the folder of a campaign holds beside its cases.
+constexpr std::array own_folders{"logs", "programs"};
 
 /// The settings of an entry; its keys are those of the case, which the case's own reading checks.
 std::vector<std::string> read_settings(Reader& entry) {
@@ -39,6 +44,11 @@ CampaignEntry read_entry(Reader entry, const fs::path& folder) {
     entry.problems().error(entry.path_of("name"), entry.path_of("name") + " is '" + result.name +
                                                       "' (it names a folder). Leave out slashes and a "
                                                       "leading dot.");
+  }
+  if (std::find(own_folders.begin(), own_folders.end(), result.name) != own_folders.end()) {
+    entry.problems().error(entry.path_of("name"), entry.path_of("name") + " is '" + result.name +
+                                                      "' (the campaign keeps its own files in a folder of "
+                                                      "this name). Give it another `name`.");
   }
   return result;
 }

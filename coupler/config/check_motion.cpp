@@ -143,6 +143,11 @@ void check_services(const Case& the_case, Problems& problems) {
                        (replaced ? "other components than our own" : "this fluid.solver") +
                        " must be processes). Write transport: ipc.");
   }
+  if (the_case.output.wire) {
+    problems.error("output.wire",
+                   "output.wire is true (services.transport is in_process: there are no messages to record). "
+                   "Write transport: ipc, or wire: false.");
+  }
 }
 
 void check_case(const Case& the_case, const Assembly& assembly, Problems& problems) {

@@ -13,12 +13,15 @@
     sys.exit(run_fluid_component(Fluid, Capabilities("My fluid", "1.0", ["solver:external"])))
 
 A body solver has driving_nodes(), kinematics() and step(applied) instead of exchange and advance; see examples/.
-An exception of the solver becomes a Failure message; SolverError and StorageError carry their exit codes.
+An exception of the solver becomes a Failure message; CaseError, SolverError and StorageError carry their exit codes.
+Any other one is taken for a mistake in the solver: the message names its file and line, the log has the traceback.
+A step that may take longer than a minute calls report_progress() now and then, and may look at stop_request().
 """
 
-from .errors import ExitCode, SolverError, StorageError
+from .errors import CaseError, ExitCode, SolverError, StorageError
 from .run import Capabilities, run_body_component, run_fluid_component
 from .solvers import AppliedLoads, Kinematics, Summary
+from .vitals import report_progress, stop_request
 
-__all__ = ["AppliedLoads", "Capabilities", "ExitCode", "Kinematics", "SolverError", "StorageError", "Summary",
-           "run_body_component", "run_fluid_component"]
+__all__ = ["AppliedLoads", "Capabilities", "CaseError", "ExitCode", "Kinematics", "SolverError", "StorageError", "Summary",
+           "report_progress", "run_body_component", "run_fluid_component", "stop_request"]

@@ -9,22 +9,10 @@ from zmq.utils.monitor import recv_monitor_message
 
 from . import seal
 from .errors import ExitCode, Refused
-from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control
+from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR
 
 DISCONNECTED_S = 3.0
 GRACE_S = 2.0   # for the solver's thread, after a stop request
-
-
-class Vitals:
-    """What the solver's thread lets the control lane know."""
-
-    def __init__(self):
-        self.step = -1
-        self.phase = control.PHASE_GREETING
-        self.progress = 0
-        self.received_sequence = 0
-        self.replied_sequence = 0
-        self.stop_code = 0   # set by the control lane
 
 
 class ControlLane(threading.Thread):

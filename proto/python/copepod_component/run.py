@@ -15,11 +15,12 @@ import zmq
 from . import seal
 from .errors import CaseError
 from .keys import Door, read_keys, require_keys_off_this_machine
-from .control_lane import ControlLane, Vitals
+from .control_lane import ControlLane
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, handshake
 from .server import Server
 from .solvers import ServedBody, ServedFluid
 from .validation import MESSAGE_BYTES
+from .vitals import VITALS
 
 LINGER_MS = 500   # for the last message of a component that ends
 
@@ -89,7 +90,7 @@ def serve_component(served, capabilities):
         print(f"error: {error}", file=sys.stderr)
         return int(error.code)
     log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, served.role)
-    context, vitals, instance = zmq.Context(), Vitals(), secrets.randbits(64)
+    context, instance = zmq.Context(), secrets.randbits(64)
 
     def make_socket(lane):
         sock = context.socket(zmq.DEALER)
@@ -103,12 +104,12 @@ def serve_component(served, capabilities):
     def hello(lane):
         return _hello(served.role, lane, options.session, capabilities, instance)
 
-    ControlLane(make_socket("control"), options.endpoint, hello(handshake.LANE_CONTROL), vitals,
+    ControlLane(make_socket("control"), options.endpoint, hello(handshake.LANE_CONTROL), VITALS,
                 options.orphan_after, log).start()
     data_lane = make_socket("data")
     door = Door(data_lane)
     data_lane.connect(options.endpoint)
-    server = Server(data_lane, served, hello(handshake.LANE_DATA), vitals, door, host_names.gethostname(), log)
+    server = Server(data_lane, served, hello(handshake.LANE_DATA), VITALS, door, host_names.gethostname(), log)
     code = int(server.run(options.connect_deadline))
     log.info("Ending with exit code %d.", code)
     data_lane.close()

@@ -2,6 +2,7 @@
 
 import sys
 import time
+import traceback
 
 from . import seal
 from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
@@ -13,6 +14,12 @@ PHASES = {"make the solver": control.PHASE_CONFIGURING, "read the state": contro
           "write the state": control.PHASE_CHECKPOINTING, "say goodbye": control.PHASE_FINISHING}
 
 FAREWELL_S = 0.5
+
+
+def _told(error):
+    """An exception that nobody foresaw, in one line with the place that raised it."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"The component raised {error!r} in {place.filename}, line {place.lineno} (the log has the traceback). Mend it."
 
 
 class Server:
@@ -34,12 +41,14 @@ class Server:
                 self._stay_for_repeated_goodbyes()
             return self._vitals.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
         except Exception as error:
-            code = error.code if isinstance(error, ComponentError) else ExitCode.SOLVER_FAILED
-            self._log.error("%s", error)
+            foreseen = isinstance(error, ComponentError)
+            code = error.code if foreseen else ExitCode.SOLVER_FAILED
+            reason = f"{error}" if foreseen else _told(error)
+            self._log.error("%s", reason, exc_info=not foreseen)
             if not self._session.session_id:   # no coupler hears of it
-                print(f"error: {error}", file=sys.stderr)
+                print(f"error: {reason}", file=sys.stderr)
             if self._session.session_id and not self._vitals.stop_code:
-                self._tell_failure(code, f"{error}" if isinstance(error, ComponentError) else repr(error))
+                self._tell_failure(code, reason)
             return self._vitals.stop_code or code
 
     def _greet(self, connect_deadline_s):

@@ -45,6 +45,13 @@ TEST(Campaign, RefusesNamesThatLeaveItsFolder) {
             std::string::npos);
 }
 
+TEST(Campaign, RefusesNamesOfItsOwnFolders) {
+  EXPECT_NE(problems_of("campaign: c\ncases: [{case: a.yaml, name: logs}]").find("'logs' (the campaign keeps"),
+            std::string::npos);
+  EXPECT_NE(problems_of("campaign: c\ncases: [{case: programs.yaml}]").find("Give it another `name`."),
+            std::string::npos);
+}
+
 TEST(Campaign, OfThePaperRunsItsVacuumItsResonanceTheDragOfItsBeadsAndAllSeventeenDesigns) {
   EXPECT_EQ(load_campaign(std::string(CONFIGS) + "/paper/campaign.yaml").cases.size(), 26U);
 }

@@ -1,0 +1,85 @@
+"""Solvers that users write in Python: slow, mistaken, told to stop."""
+
+import logging
+import os
+import sys
+import unittest
+from pathlib import Path
+
+from copepod_session import ROOT, CommandTest
+
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+CASE = (ROOT / "configs/quick/vacuum.yaml", "--set", "run.steps=3", "--out", "out")
+
+FLUID = f"""
+import sys, time
+sys.path.insert(0, {str(ROOT / "proto/python")!r})
+import numpy as np
+from copepod_component import CaseError, Capabilities, Summary, report_progress, run_fluid_component
+
+class Fluid:
+    def __init__(self, setup):
+        self.nothing = np.zeros((len(setup.bodies), 3))
+    def exchange(self, kinematics):
+        EXCHANGE
+        return self.nothing, self.nothing
+    def advance(self):
+        pass
+    def summarise(self):
+        return Summary()
+
+sys.exit(run_fluid_component(Fluid, Capabilities("A user's fluid", "1", ["solver:external"])))
+"""
+
+
+class PythonSolver(CommandTest):
+    programs = PROGRAMS
+
+    def start_with(self, exchange, *arguments):
+        """A run whose fluid does this in `exchange`."""
+        script = self.folder / "fluid.py"
+        script.write_text(FLUID.replace("EXCHANGE", exchange))
+        return self.start("run", *CASE, "--fluid", f"/usr/bin/python3 {script}", *arguments)
+
+    def log(self):
+        return (self.folder / "out/logs/fluid.log").read_text()
+
+    def test_long_step_that_reports_its_progress_is_not_taken_for_hung(self):
+        deadline = ("--set", "services.progress_deadline_s=1.5")
+        slow = "for _ in range(30 * (kinematics.step == 1)): time.sleep(0.1); {}"
+        session = self.start_with(slow.format("report_progress()"), *deadline)
+        self.assert_ends(session, 0, within_s=20)
+        session = self.start_with(slow.format("pass"), *deadline, "--out", "again")
+        self.assert_ends(session, 69, within_s=20)
+
+    def test_mistake_is_named_by_file_and_line(self):
+        session = self.start_with("kinematics.velocity")
+        self.assert_ends(session, 70, within_s=20)
+        line = FLUID[: FLUID.index("EXCHANGE")].count("\n") + 1
+        self.assertRegex(session.last_line, rf"no attribute 'velocity'.* in {self.folder}/fluid.py, line {line} ")
+        self.assertIn("Traceback (most recent call last)", self.log())
+
+    def test_problem_that_the_solver_foresaw_has_its_exit_code_and_no_traceback(self):
+        session = self.start_with('raise CaseError("The bodies are cubes (spheres are known). Use spheres.")')
+        self.assert_ends(session, 2, within_s=20)
+        self.assertIn("The bodies are cubes (spheres are known). Use spheres.", session.last_line)
+        self.assertNotIn("Traceback", self.log())
+
+
+class StopRequest(unittest.TestCase):
+    def test_says_with_which_code_the_coupler_aborted_the_run(self):
+        os.environ.setdefault("COPEPOD_BUILD_PYTHON", str(PROGRAMS.parent / "python"))
+        sys.path.insert(0, str(ROOT / "proto/python"))
+        from copepod_component import control_lane, seal, stop_request
+        from copepod_component.schema import Envelope
+        from copepod_component.vitals import VITALS
+
+        lane = control_lane.ControlLane(None, "", b"", VITALS, 10.0, logging.getLogger("quiet"))
+        lane._handle(None, seal.to_bytes(Envelope(welcome={"session_id": 1, "epoch": 2})))
+        self.assertEqual(stop_request(), 0)
+        lane._handle(None, seal.to_bytes(Envelope(session_id=1, epoch=2, abort={"failure": {"code": 74}})))
+        self.assertEqual(stop_request(), 74)
+
+
+if __name__ == "__main__":
+    unittest.main()
