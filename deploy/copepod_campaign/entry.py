@@ -6,11 +6,10 @@ import json
 import os
 import shutil
 import time
-from types import SimpleNamespace
 
 from copepod_command import exit_codes
 from copepod_command.errors import Stop
-from copepod_command.plan import request_plan, resolved_case
+from copepod_command.plan import plan_of, resolved_case
 from copepod_command.run_directory import has_checkpoint
 from copepod_command.stages import say
 
@@ -30,7 +29,7 @@ def entries_of(item, folder, build):
 
     Raises Stop(2) if a case is bad.
     """
-    plan = _plan(item["file"], item["set"])
+    plan = plan_of(item["file"], item["set"])
     if not plan.sweep:
         return [Entry(item["name"], item["name"], item["file"], item["set"], plan, folder, build)]
     key = plan.sweep["key"].split(".")[-1]
@@ -38,12 +37,8 @@ def entries_of(item, folder, build):
     for number, member in enumerate(plan.sweep["members"], 1):
         name, settings = f"{item['name']}_{number:02d}", item["set"] + member["set"]
         label = f"{name}, {key} {member['value']}"
-        entries.append(Entry(name, label, item["file"], settings, _plan(item["file"], settings), folder, build))
+        entries.append(Entry(name, label, item["file"], settings, plan_of(item["file"], settings), folder, build))
     return entries
-
-
-def _plan(file, settings):
-    return request_plan(SimpleNamespace(case=file, set=settings, ranks=None, fluid=None, body=None))
 
 
 class Entry:

@@ -150,7 +150,7 @@ def _add_replay(commands):
         help="replay a recorded run against a component",
         usage=f"{called_as()} replay RUN_DIR (--fluid | --body | --as ROLE) [options] [-- CMD …]",
         description="Plays the coupler of a run that was recorded with output.wire to a real component, the one that "
-        "CMD starts or our own, and compares its replies; or (--as) runs the case again with one component replaced by "
+        "CMD starts or the one that was recorded, and compares its replies; or (--as) runs the case again with one component replaced by "
         "what it said. Ends with 0 if nothing differs.",
     )
     parser.add_argument("directory", metavar="RUN_DIR")
@@ -161,7 +161,7 @@ def _add_replay(commands):
     parser.add_argument("--tolerance", type=float, default=0.0, metavar="X", help="relative; default 0: every bit counts")
     parser.add_argument("--ranks", type=_positive_count, default=1, metavar="N", help="MPI ranks of our fluid (1)")
     parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
-    parser.add_argument("--out", metavar="DIR", help="with --as: run directory of the new run (default: none is kept)")
+    parser.add_argument("--out", metavar="DIR", help="with --as: run directory of the new run (default: none is kept, unless the run fails)")
     parser.set_defaults(action=replay.replay)
 
 

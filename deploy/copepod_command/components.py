@@ -65,9 +65,13 @@ def needs_mpirun(plan):
     return plan.fluid_command is None or (plan.fluid_ranks > 1 and not _brings_starter(plan.fluid_command))
 
 
-def fluid_command(plan, connection):
-    command = fluid_program(plan) + connection.arguments("fluid")
+def with_ranks(plan, command):
+    """The command of a fluid, behind mpirun where that is needed."""
     return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command] if needs_mpirun(plan) else command
+
+
+def fluid_command(plan, connection):
+    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid"))
 
 
 def body_command(plan, connection):
@@ -101,6 +105,16 @@ def _brings_starter(command):
     return Path(command[0]).name in _STARTERS
 
 
+def require_program(role, command):
+    """Raises Stop(2) if the first word of a component's command is no program."""
+    if shutil.which(command[0]) is None:
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"the {role} component {shlex.join(command)} cannot be started (no such program). "
+            "Give its path, or put it in PATH.",
+        )
+
+
 def _check_services(plan):
     if plan.body_command is None and plan.body_solver == "bullet" and not Path(body_program(plan)[0]).exists():
         raise Stop(
@@ -109,12 +123,8 @@ def _check_services(plan):
             "configured). Install libbullet-dev, remove the build folder, and run again.",
         )
     for key, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
-        if command is not None and shutil.which(command[0]) is None:
-            raise Stop(
-                exit_codes.BAD_CASE,
-                f"the {key} component {shlex.join(command)} cannot be started "
-                "(no such program). Give its path, or put it in PATH.",
-            )
+        if command is not None:
+            require_program(key, command)
 
 
 def environment(mark, scratch, ranks):

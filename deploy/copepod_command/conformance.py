@@ -1,17 +1,12 @@
 """`copepod conformance`: checks a component against the protocol."""
 
 import os
-import secrets
-import shlex
-import shutil
-import tempfile
 import time
 from pathlib import Path
 
-from copepod_command import build, cleanup, components, destinations, exit_codes
+from copepod_command import build, components, destinations, exit_codes
 from copepod_command.errors import Stop
-from copepod_command.guard import Guard
-from copepod_command.scratch import Scratch
+from copepod_command.guarded_folder import guarded_folder
 from copepod_command.stages import Stage
 
 _JOBS_PER_CORE = 2  # components mostly wait
@@ -22,22 +17,12 @@ def conformance(options):
     if not options.component:
         raise Stop(exit_codes.BAD_CASE, "which component? Give its command after --, for example: "
                                         "copepod conformance --role fluid -- build/bin/fluid_service")
-    if shutil.which(options.component[0]) is None:
-        raise Stop(exit_codes.BAD_CASE, f"{shlex.join(options.component)} cannot be started (no such program). "
-                                        "Give its path, or put it in PATH.")
+    components.require_program(options.role, options.component)
     destinations.require_file(options.junit, "--junit")
     build.ensure_programs()
-    mark = f"{components.MARK}={secrets.token_hex(8)}"
-    folder = tempfile.mkdtemp(prefix="copepod-", dir="/tmp")  # a short path: it holds sockets
-    scratch = Scratch(folder)
-    guard = Guard(mark, [folder, *scratch.folders])
-    try:
-        environment = components.environment(mark.split("=")[1], scratch, ranks=len(os.sched_getaffinity(0)))
-        return _check(options, environment, folder)
-    finally:
-        cleanup.end_marked(mark)
-        cleanup.remove_folders([folder, *scratch.folders])
-        guard.dismiss()
+    with guarded_folder() as folder:
+        environment = components.environment(folder.mark, folder.scratch, ranks=_cores())
+        return _check(options, environment, str(folder.path))
 
 
 def _check(options, environment, folder):

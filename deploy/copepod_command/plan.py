@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 from copepod_command import exit_codes
 from copepod_command.checkout import program
@@ -44,6 +45,11 @@ def case_arguments(options):
 def request_plan(options):
     """Asks the coupler. Raises Stop(2) after passing on its list of errors if the case is bad."""
     return parse_plan(_ask_coupler(["--plan", *case_arguments(options)]))
+
+
+def plan_of(file, settings=()):
+    """Plan of a case file. Raises Stop(2) if it is bad or missing."""
+    return request_plan(SimpleNamespace(case=str(file), set=settings, ranks=None, fluid=None, body=None))
 
 
 def request_campaign(file):

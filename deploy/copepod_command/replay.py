@@ -6,13 +6,14 @@ import shlex
 import signal
 import subprocess
 import sys
-import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from copepod_command import build, components, exit_codes
-from copepod_command.checkout import ROOT, program
+from copepod_command.checkout import ROOT
 from copepod_command.errors import Stop
-from copepod_command.scratch import Scratch
+from copepod_command.guarded_folder import guarded_folder
+from copepod_command.plan import plan_of
 from copepod_command.stages import say
 
 _SHOWN = 10  # differences
@@ -24,30 +25,33 @@ def replay(options):
     from copepod_recording.location import wire_file
 
     path = wire_file(options.directory, options.attempt)
-    if options.stand_in:
-        return _stand_in(options, path)
-    with tempfile.TemporaryDirectory(prefix="copepod-replay-") as folder:
-        return _replay(options, path, "fluid" if options.fluid else "body", Path(folder))
+    with guarded_folder() as folder:
+        if options.stand_in:
+            return _stand_in(options, path, folder)
+        return _replay(options, path, "fluid" if options.fluid else "body", folder)
 
 
 def _replay(options, path, role, folder):
     from copepod_recording.player import Failed, Player
-    from copepod_recording.script import script_of
 
     recording = _open(path)
-    script = script_of(recording, role)
-    if not script.exchanges:
-        raise Stop(exit_codes.BAD_CASE, f"{path} has no requests to the {role} component. Record a longer run.")
+    script = _script(recording, role)
+    _require_checkpoint(script, path)
+    command = _command(options, role)
+    components.require_program(role, command)
     found = Differences()
     token = secrets.token_hex(16)
-    scratch = Scratch(folder)
-    endpoint = scratch.endpoint("ipc")
-    command = _command(options, role) + ["--endpoint", endpoint, "--session", token]
-    environment = components.environment("replay-" + token, scratch, options.ranks)
-    process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, start_new_session=True)
+    endpoint = folder.scratch.endpoint("ipc")
+    environment = components.environment(folder.mark, folder.scratch, options.ranks)
+    process = subprocess.Popen(
+        [*command, "--endpoint", endpoint, "--session", token],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        start_new_session=True,
+    )
     try:
         is_alive = lambda: process.poll() is None  # noqa: E731
-        with Player(endpoint, token, role, recording.envelope_class(), is_alive, folder) as player:
+        with Player(endpoint, token, role, recording.envelope_class(), is_alive, folder.path) as player:
             player.greet()
             compared = player.play(script, options.tolerance, found.add)
             code = process.wait(timeout=30)
@@ -58,11 +62,33 @@ def _replay(options, path, role, folder):
         raise Stop(exit_codes.COMPONENT_LOST, f"the {role} component did not end after Finish. Look at its output.") from None
     finally:
         _end(process)
-        scratch.remove()
     _say_where_it_ends(recording)
     if code != 0:
         raise Stop(exit_codes.COMPONENT_LOST, f"the {role} component ended with exit code {code} after Finish.")
     return found.verdict(compared, options.tolerance)
+
+
+def _script(recording, role):
+    """What was said to the component. Raises Stop(2) if that is nothing."""
+    from copepod_recording.script import script_of
+
+    script = script_of(recording, role)
+    if not script.exchanges:
+        raise Stop(
+            exit_codes.BAD_CASE, f"{recording.path} has no requests to the {role} component. Record a longer run."
+        )
+    return script
+
+
+def _require_checkpoint(script, path):
+    """Raises Stop(2) if the attempt went on from a checkpoint that is not there any more."""
+    start = script.restore
+    if start is not None and not Path(start.path).parent.exists():
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"{path.stem} cannot be replayed (it went on from {Path(start.path).parent}, which is gone: a run keeps its "
+            "last checkpoints only). Replay an earlier --attempt, or record a run that is not resumed.",
+        )
 
 
 class Differences:
@@ -109,11 +135,13 @@ def _say_where_it_ends(recording):
 
 
 def _command(options, role):
+    """The component that was recorded, or the one that the user names."""
     if options.component:
         return options.component
-    if role == "fluid":
-        return ["mpirun", "-n", str(options.ranks), "--oversubscribe", str(program("fluid_service"))]
-    return [str(program("body_service"))]
+    plan = replace(plan_of(Path(options.directory) / "case.yaml"), fluid_ranks=options.ranks)
+    if role == "body":
+        return components.body_program(plan)
+    return components.with_ranks(plan, components.fluid_program(plan))
 
 
 def _end(process):
@@ -125,13 +153,21 @@ def _end(process):
     process.wait()
 
 
-def _stand_in(options, path):
-    """Runs the recorded case with one component replaced by what it said."""
+def _stand_in(options, path, folder):
+    """Runs the recorded case with one component replaced by what it said; its run directory stays if it fails."""
+    start = _script(_open(path), options.stand_in).restore
+    if start is not None:
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"{path.stem} cannot play the {options.stand_in} component (it went on from a checkpoint, a run that is "
+            "played starts at step 0). Use --attempt 1, or --fluid or --body to replay it.",
+        )
     program_path = ROOT / "deploy" / "copepod_recording" / "stand_in.py"
     words = ["/usr/bin/python3", str(program_path), options.stand_in, str(path.resolve()), str(options.tolerance)]
-    with tempfile.TemporaryDirectory(prefix="copepod-replay-") as folder:
-        command = [sys.executable, str(ROOT / "deploy/copepod_command/__main__.py"), "run"]
-        command += [str(Path(options.directory) / "case.yaml"), "--out", options.out or f"{folder}/run"]
-        command += ["--set", "output.wire=false", "--set", "output.trace=false"]
-        command += [f"--{options.stand_in}", shlex.join(words)] + (["--ranks", "1"] if options.stand_in == "fluid" else [])
-        return subprocess.run(command).returncode
+    command = [sys.executable, str(ROOT / "deploy/copepod_command/__main__.py"), "run"]
+    command += [str(Path(options.directory) / "case.yaml"), "--out", options.out or f"{folder.path}/run"]
+    command += ["--set", "output.wire=false", "--set", "output.trace=false"]
+    command += [f"--{options.stand_in}", shlex.join(words)] + (["--ranks", "1"] if options.stand_in == "fluid" else [])
+    code = subprocess.run(command, env={**os.environ, components.MARK: folder.mark}).returncode
+    folder.is_kept = code != 0 and not options.out and (folder.path / "run").exists()
+    return code

@@ -1,9 +1,7 @@
 """`copepod report`: hands run directories to copepod_report."""
 
-from types import SimpleNamespace
-
 from copepod_command import build, exit_codes
-from copepod_command.plan import request_plan
+from copepod_command.plan import plan_of
 
 
 def report(options):
@@ -18,4 +16,4 @@ def report(options):
 
 def read_case(path):
     """The resolved case as the coupler reads it: there is one parser."""
-    return request_plan(SimpleNamespace(case=str(path), set=[], ranks=None, fluid=None, body=None)).case
+    return plan_of(path).case

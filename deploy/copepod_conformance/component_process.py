@@ -43,9 +43,9 @@ class ComponentProcess:
         """CPU time so far of each of its processes, by process id."""
         return {pid: _cpu_seconds(pid) for pid in cleanup.marked_processes(self._mark)}
 
-    def last_words(self, log):
-        """The last line that it wrote to its log, or else to a terminal."""
-        texts = (Path(path).read_text(errors="replace") for path in (log, self._errors, self._output) if path.exists())
+    def last_words(self, *logs):
+        """The last line that it wrote to its logs, or else to a terminal."""
+        texts = (Path(path).read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists())
         return next((text.strip().rpartition("\n")[2] for text in texts if text.strip()), "")
 
     def output(self):
@@ -64,11 +64,11 @@ class ComponentProcess:
 
 
 def run_to_end(command, environment, within_s):
-    """Exit code (None if it did not end by itself) and standard output of a command."""
+    """Exit code (None if it did not end by itself), standard output and last words of a command."""
     with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
         process = ComponentProcess(command, environment, folder)
         try:
-            return process.exit_code(within_s), process.output()
+            return process.exit_code(within_s), process.output(), process.last_words()
         finally:
             process.end()
 

@@ -32,9 +32,10 @@ class Subject:
     def _ask(self):
         asked = [*self.command, "--capabilities"]
         try:
-            code, answer = run_to_end(asked, self.environment, self.patience_s)
+            code, answer, words = run_to_end(asked, self.environment, self.patience_s)
             if code != 0:
-                raise ValueError("it did not end" if code is None else f"its exit code is {code}")
+                how = "it did not end" if code is None else f"its exit code is {code}"
+                raise ValueError(f"{how}; its last words: {words[:300]}" if words else how)
             capabilities = json.loads(answer)
             if not isinstance(capabilities, dict):
                 raise ValueError("it is no object")

@@ -27,6 +27,11 @@ class Script:
     hello: object = None  # on the data lane; None if it never said one
     exchanges: list = None
 
+    @property
+    def restore(self):
+        """The Restore that an attempt which went on from a checkpoint began with; None if it began at step 0."""
+        return next((exchange.request.restore for exchange in self.exchanges if exchange.name == "Restore"), None)
+
 
 def script_of(recording, role):
     """Script of "fluid" or "body". Requests that were sent twice count once."""

@@ -92,7 +92,7 @@ class Wire(RecordedRun):
         self.record()
         case = self.folder / "out/case.yaml"
         case.write_text(case.read_text().replace("load_averaging: two_step", "load_averaging: none"))
-        self.run_command("replay", "out", "--as", "body", code=70)
+        self.run_command("replay", "out", "--as", "body", "--out", "again", code=70)
         self.assertIn("is not what was recorded (applied_loads.force_N", self.last_words)
 
     def test_a_run_without_a_recording_says_how_to_make_one(self):

@@ -15,7 +15,8 @@
 A body solver has driving_nodes(), kinematics() and step(applied) instead of exchange and advance; see examples/.
 An exception of the solver becomes a Failure message; CaseError, SolverError and StorageError carry their exit codes.
 Any other one is taken for a mistake in the solver: the message names its file and line, the log has the traceback.
-A step that may take longer than a minute calls report_progress() now and then, and may look at stop_request().
+A setup, step or checkpoint that may take longer than a minute calls report_progress() now and then, and may look at
+stop_request().
 """
 
 from .errors import CaseError, ExitCode, SolverError, StorageError

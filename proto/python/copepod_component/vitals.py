@@ -17,7 +17,7 @@ VITALS = Vitals()
 
 
 def report_progress():
-    """Shows that the computation moves on; for a step or setup that may take longer than `progress_deadline_s`.
+    """Shows that the computation moves on; for a setup, step or checkpoint that may take longer than `progress_deadline_s`.
 
     The coupler takes a component whose step, phase and progress all stand still for so long for hung.
     """
