@@ -52,7 +52,7 @@ def _capabilities(trial):
 
 def _no_options(trial):
     trial.sent.append("nothing; started without options")
-    code, _ = run_to_end(trial.subject.command, trial.subject.environment, trial.subject.patience_s)
+    code, *_ = run_to_end(trial.subject.command, trial.subject.environment, trial.subject.patience_s)
     if code is None:
         raise Silence("no end of the process")
     if code != 2:

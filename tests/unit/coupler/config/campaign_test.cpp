@@ -46,8 +46,9 @@ TEST(Campaign, RefusesNamesThatLeaveItsFolder) {
 }
 
 TEST(Campaign, RefusesNamesOfItsOwnFolders) {
-  EXPECT_NE(problems_of("campaign: c\ncases: [{case: a.yaml, name: logs}]").find("'logs' (the campaign keeps"),
-            std::string::npos);
+  EXPECT_NE(
+      problems_of("campaign: c\ncases: [{case: a.yaml, name: logs}]").find("'logs' (the campaign keeps"),
+      std::string::npos);
   EXPECT_NE(problems_of("campaign: c\ncases: [{case: programs.yaml}]").find("Give it another `name`."),
             std::string::npos);
 }
