@@ -13,6 +13,7 @@
 #include "component/progress.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
+#include "system/write_all.hpp"
 
 namespace copepod::body {
 
@@ -72,14 +73,12 @@ void take(std::span<const std::uint64_t>& words, Matrix& numbers) {
   words = words.subspan(static_cast<std::size_t>(numbers.size()));
 }
 
-bool write_all(int descriptor, const Words& words) {
-  auto bytes = std::as_bytes(std::span(words));
+bool write_pieces(int descriptor, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), std::min(bytes.size(), piece_bytes));
+    const std::size_t piece = std::min(bytes.size(), piece_bytes);
+    if (!write_all(descriptor, bytes.first(piece))) return false;
     report_progress();
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
+    bytes = bytes.subspan(piece);
   }
   return true;
 }
@@ -118,7 +117,7 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   const std::string unfinished = path + ".unfinished";
   const File file(unfinished, O_WRONLY | O_CREAT | O_TRUNC);
   if (!file.open()) fail_with_errno(path, "created", remedy);
-  if (!write_all(file.descriptor(), words) || ::fsync(file.descriptor()) != 0) {
+  if (!write_pieces(file.descriptor(), std::as_bytes(std::span(words))) || ::fsync(file.descriptor()) != 0) {
     const int error = errno;
     ::unlink(unfinished.c_str());
     errno = error;

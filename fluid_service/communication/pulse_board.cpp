@@ -2,24 +2,16 @@
 
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <new>
-#include <pthread.h>
 
 #include "component/progress.hpp"
+#include "system/block_signals.hpp"
 
 namespace copepod::fluid {
 
 namespace {
 
 constexpr std::chrono::milliseconds beat_every{200};
-
-/// Signals belong to the solver's thread.
-void block_signals() {
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
-}
 
 }  // namespace
 

@@ -1,17 +1,16 @@
 #include "communication/rank_failure.hpp"
 
-#include <array>
 #include <new>
 #include <string>
-#include <unistd.h>
+
+#include "system/host_name.hpp"
 
 namespace copepod::fluid {
 
 FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_t step) {
   FailureReport report;
   report.component = "fluid";
-  std::array<char, 256> host{};
-  if (gethostname(host.data(), host.size() - 1) == 0) report.host = host.data();
+  report.host = host_name();
   report.rank = rank;
   report.step = step;
   report.reason = error.what();

@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <unistd.h>
 
 #include "contract/errors.hpp"
+#include "system/write_all.hpp"
 
 namespace copepod::fluid {
 
@@ -18,8 +20,7 @@ std::string checkpoint_text(const std::string& solver) { return "copepod " + sol
 void save_stateless(const std::string& path, const std::string& solver) {
   const std::string text = checkpoint_text(solver);
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  const bool written =
-      file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool written = file >= 0 && write_all(file, std::as_bytes(std::span(text)));
   const bool synced = written && fsync(file) == 0;
   const bool closed = file >= 0 && close(file) == 0;
   if (!synced || !closed)

@@ -1,14 +1,13 @@
 #include "component/control_lane.hpp"
 
 #include <chrono>
-#include <csignal>
-#include <pthread.h>
 #include <unistd.h>
 
 #include "component/stop_request.hpp"
 #include "contract/errors.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
+#include "system/block_signals.hpp"
 
 namespace copepod::component {
 
@@ -130,13 +129,6 @@ class Conversation {
   double stopping_since_s_ = -1;
   session::CouplerSigns signs_;
 };
-
-/// Signals belong to the solver's thread.
-void block_signals() {
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
-}
 
 }  // namespace
 

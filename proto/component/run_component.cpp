@@ -1,6 +1,5 @@
 #include "component/run_component.hpp"
 
-#include <array>
 #include <csignal>
 #include <iostream>
 #include <random>
@@ -14,6 +13,7 @@
 #include "component/served_body.hpp"
 #include "component/served_fluid.hpp"
 #include "component/server.hpp"
+#include "system/host_name.hpp"
 #include "transport/zeromq.hpp"
 
 namespace copepod {
@@ -21,11 +21,6 @@ namespace copepod {
 namespace {
 
 using namespace component;
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown host";
-}
 
 std::uint64_t random_number() {
   std::random_device device;

@@ -4,17 +4,17 @@
 #include <bit>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <fcntl.h>
 #include <iostream>
-#include <pthread.h>
 #include <unistd.h>
 #include <utility>
 #include <zlib.h>
 
 #include "contract/errors.hpp"
+#include "system/block_signals.hpp"
+#include "system/write_all.hpp"
 
 namespace copepod::recording {
 
@@ -53,23 +53,6 @@ void fill_checksums(std::vector<std::byte>& blocks) {
     std::memcpy(&blocks[place + sizeof length], &crc, sizeof crc);
     place += kHeadBytes + length;
   }
-}
-
-bool write_all(int descriptor, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return true;
-}
-
-/// Signals belong to the thread that records.
-void block_signals() {
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
 }  // namespace

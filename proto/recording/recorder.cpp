@@ -1,17 +1,12 @@
 #include "recording/recorder.hpp"
 
-#include <array>
 #include <fstream>
-#include <unistd.h>
+
+#include "system/host_name.hpp"
 
 namespace copepod::recording {
 
 namespace {
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown host";
-}
 
 /// Monotonic clocks count from the start of the machine: equal boot ids, comparable times.
 std::string clock_name() {

@@ -23,9 +23,6 @@ class ConnectionMonitor {
   /// @param descriptor  of the connection it is about
   Event next(int& descriptor);
 
-  /// For polling.
-  [[nodiscard]] void* handle() { return socket_.handle(); }
-
  private:
   zmq::socket_t& watched_;
   zmq::socket_t socket_;

@@ -9,7 +9,7 @@ namespace copepod::transport {
 
 /// Decides who may connect to a socket with CURVE, by answering ZeroMQ's authentication requests (ZAP, RFC
 /// 27): whoever holds a key that is admitted comes in under the name that it is admitted with, everybody else
-/// is turned away. Used by the thread of the socket, which polls it; exists before the socket is bound.
+/// is turned away. Used by the thread of the socket, between two waits; exists before the socket is bound.
 class Doorkeeper {
  public:
   /// @param admitted  public key (Z85) to name; every message tells the name of its sender ("User-Id")
@@ -17,9 +17,6 @@ class Doorkeeper {
 
   /// Answers everybody who waits at the door.
   void answer();
-
-  /// For polling.
-  [[nodiscard]] void* handle() { return socket_.handle(); }
 
  private:
   zmq::socket_t socket_;

@@ -16,7 +16,6 @@ class LockFile {
   ~LockFile();
 
  private:
-  std::string path_;
   int descriptor_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <sched.h>
 
@@ -7,7 +8,8 @@
 
 namespace copepod::transport {
 
-/// How a lane waits for its next message (docs/decisions: "How the data lanes wait").
+/// How a lane waits for its next message: all lanes sleep at once, another way is there for the measurement
+/// that says why (docs/decisions: "How the data lanes wait").
 struct WaitPolicy {
   Duration yield_for{
       0};  ///< first try again and again, giving the core away in between; then sleep in the kernel

@@ -15,7 +15,7 @@ class Router {
   virtual ~Router() = default;
 
   /// Waits at most `wait` for the next message.
-  /// @return false if none came, or if a peer's connection changed meanwhile and is worth a look
+  /// @return false if none came, or one that is no message of ours
   virtual bool receive(Frame& frame, Duration wait) = 0;
 
   /// Hands a message to the transport; never blocks for long.
