@@ -79,17 +79,22 @@ class Attempt:
                         name,
                         command,
                         {**environment, components.COMPONENT: name},
-                        path / "logs" / f"{name}.out",
+                        path / "logs",
                         events=writing_end if name == "coupler" else None,
                     )
                 )
         except OSError as problem:
             raise Stop(
-                exit_codes.BAD_CASE, f"{name} cannot be started ({problem}). Check this command: {shlex.join(command)}"
+                exit_codes.BAD_CASE, f"{name} cannot be started ({problem}). Check this command: {self._shown(name, command)}"
             ) from None
         finally:
             os.close(writing_end)
         return reading_end
+
+    def _shown(self, name, command):
+        """The command without what the run adds to it: the token is nobody's business."""
+        programs = {"fluid": components.fluid_program(self._plan), "body": components.body_program(self._plan)}
+        return shlex.join(programs.get(name, command[:1]))
 
     def _stop(self, watch, ending):
         """Ends whatever still runs and says in provenance.json how the run ended."""

@@ -1,7 +1,10 @@
 """What a component says that it can do: `COMMAND --capabilities`."""
 
 import json
+import os
 import subprocess
+
+from copepod_command.component_settings import component_settings
 
 
 def announced(command):
@@ -9,13 +12,14 @@ def announced(command):
     try:
         answer = subprocess.run(
             [*command, "--capabilities"],
+            env={**component_settings(), **os.environ},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
             timeout=20,
         )
-        said = json.loads(answer.stdout)
+        said, _ = json.JSONDecoder().raw_decode(answer.stdout.lstrip())  # under mpirun every rank may say it
     except (OSError, ValueError, subprocess.TimeoutExpired):
         return None
     return said if isinstance(said, dict) else None

@@ -1,6 +1,7 @@
 """`copepod check`: everything about a case that can be known before it runs."""
 
 import os
+import shlex
 
 from copepod_command import build, capabilities, components, exit_codes, speed
 from copepod_command.errors import Stop
@@ -20,10 +21,10 @@ def check(options):
         print(f"  {name:<{width}}{value}")
     for warning in [*plan.warnings, *_resource_warnings(plan)]:
         print(warning)
-    lacking = _lacking_features(plan)
-    for problem in lacking:
+    problems = _problems_of_components(plan)
+    for problem in problems:
         print(f"error: {problem}")
-    if lacking:
+    if problems:
         raise Stop(exit_codes.BAD_CASE)
     print("ok")
     return exit_codes.FINISHED
@@ -78,17 +79,31 @@ def _resource_warnings(plan):
     return warnings
 
 
-def _lacking_features(plan):
-    """What the case needs and a component says it cannot do, as sentences."""
-    problems = []
-    for role, command in (("fluid", components.fluid_program(plan)), ("body", components.body_program(plan))):
-        announced = capabilities.announced(command)
-        if announced is None or "solver:external" in announced.get("features", []):
-            continue
-        for feature in plan.requires.get(role, []):
-            if feature not in announced.get("features", []):
-                problems.append(
-                    f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
-                    f"Change the case, or use another --{role} component."
-                )
-    return problems
+def _problems_of_components(plan):
+    """What keeps the two components from taking part in the run, as sentences."""
+    return [
+        problem
+        for role, command in (("fluid", components.fluid_program(plan)), ("body", components.body_program(plan)))
+        for problem in _problems_of(role, command, plan.requires.get(role, []))
+    ]
+
+
+def _problems_of(role, command, required):
+    """What the component says about itself is nothing, of another role, or less than the case needs."""
+    announced = capabilities.announced(command)
+    if announced is None:
+        yield (
+            f"the {role} component {shlex.join(command)} is none (it does not answer --capabilities with JSON). "
+            "Give the command of a component, see docs/adding_a_component.md."
+        )
+        return
+    if announced.get("role", role) != role:
+        yield f"{announced.get('name', shlex.join(command))} is no {role} component (it says so). Use --{announced['role']}."
+        return
+    features = announced.get("features", [])
+    for feature in () if "solver:external" in features else required:
+        if feature not in features:
+            yield (
+                f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
+                f"Change the case, or use another --{role} component."
+            )

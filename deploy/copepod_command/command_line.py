@@ -1,6 +1,7 @@
 """The command line: subcommands and their options."""
 
 import argparse
+import math
 
 from copepod_campaign import campaign
 from copepod_command import bench, check, conformance, recording, replay, reporting, run, setup, suite
@@ -109,9 +110,9 @@ def _add_case(parser):
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of the case"
     )
-    parser.add_argument("--ranks", type=_positive_count, metavar="N", help="MPI ranks of the fluid service")
-    parser.add_argument("--fluid", metavar="CMD", help="command that replaces the fluid service")
-    parser.add_argument("--body", metavar="CMD", help="command that replaces the body service")
+    parser.add_argument("--ranks", type=_ranks, metavar="N", help="MPI ranks of the fluid service")
+    parser.add_argument("--fluid", type=_command, metavar="CMD", help="command that replaces the fluid service")
+    parser.add_argument("--body", type=_command, metavar="CMD", help="command that replaces the body service")
 
 
 def _add_report(commands):
@@ -158,8 +159,8 @@ def _add_replay(commands):
     which.add_argument("--fluid", action="store_true", help="to a fluid component")
     which.add_argument("--body", action="store_true", help="to a body component")
     which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
-    parser.add_argument("--tolerance", type=float, default=0.0, metavar="X", help="relative; default 0: every bit counts")
-    parser.add_argument("--ranks", type=_positive_count, default=1, metavar="N", help="MPI ranks of our fluid (1)")
+    parser.add_argument("--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative; default 0: every bit counts")
+    parser.add_argument("--ranks", type=_ranks, default=1, metavar="N", help="MPI ranks of our fluid (1)")
     parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
     parser.add_argument("--out", metavar="DIR", help="with --as: run directory of the new run (default: none is kept, unless the run fails)")
     parser.set_defaults(action=replay.replay)
@@ -219,17 +220,49 @@ def _add_setup(commands):
     parser.set_defaults(action=setup.setup)
 
 
+def _command(text):
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the command is empty (a variable that is not set?). Name a program.")
+    return text
+
+
 def _count(text):
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError("must not be negative")
+    return _whole_number(text, least=0)
+
+
+def _positive_count(text):
+    return _whole_number(text, least=1)
+
+
+def _ranks(text):
+    return _whole_number(text, least=1, of=" of ranks")
+
+
+def _whole_number(text, least, of=""):
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(f"{text} is no number{of} (whole, from {least} on). Use {max(least, 1)}, for example.")
     return value
 
 
 def _seconds(text):
-    value = float(text)
-    if not value > 0:
-        raise argparse.ArgumentTypeError("must be positive")
+    return _number(text, lambda value: 0 < value < math.inf, "no time in seconds (a number above 0)")
+
+
+def _tolerance(text):
+    return _number(text, lambda value: 0 <= value < math.inf, "no relative difference (a number from 0 on, as 1e-9)")
+
+
+def _number(text, is_fine, otherwise):
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not is_fine(value):
+        raise argparse.ArgumentTypeError(f"«{text}» is {otherwise}.")
     return value
 
 
@@ -239,10 +272,3 @@ def _steps(text):
     if not separator or not start.isdigit() or not stop.isdigit() or int(stop) <= int(start):
         raise argparse.ArgumentTypeError("must be START:STOP with START < STOP, as in 100:104")
     return int(start), int(stop)
-
-
-def _positive_count(text):
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError("must be at least 1")
-    return value

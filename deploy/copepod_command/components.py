@@ -8,6 +8,7 @@ from pathlib import Path
 
 from copepod_command import capabilities, exit_codes
 from copepod_command.checkout import build_digest, program
+from copepod_command.component_settings import component_settings
 from copepod_command.errors import Stop
 from copepod_command.plan import case_arguments
 
@@ -130,11 +131,7 @@ def _check_services(plan):
 def environment(mark, scratch, ranks):
     """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
     settings = {
-        "COPEPOD_BUILD_PYTHON": str(
-            program("coupler").parent.parent / "python"
-        ),  # message classes, for Python components
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        **component_settings(),
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),

@@ -29,7 +29,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Exit:
-    """End of a component's process; `output` is what it wrote last on stdout and stderr."""
+    """End of a component's process; `output` and `log` are what it wrote last on stdout and stderr, and to its log."""
 
     component: str
     code: int = 0  # exit code, if no signal ended it
@@ -37,9 +37,11 @@ class Exit:
     rank: str = "0"
     host: str = ""
     output: str = ""
+    log: str = ""
 
 
 _RANK_KILLED = re.compile(r"process rank (\d+) with PID \d+ on node\s+(\S+)\s+exited on\s+signal (\d+)", re.DOTALL)
+_LOGGED_ERROR = re.compile(r"^\S+ \S+ (?:error|critical) \[.*?\](?: \[step -?\d+\])? (.+)$", re.MULTILINE | re.IGNORECASE)
 _RANK_FAILED = re.compile(r"Process name: \[\[\d+,\d+\],(\d+)\]\s+Exit code:\s+(\d+)", re.DOTALL)
 
 
@@ -53,18 +55,18 @@ def told_by_mpirun(output, host):
     return Exit("fluid", code=int(failed[2]), rank=failed[1], host=host, output=output) if failed else None
 
 
-def describe_exit(component, returncode, output, host, ranks):
+def describe_exit(component, returncode, output, host, ranks, log=""):
     """Exit from subprocess' return code; for mpirun its message tells which rank went how."""
     if component == "fluid" and returncode != 0:
         told = told_by_mpirun(output, host)
         if told is not None:
-            return told
+            return replace(told, log=log)
         if returncode > 128:  # a rank that was killed before it knew MPI
             returncode = 128 - returncode
     rank = f"0-{ranks - 1}" if component == "fluid" and ranks > 1 else "0"
     if returncode < 0:
         return Exit(component, signal=-returncode, rank=rank, host=host, output=output)
-    return Exit(component, code=returncode, rank=rank if returncode == 0 else "0", host=host, output=output)
+    return Exit(component, code=returncode, rank=rank if returncode == 0 else "0", host=host, output=output, log=log)
 
 
 def failure_of_event(event, host):
@@ -138,16 +140,20 @@ def _of_exit(exit, step, host):
             f"it does not answer any more (says the {COMPONENTS[exit.component]}, which gave up).",
         )
     code = exit.code if exit.code in exit_codes.OF_COMPONENTS else exit_codes.COMPONENT_LOST
-    words = _last_words(exit.output)
+    words = _last_words(exit.output, exit.log)
     if exit.code == 0:
         return Failure(code, exit.component, exit.host, exit.rank, step, f"it ended before the run did{words}.")
     return Failure(code, exit.component, exit.host, exit.rank, step, f"it ended with exit code {exit.code}{words}.")
 
 
-def _last_words(output):
-    """The last line that is not mpirun's own talk, in brackets."""
-    if not output.strip():
-        return " (it wrote nothing)"
-    own = output.split("-----------------")[0]
-    lines = [line.strip() for line in own.splitlines() if line.strip()]
-    return f" (its last words: «{lines[-1][:300].rstrip('.')}»)" if lines else ""
+def _last_words(output, log):
+    """In brackets: the last error of its log, or else the last line of its own and not mpirun's talk."""
+    errors = _LOGGED_ERROR.findall(log)
+    lines = errors or _lines(output.split("-----------------")[0]) or _lines(log)
+    if lines:
+        return f" (its last words: «{lines[-1][:300].rstrip('.')}»)"
+    return "" if output.strip() else " (it wrote nothing)"
+
+
+def _lines(text):
+    return [line.strip() for line in text.splitlines() if line.strip()]

@@ -16,19 +16,38 @@ def adopt_orphans():
     _libc.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
+class Text:
+    """A file that a process appends to; a restart goes on in the same one."""
+
+    def __init__(self, path):
+        self._path = path
+        self._start = path.stat().st_size if path.exists() else 0
+
+    def tail(self):
+        """The end of what came since; empty if there is no such file."""
+        try:
+            with open(self._path, "rb") as file:
+                size = file.seek(0, os.SEEK_END)
+                file.seek(max(self._start, size - _TAIL_BYTES))
+                return file.read().decode(errors="replace")
+        except FileNotFoundError:
+            return ""
+
+
 class Process:
     """A component's process, or the mpirun of its ranks."""
 
-    def __init__(self, name, command, environment, output, events=None):
-        """Starts `command`; both outputs go to the file `output`, except that stdout may be the pipe end `events`.
+    def __init__(self, name, command, environment, folder, events=None):
+        """Starts `command`; both outputs go to NAME.out in `folder`, except that stdout may be the pipe end `events`.
+
+        Its log is NAME.log there.
 
         Raises OSError if it cannot be started.
         """
         self.name = name
-        self.output = output
+        self._output, self._log = Text(folder / f"{name}.out"), Text(folder / f"{name}.log")
         parent = os.getpid()
-        with open(output, "ab") as log:
-            self._output_start = log.tell()  # a restart goes on in the same file
+        with open(folder / f"{name}.out", "ab") as log:
             self._popen = subprocess.Popen(
                 command,
                 env=environment,
@@ -54,11 +73,12 @@ class Process:
             pass
 
     def tail(self):
-        """The last text that the process wrote."""
-        with open(self.output, "rb") as log:
-            size = log.seek(0, os.SEEK_END)
-            log.seek(max(self._output_start, size - _TAIL_BYTES))
-            return log.read().decode(errors="replace")
+        """The last text that the process wrote to its outputs."""
+        return self._output.tail()
+
+    def log_tail(self):
+        """The last text that it wrote to its log."""
+        return self._log.tail()
 
     def wait(self):
         """Collects the ended process; call it after everything marked was ended."""

@@ -52,7 +52,7 @@ def _attempts(options, plan, directory):
             raise _stopped_by(ending.signal, options, directory)
         if left == 0 or ending.failure.code not in _WORTH_A_RESTART:
             raise Stop(
-                ending.failure.code, f"{ending.failure.sentence()} {_advice(ending.failure.code, options, directory)}"
+                ending.failure.code, f"{ending.failure.sentence()} {_advice_after(ending.failure, resume, options, directory)}"
             )
         resume = directory.has_checkpoint()
         say(ending.failure.sentence())
@@ -63,6 +63,12 @@ def _stopped_by(number, options, directory):
     name = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}[number]
     code = exit_codes.INTERRUPTED if number == 2 else exit_codes.TERMINATED
     return Stop(code, f"stopped by {name}. {_advice(code, options, directory)}")
+
+
+def _advice_after(failure, resumed, options, directory):
+    if resumed and failure.code == exit_codes.STORAGE_FAILED and failure.step < 0:  # of the checkpoint: it says what to do
+        return f"Logs: {directory.shown}/logs."
+    return _advice(failure.code, options, directory)
 
 
 def _advice(code, options, directory):

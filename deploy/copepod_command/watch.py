@@ -194,7 +194,7 @@ class Watch:
             return
         self._selector.unregister(process.descriptor)
         del self._alive[process.name]
-        exit = describe_exit(process.name, returncode, process.tail(), self._host, self._ranks)
+        exit = describe_exit(process.name, returncode, process.tail(), self._host, self._ranks, process.log_tail())
         self._exits.append(exit)
         if self._summary and not exit.signal and not exit.code:
             self._decide_within(_AFTER_FINISH_S)

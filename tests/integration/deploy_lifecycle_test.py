@@ -44,6 +44,44 @@ class RunLifecycle(CommandTest):
         self.assertIn("no_such_solver", session.last_line)
         self.assertFalse((self.folder / "runs").exists())
 
+    def test_empty_command_and_no_number_are_refused_on_the_command_line(self):
+        for arguments, words in (
+            (("--fluid", ""), "--fluid: the command is empty (a variable that is not set?). Name a program."),
+            (("--body", " "), "--body: the command is empty"),
+            (("--ranks", "abc"), "--ranks: abc is no number of ranks (whole, from 1 on)"),
+            (("--restarts", "-1"), "--restarts: -1 is no number (whole, from 0 on)"),
+        ):
+            session = self.start("run", self.case(), *arguments)
+            self.assert_ends(session, 2, within_s=5)
+            self.assertIn(words, session.last_line)
+        self.assertFalse((self.folder / "runs").exists())
+
+    def test_component_that_cannot_be_started_is_named_without_the_token_of_the_run(self):
+        (self.folder / "program").write_text("no format that the system knows")
+        (self.folder / "program").chmod(0o755)
+        session = self.start("run", self.case(), "--body", f"{self.folder}/program --fast")
+        self.assert_ends(session, 2, within_s=5)
+        self.assertTrue(session.last_line.endswith(f"Check this command: {self.folder}/program --fast"), session.last_line)
+
+    def test_log_of_a_component_that_ended_is_quoted(self):
+        words = "a fluid component already takes part (only one can). Start one component per role."
+        script = self.folder / "body.sh"
+        script.write_text(f"""#!/bin/bash
+[ "$1" = --capabilities ] && exec {FAKES}/body_service --capabilities
+echo "2026-11-21 10:00:00 error [body rank 0] [step -1] {words}" > runs/tiny/logs/body.log
+exit 65
+""")
+        script.chmod(0o755)
+        session = self.start("run", self.case(reports=False), "--body", script)
+        self.assert_ends(session, 65, within_s=10)
+        self.assertIn("already takes part", session.last_line)
+
+    def test_refused_resume_is_not_advised_to_resume(self):
+        self.assert_ends(self.start("run", self.case(steps=1, checkpoint_at=1)), 0, within_s=10)
+        session = self.start("run", self.case(fail=73), "--resume")
+        self.assert_ends(session, 73, within_s=10)
+        self.assertNotIn("--resume", session.last_line)
+
     def assert_loss(self, session, component, rank):
         self.assert_ends(session, 69, within_s=5)
         self.assertIn(f"{component} on host {os.uname().nodename}, rank {rank}, at step ", session.last_line)
@@ -283,6 +321,16 @@ class RunLifecycle(CommandTest):
         self.assertEqual(session.end(), 2)
         self.assertIn("collision:cumulant", "".join(session.stdout))
         self.assertNotIn("«collision:bgk»", "".join(session.stdout))
+
+    def test_check_refuses_what_is_no_component_of_the_role(self):
+        for arguments, words in (
+            (("--fluid", "/bin/true"), "error: the fluid component /bin/true is none (it does not answer --capabilities"),
+            (("--body", f"{FAKES}/fluid_service"), "error: fake fluid is no body component (it says so). Use --fluid."),
+        ):
+            session = self.start("check", self.case(), *arguments)
+            self.assertEqual(session.end(), 2)
+            self.assertIn(words, "".join(session.stdout))
+            self.assertNotIn("ok\n", session.stdout)
 
 
 if __name__ == "__main__":

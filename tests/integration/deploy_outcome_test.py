@@ -99,6 +99,18 @@ class Judge(unittest.TestCase):
         self.assertIn("solver failed", verdict.reason)
         self.assertNotIn("----", verdict.reason)
 
+    def test_last_error_of_the_log_is_quoted_where_there_is_one(self):
+        for log in (
+            "2026-11-21 10:00:00.1 error [body rank 0] [step -1] a fluid component already takes part. Start one.\n"
+            "2026-11-21 10:00:00.2 info [body rank 0] [step -1] Ending with exit code 65.\n",
+            "2026-11-21 10:00:00,1 ERROR [body rank 0] a fluid component already takes part. Start one.\nTraceback\n",
+        ):
+            for output in ("", "a warning on stderr"):
+                verdict = judge(None, [describe_exit("body", 65, output, "here", 1, log)], -1, "here")
+                self.assertIn("(its last words: «a fluid component already takes part. Start one»)", verdict.reason)
+        verdict = judge(None, [describe_exit("body", 1, "", "here", 1, "no such licence\n")], -1, "here")
+        self.assertIn("no such licence", verdict.reason)
+
     def test_event_becomes_a_failure_with_our_host_if_it_names_none(self):
         failure = failure_of_event({"event": "failure", "code": 65, "component": "body", "reason": "no."}, "here")
         self.assertEqual((failure.code, failure.host, failure.rank, failure.step), (65, "here", "0", -1))
