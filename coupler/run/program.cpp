@@ -17,6 +17,7 @@
 #include "run/run_case.hpp"
 #include "run/run_directory.hpp"
 #include "run/signals.hpp"
+#include "system/host_name.hpp"
 
 namespace copepod::coupler {
 namespace {

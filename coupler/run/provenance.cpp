@@ -4,11 +4,11 @@
 #include <chrono>
 #include <ctime>
 #include <fstream>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
 #include "run/build_info.hpp"
+#include "system/host_name.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -36,12 +36,6 @@ std::string earlier_attempts(const RunDirectory& directory) {
 }
 
 }  // namespace
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
-  return name.data();
-}
 
 Provenance::Provenance(const RunDirectory& directory, std::string command_line, std::string build,
                        int fluid_ranks, bool resumed)

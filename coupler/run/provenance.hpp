@@ -34,7 +34,4 @@ class Provenance {
   std::map<std::string, std::string> components_;  ///< role to name and version
 };
 
-/// Name of this machine.
-std::string host_name();
-
 }  // namespace copepod::coupler

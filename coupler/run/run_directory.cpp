@@ -5,9 +5,11 @@
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
+#include <span>
 #include <unistd.h>
 
 #include "contract/errors.hpp"
+#include "system/write_all.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -17,36 +19,19 @@ namespace {
                      "). Choose another --out folder, or free space.");
 }
 
-void write_all(int file, const std::string& content, const std::filesystem::path& path) {
-  std::size_t written = 0;
-  while (written < content.size()) {
-    const ssize_t count = ::write(file, content.data() + written, content.size() - written);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail(path, errno);
-    written += static_cast<std::size_t>(count);
-  }
-  if (::fsync(file) != 0) fail(path, errno);
-}
-
 }  // namespace
 
 void write_atomically(const std::filesystem::path& path, const std::string& content) {
   const std::filesystem::path temporary = path.string() + ".tmp";
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) fail(path, errno);
-  try {
-    write_all(file, content, path);
-  } catch (...) {
-    ::close(file);
-    ::unlink(temporary.c_str());
-    throw;
-  }
-  ::close(file);
-  if (::rename(temporary.c_str(), path.c_str()) != 0) {
-    const int error = errno;
-    ::unlink(temporary.c_str());
-    fail(path, error);
-  }
+  int error = 0;
+  if (!write_all(file, std::as_bytes(std::span(content))) || ::fsync(file) != 0) error = errno;
+  if (::close(file) != 0 && error == 0) error = errno;
+  if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+  if (error == 0) return;
+  ::unlink(temporary.c_str());
+  fail(path, error);
 }
 
 namespace {
