@@ -7,6 +7,7 @@ from pathlib import Path
 
 from copepod_campaign import display, programs, results
 from copepod_campaign.entry import State, entries_of
+from copepod_campaign.job import RESTARTS
 from copepod_campaign.pool import Pool
 from copepod_command import build, exit_codes
 from copepod_command.checkout import called_as
@@ -16,6 +17,13 @@ from copepod_command.plan import request_campaign
 from copepod_command.run_directory import RunDirectory, folder_name
 from copepod_command.signals import SignalRecorder
 from copepod_command.stages import say
+
+
+_NOT_FOR_SWEEPS = {
+    "resume": "the same command again goes on where it stopped",
+    "restarts": f"a member is started again up to {RESTARTS} times by itself",
+    "progress": "several members run at once",
+}
 
 
 def campaign(options):
@@ -31,6 +39,9 @@ def run_sweep(options, plan):
     for name in ("ranks", "fluid", "body"):
         if getattr(options, name) is not None:
             raise Stop(exit_codes.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
+    for name, reason in _NOT_FOR_SWEEPS.items():
+        if getattr(options, name) not in (False, 0, "auto"):
+            raise Stop(exit_codes.BAD_CASE, f"--{name} is not for sweeps ({reason}). Leave it out.")
     item = {"name": plan.name, "file": options.case, "set": options.set}
     settings = "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
     options.rerun_other_builds = False

@@ -10,7 +10,7 @@ from copepod_command.checkout import ROOT
 from copepod_command.events import EventReader
 from copepod_command.process import end_with_parent
 
-_RESTARTS = 3  # by itself, when a component is lost
+RESTARTS = 3  # by itself, when a component is lost
 
 
 class Job:
@@ -33,8 +33,8 @@ class Job:
             preexec_fn=lambda: end_with_parent(parent),
         )
         self.descriptor = self._process.stderr.fileno()
-        self._reader = EventReader()
-        self._text = b""
+        self._reader = EventReader(on_other=lambda line: self._note(line.decode(errors="replace")))
+        self._last_words = ""
         self.share = 0.0
         self.remaining_s = None
         self.weight_per_s = None
@@ -46,11 +46,16 @@ class Job:
         if not received:
             self._finish()
             return
-        self._text = (self._text + received)[-8192:]
         for event in self._reader.feed(received):
             if event["event"] == "progress":
                 self._take(event)
-        self._log.write(b"".join(line for line in received.splitlines(keepends=True) if not line.startswith(b"{")))
+            elif event["event"] == "notice":
+                self._note(f"copepod: {event['text']}")
+
+    def _note(self, line):
+        """A line for people; the last one tells why a run failed."""
+        self._last_words = line.removeprefix("copepod: ") or self._last_words
+        self._log.write(f"{line}\n".encode())
         self._log.flush()
 
     def stop(self):
@@ -76,11 +81,7 @@ class Job:
             return
         self.entry.state = State.FAILED
         self.entry.exit_code = code if code > 0 else 128 - code
-        self.entry.remark = self._last_words(code)
-
-    def _last_words(self, code):
-        lines = [line for line in self._text.decode(errors="replace").splitlines() if line and line[0] != "{"]
-        return lines[-1].removeprefix("copepod: ") if lines else f"ended with code {code} and said nothing"
+        self.entry.remark = self._last_words or f"ended with code {code} and said nothing"
 
     def _command(self, entry, ranks):
         words = [sys.executable, str(ROOT / "deploy/copepod_command/__main__.py"), "run", entry.file]
@@ -88,5 +89,5 @@ class Job:
             words += ["--set", setting]
         if entry.plan.case.get("fluid", {}).get("solver") == "lattice_boltzmann":
             words += ["--ranks", str(ranks)]
-        words += ["--out", str(entry.path), "--restarts", str(_RESTARTS), "--progress", "json"]
+        words += ["--out", str(entry.path), "--restarts", str(RESTARTS), "--progress", "json"]
         return words + (["--resume"] if self._resumed else [])

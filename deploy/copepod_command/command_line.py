@@ -69,7 +69,7 @@ def _add_run(commands):
         "--progress",
         choices=("auto", "json"),
         default="auto",
-        help="json: one JSON object per line on stderr, for programs (default: auto)",
+        help="json: one JSON object per line on stderr, for programs; 'event' tells what it is (default: auto)",
     )
     parser.set_defaults(action=run.run)
 

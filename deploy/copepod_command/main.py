@@ -1,13 +1,12 @@
 """Runs one subcommand and turns its ending into exit code and last line."""
 
-import os
 import signal
 import sys
 
 from copepod_command import destinations, exit_codes
 from copepod_command.command_line import parse
 from copepod_command.errors import Stop
-from copepod_command.stages import say
+from copepod_command.stages import say, silence
 
 
 def main(arguments):
@@ -21,12 +20,12 @@ def main(arguments):
         say("stopped by Ctrl-C.")
         return exit_codes.INTERRUPTED
     except BrokenPipeError:  # the reader of our results went away, as in `copepod check … | head`
-        _give_up_stdout()
+        silence(sys.stdout)
         return exit_codes.PREPARATION_FAILED
     except OSError as problem:
         where = problem.filename or "the output"
         say(f"{where} cannot be used ({problem.strerror or problem}). {destinations.advice(problem)}")
-        _give_up_stdout()
+        _flush_or_silence_stdout()
         return exit_codes.STORAGE_FAILED
 
 
@@ -40,12 +39,11 @@ def _carry_out(arguments):
         return stop.code
 
 
-def _give_up_stdout():
-    """What could not be printed is forgotten; Python would complain about it once more at its end."""
+def _flush_or_silence_stdout():
     try:
         sys.stdout.flush()
     except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence(sys.stdout)
 
 
 def _terminate(number, frame):

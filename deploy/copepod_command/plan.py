@@ -2,13 +2,13 @@
 
 import json
 import subprocess
-import sys
 from dataclasses import dataclass
 from types import SimpleNamespace
 
 from copepod_command import exit_codes
 from copepod_command.checkout import program
 from copepod_command.errors import Stop
+from copepod_command.stages import say_lines
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _ask_coupler(arguments):
             f"{program('coupler')} cannot be started ({problem.strerror}). If it is being built just now, wait for "
             "that; otherwise run: copepod setup",
         ) from None
-    sys.stderr.write(answer.stderr)
+    say_lines(answer.stderr)
     if answer.returncode == exit_codes.BAD_CASE:
         raise Stop(exit_codes.BAD_CASE)
     if answer.returncode != 0:

@@ -4,7 +4,7 @@ import json
 import os
 import time
 
-from copepod_command.stages import write
+from copepod_command.stages import notice, write
 
 LINE_EVERY_S = 5.0
 _WIDEST_BAR = 40
@@ -32,7 +32,7 @@ class EventProgress:
         self._write(event)
 
     def notice(self, text):
-        write(self._stream, f"copepod: {text}\n")
+        write(self._stream, notice(text))
 
     def close(self):
         pass

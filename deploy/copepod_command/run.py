@@ -8,7 +8,7 @@ from copepod_command.attempt import Attempt
 from copepod_command.checkout import called_as
 from copepod_command.errors import Stop
 from copepod_command.plan import request_plan
-from copepod_command.stages import say
+from copepod_command.stages import say, speak_json
 from copepod_command.table import result_table
 
 _WORTH_A_RESTART = (exit_codes.COMPONENT_LOST, exit_codes.DEADLINE_PASSED)
@@ -16,6 +16,8 @@ _WORTH_A_RESTART = (exit_codes.COMPONENT_LOST, exit_codes.DEADLINE_PASSED)
 
 def run(options):
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
+    if options.progress == "json":
+        speak_json()
     build.ensure_programs()
     plan = request_plan(options)
     if plan.sweep:

@@ -1,5 +1,7 @@
 """One line on stderr per stage of the preparation: what is done, a counter on a terminal, the time it took."""
 
+import json
+import os
 import sys
 import time
 
@@ -15,17 +17,45 @@ def elapsed_text(seconds):
 
 
 def write(stream, text):
-    """Writes and flushes; a reader that went away (`copepod run … 2>&1 | head`) must not end a run."""
+    """Writes and flushes; a reader that went away (`copepod run … 2>&1 | head`) or a full disk must not end a run."""
     try:
         stream.write(text)
         stream.flush()
-    except BrokenPipeError:
-        pass
+    except OSError:
+        silence(stream)
+
+
+def silence(stream):
+    """What the stream still holds and what comes is forgotten; Python would complain about it once more at its end."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+
+
+_speaks_json = False
+
+
+def speak_json():
+    """From now on every line on stderr is a JSON object: what is said, {"event": "notice", "text": …}."""
+    global _speaks_json
+    _speaks_json = True
 
 
 def say(text):
     """A line of the command's own on stderr."""
-    write(sys.stderr, f"copepod: {text}\n")
+    say_lines(f"copepod: {text}\n")
+
+
+def say_lines(text):
+    """Lines of another program on stderr."""
+    if _speaks_json:
+        text = "".join(notice(line.removeprefix("copepod: ")) for line in text.splitlines())
+    write(sys.stderr, text)
+
+
+def notice(text):
+    """Something to be read by people, as an event."""
+    return json.dumps({"event": "notice", "text": text}) + "\n"
 
 
 class Stage:
@@ -37,19 +67,24 @@ class Stage:
 
     def __enter__(self):
         self._start = time.monotonic()
-        self._write(f"copepod: {self._text} … ")
+        if not _speaks_json:
+            self._write(f"copepod: {self._text} … ")
         return self
 
     def count(self, done, total):
         """Shows how far the stage is; on a terminal only."""
-        if self._terminal:
+        if self._terminal and not _speaks_json:
             self._write(f"\r\033[Kcopepod: {self._text} … {done}/{total} ")
 
     def __exit__(self, exception_type, exception, traceback):
-        if self._terminal:
+        if self._terminal and not _speaks_json:
             self._write(f"\r\033[Kcopepod: {self._text} … ")
         outcome = "" if exception_type is None else "failed after "
-        self._write(f"{outcome}{elapsed_text(time.monotonic() - self._start)}\n")
+        ending = f"{outcome}{elapsed_text(time.monotonic() - self._start)}"
+        if _speaks_json:
+            say(f"{self._text} … {ending}")
+        else:
+            self._write(f"{ending}\n")
 
     @staticmethod
     def _write(text):

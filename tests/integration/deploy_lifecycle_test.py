@@ -269,6 +269,31 @@ exit 65
         self.assert_ends(session, 143, within_s=5)
         self.assertNotIn("starting again", "".join(session.stderr))
 
+    def events_of(self, session):
+        """Everything on stderr, each line an object."""
+        return [json.loads(line) for line in session.stderr]
+
+    def test_for_programs_every_line_is_an_object(self):
+        json_lines = ("--progress", "json")
+        session = self.start("run", self.case(steps=5, warnings=["slow"]), *json_lines)
+        self.assert_ends(session, 0, within_s=10)
+        said = self.events_of(session)
+        self.assertIn({"event": "notice", "text": "slow"}, said)
+        self.assertEqual({event["event"] for event in said}, {"notice", "phase", "progress"})
+        session = self.start("run", self.case(reports=False), *json_lines, "--fluid", f"{FAKES}/fluid_service --fail-with 70")
+        self.assertEqual(session.end(), 70)
+        self.assertIn("density is not a number", self.events_of(session)[-1]["text"])
+        session = self.start("run", self.case(errors=["radius is zero (…). Give one."]), *json_lines)
+        self.assertEqual(session.end(), 2)
+        self.assertIn("case.yaml:1: error: radius", self.events_of(session)[0]["text"])
+
+    def test_options_that_a_sweep_does_not_have_are_refused_by_name(self):
+        sweep = {"key": "a.b", "members": [{"value": 1, "set": []}]}
+        for words in (("--resume",), ("--restarts", "2"), ("--progress", "json")):
+            session = self.start("run", self.case(sweep=sweep), *words)
+            self.assert_ends(session, 2, within_s=5)
+            self.assertIn(f"{words[0]} is not for sweeps", session.last_line)
+
     def test_restarts_come_to_an_end(self):
         session = self.start("run", self.case(steps=300, checkpoint_at=5), "--restarts", "1")
         for _ in range(2):

@@ -99,10 +99,11 @@ class Events(unittest.TestCase):
             [{"event": "phase", "phase": "running"}, {"event": "x"}],
         )
 
-    def test_other_lines_are_dropped(self):
-        self.assertEqual(
-            EventReader().feed(b'hello\n[1]\n{"no": "event"}\n\xff\xfe\n{"event":"x"}\n'), [{"event": "x"}]
-        )
+    def test_other_lines_are_set_apart(self):
+        others = []
+        reader = EventReader(others.append)
+        self.assertEqual(reader.feed(b'hello\n[1]\n{"no": "event"}\n\xff\xfe\n{"event":"x"}\n'), [{"event": "x"}])
+        self.assertEqual(others, [b"hello", b"[1]", b'{"no": "event"}', b"\xff\xfe"])
 
 
 if __name__ == "__main__":

@@ -83,6 +83,13 @@ class Storage(CommandTest):
             "copepod: the output cannot be used (No space left on device). Free space on that disk and run again.\n",
         )
 
+    def test_standard_error_on_a_full_disk_ends_no_run(self):
+        script = f"{COMMAND} run case.yaml --out here 2>/dev/full"
+        environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}
+        code = subprocess.run(["bash", "-c", script], cwd=self.folder, env=environment, stdout=subprocess.DEVNULL).returncode
+        self.assertEqual(code, 0)
+        self.assertTrue((self.folder / "here/summary.json").exists())
+
     def test_provenance_that_cannot_be_replaced_does_not_hide_how_the_run_ended(self):
         (self.folder / "case.yaml").write_text(json.dumps({"name": "tiny", "steps": 3000, "step_s": 0.01, "ranks": 1}))
         session = self.start("run", "case.yaml")
