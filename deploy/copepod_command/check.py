@@ -83,14 +83,19 @@ def _problems_of_components(plan):
     """What keeps the two components from taking part in the run, as sentences."""
     return [
         problem
-        for role, command in (("fluid", components.fluid_program(plan)), ("body", components.body_program(plan)))
-        for problem in _problems_of(role, command, plan.requires.get(role, []))
+        for role, own, command in (
+            ("fluid", plan.fluid_command is None, components.fluid_program(plan)),
+            ("body", plan.body_command is None, components.body_program(plan)),
+        )
+        for problem in _problems_of(role, own, command, plan.requires.get(role, []))
     ]
 
 
-def _problems_of(role, command, required):
+def _problems_of(role, own, command, required):
     """What the component says about itself is nothing, of another role, or less than the case needs."""
     announced = capabilities.announced(command)
+    if announced is None and own:  # a folder of programs for runs in one process need not hold it
+        return
     if announced is None:
         yield (
             f"the {role} component {shlex.join(command)} is none (it does not answer --capabilities with JSON). "

@@ -36,7 +36,10 @@ class StandIn:
             return
         exchange = self._recorded.get((name, request.step))
         if exchange is None or exchange.reply is None:
-            raise SolverError(f"{name} of step {request.step} is not in the recording (it ends before). Run fewer steps.")
+            raise SolverError(
+                f"{name} of step {request.step} is not in the recording (it ends before; so far all was as recorded). "
+                "Run fewer steps, or replay an attempt that finished."
+            )
         recorded = type(request)()
         recorded.ParseFromString(exchange.request.SerializeToString())
         recorded.sequence = request.sequence

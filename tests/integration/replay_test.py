@@ -48,6 +48,14 @@ class Replay(CommandTest):
         self.assertIn("Use --attempt 1", self.last_line)
         self.finish("replay", "out", "--as", "body", "--attempt", "1")
 
+    def test_recording_that_ends_before_the_run_does_says_so(self):
+        self.finish("run", *RECORDED)
+        case = self.folder / "out/case.yaml"
+        case.write_text(case.read_text().replace("steps: 40\n", "steps: 45\n"))
+        session = self.start("replay", "out", "--as", "body", "--out", "again")
+        self.assertEqual(session.end(timeout_s=60), 70, "".join(session.stderr))
+        self.assertIn("of step 40 is not in the recording (it ends before; so far all was as recorded)", session.last_line)
+
     def test_program_that_is_not_there_leaves_nothing_behind(self):
         self.finish("run", *RECORDED)
         self.finish("replay", "out", "--body", "--", "nosuch", code=2)
