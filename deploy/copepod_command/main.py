@@ -20,7 +20,7 @@ def main(arguments):
         say("stopped by Ctrl-C.")
         return exit_codes.INTERRUPTED
     except BrokenPipeError:  # the reader of our results went away, as in `copepod check … | head`
-        silence(sys.stdout)
+        _flush_or_silence_stdout()
         return exit_codes.PREPARATION_FAILED
     except OSError as problem:
         where = problem.filename or "the output"

@@ -63,7 +63,7 @@ class Stage:
 
     def __init__(self, text):
         self._text = text
-        self._terminal = sys.stderr.isatty()
+        self._terminal = sys.stderr.isatty() and not _speaks_json
 
     def __enter__(self):
         self._start = time.monotonic()
@@ -73,16 +73,16 @@ class Stage:
 
     def count(self, done, total):
         """Shows how far the stage is; on a terminal only."""
-        if self._terminal and not _speaks_json:
+        if self._terminal:
             self._write(f"\r\033[Kcopepod: {self._text} … {done}/{total} ")
 
     def __exit__(self, exception_type, exception, traceback):
-        if self._terminal and not _speaks_json:
-            self._write(f"\r\033[Kcopepod: {self._text} … ")
         outcome = "" if exception_type is None else "failed after "
         ending = f"{outcome}{elapsed_text(time.monotonic() - self._start)}"
         if _speaks_json:
             say(f"{self._text} … {ending}")
+        elif self._terminal:
+            self._write(f"\r\033[Kcopepod: {self._text} … {ending}\n")
         else:
             self._write(f"{ending}\n")
 
