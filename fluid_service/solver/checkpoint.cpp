@@ -22,6 +22,7 @@ void LatticeBoltzmann<T>::for_each_population(const Visit& visit) const {
 
 template <class T>
 void LatticeBoltzmann<T>::save(const std::string& path) {
+  check_all_rows();
   std::vector<T> populations;
   populations.reserve(static_cast<std::size_t>(layout_.block().volume() * d3q19::directions));
   for_each_population([&](std::size_t location) { populations.push_back(populations_[location]); });

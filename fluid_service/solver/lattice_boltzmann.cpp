@@ -1,5 +1,6 @@
 #include "solver/lattice_boltzmann.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -150,30 +151,45 @@ void LatticeBoltzmann<T>::advance() {
   timer_.book(Phase::output);
 }
 
-/// Looks at every 1024th row, another one in each step, so that every cell is seen within 1024 steps.
+/// Looks at one row of 1024, or of as many as there are, another one in each step: every cell is seen within
+/// 1024 steps.
 template <class T>
 void LatticeBoltzmann<T>::check_rows() const {
-  constexpr std::int64_t interval = 1024;
   const Box& block = layout_.block();
   const std::int64_t rows = block.extent(0) * block.extent(1);
+  const std::int64_t interval = std::min<std::int64_t>(1024, rows);
   for (std::int64_t row = step_ % interval; row < rows; row += interval)
-    for (std::int64_t z = 0; z < block.extent(2); ++z)
-      check_cell({row / block.extent(1), row % block.extent(1), z});
+    check_row(block.low[0] + row / block.extent(1), block.low[1] + row % block.extent(1));
+}
+
+/// Before anything is saved or summed up: no run ends well with a flow that diverged since its row was seen.
+template <class T>
+void LatticeBoltzmann<T>::check_all_rows() const {
+  const Box& block = layout_.block();
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y) check_row(x, y);
+    report_progress();
+  }
 }
 
 template <class T>
-void LatticeBoltzmann<T>::check_cell(const Cell& local) const {
+void LatticeBoltzmann<T>::check_row(std::int64_t x, std::int64_t y) const {
+  const Box& block = layout_.block();
+  for (std::int64_t z = block.low[2]; z < block.high[2]; ++z)
+    if (map_.owner(layout_.cell(Cell{x, y, z})) == BodyMap::fluid)
+      static_cast<void>(checked_moments({x, y, z}));
+}
+
+template <class T>
+CellMoments LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
   constexpr double largest_excess_density = 0.5;
   constexpr double largest_momentum = 0.4;
-  const Site cell = layout_.site(local[0], local[1], local[2]);
-  if (map_.owner(cell.index) != BodyMap::fluid) return;
-  const CellMoments m = moments_of_cell(populations_.data(), layout_, cell, placement_);
-  if (std::abs(m.excess_density) < largest_excess_density && m.momentum.norm() < largest_momentum) return;
-  const Cell& low = layout_.block().low;
+  const CellMoments m = moments_of_cell(populations_.data(), layout_, layout_.site(cell), placement_);
+  if (std::abs(m.excess_density) < largest_excess_density && m.momentum.norm() < largest_momentum) return m;
   throw SolverError(
-      "the flow diverged at cell (" + std::to_string(low[0] + local[0]) + ", " +
-          std::to_string(low[1] + local[1]) + ", " + std::to_string(low[2] + local[2]) + ") (density " +
-          std::to_string(1.0 + m.excess_density) + ", momentum " + std::to_string(m.momentum.norm()) +
+      "the flow diverged at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) + ", " +
+          std::to_string(cell[2]) + ") (density " + std::to_string(1.0 + m.excess_density) + ", momentum " +
+          std::to_string(m.momentum.norm()) +
           " in lattice units). Use a larger relaxation time, collision: trt, or a shorter step.",
       communicator_.rank(), step_ - 1);
 }
@@ -191,15 +207,14 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
   for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const Site cell = layout_.site(Cell{x, y, z});
-        const std::int32_t owner = map_.owner(cell.index);
+        const std::int32_t owner = map_.owner(layout_.cell(Cell{x, y, z}));
         Eigen::Vector3d velocity;
         double density = 1.0;
         if (owner > BodyMap::fluid) {
           const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(owner - 1)];
           velocity = body.surface_velocity(domain_.from_position(body.position, {x, y, z}));
         } else {
-          const CellMoments m = moments_of_cell(populations_.data(), layout_, cell, placement_);
+          const CellMoments m = checked_moments({x, y, z});
           density += m.excess_density;
           velocity = (m.momentum - half_force) / density;
         }
@@ -250,6 +265,7 @@ std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {
 
 template <class T>
 SolverSummary LatticeBoltzmann<T>::summarise() {
+  check_all_rows();
   SolverSummary summary;
   auto digest = static_cast<std::int64_t>(digest_of_block());
   communicator_.sum_to_leader({&digest, 1});

@@ -12,13 +12,15 @@
 #include "kernel/equilibrium.hpp"
 #include "kernel/stream_collide.hpp"
 #include "lattice/huge_array.hpp"
+#include "lattice/moments_of_cell.hpp"
 #include "solver/field_schedule.hpp"
 #include "solver/phase_timer.hpp"
 
 namespace copepod::fluid {
 
 /// One rank's share of the lattice Boltzmann fluid. Every method is collective: called on all ranks with the
-/// same arguments; loads and summaries are valid on rank 0.
+/// same arguments; loads and summaries are valid on rank 0. A flow that diverged is a SolverError: from
+/// advance within 1024 steps, from fields, save and summarise at once.
 ///
 /// One step, with populations stored in place (lattice/population_layout.hpp):
 ///   exchange: map bodies -> refill uncovered cells -> links -> momentum exchange -> sum the loads
@@ -55,7 +57,9 @@ class LatticeBoltzmann final : public FluidSolver {
   template <class Visit>
   void for_each_population(const Visit& visit) const;
   void check_rows() const;
-  void check_cell(const Cell& local) const;
+  void check_all_rows() const;
+  void check_row(std::int64_t x, std::int64_t y) const;
+  [[nodiscard]] CellMoments checked_moments(const Cell& cell) const;
   [[nodiscard]] std::uint64_t digest_of_block() const;
 
   FluidSetup setup_;
