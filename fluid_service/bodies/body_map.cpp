@@ -31,12 +31,14 @@ bool BodyMap::update() {
     const bool mapped = before.width > 0;
     if (mapped && before.state.position == body.position && before.state.axis == body.axis) continue;
     check_inside(body, b);
+    if (has_started_) check_clear_of_faces(body, b);
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
     Footprint after = footprint(body);
     compare(before, after, static_cast<std::int32_t>(b));
     before = std::move(after);
   }
   cover_cells();
+  has_started_ = true;
   return !uncovered_.empty() || !covered_.empty();
 }
 
@@ -163,12 +165,34 @@ void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
       throw SolverError("body " + std::to_string(index) + " left the domain through a face normal to " +
                         "xyz"[axis] + " (its centre is at " + std::to_string(x) +
                         " cells). Enlarge the domain or make it periodic.");
-    if (domain_.symmetric(axis) && !domain_.cut_by_symmetry_plane(body.position, axis) &&
-        x + body.half_extents()[axis] > 0.5 * length)
+    if (domain_.symmetric(axis) && beyond(body, axis, true) > 0.0)
       throw SolverError("body " + std::to_string(index) + " reached the symmetry plane normal to " +
                         "xyz"[axis] +
                         " (behind it comes its mirror image). Start it further away, or remove the plane.");
   }
+}
+
+void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool high : {false, true}) {
+      if (beyond(body, axis, high) <= 0.0) continue;
+      throw SolverError("body " + std::to_string(index) + " runs into the " + (high ? "upper" : "lower") +
+                        " face normal to " + "xyz"[axis] + " (its centre is at " +
+                        std::to_string(body.position[axis]) +
+                        " cells; its loads would be those of a part of it). Enlarge the domain, or keep it "
+                        "away with a softer push or a spring.");
+    }
+  }
+}
+
+double BodyMap::beyond(const LatticeBody& body, int axis, bool high) const {
+  const FaceKind kind = domain_.face(axis, high).kind;
+  if (kind == FaceKind::periodic || (high && domain_.cut_by_symmetry_plane(body.position, axis))) return -1.0;
+  // A cell whose centre is covered before a mirror is covered behind it too, and links end at the image.
+  const double margin = kind == FaceKind::mirror ? 0.5 : 0.0;
+  const double half = body.half_extents()[axis] + margin;
+  const double x = body.position[axis];
+  return high ? x + half - static_cast<double>(domain_.cells()[axis]) : half - x;
 }
 
 }  // namespace copepod::fluid

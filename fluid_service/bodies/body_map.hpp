@@ -29,7 +29,9 @@ class BodyMap {
 
   /// Maps the bodies at their present positions; call after changing `bodies()`.
   /// @return whether any cell of the block or its ghosts changed hands
-  /// @throws SolverError if a centre left the domain through a face that is not periodic
+  /// @throws SolverError if a centre left the domain through a face that is not periodic, or a body that
+  /// moves runs into one: it then is where a fluid should be. Bodies that rest may stand in a wall from the
+  /// start.
   bool update();
   /// Turns fresh cells into fluid ones.
   void accept_fresh_cells();
@@ -62,6 +64,9 @@ class BodyMap {
   void for_each_image(const Cell& unwrapped, const Visit& visit) const;
   void cover_cells();
   void check_inside(const LatticeBody& body, std::size_t index) const;
+  void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;
+  /// How far the body's surface is beyond a face, or nearer to a mirror than half a cell.
+  [[nodiscard]] double beyond(const LatticeBody& body, int axis, bool high) const;
 
   const Domain& domain_;
   const PopulationLayout& layout_;
@@ -69,6 +74,7 @@ class BodyMap {
   std::vector<Footprint> mapped_;
   std::vector<std::int32_t> owner_;
   std::vector<ChangedCell> uncovered_;
+  bool has_started_ = false;          ///< bodies that changed their place since then move
   std::vector<ChangedCell> covered_;  ///< taken when every body has given up its cells
 };
 

@@ -143,6 +143,47 @@ TEST(BodyMap, NamesABodyThatLeavesAWalledDomain) {
   EXPECT_THROW(fixture.map.update(), SolverError);
 }
 
+/// Whether a body of radius 4 that moves from the middle to `position` is refused.
+bool is_refused(const FluidSetup& setup, const Eigen::Vector3d& position) {
+  MapFixture fixture(setup);
+  fixture.map.bodies()[0].position = {10.0, 10.0, 10.0};
+  fixture.map.update();
+  fixture.map.bodies()[0].position = position;
+  try {
+    fixture.map.update();
+    return false;
+  } catch (const SolverError&) {
+    return true;
+  }
+}
+
+TEST(BodyMap, RefusesABodyThatRunsIntoAFace) {
+  FluidSetup setup = periodic_box({20, 20, 40}, {{ShapeKind::sphere, 4.0, 0.0}});
+  setup.boundaries[face_index(0, false)].kind = setup.boundaries[face_index(0, true)].kind =
+      BoundaryKind::no_slip;
+  setup.boundaries[face_index(1, false)].kind = setup.boundaries[face_index(1, true)].kind =
+      BoundaryKind::free_slip;
+  setup.symmetry_planes[2] = true;
+  EXPECT_FALSE(is_refused(setup, {4.01, 10.0, 10.0}));
+  EXPECT_TRUE(is_refused(setup, {3.99, 10.0, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {15.99, 10.0, 10.0}));
+  EXPECT_TRUE(is_refused(setup, {16.01, 10.0, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 4.51, 10.0}));  // half a cell before a mirror its image begins
+  EXPECT_TRUE(is_refused(setup, {10.0, 4.49, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 15.49}));
+  EXPECT_TRUE(is_refused(setup, {10.0, 10.0, 15.51}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 20.0}));  // on the plane, which cuts it
+}
+
+TEST(BodyMap, LetsABodyThatRestsStandInAWall) {
+  FluidSetup setup = periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}});
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::no_slip;
+  MapFixture fixture(setup);
+  fixture.map.bodies()[0].position = {10.0, 10.0, 0.0};
+  EXPECT_TRUE(fixture.map.update());
+  EXPECT_FALSE(fixture.map.update());
+}
+
 // Links are kept up to date around changed cells only: they must equal those of a map made from scratch.
 TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
   const FluidSetup setup =
