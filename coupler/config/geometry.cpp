@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
 namespace copepod::coupler {
 namespace {
 
@@ -25,6 +27,11 @@ double segment_distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, cons
 }
 
 }  // namespace
+
+Eigen::Vector3d in_world(const BodySpecification& body, const Eigen::Vector3d& vector_B) {
+  const Eigen::Vector4d& q = body.orientation_wxyz;
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * vector_B;
+}
 
 Eigen::Vector3d body_axis(const BodySpecification& body) {
   const double w = body.orientation_wxyz[0];

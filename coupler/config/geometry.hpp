@@ -6,6 +6,9 @@
 
 namespace copepod::coupler {
 
+/// A vector given in the body's frame, in the world frame: R_WB v.
+Eigen::Vector3d in_world(const BodySpecification& body, const Eigen::Vector3d& vector_B);
+
 /// Unit vector of a body's own z axis (a capsule's axis) in the world frame.
 Eigen::Vector3d body_axis(const BodySpecification& body);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "config/case.hpp"
 #include "config/reader.hpp"
@@ -66,5 +67,10 @@ inline constexpr std::array scheme_names{Choice<SchemeKind>{"serial_explicit", S
 inline constexpr std::array switch_names{Choice<bool>{"true", true}, Choice<bool>{"false", false}};
 
 inline constexpr std::array axis_names{"x", "y", "z"};
+
+/// Key path of a face by its number in the order of FluidSetup::boundaries.
+inline std::string face_path(std::size_t face) {
+  return std::string("fluid.boundaries.") + axis_names[face / 2] + (face % 2 == 0 ? ".low" : ".high");
+}
 
 }  // namespace copepod::coupler

@@ -54,7 +54,7 @@ TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
   ASSERT_EQ(setup.bodies.size(), 4U);
   EXPECT_EQ(setup.bodies[3].name, "ball");
   EXPECT_EQ(setup.bodies[3].motion, MotionKind::axis);
-  EXPECT_TRUE(setup.bodies[3].axis.isApprox(Eigen::Vector3d(0, 0.6, 0.8)));
+  EXPECT_TRUE(setup.bodies[3].axis.isApprox(Eigen::Vector3d(0.6, 0, 0.8)));
   ASSERT_EQ(setup.springs.size(), 3U);
   EXPECT_EQ(setup.springs[0].stiffness_N_per_m, 20);  // of the chosen parameter set
   EXPECT_EQ(setup.springs[2].body_A, 3);
