@@ -27,6 +27,24 @@ void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::st
   }
 }
 
+/// Pressure is density on a lattice: ρ/ρ₀ = 1 + 3 p Δt² / (ρ₀ Δx²). It may do to the density what a flow does
+/// that is stopped from the velocities above, 3 u²/2.
+void judge_pressure(double pressure_Pa, const Case& the_case, const std::string& path, Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  const double seconds_per_m = the_case.step_s / fluid.cell_size_m;
+  const double excess = 3.0 * pressure_Pa * seconds_per_m * seconds_per_m / fluid.density_kg_per_m3;
+  const std::string found = "the pressure of " + path + " makes the density there " +
+                            shortest_text(1.0 + excess) + " times the fluid's";
+  const std::string remedy =
+      "Use a smaller step, or pressures nearer to 0 (only their differences drive the flow).";
+  if (std::abs(excess) > 1.5 * too_fast_lu * too_fast_lu) {
+    problems.error(path,
+                   found + " (a liquid keeps it; the lattice flows like a gas, and breaks at 0). " + remedy);
+  } else if (std::abs(excess) > 1.5 * fast_lu * fast_lu) {
+    problems.warning(path, found + " (fluxes of volume will differ by as much from face to face). " + remedy);
+  }
+}
+
 /// Amplitude of a bead's velocity under a sinusoidal force, the smaller of what drag and inertia alone allow
 /// [m/s]:
 ///   a / (6π ρ ν r)  and  a T / (2π m)
@@ -55,10 +73,10 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
                    "the initial speed of body '" + body.name + "'", problems);
   }
   for (std::size_t face = 0; face < 6; ++face) {
-    const std::string path =
-        std::string("fluid.boundaries.") + axis_names[face / 2] + (face % 2 == 0 ? ".low" : ".high");
-    judge_velocity(the_case.fluid.boundaries[face].velocity_m_per_s.norm(), the_case, path,
-                   "the speed of the wall", problems);
+    const Boundary& boundary = the_case.fluid.boundaries[face];
+    judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall",
+                   problems);
+    judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
   }
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Swimmer& swimmer = the_case.swimmers[i];

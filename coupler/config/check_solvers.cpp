@@ -44,6 +44,30 @@ void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& pro
   }
 }
 
+/// What drives or repeats a flow is not known to Stokes flow: fluid at rest but for the bodies, and one wall
+/// at most.
+void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
+  if (!fluid.body_force_N_per_m3.isZero(0.0)) {
+    problems.warning("fluid.body_force_N_per_m3",
+                     "fluid.body_force_N_per_m3 drives a flow (solver: stokes knows none but that of the "
+                     "bodies). It is left out.");
+  }
+  for (std::size_t face = 0; face < 6; ++face) {
+    const BoundaryKind kind = fluid.boundaries[face].kind;
+    if (kind != BoundaryKind::velocity && kind != BoundaryKind::pressure) continue;
+    problems.warning(face_path(face), face_path(face) +
+                                          " drives a flow (solver: stokes knows none but that of the "
+                                          "bodies). It is left out.");
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) continue;
+    const std::string path = std::string("fluid.boundaries.") + axis_names[axis];
+    problems.warning(path, path +
+                               " is periodic (solver: stokes computes no flow around images of the bodies). "
+                               "They are left out.");
+  }
+}
+
 /// What a case written for the lattice says that a solver without cells leaves out.
 void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
@@ -52,7 +76,9 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
     problems.warning("output.fields",
                      "output.fields asks for fields (" + solver + " computes none). They are left out.");
   }
-  if (fluid.solver == FluidSolverChoice::stokes && fluid.domain_cells[0] > 0 && fluid.no_slip_plane < 0) {
+  if (fluid.solver != FluidSolverChoice::stokes) return;
+  warn_of_flows_left_out(fluid, problems);
+  if (fluid.domain_cells[0] > 0 && fluid.no_slip_plane < 0) {
     problems.warning("fluid.solver",
                      "the fluid is taken as unbounded (" + solver +
                          " knows none of the domain's walls). Give fluid.no_slip_plane for one.");

@@ -132,13 +132,34 @@ void check_symmetric_spring(const SpringSpecification& spring, const std::string
                            "remove the plane.");
 }
 
+/// Stokes flow computes bodies on a plane whole, which is the same, but no mirror images.
+void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly, std::size_t axis,
+                               Problems& problems) {
+  const std::string plane = std::string("symmetry plane ") + axis_names[axis];
+  if (middle_m(fluid, axis) == 0.0) {
+    problems.error("fluid.symmetry_planes",
+                   plane +
+                       " is nowhere (it goes through the middle of the domain). Give fluid.domain_cells and "
+                       "fluid.cell_size_m, or remove the plane.");
+    return;
+  }
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+    if (lies_on(assembly.bodies[i], fluid, axis)) continue;
+    problems.error(assembly.body_paths[i],
+                   "body '" + assembly.bodies[i].name + "' lies beside " + plane +
+                       " (solver: stokes computes no mirror images). Give its image as a body too and remove "
+                       "the plane, or use solver: lattice_boltzmann.");
+  }
+}
+
 }  // namespace
 
 void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems) {
-  if (the_case.fluid.solver != FluidSolverChoice::lattice_boltzmann) return;
   const FluidCase& fluid = the_case.fluid;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!fluid.symmetry_planes[axis]) continue;
+    if (fluid.solver == FluidSolverChoice::stokes) check_images_not_computed(fluid, assembly, axis, problems);
+    if (fluid.solver != FluidSolverChoice::lattice_boltzmann) continue;
     check_symmetric_faces(fluid, axis, problems);
     check_symmetric_vector(fluid.body_force_N_per_m3, axis, "fluid.body_force_N_per_m3", problems);
     check_symmetric_vector(the_case.gravity_m_per_s2, axis, "gravity_m_per_s2", problems);
