@@ -15,9 +15,14 @@ namespace {
 /// JSON is YAML: a list of words that any --set can carry.
 std::string as_list(const std::string& command) { return nlohmann::json(split_command(command)).dump(); }
 
-std::string joined(int argc, const char* const* argv) {
+/// All arguments but the session token, which is for the components only.
+std::string joined(int argc, const char* const* argv, const std::string& token) {
   std::string line;
-  for (int i = 0; i < argc; ++i) line += (i == 0 ? "" : " ") + std::string(argv[i]);
+  for (int i = 0; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool is_secret = !token.empty() && word.ends_with(token);
+    line += (i == 0 ? "" : " ") + (is_secret ? word.substr(0, word.size() - token.size()) + "TOKEN" : word);
+  }
   return line;
 }
 
@@ -72,7 +77,7 @@ Options parse_command_line(int argc, const char* const* argv) {
                    : !campaign.empty() ? Options::Action::campaign
                                        : Options::Action::run;
   options.case_file = plan + campaign + run;  // two of them are empty
-  options.command_line = joined(argc, argv);
+  options.command_line = joined(argc, argv, options.session);
   if (ranks > 0) options.overrides.push_back("services.fluid.ranks=" + std::to_string(ranks));
   if (!fluid.empty()) options.overrides.push_back("services.fluid.command=" + as_list(fluid));
   if (!body.empty()) options.overrides.push_back("services.body.command=" + as_list(body));

@@ -20,7 +20,7 @@ struct Options {
   std::string build;      ///< identifies the programs of the run, for the provenance
   std::string wire_file;  ///< where messages are recorded; of the case, empty: nowhere
   bool resume = false;
-  std::string command_line;  ///< all arguments, for the provenance
+  std::string command_line;  ///< all arguments but the token, for the provenance
 };
 
 /// @throws CaseError (exit code 2) if the arguments make no sense

@@ -69,7 +69,7 @@ output: {trajectory: {every_steps: 100}}
   }
   int run(std::vector<std::string> more = {}) {
     std::vector<std::string> arguments{"--run",      case_file, "--out",     out_dir.string(),
-                                       "--endpoint", "none",    "--session", "s"};
+                                       "--endpoint", "none",    "--session", "secret-7"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return call(arguments);
   }
@@ -111,6 +111,8 @@ TEST_F(Program, RunsACaseAndLeavesACompleteRunDirectory) {
   EXPECT_EQ(provenance["exit_code"], 0);
   EXPECT_EQ(provenance["components"]["fluid"], "ConstantDragFluid 1");
   EXPECT_FALSE(provenance["end"].is_null());
+  const auto command_line = provenance["command_line"].get<std::string>();
+  EXPECT_NE(command_line.find("--session TOKEN"), std::string::npos) << command_line;
   EXPECT_NE(content_of(out_dir / "logs" / "coupler.log").find("running steps 0 to 2500"), std::string::npos);
   EXPECT_EQ(content_of(out_dir / "trajectory.csv").substr(0, 5), "step,");
   EXPECT_TRUE(std::filesystem::exists(out_dir / "case.yaml"));
