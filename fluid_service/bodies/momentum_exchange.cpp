@@ -11,8 +11,9 @@ namespace copepod::fluid {
 
 namespace {
 
-/// Larger than any population of a flow that makes sense; also catches NaN when negated.
-constexpr double absurd_population = 1e3;
+/// Larger than any population of a flow that makes sense, and a cell's links together stay within the range
+/// of fixed_point::from_double; also catches NaN when negated.
+constexpr double absurd_population = 1e2;
 
 /// A body's surface is scattered over memory: without this, every population is a miss that is waited for.
 constexpr std::size_t prefetch_distance = 8;
@@ -37,7 +38,7 @@ void prefetch(const T* populations, const PopulationLayout& layout, Placement pl
 template <class T>
 void exchange_momentum(const T* populations, const PopulationLayout& layout, Placement placement,
                        const Domain& domain, const LatticeBody& body, std::span<const BoundaryCell> cells,
-                       std::span<std::int64_t, load_components> loads, ReflectedPopulations<T>& reflected) {
+                       LoadSums& loads, ReflectedPopulations<T>& reflected) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (i + prefetch_distance < cells.size())
       prefetch(populations, layout, placement, cells[i + prefetch_distance]);
@@ -65,19 +66,17 @@ void exchange_momentum(const T* populations, const PopulationLayout& layout, Pla
     const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
                          fixed_point::to_double(force[2])};
     for (int axis = 0; axis < 3; ++axis) loads[static_cast<std::size_t>(axis)] += force[axis];
-    loads[3] += fixed_point::from_double(r[1] * f[2] - r[2] * f[1]);
-    loads[4] += fixed_point::from_double(r[2] * f[0] - r[0] * f[2]);
-    loads[5] += fixed_point::from_double(r[0] * f[1] - r[1] * f[0]);
+    loads[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
+    loads[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
+    loads[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
   }
 }
 
 template void exchange_momentum<float>(const float*, const PopulationLayout&, Placement, const Domain&,
-                                       const LatticeBody&, std::span<const BoundaryCell>,
-                                       std::span<std::int64_t, load_components>,
+                                       const LatticeBody&, std::span<const BoundaryCell>, LoadSums&,
                                        ReflectedPopulations<float>&);
 template void exchange_momentum<double>(const double*, const PopulationLayout&, Placement, const Domain&,
-                                        const LatticeBody&, std::span<const BoundaryCell>,
-                                        std::span<std::int64_t, load_components>,
+                                        const LatticeBody&, std::span<const BoundaryCell>, LoadSums&,
                                         ReflectedPopulations<double>&);
 
 }  // namespace copepod::fluid

@@ -36,11 +36,11 @@ struct ReflectedPopulations {
 /// x_f stands for the wall point. Populations are deviations f − w: the constant pressure of the fluid at
 /// rest never enters, and bodies that touch feel no spurious force from links that are missing between them.
 /// @param cells  of the body, on this rank
-/// @param loads  6 fixed-point sums (fixed_point.hpp) to which this rank's share is added
+/// @param loads  sums (fixed_point.hpp) to which this rank's share is added
 /// @throws SolverError if a population is not finite or absurdly large, naming the cell
 template <class T>
 void exchange_momentum(const T* populations, const PopulationLayout& layout, Placement placement,
                        const Domain& domain, const LatticeBody& body, std::span<const BoundaryCell> cells,
-                       std::span<std::int64_t, load_components> loads, ReflectedPopulations<T>& reflected);
+                       LoadSums& loads, ReflectedPopulations<T>& reflected);
 
 }  // namespace copepod::fluid

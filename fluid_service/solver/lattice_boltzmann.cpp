@@ -44,7 +44,8 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       links_(map_, layout_, ghosts_.interior()),
       refill_(domain_, partition_, layout_, communicator),
       reflected_(layout_.block().extent(0)),
-      load_sums_(setup.bodies.size() * load_components),
+      load_sums_(setup.bodies.size()),
+      load_sum_halves_(2 * load_components * setup.bodies.size()),
       output_(setup, communicator) {}
 
 template <class T>
@@ -67,17 +68,29 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   map_.accept_fresh_cells();
   timer_.book(Phase::refill);
 
-  std::fill(load_sums_.begin(), load_sums_.end(), 0);
+  std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum<T>(
-        populations_.data(), layout_, placement_, domain_, map_.bodies()[b], links_.of_body(b),
-        std::span<std::int64_t, load_components>(&load_sums_[b * load_components], load_components),
-        reflected_);
+    exchange_momentum<T>(populations_.data(), layout_, placement_, domain_, map_.bodies()[b],
+                         links_.of_body(b), load_sums_[b], reflected_);
   timer_.book(Phase::momentum);
-  communicator_.sum_to_leader(load_sums_);
+  sum_loads_to_leader();
   report_loads(kinematics, loads);
   timer_.book(Phase::reduce);
+}
+
+template <class T>
+void LatticeBoltzmann<T>::sum_loads_to_leader() {
+  auto half = load_sum_halves_.begin();
+  for (const LoadSums& sums : load_sums_)
+    for (const fixed_point::Sum sum : sums) half = std::ranges::copy(fixed_point::halves(sum), half).out;
+  communicator_.sum_to_leader(load_sum_halves_);
+  half = load_sum_halves_.begin();
+  for (LoadSums& sums : load_sums_)
+    for (fixed_point::Sum& sum : sums) {
+      sum = fixed_point::from_halves(half[0], half[1]);
+      half += 2;
+    }
 }
 
 /// Sums to SI units. A body that a symmetry plane cuts was seen only in part: what the plane's symmetry
@@ -97,8 +110,8 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& load
         torque_factor[axis] *= axis == plane ? 2.0 : 0.0;
       }
     }
-    const std::int64_t* sums = &load_sums_[static_cast<std::size_t>(b) * load_components];
-    for (int axis = 0; axis < 3; ++axis) {
+    const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
       loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[axis]) * force_factor[axis]);
       loads.torque_N_m(axis, b) =
           units_.torque_N_m(fixed_point::to_double(sums[3 + axis]) * torque_factor[axis]);

@@ -49,6 +49,7 @@ class LatticeBoltzmann final : public FluidSolver {
 
  private:
   void map_bodies(const Kinematics& kinematics);
+  void sum_loads_to_leader();
   void report_loads(const Kinematics& kinematics, Loads& loads);
   void apply(const std::vector<ReflectedPopulation<T>>& reflected);
   void update(const Box& region);
@@ -77,7 +78,8 @@ class LatticeBoltzmann final : public FluidSolver {
   BoundaryLinks links_;
   Refill<T> refill_;
   ReflectedPopulations<T> reflected_;
-  std::vector<std::int64_t> load_sums_;
+  std::vector<LoadSums> load_sums_;            ///< by body
+  std::vector<std::int64_t> load_sum_halves_;  ///< of all of them
   Kinematics mapped_;  ///< of the last exchange; a restart maps it again before it goes on
   Placement placement_ = Placement::home;
   std::int64_t step_ = 0;  ///< steps completed

@@ -96,6 +96,33 @@ TEST_P(Decomposition, ContinuesFromACheckpointWithTheSameBits) {
   if (ranks.rank() == 0) std::remove(path.c_str());
 }
 
+/// Torque about z, by u R³, of the first step on a free sphere whose surface moves at u = 0.1 around z.
+double first_torque(double radius, Precision precision, Communicator& communicator) {
+  FluidSetup setup = wandering_bodies(precision);
+  const auto cells = static_cast<std::int64_t>(2.0 * radius) + 4;
+  setup.domain_cells = {cells, cells, cells};
+  setup.bodies = {{ShapeKind::sphere, radius, 0.0}};
+  Kinematics spinning;
+  spinning.resize(1);
+  spinning.position_m.setConstant(0.5 * static_cast<double>(cells));
+  spinning.orientation_wxyz << 1.0, 0.0, 0.0, 0.0;
+  spinning.velocity_m_per_s.setZero();
+  spinning.angular_velocity_rad_per_s << 0.0, 0.0, 0.1 / radius;
+  Loads loads;
+  make_lattice_boltzmann(setup, communicator)->exchange(spinning, loads);
+  return communicator.rank() == 0 ? loads.torque_N_m(2, 0) / (0.1 * radius * radius * radius) : 0.0;
+}
+
+// The torque of a sphere of radius 32 is -10⁴ in lattice units: more than 64 bits of the unit hold.
+TEST_P(Decomposition, SumsTheTorqueOfABigSphereToTheSameBits) {
+  MpiCommunicator ranks;
+  const double distributed = first_torque(32.0, GetParam(), ranks);
+  if (ranks.rank() != 0) return;
+  SelfCommunicator self;
+  EXPECT_EQ(distributed, first_torque(32.0, GetParam(), self));
+  EXPECT_NEAR(distributed / first_torque(16.0, GetParam(), self), 1.0, 0.05);
+}
+
 INSTANTIATE_TEST_SUITE_P(Precisions, Decomposition,
                          testing::Values(Precision::double_precision, Precision::single_precision),
                          [](const auto& instance) {
