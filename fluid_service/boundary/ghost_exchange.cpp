@@ -53,8 +53,9 @@ bool touches(const Domain& domain, const Box& a, const Box& b) {
 
 template <class T>
 GhostExchange<T>::GhostExchange(const Domain& domain, const BlockPartition& partition,
-                                const PopulationLayout& layout, Communicator& communicator)
-    : layout_(layout), communicator_(communicator) {
+                                const PopulationLayout& layout, Communicator& communicator,
+                                const Eigen::Vector3d& body_force_lu)
+    : layout_(layout), communicator_(communicator), half_force_(0.5 * body_force_lu) {
   for (int rank = 0; rank < partition.ranks(); ++rank)
     if (touches(domain, partition.block(rank), layout.block())) collect(domain, partition, layout, rank);
   for (Peer& peer : peers_) {
@@ -133,8 +134,8 @@ void GhostExchange<T>::start(T* populations, Placement placement) {
   const auto p = static_cast<std::size_t>(placement);
   for (Peer& peer : peers_) peer.send[p].pack(populations, peer.send_buffer.data());
   wait_ = communicator_.start_exchange(messages_);
+  apply_pressure(populations, placement);  // first: it needs moments of populations that no wall has changed
   moving_walls_[p].copy(populations);
-  apply_pressure(populations, placement);
 }
 
 template <class T>
@@ -144,8 +145,9 @@ void GhostExchange<T>::finish(T* populations, Placement placement) {
 }
 
 /// Anti-bounce-back [Ginzburg, Verhaeghe, d'Humières 2008]: f_ᾱ(x_f) = −f̃_α(x_f) + 2 w_α ρ_w (1 + 9/2 (e·u)²
-/// − 3/2 u²), with the velocity of the fluid cell for that of the face. f̃_α lies where f_ᾱ will be read, so
-/// all of a cell's are computed before one is replaced.
+/// − 3/2 u²), with the velocity of the fluid cell for that of the face: u = (Σ f̃ e − F/2) / ρ, since a
+/// collision adds half of the force F that belongs to the next half step [Guo, Zheng, Shi 2002]. f̃_α lies
+/// where f_ᾱ will be read, so all of a cell's are computed before one is replaced.
 template <class T>
 void GhostExchange<T>::apply_pressure(T* populations, Placement placement) {
   entering_.clear();
@@ -153,8 +155,9 @@ void GhostExchange<T>::apply_pressure(T* populations, Placement placement) {
     const CellMoments m = moments_of_cell(populations, layout_, link.cell, placement);
     const auto& e = d3q19::e[link.direction];
     const double inverse_density = 1.0 / (1.0 + m.excess_density);
-    const double eu = (e[0] * m.momentum[0] + e[1] * m.momentum[1] + e[2] * m.momentum[2]) * inverse_density;
-    const double uu = m.momentum.squaredNorm() * inverse_density * inverse_density;
+    const Eigen::Vector3d u = (m.momentum - half_force_) * inverse_density;
+    const double eu = e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
+    const double uu = u.squaredNorm();
     const double w = d3q19::weight(link.direction);
     const double leaving =
         populations[layout_.location(link.cell, d3q19::opposite(link.direction), placement)];

@@ -5,6 +5,8 @@
 #include <functional>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "boundary/copy_runs.hpp"
 #include "boundary/domain.hpp"
 #include "communication/communicator.hpp"
@@ -22,8 +24,9 @@ namespace copepod::fluid {
 template <class T>
 class GhostExchange {
  public:
+  /// @param body_force_lu  on the fluid, per volume
   GhostExchange(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
-                Communicator& communicator);
+                Communicator& communicator, const Eigen::Vector3d& body_force_lu);
 
   /// Packs and sends what other ranks need; then lets this rank's faces act.
   void start(T* populations, Placement placement);
@@ -59,6 +62,7 @@ class GhostExchange {
 
   const PopulationLayout& layout_;
   Communicator& communicator_;
+  Eigen::Vector3d half_force_;
   std::array<CopyRuns, 2> moving_walls_;  ///< in place; by placement
   std::vector<PressureLink> pressure_;
   std::vector<T> entering_;  ///< through pressure faces

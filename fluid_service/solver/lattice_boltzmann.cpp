@@ -39,7 +39,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
                                         units_.body_force_lu(setup.body_force_N_per_m3))),
       has_force_(!setup.body_force_N_per_m3.isZero(0.0)),
       stream_collide_(choose_stream_collide<T>().update),
-      ghosts_(domain_, partition_, layout_, communicator),
+      ghosts_(domain_, partition_, layout_, communicator, units_.body_force_lu(setup.body_force_N_per_m3)),
       map_(domain_, layout_, make_bodies(setup, units_)),
       links_(map_, layout_, ghosts_.interior()),
       refill_(domain_, partition_, layout_, communicator),
