@@ -1,11 +1,9 @@
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "config/checks.hpp"
 #include "config/geometry.hpp"
 #include "config/names.hpp"
-#include "config/setups.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -139,29 +137,6 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
     }
   }
   check_overlaps(fluid, assembly, problems);
-}
-
-void check_springs(const Case&, const Assembly& assembly, Problems& problems) {
-  for (std::size_t i = 0; i < assembly.springs.size(); ++i) {
-    const SpringSpecification& spring = assembly.springs[i];
-    if (spring.body_A < 0 || spring.body_B < 0) continue;  // reported by check_names
-    const std::string& path = assembly.spring_paths[i];
-    if (spring.body_A == spring.body_B) {
-      problems.error(path + ".bodies", "a spring joins '" +
-                                           assembly.bodies[static_cast<std::size_t>(spring.body_A)].name +
-                                           "' to itself (it needs two ends). Name two different bodies.");
-      continue;
-    }
-    const Eigen::Vector3d between = assembly.bodies[static_cast<std::size_t>(spring.body_B)].position_m -
-                                    assembly.bodies[static_cast<std::size_t>(spring.body_A)].position_m;
-    const bool anchored = !spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0);
-    const double stretch = std::abs(between.norm() - spring.rest_length_m);
-    if (!anchored && stretch > 0.5 * std::max(spring.rest_length_m, between.norm())) {
-      problems.warning(path, "a spring of rest length " + shortest_text(spring.rest_length_m) +
-                                 " m starts at " + shortest_text(between.norm()) +
-                                 " m (it will jerk its bodies). Check rest_length_m and positions.");
-    }
-  }
 }
 
 }  // namespace copepod::coupler

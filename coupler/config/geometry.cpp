@@ -51,6 +51,16 @@ double volume_m3(const Shape& shape) {
   return std::numbers::pi * r * r * (4.0 / 3.0 * r + shape.length_m);
 }
 
+Inertia inertia_of(const Shape& shape, double mass_kg) {
+  const double r = shape.radius_m;
+  const double l = shape.length_m;
+  const double cylinder_kg = mass_kg * l / (l + 4.0 / 3.0 * r);
+  const double half_spheres_kg = mass_kg - cylinder_kg;
+  return {r * r * (cylinder_kg / 2.0 + 0.4 * half_spheres_kg),
+          cylinder_kg * (l * l / 12.0 + r * r / 4.0) +
+              half_spheres_kg * (0.4 * r * r + 0.375 * l * r + l * l / 4.0)};
+}
+
 double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
                           const Eigen::Vector3d& shift_m) {
   const double between_axes = segment_distance(A.position_m, A.shape.length_m * body_axis(A),

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "contract/body_setup.hpp"
+
+namespace copepod::coupler {
+
+/// Longest step with which an integrator of ours does not amplify an oscillation ẍ = −a x − b ẋ [s].
+///   semi-implicit Euler: h² a + 2 h b = 4;   Runge-Kutta 4: |R(h μ)| = 1 with μ² + b μ + a = 0,
+///   R(z) = 1 + z + z²/2 + z³/6 + z⁴/24                                           [docs/theory_bodies.md]
+/// @param stiffness_per_s2  a ≥ 0
+/// @param damping_per_s     b ≥ 0
+/// @return infinity where both are 0
+double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s);
+
+/// The spring that limits the step most, and the limit.
+struct FastestSpring {
+  std::size_t spring = 0;       ///< index
+  double largest_step_s = 0.0;  ///< infinity where nothing can oscillate
+};
+
+/// Bound of the fastest mode of a network of springs, in its first position.
+/// The modes are the eigenvalues of G K, K the springs' stiffnesses and G_ef the rate at which a unit tension
+/// of spring f accelerates the stretch of spring e (1/m_A + 1/m_B for f = e); none exceeds its largest row
+/// sum Σ_f |G_ef| k_f. For two bodies and for three in a row that is exact. Damping likewise.
+/// Neglected: stiffness across a spring under tension, the fluid that moves with a body.
+/// @param springs  not empty; those with a body below 0 are left out
+FastestSpring fastest_spring(const std::vector<BodySpecification>& bodies,
+                             const std::vector<SpringSpecification>& springs, Integrator integrator);
+
+}  // namespace copepod::coupler
