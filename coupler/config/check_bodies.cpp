@@ -27,30 +27,46 @@ std::string known_names(const Assembly& assembly) {
   return names.size() > 8 ? text + ", …" : text;
 }
 
+bool rests(const BodySpecification& body) {
+  return body.motion == MotionKind::fixed ||
+         (body.motion == MotionKind::prescribed && body.velocity_m_per_s.isZero(0.0) &&
+          body.angular_velocity_rad_per_s.isZero(0.0));
+}
+
+/// Judges the gap between a body and a face that is not periodic as the fluid service does
+/// [docs/theory_fluid.md, (F7)].
+void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const BodySpecification& body,
+               const std::string& path, Problems& problems) {
+  const std::string axis = axis_names[face / 2];
+  constexpr double rounding = 1e-9;  // of a cell
+  const bool mirror = fluid.boundaries[face].kind == BoundaryKind::free_slip;
+  if (gap_m < -rounding * fluid.cell_size_m) {
+    problems.error(path, "body '" + body.name + "' reaches " + shortest_text(-gap_m) + " m beyond the " +
+                             axis +
+                             " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
+  } else if (mirror && gap_m < (0.5 - rounding) * fluid.cell_size_m && !rests(body)) {
+    problems.error(path, "body '" + body.name + "' is less than half a cell from the free_slip " + axis +
+                             " face (behind it comes its mirror image, which it would touch). Move it away.");
+  } else if (gap_m < fluid.cell_size_m) {
+    problems.warning(path, "body '" + body.name + "' is less than one cell from the " + axis +
+                               " face (no fluid cell in between: its forces will be wrong). Move it away.");
+  }
+}
+
 void check_in_domain(const FluidCase& fluid, const BodySpecification& body, const std::string& path,
                      Problems& problems) {
   const Eigen::Vector3d length = domain_length_m(fluid);
   const Eigen::Vector3d half = half_extents_m(body);
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const auto face = static_cast<std::size_t>(2 * axis);
-    const std::string name = axis_names[static_cast<std::size_t>(axis)];
     if (length[axis] == 0.0) continue;
-    if (fluid.boundaries[face].kind == BoundaryKind::periodic) {
-      if (2 * half[axis] >= length[axis]) {
-        problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + name +
-                                 " (it would meet its own image). Use a smaller body or more cells.");
-      }
-      continue;
-    }
-    const double gap =
-        std::min(body.position_m[axis] - half[axis], length[axis] - half[axis] - body.position_m[axis]);
-    if (gap < 0.0) {
-      problems.error(path,
-                     "body '" + body.name + "' reaches " + shortest_text(-gap) + " m beyond the " + name +
-                         " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
-    } else if (gap < fluid.cell_size_m) {
-      problems.warning(path, "body '" + body.name + "' is less than one cell from the " + name +
-                                 " face (no fluid cell in between: its forces will be wrong). Move it away.");
+    if (fluid.boundaries[face].kind != BoundaryKind::periodic) {
+      check_gap(body.position_m[axis] - half[axis], fluid, face, body, path, problems);
+      check_gap(length[axis] - half[axis] - body.position_m[axis], fluid, face + 1, body, path, problems);
+    } else if (2 * half[axis] >= length[axis]) {
+      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " +
+                               axis_names[face / 2] +
+                               " (it would meet its own image). Use a smaller body or more cells.");
     }
   }
 }
