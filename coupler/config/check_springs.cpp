@@ -43,11 +43,13 @@ void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& p
       "the spring between '" + assembly.bodies[static_cast<std::size_t>(spring.body_A)].name + "' and '" +
       assembly.bodies[static_cast<std::size_t>(spring.body_B)].name +
       "' is too stiff or too damped for a step of " + shortest_text(the_case.step_s) + " s (";
-  const std::string limit = name_of(integrator_names, integrator) + std::string(" diverges above ") +
-                            shortest_text(fastest.largest_step_s) + " s";
+  const bool diverges = the_case.step_s > fastest.largest_step_alone_s;
+  const std::string limit =
+      name_of(integrator_names, integrator) + std::string(diverges ? " diverges" : " may diverge") +
+      " above " + shortest_text(diverges ? fastest.largest_step_alone_s : fastest.largest_step_s) + " s";
   const std::string remedy = "Use a smaller step, a softer spring, less damping or heavier bodies.";
   const std::string& path = assembly.spring_paths[fastest.spring];
-  if (share > 1.0) {
+  if (diverges) {
     problems.error(path, found + limit + "). " + remedy);
   } else {
     problems.warning(path, found + limit + ": close to it oscillations are wrong). " + remedy);

@@ -96,22 +96,38 @@ double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, dou
 
 FastestSpring fastest_spring(const std::vector<BodySpecification>& bodies,
                              const std::vector<SpringSpecification>& springs, Integrator integrator) {
-  std::vector<double> stiffness_per_s2(springs.size());
-  std::vector<double> damping_per_s(springs.size());
+  struct Rates {
+    double stiffness_per_s2 = 0.0;
+    double damping_per_s = 0.0;
+  };
+  std::vector<Rates> all(springs.size());
+  std::vector<Rates> alone(springs.size());
   const auto ends = ends_by_body(bodies, springs);
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     for (const End& e : ends[body]) {
       for (const End& f : ends[body]) {
         const double rate_per_kg = std::abs(response(bodies[body], e, f));
-        stiffness_per_s2[e.spring] += rate_per_kg * springs[f.spring].stiffness_N_per_m;
-        damping_per_s[e.spring] += rate_per_kg * springs[f.spring].damping_N_s_per_m;
+        const auto add_to = [&](Rates& rates) {
+          rates.stiffness_per_s2 += rate_per_kg * springs[f.spring].stiffness_N_per_m;
+          rates.damping_per_s += rate_per_kg * springs[f.spring].damping_N_s_per_m;
+        };
+        add_to(all[e.spring]);
+        if (e.spring == f.spring) add_to(alone[e.spring]);
       }
     }
   }
-  FastestSpring fastest{0, std::numeric_limits<double>::infinity()};
+  const auto largest_step_s = [&](const Rates& rates) {
+    return largest_stable_step_s(integrator, rates.stiffness_per_s2, rates.damping_per_s);
+  };
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  FastestSpring fastest{0, infinity, infinity};
   for (std::size_t i = 0; i < springs.size(); ++i) {
-    const double step_s = largest_stable_step_s(integrator, stiffness_per_s2[i], damping_per_s[i]);
-    if (step_s < fastest.largest_step_s) fastest = {i, step_s};
+    const double step_s = largest_step_s(all[i]);
+    if (step_s < fastest.largest_step_s) {
+      fastest.spring = i;
+      fastest.largest_step_s = step_s;
+    }
+    fastest.largest_step_alone_s = std::min(fastest.largest_step_alone_s, largest_step_s(alone[i]));
   }
   return fastest;
 }

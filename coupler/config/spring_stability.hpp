@@ -15,16 +15,18 @@ namespace copepod::coupler {
 /// @return infinity where both are 0
 double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s);
 
-/// The spring that limits the step most, and the limit.
+/// The spring that limits the step most, and the limits; infinity where nothing can oscillate.
 struct FastestSpring {
-  std::size_t spring = 0;       ///< index
-  double largest_step_s = 0.0;  ///< infinity where nothing can oscillate
+  std::size_t spring = 0;             ///< index
+  double largest_step_s = 0.0;        ///< with all springs; perhaps somewhat longer steps are stable, too
+  double largest_step_alone_s = 0.0;  ///< if the stiffest spring were the only one: longer steps never are
 };
 
 /// Bound of the fastest mode of a network of springs, in its first position.
 /// The modes are the eigenvalues of G K, K the springs' stiffnesses and G_ef the rate at which a unit tension
 /// of spring f accelerates the stretch of spring e (1/m_A + 1/m_B for f = e); none exceeds its largest row
-/// sum Σ_f |G_ef| k_f. For two bodies and for three in a row that is exact. Damping likewise.
+/// sum Σ_f |G_ef| k_f, and the fastest is no slower than its largest G_ee k_e. For two bodies both are exact,
+/// for three in a row the first. Damping likewise.
 /// Neglected: stiffness across a spring under tension, the fluid that moves with a body.
 /// @param springs  not empty; those with a body below 0 are left out
 FastestSpring fastest_spring(const std::vector<BodySpecification>& bodies,

@@ -81,6 +81,14 @@ TEST(FastestSpring, OfASwimmerMovesItsMiddleAgainstBothEnds) {
               3.0 * 4.0 / 2.0, 1e-12);
 }
 
+TEST(FastestSpring, AloneIsNoFasterThanAllTogether) {
+  const FastestSpring fastest =
+      fastest_spring({ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0), ball({0, 0, 9}, 2.0)},
+                     {spring(0, 1, 4.0), spring(1, 2, 4.0)}, euler);
+  EXPECT_NEAR(fastest.largest_step_s, 2.0 / std::sqrt(3.0 * 4.0 / 2.0), 1e-12);
+  EXPECT_NEAR(fastest.largest_step_alone_s, 2.0 / std::sqrt(2.0 * 4.0 / 2.0), 1e-12);
+}
+
 TEST(FastestSpring, IsNotMadeFasterByOnesAcrossIt) {
   EXPECT_NEAR(fastest_square({ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0), ball({0, 5, 0}, 2.0)},
                              {spring(0, 1, 4.0), spring(0, 2, 4.0)}),
