@@ -22,6 +22,8 @@ constexpr std::int64_t body_process = 10 * mebibyte;
 constexpr std::int64_t bullet_process = 12 * mebibyte;
 constexpr std::int64_t in_process_process = 16 * mebibyte;  // coupler, fluid and bodies in one
 constexpr std::int64_t coupler_process = 11 * mebibyte;
+constexpr std::int64_t coupler_checkpoints = 1 * mebibyte;
+constexpr std::int64_t hdf5_library = 4 * mebibyte;  // of a rank that writes files
 
 constexpr std::int64_t round_up(std::int64_t value, std::int64_t multiple) {
   return (value + multiple - 1) / multiple * multiple;
@@ -74,13 +76,18 @@ std::int64_t field_bytes(const Extent& block, const OutputCase& output) {
   return copies * 36 * block[0] * block[1] * block[2];
 }
 
+std::int64_t file_bytes(const Extent& block, const OutputCase& output) {
+  const bool writes_files = wants_fields(output) || output.checkpoint_every_steps > 0;
+  return writes_files ? hdf5_library + field_bytes(block, output) : 0;
+}
+
 std::int64_t fluid_rank_bytes(const Case& the_case) {
   const FluidCase& fluid = the_case.fluid;
   if (computes_no_cells(fluid.solver)) return fluid_process;
   const Share share = largest_share(fluid, the_case.services.fluid_ranks);
   const std::int64_t number_bytes = fluid.precision == Precision::single_precision ? 4 : 8;
   return fluid_process + lattice_bytes(share.block, number_bytes) + halo_bytes(share, number_bytes) +
-         field_bytes(share.block, the_case.output);
+         file_bytes(share.block, the_case.output);
 }
 
 }  // namespace
@@ -91,7 +98,7 @@ MemoryEstimate estimate_memory(const Case& the_case) {
     estimate.coupler = in_process_process;
     return estimate;
   }
-  estimate.coupler = coupler_process;
+  estimate.coupler = coupler_process + (the_case.output.checkpoint_every_steps > 0 ? coupler_checkpoints : 0);
   if (the_case.services.fluid_command.empty()) {
     estimate.fluid_ranks = the_case.services.fluid_ranks;
     estimate.fluid_rank = fluid_rank_bytes(the_case);

@@ -12,6 +12,7 @@
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "output/shared_file.hpp"
+#include "partition/pieces.hpp"
 
 namespace copepod::fluid {
 
@@ -19,6 +20,7 @@ namespace {
 
 constexpr std::int64_t format_version = 2;
 constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
+constexpr std::int64_t piece_bytes = 1 << 18;      ///< of populations at once: stays in a core's cache
 const std::string root = "/";
 const std::string populations_name = "/populations";
 const std::string kinematics_name = "/kinematics";
@@ -32,6 +34,8 @@ Extent extent_of(const Cell& cell) {
   return {static_cast<std::uint64_t>(cell[0]), static_cast<std::uint64_t>(cell[1]),
           static_cast<std::uint64_t>(cell[2])};
 }
+
+Extent count_of(const Box& box) { return extent_of({box.extent(0), box.extent(1), box.extent(2)}); }
 
 Extent with(Extent extent, std::int64_t last) {
   extent.push_back(static_cast<std::uint64_t>(last));
@@ -59,12 +63,21 @@ void take_rows(const std::vector<double>& rows, Kinematics& kinematics) {
   kinematics.angular_velocity_rad_per_s = all.middleRows<3>(10);
 }
 
+/// visit(piece, populations) for the pieces of a rank's block, with room for the populations of one.
+template <class T, class Visit>
+void for_each_piece_of_populations(const Box& box, const Visit& visit) {
+  std::vector<T> populations;
+  for_each_piece(box, piece_bytes / (19 * std::int64_t{sizeof(T)}), [&](const Box& piece) {
+    populations.resize(static_cast<std::size_t>(19 * piece.volume()));
+    visit(piece, std::span<T>(populations));
+  });
+}
+
 /// Checksum of everything in the file, the same on all ranks.
-template <class T>
-std::uint64_t checksum(Communicator& communicator, const PopulationHeader& header, const Box& box,
-                       std::span<const T> populations, const FluidState& state) {
-  std::uint64_t sum =
-      digest_of_populations(header.cells, box, populations) + digest_of_mean(header.cells, state.mean);
+/// @param populations  digest of this rank's
+std::uint64_t checksum(Communicator& communicator, const PopulationHeader& header, std::uint64_t populations,
+                       const FluidState& state) {
+  std::uint64_t sum = populations + digest_of_mean(header.cells, state.mean);
   if (communicator.rank() == 0)
     sum += digest_of_kinematics(state.kinematics) + mix_bits(static_cast<std::uint64_t>(header.step));
   std::array<std::int64_t, 1> total = {static_cast<std::int64_t>(sum)};
@@ -119,21 +132,22 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
 }
 
 template <class T>
-void write_cells(const std::string& path, const Offsets& offsets, const Cell& cells, const Box& box,
-                 std::span<const T> populations, const MeanField& mean) {
+void write_populations(SharedFile& file, std::int64_t offset, const Cell& cells, const Box& box,
+                       const GetPopulations<T>& get) {
+  for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
+    get(piece, populations);
+    file.write(offset, with(extent_of(cells), 19), with(extent_of(piece.low), 0), with(count_of(piece), 19),
+               populations.data());
+  });
+}
+
+void write_mean(SharedFile& file, const Offsets& offsets, const Cell& cells, const FieldBlock& sums) {
   const Extent shape = extent_of(cells);
-  const Extent start = extent_of(box.low);
-  const Extent count = extent_of({box.extent(0), box.extent(1), box.extent(2)});
-  SharedFile file(path);
-  file.write(offsets.populations, with(shape, 19), with(start, 0), with(count, 19), populations.data());
-  if (mean.samples() > 0) {
-    const FieldBlock& sums = mean.sums();
-    file.write(offsets.density, shape, start, count, sums.density_kg_per_m3.data());
-    file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3),
-               sums.velocity_m_per_s.data());
-    file.write(offsets.body, shape, start, count, sums.body.data());
-  }
-  file.sync();
+  const Extent start = extent_of(sums.box.low);
+  const Extent count = count_of(sums.box);
+  file.write(offsets.density, shape, start, count, sums.density_kg_per_m3.data());
+  file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3), sums.velocity_m_per_s.data());
+  file.write(offsets.body, shape, start, count, sums.body.data());
 }
 
 void write_kinematics(const std::string& path, const Offsets& offsets, const Kinematics& kinematics) {
@@ -150,13 +164,26 @@ void read_kinematics(Hdf5File& file, Kinematics& kinematics) {
   kinematics.step = file.read_attribute<std::int64_t>(root, "kinematics_step");
 }
 
+/// @return digest of this rank's populations
+template <class T>
+std::uint64_t read_populations(Hdf5File& file, const PopulationHeader& header, const Box& box,
+                               const TakePopulations<T>& take) {
+  std::uint64_t digest = 0;
+  for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
+    file.read(populations_name, with(extent_of(piece.low), 0), with(count_of(piece), 19), populations.data());
+    digest += digest_of_populations<T>(header.cells, piece, populations);
+    take(header, piece, populations);
+  });
+  return digest;
+}
+
 void read_mean(Hdf5File& file, const Box& box, FluidState& state) {
   const auto samples = file.read_attribute<std::int64_t>(root, "mean_samples");
   FieldBlock sums;
   if (samples > 0) {
     const auto cells = static_cast<std::size_t>(box.volume());
     const Extent start = extent_of(box.low);
-    const Extent count = extent_of({box.extent(0), box.extent(1), box.extent(2)});
+    const Extent count = count_of(box);
     sums.box = box;
     sums.density_kg_per_m3.resize(cells);
     sums.velocity_m_per_s.resize(3 * cells);
@@ -208,48 +235,57 @@ std::uint64_t digest_of(const FluidSetup& setup) {
 
 template <class T>
 void save_populations(const std::string& path, Communicator& communicator, const PopulationHeader& header,
-                      const Box& box, std::span<const T> populations, const FluidState& state) {
+                      const Box& box, const GetPopulations<T>& get, const FluidState& state) {
   const std::string unfinished = path + ".tmp";
-  const std::uint64_t sum = checksum(communicator, header, box, populations, state);
+  std::uint64_t digest = 0;
+  for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
+    get(piece, populations);
+    digest += digest_of_populations<T>(header.cells, piece, populations);
+  });
+  const std::uint64_t sum = checksum(communicator, header, digest, state);
   Offsets offsets;
   on_leader(communicator, [&] {
     offsets = lay_out<T>(unfinished, header, state, sum);
     if (state.kinematics.bodies() > 0) write_kinematics(unfinished, offsets, state.kinematics);
   });
   communicator.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
-  on_every_rank(communicator,
-                [&] { write_cells(unfinished, offsets, header.cells, box, populations, state.mean); });
+  on_every_rank(communicator, [&] {
+    SharedFile file(unfinished);
+    write_populations<T>(file, offsets.populations, header.cells, box, get);
+    if (state.mean.samples() > 0) write_mean(file, offsets, header.cells, state.mean.sums());
+    file.sync();
+  });
   on_leader(communicator, [&] { publish(unfinished, path); });
 }
 
 template <class T>
 PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
                                      const PopulationHeader& expected, const Box& box,
-                                     std::span<T> populations, FluidState& state) {
+                                     const TakePopulations<T>& take, FluidState& state) {
   PopulationHeader header;
+  std::uint64_t digest = 0;
   std::uint64_t written = 0;
   on_every_rank(communicator, [&] {
     Hdf5File file(path, Hdf5File::Access::read);
     header = read_header(file, path, expected);
-    file.read(populations_name, with(extent_of(box.low), 0),
-              with(extent_of({box.extent(0), box.extent(1), box.extent(2)}), 19), populations.data());
+    digest = read_populations<T>(file, header, box, take);
     read_kinematics(file, state.kinematics);
     read_mean(file, box, state);
     written = file.read_attribute<std::uint64_t>(root, "checksum");
   });
-  if (checksum<T>(communicator, header, box, populations, state) != written)
+  if (checksum(communicator, header, digest, state) != written)
     throw StorageError(path +
                        " is damaged (its checksum does not match its contents). Use an earlier checkpoint.");
   return header;
 }
 
 template void save_populations(const std::string&, Communicator&, const PopulationHeader&, const Box&,
-                               std::span<const float>, const FluidState&);
+                               const GetPopulations<float>&, const FluidState&);
 template void save_populations(const std::string&, Communicator&, const PopulationHeader&, const Box&,
-                               std::span<const double>, const FluidState&);
+                               const GetPopulations<double>&, const FluidState&);
 template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&,
-                                              const Box&, std::span<float>, FluidState&);
+                                              const Box&, const TakePopulations<float>&, FluidState&);
 template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&,
-                                              const Box&, std::span<double>, FluidState&);
+                                              const Box&, const TakePopulations<double>&, FluidState&);
 
 }  // namespace copepod::fluid

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -29,27 +30,35 @@ struct FluidState {
   Sampling sampling;      ///< of the mean
 };
 
-/// Writes a checkpoint: /populations (nx, ny, nz, 19) of the computed domain, /kinematics (13, bodies), the
+/// Populations travel in pieces of the rank's block, so that no second copy of all of them is ever needed.
+/// Arrays are post-collision f_α − w_α, shape (x, y, z, 19) of the piece, 19 fastest.
+template <class T>
+using GetPopulations = std::function<void(const Box& piece, std::span<T> populations)>;
+template <class T>
+using TakePopulations =
+    std::function<void(const PopulationHeader& header, const Box& piece, std::span<const T> populations)>;
+
+/// Writes a checkpoint: /populations (nx, ny, nz, 19) of the computed domain, /kinematics (bodies, 13), the
 /// sums of the mean field and the steps that they are of, and a checksum that depends on no decomposition.
 /// Collective; complete and synced to disk on return: the file is written under another name and renamed.
 ///
-/// @param T            float or double, as the solver stores its populations
-/// @param box          the cells of this rank; all ranks together cover the domain once
-/// @param populations  post-collision f_α − w_α, shape (x, y, z, 19), 19 fastest
+/// @param T    float or double, as the solver stores its populations
+/// @param box  the cells of this rank; all ranks together cover the domain once
+/// @param get  called twice for every piece: for the checksum, which comes first, and to write it
 /// @throws StorageError on all ranks if one of them cannot write
 template <class T>
 void save_populations(const std::string& path, Communicator& communicator, const PopulationHeader& header,
-                      const Box& box, std::span<const T> populations, const FluidState& state);
+                      const Box& box, const GetPopulations<T>& get, const FluidState& state);
 
 /// Reads what save_populations wrote, on any decomposition. Collective.
 ///
-/// @param expected     of the running case; its `step` is ignored
-/// @param populations  overwritten, same shape as for save
+/// @param expected  of the running case; its `step` is ignored
+/// @param take      called once for every piece; what it got is good only if nothing is thrown in the end
 /// @return header with the step to go on from
 /// @throws StorageError on all ranks if the file is missing, damaged (checksum) or of another case
 template <class T>
 PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
                                      const PopulationHeader& expected, const Box& box,
-                                     std::span<T> populations, FluidState& state);
+                                     const TakePopulations<T>& take, FluidState& state);
 
 }  // namespace copepod::fluid

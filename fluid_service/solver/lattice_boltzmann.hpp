@@ -54,9 +54,9 @@ class LatticeBoltzmann final : public FluidSolver {
   void apply(const std::vector<ReflectedPopulation<T>>& reflected);
   void update(const Box& region);
   void update_interior();
-  /// visit(index into populations_) for the cells of the block (x, y, z), z fastest, and their 19 directions.
+  /// visit(index into populations_) for the cells of a piece (x, y, z), z fastest, and their 19 directions.
   template <class Visit>
-  void for_each_population(const Visit& visit) const;
+  void for_each_population(const Box& piece, Placement placement, const Visit& visit) const;
   void check_rows() const;
   void check_all_rows() const;
   void check_row(std::int64_t x, std::int64_t y) const;

@@ -32,6 +32,7 @@ output: {output}
 services: {{fluid: {{ranks: {ranks}}}}}
 """
 DOMAINS = ((48, 48, 48), (50, 50, 200), (100, 100, 200))
+CHECKPOINTS = "{checkpoint: {every_steps: 20}}"
 MEAN = "{fields: {mean_over_steps: [0, 10], mean_every_steps: 1}}"
 _CELL_UPDATES = 6e7  # about a second: time to look at the processes
 _PROGRAMS = {"fluid_service": "fluid", "bullet_body_ser": "body", "body_service": "body", "coupler": "coupler", "in_process_run": "coupler"}
@@ -92,15 +93,18 @@ def _descends(pid, ancestor):
 
 def main():
     programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
-    print("| domain | precision | ranks | fields | fluid rank: predicted | measured [MiB] | bodies | coupler |")
+    print("| domain | precision | ranks | files | fluid rank: predicted | measured [MiB] | bodies | coupler |")
     print("|---|---|---|---|---|---|---|---|")
     rows = [(cells, precision, ranks, "{}") for cells in DOMAINS for precision in ("double", "single")
             for ranks in (1, 2)]
-    for cells, precision, ranks, output in [*rows, (DOMAINS[1], "double", 2, MEAN), (DOMAINS[2], "single", 1, MEAN)]:
+    rows += [(DOMAINS[1], "double", 2, MEAN), (DOMAINS[2], "single", 1, MEAN), (DOMAINS[0], "double", 1, CHECKPOINTS),
+             (DOMAINS[2], "double", 1, CHECKPOINTS), (DOMAINS[2], "single", 2, CHECKPOINTS)]
+    files = {"{}": "none", MEAN: "mean", CHECKPOINTS: "checkpoints"}
+    for cells, precision, ranks, output in rows:
         with tempfile.TemporaryDirectory() as folder:
             peaks = measure(programs, folder, cells, precision, ranks, output)
         mebibytes = {name: [f"{value / 2**20:.1f}" for value in pair] for name, pair in peaks.items()}
-        print(f"| {'×'.join(map(str, cells))} | {precision} | {ranks} | {'mean' if output == MEAN else 'none'} | "
+        print(f"| {'×'.join(map(str, cells))} | {precision} | {ranks} | {files[output]} | "
               f"{mebibytes['fluid'][0]} | {mebibytes['fluid'][1]} | {' / '.join(mebibytes['body'])} | "
               f"{' / '.join(mebibytes['coupler'])} |", flush=True)
 

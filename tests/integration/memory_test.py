@@ -5,7 +5,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from memory_peaks import DOMAINS, MEAN, ROOT, measure
+from memory_peaks import CHECKPOINTS, DOMAINS, MEAN, ROOT, measure
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 
@@ -29,6 +29,9 @@ class Memory(unittest.TestCase):
 
     def test_of_a_mean_field(self):
         self.assert_predicted(DOMAINS[1], "double", 2, MEAN)
+
+    def test_of_checkpoints(self):
+        self.assert_predicted(DOMAINS[2], "double", 1, CHECKPOINTS)
 
     def test_of_a_run_in_one_process(self):
         overrides = ["fluid.solver=stokes", "run.steps=200000", "services.transport=in_process"]
