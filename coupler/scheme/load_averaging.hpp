@@ -6,7 +6,7 @@
 namespace copepod::coupler {
 
 /// Loads that the bodies receive, made of the loads that the fluid tells.
-///   two_step:  F̄(n) = (F(n) + F(n−1)) / 2,   F̄(0) = F(0)        [docs/theory.md, eq. (3); Ladd 1994]
+///   two_step:  F̄(n) = (F(n) + F(n−1)) / 2,   F̄(0) = F(0)        [docs/theory.md, (C3); Ladd 1994]
 ///   none:      F̄(n) = F(n)
 /// Averaging removes the step-to-step oscillation that the explicit coupling grows with light bodies.
 class LoadAverage {

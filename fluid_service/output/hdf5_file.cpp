@@ -154,17 +154,6 @@ std::int64_t Hdf5File::make_dataset(const std::string& dataset, const Extent& sh
   return static_cast<std::int64_t>(offset);
 }
 
-Hdf5File::Extent Hdf5File::shape(const std::string& dataset) {
-  const Handle set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
-  require(set.valid(), "open dataset " + dataset);
-  const Handle space(H5Dget_space(set.get()), H5Sclose);
-  std::vector<hsize_t> extents(
-      static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space.get()))));
-  require(H5Sget_simple_extent_dims(space.get(), extents.data(), nullptr) >= 0,
-          "read the shape of " + dataset);
-  return {extents.begin(), extents.end()};
-}
-
 template <class T>
 void Hdf5File::read(const std::string& dataset, const Extent& start, const Extent& count, T* values) {
   const std::uint64_t size = std::accumulate(count.begin(), count.end(), std::uint64_t{1}, std::multiplies());

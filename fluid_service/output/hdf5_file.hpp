@@ -38,7 +38,6 @@ class Hdf5File {
   /// [bytes]
   template <class T>  ///< double, float or std::int32_t
   std::int64_t make_dataset(const std::string& dataset, const Extent& shape);
-  [[nodiscard]] Extent shape(const std::string& dataset);
   /// Reads `count` values from `start` on along each axis, last axis fastest. Shows progress.
   template <class T>
   void read(const std::string& dataset, const Extent& start, const Extent& count, T* values);

@@ -241,20 +241,6 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
   return result;
 }
 
-template <class T>
-double LatticeBoltzmann<T>::excess_mass_lu() const {
-  const Box& block = layout_.block();
-  double mass = 0.0;
-  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
-    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
-      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const Site cell = layout_.site(Cell{x, y, z});
-        if (map_.owner(cell.index) == BodyMap::fluid)
-          mass += excess_density_of_cell(populations_.data(), layout_, cell, placement_);
-      }
-  return mass;
-}
-
 /// Sum modulo 2^64 of a digest per fluid cell, each seeded with the cell's domain index.
 template <class T>
 std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {

@@ -40,8 +40,6 @@ class LatticeBoltzmann final : public FluidSolver {
   [[nodiscard]] std::int64_t step() const { return step_; }
   /// Macroscopic fields of this rank's block, SI units.
   [[nodiscard]] FieldBlock fields() const;
-  /// Mass of this rank's fluid cells above that of the fluid at rest, lattice units.
-  [[nodiscard]] double excess_mass_lu() const;
   /// The populations themselves, for initial conditions of validation cases:
   /// sets every cell to the equilibrium of the given excess density and velocity (lattice units).
   template <class Flow>
