@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 
 #include "contract/errors.hpp"
@@ -25,6 +26,7 @@ RowInterval BodyMap::Footprint::row(std::int64_t at_x, std::int64_t at_y) const 
 bool BodyMap::update() {
   uncovered_.clear();
   covered_.clear();
+  changed_.clear();
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     Footprint& before = mapped_[b];
     const LatticeBody& body = bodies_[b];
@@ -39,7 +41,7 @@ bool BodyMap::update() {
   }
   cover_cells();
   has_started_ = true;
-  return !uncovered_.empty() || !covered_.empty();
+  return !changed_.empty();
 }
 
 BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) const {
@@ -98,12 +100,7 @@ void BodyMap::compare_rows(const RowInterval& before, const RowInterval& after, 
   };
   for (row[2] = before.low; row[2] < before.high; ++row[2]) {
     if (inside(after, row[2])) continue;
-    for_each_image(row, [&](const Cell& cell) {
-      std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(cell))];
-      if (owner != body + 1) return;
-      owner = fresh;
-      uncovered_.push_back({cell, body});
-    });
+    for_each_image(row, [&](const Cell& cell) { give_up(cell, body); });
   }
   for (row[2] = after.low; row[2] < after.high; ++row[2])
     if (!inside(before, row[2]))
@@ -141,11 +138,36 @@ void BodyMap::for_each_image(const Cell& unwrapped, const Visit& visit) const {
       for (int k = 0; k < count[2]; ++k) visit(Cell{images[0][i], images[1][j], images[2][k]});
 }
 
+/// The cell goes to the first of those that wait for it, or to the fluid.
+void BodyMap::give_up(const Cell& cell, std::int32_t body) {
+  std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(cell))];
+  if (owner != body + 1) {
+    std::erase(waiting_, ChangedCell{cell, body});
+    return;
+  }
+  owner = fresh;
+  uncovered_.push_back({cell, body});
+  changed_.push_back({cell, body});
+  const auto is_here = [&](const ChangedCell& w) { return w.cell == cell; };
+  std::ranges::copy_if(waiting_, std::back_inserter(covered_), is_here);
+  std::erase_if(waiting_, is_here);
+}
+
+/// Where bodies overlap a cell belongs to the first of them, whatever they did before; the others wait for
+/// it.
 void BodyMap::cover_cells() {
   for (const ChangedCell& c : covered_) {
     std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(c.cell))];
     if (owner == fresh) std::erase_if(uncovered_, [&](const ChangedCell& u) { return u.cell == c.cell; });
-    if (owner <= fluid) owner = c.body + 1;
+    if (owner == c.body + 1) continue;  // its own periodic image
+    if (owner > fluid) {
+      const ChangedCell other{c.cell, owner - 1};
+      waiting_.push_back(other.body < c.body ? c : other);
+      if (other.body < c.body) continue;
+      changed_.push_back(other);
+    }
+    owner = c.body + 1;
+    changed_.push_back(c);
   }
 }
 

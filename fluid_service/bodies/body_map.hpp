@@ -23,6 +23,8 @@ class BodyMap {
   struct ChangedCell {
     Cell cell{};            ///< of the block or its ghost layer, domain indices
     std::int32_t body = 0;  ///< index of the body that covers or covered it
+
+    bool operator==(const ChangedCell&) const = default;
   };
 
   BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies);
@@ -41,7 +43,8 @@ class BodyMap {
   /// 0 fluid, 1 + body index, or `fresh`; beyond walls 0.
   [[nodiscard]] std::int32_t owner(std::int64_t cell) const { return owner_[static_cast<std::size_t>(cell)]; }
   [[nodiscard]] const std::vector<ChangedCell>& uncovered() const { return uncovered_; }
-  [[nodiscard]] const std::vector<ChangedCell>& covered() const { return covered_; }
+  /// Cells that a body lost or took in the last update.
+  [[nodiscard]] const std::vector<ChangedCell>& changed() const { return changed_; }
 
  private:
   /// Rows of one body, around its centre, in cells counted without wrapping.
@@ -62,6 +65,7 @@ class BodyMap {
   /// visit(cell) for every cell of the block and its ghosts that `unwrapped` stands for.
   template <class Visit>
   void for_each_image(const Cell& unwrapped, const Visit& visit) const;
+  void give_up(const Cell& cell, std::int32_t body);
   void cover_cells();
   void check_inside(const LatticeBody& body, std::size_t index) const;
   void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;
@@ -75,6 +79,8 @@ class BodyMap {
   std::vector<std::int32_t> owner_;
   std::vector<ChangedCell> uncovered_;
   bool has_started_ = false;          ///< bodies that changed their place since then move
+  std::vector<ChangedCell> waiting_;  ///< covered by a body, but those of another one that overlaps it
+  std::vector<ChangedCell> changed_;
   std::vector<ChangedCell> covered_;  ///< taken when every body has given up its cells
 };
 

@@ -8,13 +8,12 @@ BoundaryLinks::BoundaryLinks(const BodyMap& map, const PopulationLayout& layout,
     : map_(map), layout_(layout), interior_(interior), cells_(map.bodies().size()) {}
 
 void BoundaryLinks::update() {
-  for (const auto* changed : {&map_.uncovered(), &map_.covered()})
-    for (const BodyMap::ChangedCell& c : *changed)
-      for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
-        const auto& e = d3q19::e[alpha];
-        const Cell cell = {c.cell[0] + e[0], c.cell[1] + e[1], c.cell[2] + e[2]};
-        if (layout_.block().contains(cell)) look_at(cell, c.body);
-      }
+  for (const BodyMap::ChangedCell& c : map_.changed())
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+      const auto& e = d3q19::e[alpha];
+      const Cell cell = {c.cell[0] + e[0], c.cell[1] + e[1], c.cell[2] + e[2]};
+      if (layout_.block().contains(cell)) look_at(cell, c.body);
+    }
 }
 
 /// Links of one cell into every body beside it, and into the one that changed there.

@@ -184,8 +184,11 @@ TEST(BodyMap, LetsABodyThatRestsStandInAWall) {
   EXPECT_FALSE(fixture.map.update());
 }
 
-// Links are kept up to date around changed cells only: they must equal those of a map made from scratch.
-TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
+/// Links are kept up to date around changed cells only: they must equal those of a map made from scratch,
+/// also where bodies touch or overlap.
+/// @param height_B  of the second one; the first is at 9
+void expect_links_of_passing_spheres(double height_B) {
+  SCOPED_TRACE(height_B);
   const FluidSetup setup =
       periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::sphere, 3.0, 0.0}});
   MapFixture incremental(setup);
@@ -193,8 +196,8 @@ TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
   for (int step = 0; step < 300; ++step) {
     const double t = 0.02 * step;
     const auto place = [&](BodyMap& map) {
-      map.bodies()[0].position = {5.0 + t, 9.0, 9.0};    // passes the other one at a distance of less
-      map.bodies()[1].position = {13.0 - t, 9.3, 15.1};  // than a cell
+      map.bodies()[0].position = {5.0 + t, 9.0, 9.0};
+      map.bodies()[1].position = {13.0 - t, 9.3, height_B};
     };
     place(incremental.map);
     if (incremental.map.update()) links.update();
@@ -211,7 +214,15 @@ TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
         ASSERT_EQ(links.of_body(body)[i].directions, expected.of_body(body)[i].directions);
       }
     }
+    for (std::int64_t cell = 0; cell < fresh.layout.cells(); ++cell)
+      ASSERT_EQ(incremental.map.owner(cell), fresh.map.owner(cell)) << "step " << step << ", cell " << cell;
   }
+}
+
+TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
+  expect_links_of_passing_spheres(15.1);  // at a distance of less than a cell
+  expect_links_of_passing_spheres(14.2);  // some cells are in both
+  expect_links_of_passing_spheres(10.0);  // one through the other
 }
 
 TEST(BoundaryLinks, EveryLinkJoinsAFluidCellAndACoveredOne) {
