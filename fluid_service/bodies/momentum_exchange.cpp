@@ -39,6 +39,7 @@ template <class T>
 void exchange_momentum(const T* populations, const PopulationLayout& layout, Placement placement,
                        const Domain& domain, const LatticeBody& body, std::span<const BoundaryCell> cells,
                        LoadSums& loads, ReflectedPopulations<T>& reflected) {
+  LoadSums sums = loads;  // nobody else's memory: they need not be stored for every cell
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (i + prefetch_distance < cells.size())
       prefetch(populations, layout, placement, cells[i + prefetch_distance]);
@@ -65,11 +66,12 @@ void exchange_momentum(const T* populations, const PopulationLayout& layout, Pla
     }
     const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
                          fixed_point::to_double(force[2])};
-    for (int axis = 0; axis < 3; ++axis) loads[static_cast<std::size_t>(axis)] += force[axis];
-    loads[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
-    loads[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
-    loads[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
+    for (int axis = 0; axis < 3; ++axis) sums[static_cast<std::size_t>(axis)] += force[axis];
+    sums[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
+    sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
+    sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
   }
+  loads = sums;
 }
 
 template void exchange_momentum<float>(const float*, const PopulationLayout&, Placement, const Domain&,

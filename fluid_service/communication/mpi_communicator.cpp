@@ -1,5 +1,6 @@
 #include "communication/mpi_communicator.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 #include <utility>
@@ -16,6 +17,9 @@ namespace {
 
 constexpr int failure_tag = 1;
 constexpr int exchange_tag = 2;
+/// Numbers in one reduction. From 64 KiB on Open MPI 4.1 sends them down a chain in many small pieces, each
+/// of which waits for all ranks: 5.4 ms in place of 0.2 for the loads of 1000 bodies.
+constexpr std::size_t largest_sum = 6000;
 constexpr double look_every_s = 0.1;  ///< of a long wait: at the other ranks
 constexpr double farewell_s = 0.2;    ///< how long a failing rank tries to get its report out
 
@@ -133,11 +137,15 @@ void MpiCommunicator::broadcast(std::span<std::byte> data) {
 void MpiCommunicator::sum_to_leader(std::span<std::int64_t> values) {
   throw_if_failed();
   if (size_ == 1) return;
-  MPI_Request request = MPI_REQUEST_NULL;
-  const void* send = rank_ == 0 ? MPI_IN_PLACE : values.data();
-  check(MPI_Ireduce(send, values.data(), count_of(values.size()), MPI_UINT64_T, MPI_SUM, 0, ranks_, &request),
-        "MPI_Ireduce");
-  wait(request);
+  while (!values.empty()) {
+    const auto piece = values.first(std::min(values.size(), largest_sum));
+    MPI_Request request = MPI_REQUEST_NULL;
+    const void* send = rank_ == 0 ? MPI_IN_PLACE : piece.data();
+    check(MPI_Ireduce(send, piece.data(), count_of(piece.size()), MPI_UINT64_T, MPI_SUM, 0, ranks_, &request),
+          "MPI_Ireduce");
+    wait(request);
+    values = values.subspan(piece.size());
+  }
 }
 
 void MpiCommunicator::sum_to_all(std::span<std::int64_t> values) {
