@@ -111,6 +111,9 @@ def main(arguments):
     if arguments == ["--names"]:
         print("\n".join(component.name for component in COMPONENTS))
         return 0
+    names = [component.name for component in COMPONENTS]
+    if len(arguments) != 2 or arguments[1] not in ("--page", *names):
+        sys.exit(f"{__doc__}\nNAME is one of: {', '.join(names)}")
     build, what = Path(arguments[0]).resolve(), arguments[1]
     if what == "--page":
         return write_page(build)
