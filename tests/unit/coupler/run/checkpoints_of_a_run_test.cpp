@@ -1,0 +1,177 @@
+#include <csignal>
+
+#include "run/program_fixture.hpp"
+#include "run/signals.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+using nlohmann::json;
+
+const std::vector<std::string> checkpoints_every_700{"--set", "output.checkpoint.every_steps=700"};
+
+TEST_F(Program, ResumesAfterACrashBitForBit) {
+  EXPECT_EQ(run(checkpoints_every_700), 0) << out.str();
+  const json undisturbed = file("summary.json");
+  const std::string trajectory = content_of(out_dir / "trajectory.csv");
+  for (const std::int64_t crash : {701L, 1399L, 1400L, 1401L, 2499L}) {
+    std::filesystem::remove_all(out_dir);
+    before_exchange = [crash](std::int64_t step) {
+      if (step == crash) throw ComponentLost("the fluid died (a test). Nothing to do.");
+    };
+    EXPECT_EQ(run(checkpoints_every_700), 69);
+    before_exchange = nullptr;
+    std::vector<std::string> resume = checkpoints_every_700;
+    resume.emplace_back("--resume");
+    EXPECT_EQ(run(resume), 0) << out.str();
+    const json resumed = file("summary.json");
+    EXPECT_EQ(resumed["digest"], undisturbed["digest"]) << crash;
+    EXPECT_EQ(resumed["swimmers"], undisturbed["swimmers"]) << crash;
+    EXPECT_EQ(resumed["resumed_from_step"], crash / 700 * 700) << crash;
+    EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory) << crash;
+    EXPECT_EQ(file("provenance.json")["earlier_attempts"][0]["exit_code"], 69);
+  }
+}
+
+TEST_F(Program, FallsBackToTheCheckpointBeforeADamagedOne) {
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  const json undisturbed = file("summary.json");
+  std::filesystem::resize_file(out_dir / "checkpoints" / "step_000002100" / "body.bin", 10);
+  EXPECT_EQ(run({"--set", "output.checkpoint.every_steps=700", "--resume"}), 0) << out.str();
+  EXPECT_EQ(file("summary.json")["resumed_from_step"], 1400);
+  EXPECT_EQ(file("summary.json")["digest"], undisturbed["digest"]);
+  bool told = false;
+  for (const json& event : events()) told = told || (event["event"] == "notice");
+  EXPECT_TRUE(told);
+}
+
+TEST_F(Program, CannotResumeWithoutACheckpointOrWithThatOfAnotherCase) {
+  EXPECT_EQ(run({"--resume"}), 73);
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  const std::string resolved_case = content_of(out_dir / "case.yaml");
+  EXPECT_EQ(run({"--resume", "--set", "swimmers.0.stroke.amplitude_N=1.0e-5"}), 73);
+  EXPECT_EQ(content_of(out_dir / "case.yaml"), resolved_case);
+  EXPECT_NE(events().back()["reason"].get<std::string>().find("another case"), std::string::npos);
+}
+
+TEST_F(Program, WritesACheckpointOnSigusr1AndGoesOn) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 1000) std::raise(SIGUSR1);
+  };
+  EXPECT_EQ(run(), 0);
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000001001" / "manifest.json"));
+}
+
+TEST_F(Program, WritesACheckpointBeforeItObeysSigterm) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 1000) std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(), 143);
+  EXPECT_EQ(events().back()["event"], "failure");
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000001001" / "manifest.json"));
+  before_exchange = nullptr;
+  EXPECT_EQ(run({"--resume"}), 0);
+  EXPECT_EQ(file("summary.json")["resumed_from_step"], 1001);
+}
+
+TEST_F(Program, TellsHowToGoOnFromTheCheckpointOfSigterm) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 1000) std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(), 143);
+  const auto reason = events().back()["reason"].get<std::string>();
+  EXPECT_NE(reason.find("Go on from its checkpoint with --resume"), std::string::npos) << reason;
+}
+
+TEST_F(Program, ASignalDuringACheckpointGetsThatOne) {
+  int saves_done = 0;
+  before_save = [&saves_done] {
+    ++saves_done;
+    std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(checkpoints_every_700), 143);
+  EXPECT_EQ(saves_done, 1);
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000700" / "manifest.json"));
+}
+
+TEST_F(Program, ASecondSigtermEndsACheckpointThatTakesTooLong) {
+  before_exchange = [](std::int64_t step) {
+    if (step == 1000) std::raise(SIGTERM);
+  };
+  before_save = [] { std::raise(SIGTERM); };
+  EXPECT_EQ(run(), 143);
+  EXPECT_EQ(process_signals().stop.load(), SIGTERM);  // every wait for a component ends with it
+}
+
+TEST_F(Program, HasNothingToSaveBeforeTheFirstStep) {
+  on_connect = [] { std::raise(SIGUSR1); };
+  EXPECT_EQ(run(), 0) << out.str();
+  EXPECT_FALSE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000000"));
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000001"));
+}
+
+TEST_F(Program, SaysThatAResumedMeanFieldIsIncomplete) {
+  const auto run_with_mean = [&](const char* steps, std::vector<std::string> more) {
+    more.insert(more.end(), {"--set", std::string("output.fields.mean_over_steps=") + steps});
+    return run(more);
+  };
+  const auto notices = [&] {
+    std::string texts;
+    for (const json& event : events()) texts += event["event"] == "notice" ? event["text"] : "";
+    return texts;
+  };
+  EXPECT_EQ(run_with_mean("[100,2400]", checkpoints_every_700), 0) << err.str();
+  EXPECT_EQ(run_with_mean("[100,2400]", {"--resume"}), 0);
+  EXPECT_EQ(notices(), "");
+  EXPECT_EQ(run_with_mean("[2200,2400]", {"--resume"}), 0);  // begins after the checkpoint
+  EXPECT_EQ(notices(), "");
+  EXPECT_EQ(run_with_mean("[200,2400]", {"--resume"}), 0);
+  EXPECT_NE(notices().find("lacks its samples up to step 2100"), std::string::npos) << notices();
+}
+
+TEST_F(Program, RefusesToResumeBehindItsEndAndLosesNothing) {
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  const std::string trajectory = content_of(out_dir / "trajectory.csv");
+  const std::string resolved_case = content_of(out_dir / "case.yaml");
+  for (const char* steps : {"run.steps=1000", "run.steps=2100"}) {
+    EXPECT_EQ(run({"--resume", "--set", steps}), 2) << out.str();
+    EXPECT_NE(events().back()["reason"].get<std::string>().find("nothing is left to compute"),
+              std::string::npos);
+  }
+  EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory);
+  EXPECT_EQ(content_of(out_dir / "case.yaml"), resolved_case);
+}
+
+TEST_F(Program, StopsAtOnceWhenSigtermComesTwice) {
+  before_exchange = [](std::int64_t step) {
+    if (step != 1000) return;
+    std::raise(SIGTERM);
+    std::raise(SIGTERM);
+  };
+  EXPECT_EQ(run(), 143);
+  EXPECT_FALSE(std::filesystem::exists(out_dir / "checkpoints" / "step_000001001"));
+}
+
+TEST_F(Program, GoesOnWhenTheDiskDoesNotTakeACheckpoint) {
+  std::filesystem::create_directories(out_dir);
+  std::ofstream(out_dir / "checkpoints") << "a file where the folder should be";
+  EXPECT_EQ(run(checkpoints_every_700), 0) << out.str();
+  std::size_t notices = 0;
+  for (const json& event : events()) notices += event["event"] == "notice" ? 1 : 0;
+  EXPECT_EQ(notices, 3U);
+}
+
+TEST_F(Program, WritesCheckpointsByTime) {
+  EXPECT_EQ(run({"--set", "output.checkpoint.every_wall_s=1.0e-9", "--set", "run.steps=5"}), 0);
+  EXPECT_TRUE(std::filesystem::exists(out_dir / "checkpoints" / "step_000000004"));
+}
+
+TEST_F(Program, DoesNotAskComponentsForCheckpointsThatTheyCannotWrite) {
+  saves = false;
+  EXPECT_EQ(run({"--set", "output.checkpoint.every_wall_s=1.0e-9", "--set", "run.steps=5"}), 0);
+  EXPECT_FALSE(std::filesystem::exists(out_dir / "checkpoints"));
+  EXPECT_EQ(run(checkpoints_every_700), 65);
+}
+
+}  // namespace
+}  // namespace copepod::coupler

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "fakes.hpp"
+#include "run/program.hpp"
+
+namespace copepod::coupler {
+
+inline std::string content_of(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+/// The coupler program with components in this process.
+class Program : public testing::Test {
+ protected:
+  Program()
+      : out_dir(std::filesystem::path(testing::TempDir()) /
+                testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    std::filesystem::remove_all(out_dir);
+    case_file = out_dir.string() + ".yaml";
+    std::ofstream(case_file) << R"(case: small
+fluid: {solver: vacuum, cell_size_m: 1.0e-6}
+step_s: 7.5e-10
+swimmers:
+  - name: swimmer
+    center_m: [0, 0, 0]
+    beads: [{radius_m: 4.0e-6}, {radius_m: 4.0e-6}, {radius_m: 4.0e-6}]
+    bead_mass_kg: 5.44e-13
+    rest_gap_m: [17.0e-6, 17.0e-6]
+    spring: {stiffness_N_per_m: 100, damping_N_s_per_m: 1.0e-6}
+    stroke: {amplitude_N: 5.0e-5, period_steps: 1000, phase_lag_steps: 250, cycles: 2}
+run: {steps: 2500}
+output: {trajectory: {every_steps: 100}}
+)";
+  }
+
+  int call(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "coupler");
+    std::vector<const char*> argv;
+    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    out.str("");
+    err.str("");
+    return run_program(static_cast<int>(argv.size()), argv.data(), out, err,
+                       [&](const Options& options, const ServicesCase&) {
+                         seen = options;
+                         auto made = std::make_unique<LocalComponents>(drag, saves);
+                         made->before_exchange = before_exchange;
+                         made->on_connect = on_connect;
+                         made->before_save = before_save;
+                         components = made.get();
+                         return std::unique_ptr<Components>(std::move(made));
+                       });
+  }
+  int run(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"--run",      case_file, "--out",     out_dir.string(),
+                                       "--endpoint", "none",    "--session", "secret-7"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return call(arguments);
+  }
+  [[nodiscard]] std::vector<nlohmann::json> events() const {
+    std::vector<nlohmann::json> lines;
+    std::istringstream text(out.str());
+    for (std::string line; std::getline(text, line);) lines.push_back(nlohmann::json::parse(line));
+    return lines;
+  }
+  [[nodiscard]] nlohmann::json file(const char* name) const {
+    return nlohmann::json::parse(content_of(out_dir / name));
+  }
+
+  std::filesystem::path out_dir;
+  std::string case_file;
+  std::ostringstream out;
+  std::ostringstream err;
+  Options seen;
+  double drag = 1e-6;
+  bool saves = true;
+  std::function<void(std::int64_t)> before_exchange;
+  std::function<void()> on_connect, before_save;
+  LocalComponents* components = nullptr;  ///< valid inside a run only
+};
+
+}  // namespace copepod::coupler
