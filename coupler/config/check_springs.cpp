@@ -34,21 +34,21 @@ void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& p
   const bool ours = the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty();
   if (!ours || assembly.springs.empty()) return;
   const Integrator integrator = the_case.body.integrator;
-  const FastestSpring fastest = fastest_spring(assembly.bodies, assembly.springs, integrator);
-  const double share = the_case.step_s / fastest.largest_step_s;
+  const FastestSprings fastest = fastest_springs(assembly.bodies, assembly.springs, integrator);
   constexpr double close = 0.8;
-  if (share <= close) return;
-  const SpringSpecification& spring = assembly.springs[fastest.spring];
+  if (the_case.step_s <= close * fastest.together.largest_step_s) return;
+  const bool diverges = the_case.step_s > fastest.alone.largest_step_s;
+  const StepLimit& limiting = diverges ? fastest.alone : fastest.together;
+  const SpringSpecification& spring = assembly.springs[limiting.spring];
   const std::string found =
       "the spring between '" + assembly.bodies[static_cast<std::size_t>(spring.body_A)].name + "' and '" +
       assembly.bodies[static_cast<std::size_t>(spring.body_B)].name +
       "' is too stiff or too damped for a step of " + shortest_text(the_case.step_s) + " s (";
-  const bool diverges = the_case.step_s > fastest.largest_step_alone_s;
-  const std::string limit =
-      name_of(integrator_names, integrator) + std::string(diverges ? " diverges" : " may diverge") +
-      " above " + shortest_text(diverges ? fastest.largest_step_alone_s : fastest.largest_step_s) + " s";
+  const std::string limit = name_of(integrator_names, integrator) +
+                            std::string(diverges ? " diverges" : " may diverge") + " above " +
+                            shortest_text(limiting.largest_step_s) + " s";
   const std::string remedy = "Use a smaller step, a softer spring, less damping or heavier bodies.";
-  const std::string& path = assembly.spring_paths[fastest.spring];
+  const std::string& path = assembly.spring_paths[limiting.spring];
   if (diverges) {
     problems.error(path, found + limit + "). " + remedy);
   } else {

@@ -94,8 +94,8 @@ double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, dou
   return 4.0 / (damping_per_s + std::sqrt(damping_per_s * damping_per_s + 4.0 * stiffness_per_s2));
 }
 
-FastestSpring fastest_spring(const std::vector<BodySpecification>& bodies,
-                             const std::vector<SpringSpecification>& springs, Integrator integrator) {
+FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
+                               const std::vector<SpringSpecification>& springs, Integrator integrator) {
   struct Rates {
     double stiffness_per_s2 = 0.0;
     double damping_per_s = 0.0;
@@ -116,20 +116,16 @@ FastestSpring fastest_spring(const std::vector<BodySpecification>& bodies,
       }
     }
   }
-  const auto largest_step_s = [&](const Rates& rates) {
-    return largest_stable_step_s(integrator, rates.stiffness_per_s2, rates.damping_per_s);
-  };
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  FastestSpring fastest{0, infinity, infinity};
-  for (std::size_t i = 0; i < springs.size(); ++i) {
-    const double step_s = largest_step_s(all[i]);
-    if (step_s < fastest.largest_step_s) {
-      fastest.spring = i;
-      fastest.largest_step_s = step_s;
+  const auto fastest_of = [&](const std::vector<Rates>& rates) {
+    StepLimit fastest{0, std::numeric_limits<double>::infinity()};
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      const double step_s =
+          largest_stable_step_s(integrator, rates[i].stiffness_per_s2, rates[i].damping_per_s);
+      if (step_s < fastest.largest_step_s) fastest = {i, step_s};
     }
-    fastest.largest_step_alone_s = std::min(fastest.largest_step_alone_s, largest_step_s(alone[i]));
-  }
-  return fastest;
+    return fastest;
+  };
+  return {fastest_of(all), fastest_of(alone)};
 }
 
 }  // namespace copepod::coupler

@@ -15,11 +15,16 @@ namespace copepod::coupler {
 /// @return infinity where both are 0
 double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s);
 
-/// The spring that limits the step most, and the limits; infinity where nothing can oscillate.
-struct FastestSpring {
-  std::size_t spring = 0;             ///< index
-  double largest_step_s = 0.0;        ///< with all springs; perhaps somewhat longer steps are stable, too
-  double largest_step_alone_s = 0.0;  ///< if the stiffest spring were the only one: longer steps never are
+/// A spring that limits the step.
+struct StepLimit {
+  std::size_t spring = 0;       ///< index
+  double largest_step_s = 0.0;  ///< infinity where nothing can oscillate
+};
+
+/// The springs that limit the step most.
+struct FastestSprings {
+  StepLimit together;  ///< with all springs; perhaps somewhat longer steps are stable, too
+  StepLimit alone;     ///< as if each were the only one: longer steps never are
 };
 
 /// Bound of the fastest mode of a network of springs, in its first position.
@@ -29,7 +34,7 @@ struct FastestSpring {
 /// for three in a row the first. Damping likewise.
 /// Neglected: stiffness across a spring under tension, the fluid that moves with a body.
 /// @param springs  not empty; those with a body below 0 are left out
-FastestSpring fastest_spring(const std::vector<BodySpecification>& bodies,
-                             const std::vector<SpringSpecification>& springs, Integrator integrator);
+FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
+                               const std::vector<SpringSpecification>& springs, Integrator integrator);
 
 }  // namespace copepod::coupler
