@@ -13,7 +13,7 @@ from copepod_command.errors import Stop
 
 _CELL_M = 1e-6
 _RADIUS_CELLS = 4
-_SPACING_CELLS = 11   # centre to centre: gaps of three cells
+_SPACING_CELLS = 11  # centre to centre: gaps of three cells
 _SPEED_M_PER_S = 1.0  # 7.5e-4 cells per step, a swimmer's
 
 
@@ -27,14 +27,27 @@ def measure(domain, beads, ranks, steps, samples=3, symmetry_planes=()):
     for _ in range(samples):
         alone = pure.measure(computed, ranks, samples=1, steps=max(10, steps // 4))["median_fluid_mlups"]
         summary = _run(case_text(domain, beads, ranks, steps, symmetry_planes))
-        rows.append({"coupled_mlups": summary["mlups"], "fluid_mlups": alone, "ratio": summary["mlups"] / alone,
-                     "coupling_overhead": summary["timing"]["coupling_overhead"], "phases_s": summary["phases_s"]})
-    return {"domain_cells": list(domain), "symmetry_planes": list(symmetry_planes), "beads": beads, "ranks": ranks,
-            "steps": steps, "samples": rows,
-            "median_coupled_mlups": statistics.median(row["coupled_mlups"] for row in rows),
-            "median_fluid_mlups": statistics.median(row["fluid_mlups"] for row in rows),
-            "median_ratio": statistics.median(row["ratio"] for row in rows),
-            "median_coupling_overhead": statistics.median(row["coupling_overhead"] for row in rows)}
+        rows.append(
+            {
+                "coupled_mlups": summary["mlups"],
+                "fluid_mlups": alone,
+                "ratio": summary["mlups"] / alone,
+                "coupling_overhead": summary["timing"]["coupling_overhead"],
+                "phases_s": summary["phases_s"],
+            }
+        )
+    return {
+        "domain_cells": list(domain),
+        "symmetry_planes": list(symmetry_planes),
+        "beads": beads,
+        "ranks": ranks,
+        "steps": steps,
+        "samples": rows,
+        "median_coupled_mlups": statistics.median(row["coupled_mlups"] for row in rows),
+        "median_fluid_mlups": statistics.median(row["fluid_mlups"] for row in rows),
+        "median_ratio": statistics.median(row["ratio"] for row in rows),
+        "median_coupling_overhead": statistics.median(row["coupling_overhead"] for row in rows),
+    }
 
 
 def computed_cells(domain, symmetry_planes):
@@ -45,20 +58,36 @@ def computed_cells(domain, symmetry_planes):
 def case_text(domain, beads, ranks, steps, symmetry_planes=()):
     """A case as YAML (JSON is YAML): beads on a grid in a closed box, every other one moving up, the others down."""
     positions = bead_positions(domain, beads)
-    bodies = [{"name": f"bead_{i}", "shape": "sphere", "radius_m": _RADIUS_CELLS * _CELL_M, "mass_kg": 5.44e-13,
-               "position_m": [x * _CELL_M for x in position],
-               "velocity_m_per_s": [0.0, 0.0, _SPEED_M_PER_S if i % 2 else -_SPEED_M_PER_S], "motion": "prescribed"}
-              for i, position in enumerate(positions)]
-    return json.dumps({
-        "case": f"bench_{beads}_beads",
-        "fluid": {"solver": "lattice_boltzmann", "density_kg_per_m3": 1360, "kinematic_viscosity_m2_per_s": 7.36e-5,
-                  "cell_size_m": _CELL_M, "relaxation_time": 2.0 / 3.0, "domain_cells": list(domain),
-                  "symmetry_planes": list(symmetry_planes)},
-        "bodies": bodies,
-        "run": {"steps": steps},
-        "output": {"trajectory": {"every_steps": steps}},
-        "services": {"fluid": {"ranks": ranks}},
-    })
+    bodies = [
+        {
+            "name": f"bead_{i}",
+            "shape": "sphere",
+            "radius_m": _RADIUS_CELLS * _CELL_M,
+            "mass_kg": 5.44e-13,
+            "position_m": [x * _CELL_M for x in position],
+            "velocity_m_per_s": [0.0, 0.0, _SPEED_M_PER_S if i % 2 else -_SPEED_M_PER_S],
+            "motion": "prescribed",
+        }
+        for i, position in enumerate(positions)
+    ]
+    return json.dumps(
+        {
+            "case": f"bench_{beads}_beads",
+            "fluid": {
+                "solver": "lattice_boltzmann",
+                "density_kg_per_m3": 1360,
+                "kinematic_viscosity_m2_per_s": 7.36e-5,
+                "cell_size_m": _CELL_M,
+                "relaxation_time": 2.0 / 3.0,
+                "domain_cells": list(domain),
+                "symmetry_planes": list(symmetry_planes),
+            },
+            "bodies": bodies,
+            "run": {"steps": steps},
+            "output": {"trajectory": {"every_steps": steps}},
+            "services": {"fluid": {"ranks": ranks}},
+        }
+    )
 
 
 def bead_positions(domain, beads):
@@ -69,8 +98,10 @@ def bead_positions(domain, beads):
     places = [[(i + 0.5) * _SPACING_CELLS for i in range(cells // _SPACING_CELLS)] for cells in domain]
     grid = [(x, y, z) for x in places[0] for y in places[1] for z in places[2]]
     if len(grid) < beads:
-        raise Stop(exit_codes.BAD_CASE, f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). "
-                                        "Use fewer.")
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). " "Use fewer.",
+        )
     stride = len(grid) / beads
     return [grid[int(i * stride)] for i in range(beads)]
 
@@ -81,8 +112,9 @@ def _run(text):
         case = Path(folder) / "case.yaml"
         case.write_text(text)
         out = Path(folder) / "run"
-        done = subprocess.run([str(ROOT / "deploy" / "copepod"), "run", str(case), "--out", str(out)],
-                              capture_output=True, text=True)
+        done = subprocess.run(
+            [str(ROOT / "deploy" / "copepod"), "run", str(case), "--out", str(out)], capture_output=True, text=True
+        )
         if done.returncode != 0:
             raise Stop(done.returncode, f"a benchmark run failed ({done.stderr.strip()[-500:]}).")
         return json.loads((out / "summary.json").read_text())

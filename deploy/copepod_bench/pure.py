@@ -9,8 +9,11 @@ from copepod_command import exit_codes
 from copepod_command.checkout import program
 from copepod_command.errors import Stop
 
-_OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-             "OMPI_MCA_hwloc_base_binding_policy": "none"}
+_OPEN_MPI = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+}
 
 
 def measure(domain, ranks, precision="double", collision="bgk", samples=5, steps=20):
@@ -19,18 +22,33 @@ def measure(domain, ranks, precision="double", collision="bgk", samples=5, steps
     The limit is the rate of 19 streams updated in place; each sample's share compares it with the fluid
     of the same moment.
     """
-    command = ["mpirun", "-n", str(ranks), "--oversubscribe", str(program("fluid_benchmark")),
-               "--domain", *map(str, domain), "--samples", str(samples), "--steps", str(steps)]
+    command = [
+        "mpirun",
+        "-n",
+        str(ranks),
+        "--oversubscribe",
+        str(program("fluid_benchmark")),
+        "--domain",
+        *map(str, domain),
+        "--samples",
+        str(samples),
+        "--steps",
+        str(steps),
+    ]
     command += ["--single"] if precision == "single" else []
     command += ["--trt"] if collision == "trt" else []
     done = subprocess.run(command, capture_output=True, text=True, env={**_OPEN_MPI, **os.environ})
     if done.returncode != 0:
-        raise Stop(exit_codes.SOLVER_FAILED, f"{' '.join(command)} failed ({done.stderr.strip()[-500:]}). "
-                                             "Check that mpirun works on this machine.")
+        raise Stop(
+            exit_codes.SOLVER_FAILED,
+            f"{' '.join(command)} failed ({done.stderr.strip()[-500:]}). " "Check that mpirun works on this machine.",
+        )
     result = json.loads(done.stdout)
     shares = [fluid / limit for fluid, limit in zip(result["fluid_mlups"], result["streams_mcells_per_s"])]
-    return {**result,
-            "median_fluid_mlups": statistics.median(result["fluid_mlups"]),
-            "median_streams_mcells_per_s": statistics.median(result["streams_mcells_per_s"]),
-            "median_copy_gb_per_s": statistics.median(result["copy_gb_per_s"]),
-            "median_share_of_limit": statistics.median(shares)}
+    return {
+        **result,
+        "median_fluid_mlups": statistics.median(result["fluid_mlups"]),
+        "median_streams_mcells_per_s": statistics.median(result["streams_mcells_per_s"]),
+        "median_copy_gb_per_s": statistics.median(result["copy_gb_per_s"]),
+        "median_share_of_limit": statistics.median(shares),
+    }

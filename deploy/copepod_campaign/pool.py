@@ -61,7 +61,9 @@ class Pool:
     def _start_what_fits(self, selector, screen):
         while self._waiting and len(self.running) < self._jobs and not self.stopping:
             entry = self._waiting.pop(0)
-            screen.notice(f"{entry.name}: {'goes on from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}")
+            screen.notice(
+                f"{entry.name}: {'goes on from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}"
+            )
             job = Job(entry, self._ranks, self._environment)
             selector.register(job.descriptor, selectors.EVENT_READ, job)
             self.running.append(job)

@@ -85,7 +85,8 @@ class Attempt:
                 )
         except OSError as problem:
             raise Stop(
-                exit_codes.BAD_CASE, f"{name} cannot be started ({problem}). Check this command: {self._shown(name, command)}"
+                exit_codes.BAD_CASE,
+                f"{name} cannot be started ({problem}). Check this command: {self._shown(name, command)}",
             ) from None
         finally:
             os.close(writing_end)

@@ -21,6 +21,7 @@ def bench(options):
         return subprocess.run([program("exchange_overhead")]).returncode
     build.ensure_targets((*PROGRAMS, "fluid_benchmark"))
     from copepod_bench import report
+
     results = {"pure": _pure(options), "coupled": _coupled(options)}
     print(report.table(results))
     if options.out:
@@ -31,6 +32,7 @@ def bench(options):
 
 def _pure(options):
     from copepod_bench import pure
+
     cores = len(os.sched_getaffinity(0))
     domains = (_DOMAINS[0],) if options.quick else _DOMAINS
     results = []
@@ -39,13 +41,15 @@ def _pure(options):
             for precision in ("double", "single"):
                 for collision in ("bgk", "trt") if domain == _PAPER else ("bgk",):
                     with Stage(f"fluid alone, {domain}, {precision}, {collision}, {ranks} rank(s)"):
-                        results.append(pure.measure(domain, ranks, precision, collision, options.samples,
-                                                    _steps(domain, 4e7)))
+                        results.append(
+                            pure.measure(domain, ranks, precision, collision, options.samples, _steps(domain, 4e7))
+                        )
     return results
 
 
 def _coupled(options):
     from copepod_bench import coupled
+
     ranks = len(os.sched_getaffinity(0))
     configurations = [((48, 48, 48), 3, ())]
     if not options.quick:

@@ -57,8 +57,11 @@ def _shares(memory_of):
     shares = []
     if memory_of.get("fluid_rank_bytes"):
         shares.append(f"fluid {memory_of['fluid_ranks']} × {memory_of['fluid_rank_bytes'] / 2**20:.0f}")
-    shares += [f"{name} {memory_of[key] / 2**20:.0f}" for name, key in (("bodies", "body_bytes"),
-               ("coupler", "coupler_bytes")) if memory_of.get(key)]
+    shares += [
+        f"{name} {memory_of[key] / 2**20:.0f}"
+        for name, key in (("bodies", "body_bytes"), ("coupler", "coupler_bytes"))
+        if memory_of.get(key)
+    ]
     return f" ({', '.join(shares)})" if shares else ""
 
 

@@ -139,8 +139,9 @@ def _add_bench(commands):
         "--samples", type=_positive_count, default=5, metavar="N", help="of which medians are shown (5)"
     )
     parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
-    parser.add_argument("--exchange", action="store_true",
-                        help="only the exchange between processes, beside a plain ZeroMQ echo")
+    parser.add_argument(
+        "--exchange", action="store_true", help="only the exchange between processes, beside a plain ZeroMQ echo"
+    )
     parser.add_argument("--out", metavar="FILE.json", help="write every sample there")
     parser.set_defaults(action=bench.bench)
 
@@ -159,10 +160,16 @@ def _add_replay(commands):
     which.add_argument("--fluid", action="store_true", help="to a fluid component")
     which.add_argument("--body", action="store_true", help="to a body component")
     which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
-    parser.add_argument("--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative; default 0: every bit counts")
+    parser.add_argument(
+        "--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative; default 0: every bit counts"
+    )
     parser.add_argument("--ranks", type=_ranks, default=1, metavar="N", help="MPI ranks of our fluid (1)")
     parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
-    parser.add_argument("--out", metavar="DIR", help="with --as: run directory of the new run (default: none is kept, unless the run fails)")
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        help="with --as: run directory of the new run (default: none is kept, unless the run fails)",
+    )
     parser.set_defaults(action=replay.replay)
 
 
@@ -201,7 +208,11 @@ def _add_conformance(commands):
         "docs/protocol.md. Exit code 0: conformant, 1: not.",
     )
     parser.add_argument("--role", required=True, choices=["fluid", "body"])
-    parser.add_argument("--solver", choices=["lattice_boltzmann", "stokes", "vacuum", "external"], help="which of a fluid's solvers (default: the first that it has)")
+    parser.add_argument(
+        "--solver",
+        choices=["lattice_boltzmann", "stokes", "vacuum", "external"],
+        help="which of a fluid's solvers (default: the first that it has)",
+    )
     parser.add_argument("--quick", action="store_true", help="leave out checks that are much like others")
     parser.add_argument("--only", action="append", metavar="GROUP", help="only this group of checks; may be repeated")
     parser.add_argument("--junit", metavar="FILE", help="write the results as JUnit XML")
@@ -244,7 +255,9 @@ def _whole_number(text, least, of=""):
     except ValueError:
         value = least - 1
     if value < least:
-        raise argparse.ArgumentTypeError(f"{text} is no number{of} (whole, from {least} on). Use {max(least, 1)}, for example.")
+        raise argparse.ArgumentTypeError(
+            f"{text} is no number{of} (whole, from {least} on). Use {max(least, 1)}, for example."
+        )
     return value
 
 

@@ -33,8 +33,15 @@ class Connection:
     def arguments(self, name):
         """The options that every process of a run takes."""
         keys = ["--keys", str(self.keys[name])] if self.keys else []
-        return ["--endpoint", self.endpoint, "--session", self.session, *keys,
-                "--log-file", str(self.logs / f"{name}.log")]
+        return [
+            "--endpoint",
+            self.endpoint,
+            "--session",
+            self.session,
+            *keys,
+            "--log-file",
+            str(self.logs / f"{name}.log"),
+        ]
 
 
 def coupler_command(options, plan, directory, connection, resume):

@@ -15,8 +15,11 @@ _JOBS_PER_CORE = 2  # components mostly wait
 def conformance(options):
     """Prints the table, writes JUnit XML to --junit; exit code 0 only if nothing failed."""
     if not options.component:
-        raise Stop(exit_codes.BAD_CASE, "which component? Give its command after --, for example: "
-                                        "copepod conformance --role fluid -- build/bin/fluid_service")
+        raise Stop(
+            exit_codes.BAD_CASE,
+            "which component? Give its command after --, for example: "
+            "copepod conformance --role fluid -- build/bin/fluid_service",
+        )
     components.require_program(options.role, options.component)
     destinations.require_file(options.junit, "--junit")
     build.ensure_programs()
@@ -34,12 +37,19 @@ def _check(options, environment, folder):
 
     unknown = set(options.only or ()) - set(groups())
     if unknown:
-        raise Stop(exit_codes.BAD_CASE, f"there is no group {', '.join(unknown)} of checks. Choose from: {', '.join(groups())}.")
+        raise Stop(
+            exit_codes.BAD_CASE,
+            f"there is no group {', '.join(unknown)} of checks. Choose from: {', '.join(groups())}.",
+        )
     with zmq.Context() as context:
-        subject = Subject(options.role, options.component, environment, folder, context, options.patience,
-                          options.solver)
-        checks = [check for check in all_checks(subject)
-                  if (not options.only or check.group in options.only) and not (options.quick and check.thorough)]
+        subject = Subject(
+            options.role, options.component, environment, folder, context, options.patience, options.solver
+        )
+        checks = [
+            check
+            for check in all_checks(subject)
+            if (not options.only or check.group in options.only) and not (options.quick and check.thorough)
+        ]
         start = time.monotonic()
         with Stage(f"{len(checks)} checks of {subject.name}") as stage:
             results = Suite(subject, checks, options.jobs or _JOBS_PER_CORE * _cores(), stage.count).run()

@@ -12,10 +12,12 @@ ROLES = ("coupler", "fluid", "body")
 def write_keys(folder):
     """Makes a pair per role; returns role to key file (proto/transport/keys.hpp says what is in it)."""
     import zmq  # only runs over tcp need it
+
     pairs = {role: [key.decode() for key in zmq.curve_keypair()] for role in ROLES}
     public = {role: pair[0] for role, pair in pairs.items()}
-    return {role: _write(folder / f"{role}.key", {"secret": pairs[role][1], **_peers_of(role, public)})
-            for role in ROLES}
+    return {
+        role: _write(folder / f"{role}.key", {"secret": pairs[role][1], **_peers_of(role, public)}) for role in ROLES
+    }
 
 
 def _peers_of(role, public):

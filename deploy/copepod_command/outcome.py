@@ -41,7 +41,9 @@ class Exit:
 
 
 _RANK_KILLED = re.compile(r"process rank (\d+) with PID \d+ on node\s+(\S+)\s+exited on\s+signal (\d+)", re.DOTALL)
-_LOGGED_ERROR = re.compile(r"^\S+ \S+ (?:error|critical) \[.*?\](?: \[step -?\d+\])? (.+)$", re.MULTILINE | re.IGNORECASE)
+_LOGGED_ERROR = re.compile(
+    r"^\S+ \S+ (?:error|critical) \[.*?\](?: \[step -?\d+\])? (.+)$", re.MULTILINE | re.IGNORECASE
+)
 _RANK_FAILED = re.compile(r"Process name: \[\[\d+,\d+\],(\d+)\]\s+Exit code:\s+(\d+)", re.DOTALL)
 
 

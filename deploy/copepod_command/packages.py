@@ -40,7 +40,17 @@ BUILD_AND_RUN = (
     "python3-xxhash",
     "python3-protobuf",
 )
-CONTINUOUS_INTEGRATION = ("clang-format", "clang-tidy", "clang", "libclang-rt-dev", "gcovr", "git")
+CONTINUOUS_INTEGRATION = (
+    "clang-format",
+    "clang-tidy",
+    "clang",
+    "libclang-rt-dev",
+    "gcovr",
+    "git",
+    "black",
+    "flake8",
+    "mypy",
+)
 
 
 def missing(names):

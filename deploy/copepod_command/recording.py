@@ -66,7 +66,9 @@ def _trace(options):
     timelines = trace.read(processes)
     shown = trace.window(timelines, options.steps)
     if not any(timeline.phases for timeline in shown):
-        raise Stop(exit_codes.BAD_CASE, f"there is nothing to draw ({_what_there_is(timelines)}). Choose other --steps.")
+        raise Stop(
+            exit_codes.BAD_CASE, f"there is nothing to draw ({_what_there_is(timelines)}). Choose other --steps."
+        )
     out.write_text(json.dumps(trace.as_json(shown, wire)))
     print(f"{out}: open it with https://ui.perfetto.dev or chrome://tracing")
     figures = shadow.figures(timelines)
@@ -85,7 +87,9 @@ def _require_picture(path):
     """Raises Stop unless a picture can be written there."""
     destinations.require_file(path, "--picture")
     if path and Path(path).suffix.lower() not in (".png", ".svg"):
-        raise Stop(exit_codes.BAD_CASE, f"--picture {path} is neither PNG nor SVG (the name tells). Use FILE.png or FILE.svg.")
+        raise Stop(
+            exit_codes.BAD_CASE, f"--picture {path} is neither PNG nor SVG (the name tells). Use FILE.png or FILE.svg."
+        )
 
 
 def _what_there_is(timelines):

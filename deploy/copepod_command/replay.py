@@ -59,7 +59,9 @@ def _replay(options, path, role, folder):
         found.print()
         raise Stop(exit_codes.SOLVER_FAILED, f"the {role} component failed: {problem}") from None
     except subprocess.TimeoutExpired:
-        raise Stop(exit_codes.COMPONENT_LOST, f"the {role} component did not end after Finish. Look at its output.") from None
+        raise Stop(
+            exit_codes.COMPONENT_LOST, f"the {role} component did not end after Finish. Look at its output."
+        ) from None
     finally:
         _end(process)
     _say_where_it_ends(recording)

@@ -54,7 +54,8 @@ def _attempts(options, plan, directory):
             raise _stopped_by(ending.signal, options, directory)
         if left == 0 or ending.failure.code not in _WORTH_A_RESTART:
             raise Stop(
-                ending.failure.code, f"{ending.failure.sentence()} {_advice_after(ending.failure, resume, options, directory)}"
+                ending.failure.code,
+                f"{ending.failure.sentence()} {_advice_after(ending.failure, resume, options, directory)}",
             )
         resume = directory.has_checkpoint()
         say(ending.failure.sentence())
@@ -68,7 +69,9 @@ def _stopped_by(number, options, directory):
 
 
 def _advice_after(failure, resumed, options, directory):
-    if resumed and failure.code == exit_codes.STORAGE_FAILED and failure.step < 0:  # of the checkpoint: it says what to do
+    if (
+        resumed and failure.code == exit_codes.STORAGE_FAILED and failure.step < 0
+    ):  # of the checkpoint: it says what to do
         return f"Logs: {directory.shown}/logs."
     return _advice(failure.code, options, directory)
 

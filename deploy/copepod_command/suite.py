@@ -14,4 +14,6 @@ def test(options):
     """
     build.ensure_everything()
     jobs = str(len(os.sched_getaffinity(0)))
-    return subprocess.run(["ctest", "--preset", "release", "-j", jobs, "--repeat", "until-pass:2", *options.ctest_arguments], cwd=ROOT).returncode
+    return subprocess.run(
+        ["ctest", "--preset", "release", "-j", jobs, "--repeat", "until-pass:2", *options.ctest_arguments], cwd=ROOT
+    ).returncode

@@ -3,8 +3,10 @@
 from copepod_conformance import fluid_case
 from copepod_conformance.protocol import Envelope, part, setup
 
-_INTEGRATORS = {"runge_kutta_4": setup.INTEGRATOR_RUNGE_KUTTA_4,
-                "semi_implicit_euler": setup.INTEGRATOR_SEMI_IMPLICIT_EULER}
+_INTEGRATORS = {
+    "runge_kutta_4": setup.INTEGRATOR_RUNGE_KUTTA_4,
+    "semi_implicit_euler": setup.INTEGRATOR_SEMI_IMPLICIT_EULER,
+}
 
 STEP_S = fluid_case.STEP_S
 RADIUS_M = fluid_case.RADIUS_M

@@ -22,8 +22,14 @@ class ComponentProcess:
         name, value = self._mark.split("=")
         self._output, self._errors = Path(folder, "stdout"), Path(folder, "stderr")
         with open(self._output, "wb") as output, open(self._errors, "wb") as errors:
-            self._popen = subprocess.Popen(command, env={**environment, name: value}, stdin=subprocess.DEVNULL,
-                                           stdout=output, stderr=errors, start_new_session=True)
+            self._popen = subprocess.Popen(
+                command,
+                env={**environment, name: value},
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=errors,
+                start_new_session=True,
+            )
 
     def exit_code(self, within_s=0.0):
         """None if it still lives after `within_s`; minus the signal's number if one killed it."""
@@ -45,7 +51,9 @@ class ComponentProcess:
 
     def last_words(self, *logs):
         """The last line that it wrote to its logs, or else to a terminal."""
-        texts = (Path(path).read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists())
+        texts = (
+            Path(path).read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists()
+        )
         return next((text.strip().rpartition("\n")[2] for text in texts if text.strip()), "")
 
     def output(self):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from copepod_conformance.component_process import ComponentProcess
 from copepod_conformance.lanes import CONTROL, DATA, Lanes
-from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, describe, part, seal
+from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, part, seal
 from copepod_conformance.verdicts import Silence, Violation
 
 _PING_EVERY_S = 0.5
@@ -44,8 +44,14 @@ class Conversation:
 
     def with_header(self, message, **changes):
         """Fills the header of an Envelope; `changes` are fields that differ."""
-        header = {"protocol_major": PROTOCOL_MAJOR, "protocol_minor": PROTOCOL_MINOR, "session_id": self.session_id,
-                  "epoch": self.epoch, "sequence": self.sequence, **changes}
+        header = {
+            "protocol_major": PROTOCOL_MAJOR,
+            "protocol_minor": PROTOCOL_MINOR,
+            "session_id": self.session_id,
+            "epoch": self.epoch,
+            "sequence": self.sequence,
+            **changes,
+        }
         for field, value in header.items():
             setattr(message, field, value)
         return message

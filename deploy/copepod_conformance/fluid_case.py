@@ -4,8 +4,12 @@ import math
 
 from copepod_conformance.protocol import Envelope, part, setup
 
-SOLVERS = {"lattice_boltzmann": setup.FLUID_KIND_LATTICE_BOLTZMANN, "stokes": setup.FLUID_KIND_STOKES,
-           "vacuum": setup.FLUID_KIND_VACUUM, "external": setup.FLUID_KIND_LATTICE_BOLTZMANN}
+SOLVERS = {
+    "lattice_boltzmann": setup.FLUID_KIND_LATTICE_BOLTZMANN,
+    "stokes": setup.FLUID_KIND_STOKES,
+    "vacuum": setup.FLUID_KIND_VACUUM,
+    "external": setup.FLUID_KIND_LATTICE_BOLTZMANN,
+}
 
 STEP_S = 7.548e-10  # with cell and viscosity a relaxation time of 2/3
 CELL_M = 1e-6

@@ -50,7 +50,9 @@ class Reference:
         first = trial.next_step
         self.compare(trial.advance(STEPS - first), first)
         if (digest := digest_of(trial)) != self.digest():
-            raise Violation(f"digest {digest:016x} after step {STEPS - 1}, but {self.digest():016x} in an undisturbed run")
+            raise Violation(
+                f"digest {digest:016x} after step {STEPS - 1}, but {self.digest():016x} in an undisturbed run"
+            )
 
     def _undisturbed(self):
         with Trial(self._subject) as trial:

@@ -15,42 +15,69 @@ def counts(results):
 def table(subject, results, verbose=False):
     """One line per group, then everything that failed and why something was left out."""
     solver = f", solver {subject.case.solver}" if subject.case.solver else ""
-    lines = [f"{subject.name} {subject.capabilities.get('version', '')}, {subject.role}{solver}: "
-             f"{' '.join(subject.command)}", "",
-             f"  {'':<16}{'passed':>8}{'failed':>8}{'skipped':>9}"]
+    lines = [
+        f"{subject.name} {subject.capabilities.get('version', '')}, {subject.role}{solver}: "
+        f"{' '.join(subject.command)}",
+        "",
+        f"  {'':<16}{'passed':>8}{'failed':>8}{'skipped':>9}",
+    ]
     for group in groups():
         of_group = [result for result in results if result.check.group == group]
         if of_group:
             number = counts(of_group)
             lines.append(f"  {group:<16}{number['passed']:>8}{number['failed'] or '':>8}{number['skipped'] or '':>9}")
-            lines += [f"    {result.outcome:<8} {result.check.name} ({result.seconds:.1f} s)" for result in of_group
-                      if verbose]
+            lines += [
+                f"    {result.outcome:<8} {result.check.name} ({result.seconds:.1f} s)"
+                for result in of_group
+                if verbose
+            ]
     lines += _reasons_of_skips(results)
     for result in results:
         if result.outcome == "failed":
             lines += ["", *failure_lines(result)]
     number = counts(results)
     verdict = "not conformant" if number["failed"] else "conformant"
-    return "\n".join([*lines, "", f"{verdict}: {number['passed']} passed, {number['failed']} failed, "
-                                  f"{number['skipped']} skipped"])
+    return "\n".join(
+        [
+            *lines,
+            "",
+            f"{verdict}: {number['passed']} passed, {number['failed']} failed, " f"{number['skipped']} skipped",
+        ]
+    )
 
 
 def failure_lines(result):
     """What was sent, what came, and what the rule demands."""
     rule = result.check.rule
-    return [f"FAILED {result.check.group}: {result.check.name}", f"  sent  {result.sent or 'nothing'}",
-            f"  came  {result.came}", f"  rule  {rule.text}", f"        docs/protocol.md, «{rule.section}»"]
+    return [
+        f"FAILED {result.check.group}: {result.check.name}",
+        f"  sent  {result.sent or 'nothing'}",
+        f"  came  {result.came}",
+        f"  rule  {rule.text}",
+        f"        docs/protocol.md, «{rule.section}»",
+    ]
 
 
 def junit(subject, results, seconds):
     """The results as JUnit XML, bytes."""
     number = counts(results)
-    suite = ElementTree.Element("testsuite", name=f"conformance of {subject.name} ({subject.role})",
-                                tests=str(len(results)), failures=str(number["failed"]), errors="0",
-                                skipped=str(number["skipped"]), time=f"{seconds:.3f}")
+    suite = ElementTree.Element(
+        "testsuite",
+        name=f"conformance of {subject.name} ({subject.role})",
+        tests=str(len(results)),
+        failures=str(number["failed"]),
+        errors="0",
+        skipped=str(number["skipped"]),
+        time=f"{seconds:.3f}",
+    )
     for result in results:
-        case = ElementTree.SubElement(suite, "testcase", classname=f"conformance.{result.check.group}",
-                                      name=result.check.name, time=f"{result.seconds:.3f}")
+        case = ElementTree.SubElement(
+            suite,
+            "testcase",
+            classname=f"conformance.{result.check.group}",
+            name=result.check.name,
+            time=f"{result.seconds:.3f}",
+        )
         if result.outcome == "failed":
             failure = ElementTree.SubElement(case, "failure", message=_printable(result.came))
             failure.text = _printable("\n".join(failure_lines(result)))

@@ -40,10 +40,15 @@ class Subject:
             if not isinstance(capabilities, dict):
                 raise ValueError("it is no object")
         except (OSError, ValueError) as error:
-            raise Stop(exit_codes.BAD_CASE,
-                       f"{' '.join(asked)} does not print what the component can do as JSON ({error}). "
-                       "See docs/adding_a_component.md.") from error
+            raise Stop(
+                exit_codes.BAD_CASE,
+                f"{' '.join(asked)} does not print what the component can do as JSON ({error}). "
+                "See docs/adding_a_component.md.",
+            ) from error
         if capabilities.get("role") in _CASES and capabilities["role"] != self.role:
-            raise Stop(exit_codes.BAD_CASE, f"{' '.join(self.command)} is a {capabilities['role']} component. "
-                                            f"Use --role {capabilities['role']}.")
+            raise Stop(
+                exit_codes.BAD_CASE,
+                f"{' '.join(self.command)} is a {capabilities['role']} component. "
+                f"Use --role {capabilities['role']}.",
+            )
         return capabilities

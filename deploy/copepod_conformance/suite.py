@@ -6,8 +6,17 @@ from concurrent.futures import ThreadPoolExecutor
 
 from copepod_command import cleanup
 from copepod_command.components import MARK
-from copepod_conformance.checks import (body_physics, checkpoints, exactly_once, fluid_physics, greeting, lifetime, limits,
-                                        numbers, states)
+from copepod_conformance.checks import (
+    body_physics,
+    checkpoints,
+    exactly_once,
+    fluid_physics,
+    greeting,
+    lifetime,
+    limits,
+    numbers,
+    states,
+)
 from copepod_conformance.trial import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
@@ -21,8 +30,19 @@ def all_checks(subject):
 
 def groups():
     """Names of all groups, in the order of the report."""
-    return ["greeting", "versions", "states", "exactly once", "limits", "numbers", "checkpoints", "control lane", "ends",
-            "processes", "physics"]
+    return [
+        "greeting",
+        "versions",
+        "states",
+        "exactly once",
+        "limits",
+        "numbers",
+        "checkpoints",
+        "control lane",
+        "ends",
+        "processes",
+        "physics",
+    ]
 
 
 class Suite:

@@ -95,8 +95,10 @@ class Trial(Conversation):
         header = reply.envelope
         wanted = (request.sequence, self.session_id, self.epoch)
         if (header.sequence, header.session_id, header.epoch) != wanted:
-            raise Violation(f"{reply.name} with sequence, session and epoch {header.sequence}, {header.session_id}, "
-                            f"{header.epoch} instead of {wanted[0]}, {wanted[1]}, {wanted[2]}")
+            raise Violation(
+                f"{reply.name} with sequence, session and epoch {header.sequence}, {header.session_id}, "
+                f"{header.epoch} instead of {wanted[0]}, {wanted[1]}, {wanted[2]}"
+            )
         if reply.name in ("Loads", "Kinematics"):
             due = request.step + 1 if name == "AppliedLoads" else request.step
             if header.step != due:
@@ -125,7 +127,9 @@ class Trial(Conversation):
         """The process ends with one of these codes."""
         code = self.await_end(within_s)
         if code not in codes:
-            raise Violation(self.describe_end(code, codes[0] if len(codes) == 1 else f"one from {codes[0]} to {codes[-1]}"))
+            raise Violation(
+                self.describe_end(code, codes[0] if len(codes) == 1 else f"one from {codes[0]} to {codes[-1]}")
+            )
 
     def receive_pong(self, stamp_ns):
         """The answer to one's own ping, and how long it took at most."""

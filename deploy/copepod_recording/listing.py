@@ -18,7 +18,9 @@ def lines(recording):
         start = recorded.time_ns if start is None else start
         envelope = _envelope(recording, recorded)
         again = f", attempt {envelope.attempt}" if envelope and envelope.attempt else ""
-        about = f"step {envelope.step} #{envelope.sequence}{again} {message_name(envelope)}" if envelope else "no Envelope"
+        about = (
+            f"step {envelope.step} #{envelope.sequence}{again} {message_name(envelope)}" if envelope else "no Envelope"
+        )
         yield (
             f"{(recorded.time_ns - start) * 1e-9:13.6f} s  {_ARROWS.get(recorded.direction, '?')} "
             f"{_ROLES.get(recorded.role, '?'):5} {_LANES.get(recorded.lane, '?'):7}  {about}, {len(recorded.envelope)} bytes"

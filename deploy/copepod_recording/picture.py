@@ -51,4 +51,6 @@ def draw(timelines, path):
 
 def _is_outer(name):
     """Phases of the protocol; those of solvers lie inside them."""
-    return name in ("waiting", "exchanging", "advancing", "configuring", "checkpointing", "couple") or name.startswith("wait ")
+    return name in ("waiting", "exchanging", "advancing", "configuring", "checkpointing", "couple") or name.startswith(
+        "wait "
+    )

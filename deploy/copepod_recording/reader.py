@@ -19,8 +19,14 @@ _NEEDED = {  # of the schema that a file brings along; it may hold more
     "RecordingHeader": {"process": _TEXT, "rank": _INT32, "clock": _TEXT, "monotonic_ns": _FIXED64, "utc_ns": _FIXED64},
     "RecordedMessage": {"time_ns": _FIXED64, "direction": _ENUM, "role": _ENUM, "lane": _ENUM, "envelope": _BYTES},
     "RecordedPhase": {"name": _TEXT, "step": _SINT64, "begin_ns": _FIXED64, "duration_ns": _UINT64},
-    "Envelope": {"session_id": _FIXED64, "epoch": _UINT64, "sequence": _UINT64, "attempt": _UINT32, "step": _SINT64,
-                 "checksum": _FIXED64},
+    "Envelope": {
+        "session_id": _FIXED64,
+        "epoch": _UINT64,
+        "sequence": _UINT64,
+        "attempt": _UINT32,
+        "step": _SINT64,
+        "checksum": _FIXED64,
+    },
 }
 
 
@@ -37,7 +43,9 @@ class Recording:
         self._content = self._load(path)
         self.ending = ""  # why reading stopped before the end of the file; known after iterating
         if not self._content.startswith(MAGIC):
-            raise UnreadableRecording(f"{path} is no recording (it does not start like one). Name a file of wire/ or trace/.")
+            raise UnreadableRecording(
+                f"{path} is no recording (it does not start like one). Name a file of wire/ or trace/."
+            )
         blocks = self._blocks()
         self._classes = _classes_of(next(blocks, b""))
         first = self._parse(next(blocks, b""))
@@ -117,7 +125,10 @@ def _classes_of(schema):
             for field, kind in fields.items():
                 _require(descriptor.fields_by_name[field], kind)
         factory = message_factory.MessageFactory(pool)
-        return {name: factory.GetPrototype(pool.FindMessageTypeByName(f"copepod.v1.{name}")) for name in ("Record", "Envelope")}
+        return {
+            name: factory.GetPrototype(pool.FindMessageTypeByName(f"copepod.v1.{name}"))
+            for name in ("Record", "Envelope")
+        }
     except (message.DecodeError, KeyError, TypeError, ValueError) as problem:
         raise UnreadableRecording(f"the schema is unusable ({problem}). Record again.") from None
 

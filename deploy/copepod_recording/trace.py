@@ -77,8 +77,10 @@ def as_json(timelines, wire=None):
     events = []
     for number, timeline in enumerate(timelines, 1):
         events += _names(number, timeline.title, 0, timeline.title)
-        events += [_complete(number, 0, phase.name, phase.begin_ns - start, phase.end_ns - start, phase.step)
-                   for phase in timeline.phases]
+        events += [
+            _complete(number, 0, phase.name, phase.begin_ns - start, phase.end_ns - start, phase.step)
+            for phase in timeline.phases
+        ]
     if wire is not None:
         events += _messages(wire, start, end)
     return {"traceEvents": events, "displayTimeUnit": "ns"}
@@ -94,8 +96,16 @@ def _names(process, process_name, thread, thread_name):
 
 def _complete(process, thread, name, begin_ns, end_ns, step):
     """A phase; times are microseconds."""
-    return {"ph": "X", "pid": process, "tid": thread, "name": name, "cat": "phase", "ts": begin_ns * 1e-3,
-            "dur": (end_ns - begin_ns) * 1e-3, "args": {"step": step}}
+    return {
+        "ph": "X",
+        "pid": process,
+        "tid": thread,
+        "name": name,
+        "cat": "phase",
+        "ts": begin_ns * 1e-3,
+        "dur": (end_ns - begin_ns) * 1e-3,
+        "args": {"step": step},
+    }
 
 
 def _messages(wire, start, end):
@@ -113,6 +123,14 @@ def _messages(wire, start, end):
             requests.setdefault(key, (recorded.time_ns, message_name(envelope), envelope.step))
         elif key in requests:
             sent, name, step = requests.pop(key)
-            events.append(_complete(_MESSAGES, recorded.role, f"{name} → {message_name(envelope)}", sent - start,
-                                    recorded.time_ns - start, step))
+            events.append(
+                _complete(
+                    _MESSAGES,
+                    recorded.role,
+                    f"{name} → {message_name(envelope)}",
+                    sent - start,
+                    recorded.time_ns - start,
+                    step,
+                )
+            )
     return events

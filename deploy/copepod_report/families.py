@@ -22,7 +22,9 @@ def speeds_by_family(runs, theme):
     if len(speeds) < 2:
         return None
     widths = [len(letters) for _, letters in FAMILIES]
-    figure, panels = new_figure(theme, 3.4, ncols=len(FAMILIES), sharey=True, width_ratios=[width + 1 for width in widths])
+    figure, panels = new_figure(
+        theme, 3.4, ncols=len(FAMILIES), sharey=True, width_ratios=[width + 1 for width in widths]
+    )
     for panel, (title, letters) in zip(panels, FAMILIES):
         present = [letter for letter in letters if letter in speeds]
         for column, (colour, label, hollow) in enumerate(

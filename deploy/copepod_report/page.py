@@ -15,8 +15,8 @@ _STYLE = Path(__file__).with_name("page.css").read_text()
 def page(title, sections):
     """A complete document from the HTML of its sections."""
     return (
-        f"<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-        f"<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{escape(title)}</title>\n"
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(title)}</title>\n'
         f"<style>\n{_STYLE}</style>\n</head>\n<body>\n<h1>{escape(title)}</h1>\n"
         + "\n".join(sections)
         + "\n</body>\n</html>\n"
@@ -38,12 +38,12 @@ def run_section(run, anchor, figures, folded=False):
     """One run: its key figures, its swimmers' tables, its plots; `folded`: closed until the reader opens it."""
     heading = f"<h2>{escape(run.name)}</h2>"
     opening, closing = (f"<details><summary>{heading}</summary>", "</details>") if folded else (heading, "")
-    parts = [f"<section id=\"{anchor}\">{opening}", f"<p>{escape(str(run.directory))}</p>", "<dl>"]
+    parts = [f'<section id="{anchor}">{opening}', f"<p>{escape(str(run.directory))}</p>", "<dl>"]
     parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in run_rows(run.summary)]
     parts.append("</dl>")
     for swimmer in run.swimmers():
         parts.append(_swimmer_table(swimmer))
-    return "\n".join([*parts, "<div class=\"figures\">", *figures, f"</div>{closing}</section>"])
+    return "\n".join([*parts, '<div class="figures">', *figures, f"</div>{closing}</section>"])
 
 
 def radii_section(radii, predictions):
@@ -67,7 +67,7 @@ def radii_section(radii, predictions):
         body += f"<tr><td>{escape(row.name)}</td>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
     head = "".join(f"<th>{escape(text)}</th>" for text in heads)
     table = (
-        f"<div class=\"scroll\"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>" if body else ""
+        f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>' if body else ""
     )
     return f"<section><h2>Hydrodynamic radii, and the theory with them</h2><dl>{kinds}</dl>{table}</section>"
 
@@ -81,7 +81,7 @@ def resonance_section(name, points, figures):
     head = "".join(f"<th>{escape(text)}</th>" for text in heads)
     return (
         f"<section><h2>{escape(name)}</h2><div class=\"figures\">{''.join(figures)}</div>"
-        f"<details><summary>All stiffnesses</summary><div class=\"scroll\"><table><thead><tr>{head}</tr></thead>"
+        f'<details><summary>All stiffnesses</summary><div class="scroll"><table><thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table></div></details></section>"
     )
 
@@ -96,12 +96,16 @@ def comparison_section(runs, anchors, figures):
     body = ""
     for run_name, swimmer_name, cells in rows:
         shown = "" if run_name in has_one_swimmer else f"<small>{escape(swimmer_name)}</small>"
-        label = f"<td><a href=\"#{anchor_of[run_name]}\">{escape(run_name)}</a>{shown}</td>"
+        label = f'<td><a href="#{anchor_of[run_name]}">{escape(run_name)}</a>{shown}</td>'
         values = "".join(_compared_cell(cells.get(key)) for key, _ in columns)
         body += f"<tr>{label}{values}</tr>"
-    key = "<small>published<br>deviation</small>" if any(c.published is not None for _, _, r in rows for c in r.values()) else ""
+    key = (
+        "<small>published<br>deviation</small>"
+        if any(c.published is not None for _, _, r in rows for c in r.values())
+        else ""
+    )
     return (
-        f"<section><h2>All runs</h2><div class=\"scroll\"><table class=\"dense\"><thead><tr><th>run{key}</th>{head}</tr>"
+        f'<section><h2>All runs</h2><div class="scroll"><table class="dense"><thead><tr><th>run{key}</th>{head}</tr>'
         f"</thead><tbody>{body}</tbody></table></div><div class=\"figures\">{''.join(figures)}</div></section>"
     )
 
@@ -125,9 +129,9 @@ def _swimmer_table(swimmer):
             f"<td>{escape(number_text(item)) if item is not None else ''}</td>"
             for item in [value, *(others[heading] for heading in headings)]
         )
-        body += f"<tr><td>{escape(name)}</td>{values}<td class=\"unit\">{escape(unit)}</td></tr>"
+        body += f'<tr><td>{escape(name)}</td>{values}<td class="unit">{escape(unit)}</td></tr>'
     return (
-        f"<h3>{escape(swimmer.name)}</h3><div class=\"scroll\"><table><thead><tr><th></th>{head}<th></th></tr></thead>"
+        f'<h3>{escape(swimmer.name)}</h3><div class="scroll"><table><thead><tr><th></th>{head}<th></th></tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     )
 

@@ -35,7 +35,9 @@ def write_report(directories, out, read_case):
     if len(runs) > 1:
         sections.append(page.comparison_section(runs, anchors, _figures_of_all(runs, out)))
     if radii:
-        sections.append(page.radii_section(radii, [row for run in runs for row in hydrodynamic_radii.predict(run, radii)]))
+        sections.append(
+            page.radii_section(radii, [row for run in runs for row in hydrodynamic_radii.predict(run, radii)])
+        )
     sections += [_resonance_section(sweep, out) for found in collected for sweep in found.sweeps]
     for run, anchor in zip(runs, anchors):
         sections.append(page.run_section(run, anchor, _figures_of(run, out, anchor), folded=len(runs) > 3))

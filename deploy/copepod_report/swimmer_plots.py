@@ -41,8 +41,12 @@ def _draw_exact(axes, swimmer, theme):
     for values in motion:
         axes.plot(swimmer.periods()[shown], values[shown], ".", color=theme.ink, markersize=2.5)
     apart = np.abs(motion - swimmer.positions()).max()
-    axes.set_title(f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away",
-                   fontsize=9, loc="left", color=theme.ink)
+    axes.set_title(
+        f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away",
+        fontsize=9,
+        loc="left",
+        color=theme.ink,
+    )
 
 
 def driving_forces(swimmer, theme):

@@ -88,12 +88,17 @@ class IncludeRules(PlantedTree):
                 (self.root / path).unlink()
 
     def test_paths_around_the_rule_are_seen(self):
-        self.expect_refusal("check_includes", "body_service/model/wrong.cpp",
-                            '  #  include "../../coupler/config/case.hpp"\n', "coupler/config/case.hpp")
+        self.expect_refusal(
+            "check_includes",
+            "body_service/model/wrong.cpp",
+            '  #  include "../../coupler/config/case.hpp"\n',
+            "coupler/config/case.hpp",
+        )
 
     def test_angle_brackets_do_not_hide_a_header_of_ours(self):
-        self.expect_refusal("check_includes", "body_service/model/wrong.cpp",
-                            "#include <config/case.hpp>\n", "config/case.hpp")
+        self.expect_refusal(
+            "check_includes", "body_service/model/wrong.cpp", "#include <config/case.hpp>\n", "config/case.hpp"
+        )
 
     def test_third_party_headers_stay_with_their_wrapper(self):
         for path, header in (
@@ -120,8 +125,9 @@ class IncludeRules(PlantedTree):
 
     def test_contract_and_state_machines_know_no_technology(self):
         self.plant("proto/transport/lane.hpp", "")
-        self.expect_refusal("check_includes", "proto/session/wrong.hpp", '#include "transport/lane.hpp"\n',
-                            "in proto/session")
+        self.expect_refusal(
+            "check_includes", "proto/session/wrong.hpp", '#include "transport/lane.hpp"\n', "in proto/session"
+        )
 
 
 class NameRules(PlantedTree):
@@ -134,9 +140,15 @@ class NameRules(PlantedTree):
         self.assertEqual(code, 0, output)
 
     def test_empty_words_are_refused_in_every_spelling(self):
-        for path in ("coupler/run/run_manager.cpp", "proto/utils/text.hpp", "deploy/copepod_helper.py",
-                     "tests/common.hpp", "fluid_service/CellData.hpp", "body_service/tick-count.cpp",
-                     "coupler/scheme/slave.cpp"):
+        for path in (
+            "coupler/run/run_manager.cpp",
+            "proto/utils/text.hpp",
+            "deploy/copepod_helper.py",
+            "tests/common.hpp",
+            "fluid_service/CellData.hpp",
+            "body_service/tick-count.cpp",
+            "coupler/scheme/slave.cpp",
+        ):
             with self.subTest(path):
                 self.expect_refusal("check_names", path, "", "in its name")
                 (self.root / path).unlink()

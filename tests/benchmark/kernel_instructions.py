@@ -19,7 +19,9 @@ DOMAIN = (32, 32, 32)
 STEPS = (4, 24)
 
 LINE = re.compile(r"^\s+([0-9a-f]+):\t(\S+)\s*(.*)$")
-FUNCTION = re.compile(r"^[0-9a-f]+ <(.*StreamCollideLoop<.*Avx2, (float|double)>::rows<(true|false), (true|false)>.*)>:$")
+FUNCTION = re.compile(
+    r"^[0-9a-f]+ <(.*StreamCollideLoop<.*Avx2, (float|double)>::rows<(true|false), (true|false)>.*)>:$"
+)
 CLASSES = (
     ("arithmetic", re.compile(r"v(add|sub|mul)p[sd]")),
     ("division", re.compile(r"vdivp[sd]")),
@@ -33,7 +35,9 @@ CLASSES = (
 
 def loops(binary):
     """(name, instructions) of the vector loop of each AVX2 instantiation without a body force."""
-    text = subprocess.run(["objdump", "-dC", "--no-show-raw-insn", str(binary)], capture_output=True, text=True, check=True)
+    text = subprocess.run(
+        ["objdump", "-dC", "--no-show-raw-insn", str(binary)], capture_output=True, text=True, check=True
+    )
     function, body = None, []
     for line in text.stdout.splitlines() + [""]:
         if instruction := LINE.match(line):
@@ -79,8 +83,19 @@ def instructions_per_cell(binary, *options):
     counts = []
     with tempfile.TemporaryDirectory() as folder:
         for steps in STEPS:
-            command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", str(binary), "--domain",
-                       *map(str, DOMAIN), "--samples", "1", "--steps", str(steps), *options]
+            command = [
+                "valgrind",
+                "--tool=callgrind",
+                f"--callgrind-out-file={folder}/out",
+                str(binary),
+                "--domain",
+                *map(str, DOMAIN),
+                "--samples",
+                "1",
+                "--steps",
+                str(steps),
+                *options,
+            ]
             subprocess.run(command, capture_output=True, check=True)
             listing = Path(folder, "out").read_text()
             counts.append(functions_total(listing))

@@ -32,9 +32,12 @@ class SpeedRatios(unittest.TestCase):
 
     def test_single_precision_is_faster(self):
         def ratio():
-            single, double = (max(pure.measure((60, 60, 120), 1, precision, samples=3)["fluid_mlups"])
-                              for precision in ("single", "double"))
+            single, double = (
+                max(pure.measure((60, 60, 120), 1, precision, samples=3)["fluid_mlups"])
+                for precision in ("single", "double")
+            )
             return single / double
+
         self.assert_reaches(ratio, 1.4)
 
     def test_coupling_costs_little(self):

@@ -27,9 +27,9 @@ sys.path.insert(0, str(ROOT / "deploy"))
 
 from copepod_bench import pure  # noqa: E402
 
-DOUBLE_VALUES = 5 * 8           # bytes of a face cell
-NETWORK_B_PER_S = 10e9          # of one rank; an assumption
-NETWORK_LATENCY_S = 2e-6        # an assumption
+DOUBLE_VALUES = 5 * 8  # bytes of a face cell
+NETWORK_B_PER_S = 10e9  # of one rank; an assumption
+NETWORK_LATENCY_S = 2e-6  # an assumption
 SHAPES = ((4, 4, 4), (8, 32, 32), (16, 64, 64), (8, 128, 128), (32, 64, 64), (64, 64, 64), (100, 100, 200))
 
 
@@ -72,31 +72,48 @@ def main():
     parser.add_argument("--samples", type=int, default=5)
     options = parser.parse_args()
 
-    print("| domain | 1 rank, ms | 2 halves apart, ms | 2 ranks, ms | strong efficiency | lost to talking |\n|---|---|---|---|---|---|")
+    print(
+        "| domain | 1 rank, ms | 2 halves apart, ms | 2 ranks, ms | strong efficiency | lost to talking |\n|---|---|---|---|---|---|"
+    )
     rows = []
     for shape in SHAPES:
-        one, apart, two = (measured(shape, 1, options.samples), measured_apart(shape, options.samples),
-                           measured(shape, 2, options.samples))
+        one, apart, two = (
+            measured(shape, 1, options.samples),
+            measured_apart(shape, options.samples),
+            measured(shape, 2, options.samples),
+        )
         rows.append((shape, apart, two))
-        print(f"| {'×'.join(map(str, shape))} | {1e3 * one:.4f} | {1e3 * apart:.4f} | {1e3 * two:.4f} | {one / two / 2:.2f} "
-              f"| {100 * (1 - apart / two):.0f} % |", flush=True)
+        print(
+            f"| {'×'.join(map(str, shape))} | {1e3 * one:.4f} | {1e3 * apart:.4f} | {1e3 * two:.4f} | {one / two / 2:.2f} "
+            f"| {100 * (1 - apart / two):.0f} % |",
+            flush=True,
+        )
     weak = [measured((100 * ranks, 100, 100), ranks, options.samples) for ranks in (1, 2)]
-    print(f"\nWeak scaling, 100×100×100 cells a rank: {1e3 * weak[0]:.2f} and {1e3 * weak[1]:.2f} ms, "
-          f"efficiency {weak[0] / weak[1]:.2f}")
+    print(
+        f"\nWeak scaling, 100×100×100 cells a rank: {1e3 * weak[0]:.2f} and {1e3 * weak[1]:.2f} ms, "
+        f"efficiency {weak[0] / weak[1]:.2f}"
+    )
 
     face_s, message_s = fit(rows)
     cell_s = rows[-1][1] / (math.prod(SHAPES[-1]) / 2)
     errors = [abs(apart + s[1] * s[2] * face_s + message_s - two) / two for s, apart, two in rows]
-    print(f"\nFitted: {1e9 * cell_s:.2f} ns a cell, {1e9 * face_s:.1f} ns a face cell, {1e6 * message_s:.1f} µs of messages a step; "
-          f"relative error median {statistics.median(errors):.2f}, worst {max(errors):.2f}")
+    print(
+        f"\nFitted: {1e9 * cell_s:.2f} ns a cell, {1e9 * face_s:.1f} ns a face cell, {1e6 * message_s:.1f} µs of messages a step; "
+        f"relative error median {statistics.median(errors):.2f}, worst {max(errors):.2f}"
+    )
 
     print(f"\nAssumed network: {1e6 * NETWORK_LATENCY_S:.0f} µs, {NETWORK_B_PER_S / 1e9:.0f} GB/s a rank.\n")
-    print("| ranks | cells a rank | bodies | cells, ms | halo, ms | collectives, ms | cells' share |\n|---|---|---|---|---|---|---|")
-    for cells, bodies in ((100 ** 3, 3), (32 ** 3, 3), (100 ** 3, 1000), (100 ** 3, 100000)):
+    print(
+        "| ranks | cells a rank | bodies | cells, ms | halo, ms | collectives, ms | cells' share |\n|---|---|---|---|---|---|---|"
+    )
+    for cells, bodies in ((100**3, 3), (32**3, 3), (100**3, 1000), (100**3, 100000)):
         for ranks in (1000, 10000, 100000):
             parts = step_s(cells, ranks, bodies, cell_s, face_s, NETWORK_LATENCY_S, NETWORK_B_PER_S)
-            print(f"| {ranks} | {cells} | {bodies} | " + " | ".join(f"{1e3 * part:.3f}" for part in parts)
-                  + f" | {parts[0] / sum(parts):.2f} |")
+            print(
+                f"| {ranks} | {cells} | {bodies} | "
+                + " | ".join(f"{1e3 * part:.3f}" for part in parts)
+                + f" | {parts[0] / sum(parts):.2f} |"
+            )
 
 
 if __name__ == "__main__":

@@ -23,33 +23,88 @@ LEFT = "1 process(es) left behind: sleep 600"
 
 # script: role, groups of checks, {check that must fail: what must have come}
 BROKEN = {
-    "steps_twice_on_a_repeat": ("body", ["exactly once"], {
-        "a step requested twice is done once": "another Kinematics than the first time",
-        "a step requested four times is done once": "another Kinematics than the first time",
-        "a step requested again while it is done is done once": "another Kinematics than the first time"}),
-    "ignores_the_version": ("fluid", ["versions"], {
-        "a Welcome of protocol 0.0 is refused": STAYS, "a Welcome of protocol 2.0 is refused": STAYS,
-        "a Welcome of a minor version that it does not speak is refused": STAYS,
-        "a request of protocol 0.0 is refused": f"Loads #2 of step 0 {REFUSED}",
-        "a request of protocol 2.0 is refused": f"Loads #2 of step 0 {REFUSED}"}),
-    "accepts_nan": ("fluid", ["numbers"], {
-        f"Kinematics.{field} = nan": f"Loads #2 of step 0 {REFUSED}"
-        for field in ("position_m", "orientation_wxyz", "velocity_m_per_s", "angular_velocity_rad_per_s")}),
-    "restores_another_state": ("body", ["checkpoints"], {"a restored run equals the undisturbed one": "after Restore, but"}),
-    "survives_its_coupler": ("fluid", ["ends"], {
-        "coupler gone when greeted: exit code 69": STAYS, "coupler gone when ready: exit code 69": STAYS,
-        "coupler gone when stepping: exit code 69": STAYS, "coupler silent: exit code 69": STAYS}),
-    "ends_as_if_all_were_well": ("fluid", ["greeting"], {
-        "ends when it is refused": "exit code 0 instead of 65", "ends when nobody answers": "exit code 0 instead of 74"}),
-    "leaves_a_child": ("body", ["processes"], {
-        "nothing is left after Finish": LEFT, "nothing is left after a Failure": LEFT,
-        "nothing is left after an Abort": LEFT, "nothing is left after the loss of the coupler": LEFT}),
-    "drives_what_moves": ("fluid", ["physics"], {"a force against the motion": "on a body that moves along (0.5, -1, 0.25)"}),
-    "ignores_an_abort": ("body", ["ends"], {
-        "Abort (code 70) when greeted: exit code 70": STAYS, "Abort (code 69) when configured: exit code 69": STAYS,
-        "Abort (code 74) when ready: exit code 74": STAYS, "Abort (code 70) when stepping: exit code 70": STAYS,
-        "Abort with code 0: an exit code that is not 0": STAYS}),
-    "busy_while_it_waits": ("fluid", ["processes"], {"waiting costs no time": "of a core used by a process that waits"}),
+    "steps_twice_on_a_repeat": (
+        "body",
+        ["exactly once"],
+        {
+            "a step requested twice is done once": "another Kinematics than the first time",
+            "a step requested four times is done once": "another Kinematics than the first time",
+            "a step requested again while it is done is done once": "another Kinematics than the first time",
+        },
+    ),
+    "ignores_the_version": (
+        "fluid",
+        ["versions"],
+        {
+            "a Welcome of protocol 0.0 is refused": STAYS,
+            "a Welcome of protocol 2.0 is refused": STAYS,
+            "a Welcome of a minor version that it does not speak is refused": STAYS,
+            "a request of protocol 0.0 is refused": f"Loads #2 of step 0 {REFUSED}",
+            "a request of protocol 2.0 is refused": f"Loads #2 of step 0 {REFUSED}",
+        },
+    ),
+    "accepts_nan": (
+        "fluid",
+        ["numbers"],
+        {
+            f"Kinematics.{field} = nan": f"Loads #2 of step 0 {REFUSED}"
+            for field in ("position_m", "orientation_wxyz", "velocity_m_per_s", "angular_velocity_rad_per_s")
+        },
+    ),
+    "restores_another_state": (
+        "body",
+        ["checkpoints"],
+        {"a restored run equals the undisturbed one": "after Restore, but"},
+    ),
+    "survives_its_coupler": (
+        "fluid",
+        ["ends"],
+        {
+            "coupler gone when greeted: exit code 69": STAYS,
+            "coupler gone when ready: exit code 69": STAYS,
+            "coupler gone when stepping: exit code 69": STAYS,
+            "coupler silent: exit code 69": STAYS,
+        },
+    ),
+    "ends_as_if_all_were_well": (
+        "fluid",
+        ["greeting"],
+        {
+            "ends when it is refused": "exit code 0 instead of 65",
+            "ends when nobody answers": "exit code 0 instead of 74",
+        },
+    ),
+    "leaves_a_child": (
+        "body",
+        ["processes"],
+        {
+            "nothing is left after Finish": LEFT,
+            "nothing is left after a Failure": LEFT,
+            "nothing is left after an Abort": LEFT,
+            "nothing is left after the loss of the coupler": LEFT,
+        },
+    ),
+    "drives_what_moves": (
+        "fluid",
+        ["physics"],
+        {"a force against the motion": "on a body that moves along (0.5, -1, 0.25)"},
+    ),
+    "ignores_an_abort": (
+        "body",
+        ["ends"],
+        {
+            "Abort (code 70) when greeted: exit code 70": STAYS,
+            "Abort (code 69) when configured: exit code 69": STAYS,
+            "Abort (code 74) when ready: exit code 74": STAYS,
+            "Abort (code 70) when stepping: exit code 70": STAYS,
+            "Abort with code 0: an exit code that is not 0": STAYS,
+        },
+    ),
+    "busy_while_it_waits": (
+        "fluid",
+        ["processes"],
+        {"waiting costs no time": "of a core used by a process that waits"},
+    ),
 }
 
 
@@ -58,22 +113,45 @@ def run_conformance(script, role, *options):
     with tempfile.TemporaryDirectory() as folder:
         junit = Path(folder) / "junit.xml"
         ended = subprocess.run(
-            [ROOT / "deploy" / "copepod", "conformance", "--role", role, "--quick", "--patience", "4", "--jobs", "4",
-             "--junit", junit, *options, "--", "/usr/bin/python3", HERE / "broken" / f"{script}.py"],
-            env={**os.environ, "COPEPOD_BIN_DIR": str(BUILD / "bin")}, stdin=subprocess.DEVNULL, capture_output=True,
-            text=True, timeout=120, check=False)
+            [
+                ROOT / "deploy" / "copepod",
+                "conformance",
+                "--role",
+                role,
+                "--quick",
+                "--patience",
+                "4",
+                "--jobs",
+                "4",
+                "--junit",
+                junit,
+                *options,
+                "--",
+                "/usr/bin/python3",
+                HERE / "broken" / f"{script}.py",
+            ],
+            env={**os.environ, "COPEPOD_BIN_DIR": str(BUILD / "bin")},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
         cases = ElementTree.parse(junit).getroot() if junit.exists() else []
-        failed = {case.get("name"): case.find("failure").get("message") for case in cases if case.find("failure") is not None}
+        failed = {
+            case.get("name"): case.find("failure").get("message") for case in cases if case.find("failure") is not None
+        }
     return ended.returncode, ended.stdout + ended.stderr, failed
 
 
 class BrokenComponents(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         with ThreadPoolExecutor(3) as pool:
-            started = {script: pool.submit(run_conformance, script, role, *(f"--only={group}" for group in groups))
-                       for script, (role, groups, _) in BROKEN.items()}
+            started = {
+                script: pool.submit(run_conformance, script, role, *(f"--only={group}" for group in groups))
+                for script, (role, groups, _) in BROKEN.items()
+            }
             cls.ended = {script: future.result() for script, future in started.items()}
 
     def test_each_fails_with_the_right_words_and_in_nothing_else(self):
@@ -87,11 +165,17 @@ class BrokenComponents(unittest.TestCase):
 
     def test_the_output_says_what_was_sent_what_came_and_what_the_rule_demands(self):
         _, output, _ = self.ended["drives_what_moves"]
-        self.assertIn("FAILED physics: a force against the motion\n"
-                      "  sent  Welcome on both lanes, FluidSetup #1 of step 0, Kinematics #2 of step 0\n"
-                      "  came  at step 0 a force of (", output)
-        self.assertIn("  rule  in a fluid that was at rest the load on a moving body is against its motion\n"
-                      "        docs/protocol.md, «What a role implies»", output)
+        self.assertIn(
+            "FAILED physics: a force against the motion\n"
+            "  sent  Welcome on both lanes, FluidSetup #1 of step 0, Kinematics #2 of step 0\n"
+            "  came  at step 0 a force of (",
+            output,
+        )
+        self.assertIn(
+            "  rule  in a fluid that was at rest the load on a moving body is against its motion\n"
+            "        docs/protocol.md, «What a role implies»",
+            output,
+        )
         self.assertIn("not conformant: 2 passed, 1 failed, 0 skipped", output)
 
     def test_every_broken_component_is_tried(self):
@@ -112,7 +196,9 @@ class BrokenComponents(unittest.TestCase):
     def test_a_component_that_cannot_start_is_quoted(self):
         code, output, _ = run_conformance("no_such_file", "fluid")
         self.assertEqual(code, 2, output)
-        self.assertRegex(output, "its exit code is 2; its last words: /usr/bin/python3: can't open file .*no_such_file.py")
+        self.assertRegex(
+            output, "its exit code is 2; its last words: /usr/bin/python3: can't open file .*no_such_file.py"
+        )
 
 
 if __name__ == "__main__":

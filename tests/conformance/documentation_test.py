@@ -40,16 +40,27 @@ class AddingAComponent(unittest.TestCase):
 
     def follow(self, script, folder):
         """Output of one block of commands, each of which must succeed."""
-        here = script.replace("/tmp/", f"{folder}/").replace("$PWD/build", str(BUILD)).replace("--install build", f"--install {BUILD}")
-        ended = subprocess.run(["bash", "-euo", "pipefail", "-c", here], cwd=ROOT, stdin=subprocess.DEVNULL,
-                               env={**os.environ, "COPEPOD_BIN_DIR": str(BUILD / "bin")}, text=True,
-                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=200, check=False)
+        here = (
+            script.replace("/tmp/", f"{folder}/")
+            .replace("$PWD/build", str(BUILD))
+            .replace("--install build", f"--install {BUILD}")
+        )
+        ended = subprocess.run(
+            ["bash", "-euo", "pipefail", "-c", here],
+            cwd=ROOT,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "COPEPOD_BIN_DIR": str(BUILD / "bin")},
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=200,
+            check=False,
+        )
         self.assertEqual(ended.returncode, 0, f"{here}\n{ended.stdout}")
         return ended.stdout
 
 
 class ProtocolPage(unittest.TestCase):
-
     def setUp(self):
         self.page = (ROOT / "docs" / "protocol.md").read_text()
 
@@ -75,10 +86,13 @@ class ProtocolPage(unittest.TestCase):
 
     def test_the_states_are_reached_from_the_table(self):
         for role in ("fluid", "body"):
-            self.assertEqual(protocol.states_with_requests(role),
-                             ["connected", "greeted", "configured", "stepping", "ready", "checkpointing"])
-            self.assertEqual(protocol.path_to(role, "checkpointing"),
-                             ["Welcome", protocol.SETUP[role], protocol.STEP[role], "Save"])
+            self.assertEqual(
+                protocol.states_with_requests(role),
+                ["connected", "greeted", "configured", "stepping", "ready", "checkpointing"],
+            )
+            self.assertEqual(
+                protocol.path_to(role, "checkpointing"), ["Welcome", protocol.SETUP[role], protocol.STEP[role], "Save"]
+            )
 
 
 if __name__ == "__main__":

@@ -32,14 +32,28 @@ class Component:
         """The command that checks it."""
         solver = ["--solver", self.solver] if self.solver else []
         words = [word.format(bin=build / "bin", examples=EXAMPLES) for word in self.command]
-        return [str(ROOT / "deploy" / "copepod"), "conformance", "--role", self.role, "--jobs", str(JOBS), *solver, *options,
-                "--", *words]
+        return [
+            str(ROOT / "deploy" / "copepod"),
+            "conformance",
+            "--role",
+            self.role,
+            "--jobs",
+            str(JOBS),
+            *solver,
+            *options,
+            "--",
+            *words,
+        ]
 
 
 COMPONENTS = (
     Component("lattice_boltzmann", "fluid", ("{bin}/fluid_service",), "lattice_boltzmann"),
-    Component("lattice_boltzmann_on_2_ranks", "fluid", ("mpirun", "-n", "2", "--oversubscribe", "{bin}/fluid_service"),
-              "lattice_boltzmann"),
+    Component(
+        "lattice_boltzmann_on_2_ranks",
+        "fluid",
+        ("mpirun", "-n", "2", "--oversubscribe", "{bin}/fluid_service"),
+        "lattice_boltzmann",
+    ),
     Component("stokes", "fluid", ("{bin}/fluid_service",), "stokes"),
     Component("vacuum", "fluid", ("{bin}/fluid_service",), "vacuum"),
     Component("python_fluid", "fluid", ("/usr/bin/python3", "{examples}/stokes_drag_fluid.py")),
@@ -51,8 +65,12 @@ COMPONENTS = (
 
 def run(component, build, *options):
     """Exit code of the check; nothing is built for it."""
-    return subprocess.run(component.conformance(build, *options), stdin=subprocess.DEVNULL, check=False,
-                          env={**os.environ, "COPEPOD_BIN_DIR": str(build / "bin")}).returncode
+    return subprocess.run(
+        component.conformance(build, *options),
+        stdin=subprocess.DEVNULL,
+        check=False,
+        env={**os.environ, "COPEPOD_BIN_DIR": str(build / "bin")},
+    ).returncode
 
 
 def write_page(build):
@@ -82,18 +100,29 @@ def _outcomes(suite):
 
 def _page(columns):
     groups = list(dict.fromkeys(group for column in columns.values() for group in column))
-    lines = ["# Conformance of our components", "",
-             "Number of checks of `copepod conformance` that each component passed (of how many, where it is not all of them). Made by",
-             "`tests/conformance/our_components.py build --page`; the test suite runs the same checks, for some components with `--quick`.",
-             "The components in `tests/conformance/broken`, each with one defect, fail in the checks that are about it and in no other",
-             "(`ctest -R conformance.broken_components`).",
-             "", "| | " + " | ".join(component.name.replace("_", " ") for component in columns) + " |",
-             "|---|" + "---|" * len(columns)]
+    lines = [
+        "# Conformance of our components",
+        "",
+        "Number of checks of `copepod conformance` that each component passed (of how many, where it is not all of them). Made by",
+        "`tests/conformance/our_components.py build --page`; the test suite runs the same checks, for some components with `--quick`.",
+        "The components in `tests/conformance/broken`, each with one defect, fail in the checks that are about it and in no other",
+        "(`ctest -R conformance.broken_components`).",
+        "",
+        "| | " + " | ".join(component.name.replace("_", " ") for component in columns) + " |",
+        "|---|" + "---|" * len(columns),
+    ]
     for group in groups:
-        lines.append(f"| {group} | " + " | ".join(_cell(column.get(group, [0, 0, set()])) for column in columns.values()) + " |")
-    lines.append("| **all** | " + " | ".join(_cell([sum(counts[0] for counts in column.values()),
-                                                  sum(counts[1] for counts in column.values()), set()])
-                                           for column in columns.values()) + " |")
+        lines.append(
+            f"| {group} | " + " | ".join(_cell(column.get(group, [0, 0, set()])) for column in columns.values()) + " |"
+        )
+    lines.append(
+        "| **all** | "
+        + " | ".join(
+            _cell([sum(counts[0] for counts in column.values()), sum(counts[1] for counts in column.values()), set()])
+            for column in columns.values()
+        )
+        + " |"
+    )
     lines += ["", "Left out, and why:", ""]
     for component, column in columns.items():
         reasons = sorted({reason for counts in column.values() for reason in counts[2]})

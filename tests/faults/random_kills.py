@@ -85,9 +85,7 @@ def report(kills, expected):
             print(f"| {victim} | {len(seconds)} | {statistics.median(seconds):.2f} | {max(seconds):.2f} |")
     wrong = [kill for kill in kills if kill["digest"] != expected or kill["leftovers"]]
     runs = {kill["seed"]: kill["ending"] for kill in kills}
-    endings = ", ".join(
-        f"{list(runs.values()).count(ending)} {ending}" for ending in sorted(set(runs.values()))
-    )
+    endings = ", ".join(f"{list(runs.values()).count(ending)} {ending}" for ending in sorted(set(runs.values())))
     print(f"\n{len(kills)} kills in {len(runs)} runs ({endings}); {len(wrong)} with a problem")
     for kill in wrong:
         print(f"problem: {kill}")

@@ -5,7 +5,6 @@
 """
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -71,7 +70,11 @@ def run(folder, fluid, body, *more, environment=None):
     out = Path(folder) / f"{fluid}_{body}"
     done = subprocess.run(
         [ROOT / "deploy/copepod", "run", CASE, "--out", out, *arguments(fluid, body), *more],
-        cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     if done.returncode:
         raise RuntimeError(f"{fluid} with {body}: exit code {done.returncode}\n{done.stderr}")
@@ -84,9 +87,11 @@ def _row(fluid, body, summary, wall_s, reference):
     theory = swimmer["u_GA_lattice"]
     difference = "–" if body == "own" or abs(reference) < 1e-12 else f"{100 * (speed / reference - 1):+.3f} %"
     against_theory = f"{100 * (speed / theory - 1):+.1f} %" if abs(speed) > 1e-12 else "–"
-    return (f"| {fluid} | {body} | {speed:.4e} | {difference} | {swimmer['d1_cells']:.4f} | {swimmer['d2_cells']:.4f} | "
-            f"{swimmer['sin_dphi']:.4f} | {theory:.3e} | {against_theory} | {wall_s:.0f} s | "
-            f"`{summary['digest']}` |\n")
+    return (
+        f"| {fluid} | {body} | {speed:.4e} | {difference} | {swimmer['d1_cells']:.4f} | {swimmer['d2_cells']:.4f} | "
+        f"{swimmer['sin_dphi']:.4f} | {theory:.3e} | {against_theory} | {wall_s:.0f} s | "
+        f"`{summary['digest']}` |\n"
+    )
 
 
 def main():

@@ -10,7 +10,14 @@ from combinations import BODIES, CASE, FLUIDS, ROOT, run
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 ENVIRONMENT = {**os.environ, "COPEPOD_BIN_DIR": str(PROGRAMS)}
-SHORT = ("--set", "run.steps=300", "--set", "output.fields.mean_over_steps=[0, 0]", "--set", "output.trajectory.every_steps=300")
+SHORT = (
+    "--set",
+    "run.steps=300",
+    "--set",
+    "output.fields.mean_over_steps=[0, 0]",
+    "--set",
+    "output.trajectory.every_steps=300",
+)
 
 
 def last_rows(directory):
@@ -45,8 +52,14 @@ class Combinations(unittest.TestCase):
             command = FLUIDS["Python"][1]
             case = Path(folder) / "case.yaml"
             case.write_text(CASE.read_text().replace("solver: lattice_boltzmann", f'solver: {{command: "{command}"}}'))
-            done = subprocess.run([ROOT / "deploy/copepod", "run", case, "--out", "out", *SHORT], cwd=folder,
-                                  env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            done = subprocess.run(
+                [ROOT / "deploy/copepod", "run", case, "--out", "out", *SHORT],
+                cwd=folder,
+                env=ENVIRONMENT,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
             self.assertEqual(done.returncode, 0, done.stderr)
             run(folder, "Python", "own", *SHORT, environment=ENVIRONMENT)
             self.assertEqual(last_rows(Path(folder) / "out"), last_rows(Path(folder) / "Python_own"))

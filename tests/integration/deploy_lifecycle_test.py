@@ -61,16 +61,20 @@ class RunLifecycle(CommandTest):
         (self.folder / "program").chmod(0o755)
         session = self.start("run", self.case(), "--body", f"{self.folder}/program --fast")
         self.assert_ends(session, 2, within_s=5)
-        self.assertTrue(session.last_line.endswith(f"Check this command: {self.folder}/program --fast"), session.last_line)
+        self.assertTrue(
+            session.last_line.endswith(f"Check this command: {self.folder}/program --fast"), session.last_line
+        )
 
     def test_log_of_a_component_that_ended_is_quoted(self):
         words = "a fluid component already takes part (only one can). Start one component per role."
         script = self.folder / "body.sh"
-        script.write_text(f"""#!/bin/bash
+        script.write_text(
+            f"""#!/bin/bash
 [ "$1" = --capabilities ] && exec {FAKES}/body_service --capabilities
 echo "2026-11-21 10:00:00 error [body rank 0] [step -1] {words}" > runs/tiny/logs/body.log
 exit 65
-""")
+"""
+        )
         script.chmod(0o755)
         session = self.start("run", self.case(reports=False), "--body", script)
         self.assert_ends(session, 65, within_s=10)
@@ -158,12 +162,18 @@ exit 65
         self.assert_ends(session, 69, within_s=5)
 
     def test_frozen_process_is_named_with_its_rank(self):
-        for component, rank, program in (("coupler", None, "coupler"), ("fluid", "1", "fluid_service"), ("fluid", None, "mpirun")):
+        for component, rank, program in (
+            ("coupler", None, "coupler"),
+            ("fluid", "1", "fluid_service"),
+            ("fluid", None, "mpirun"),
+        ):
             session = self.start_long_run("--out", f"frozen_{component}_{rank}")
             session.kill(signal.SIGSTOP, component, rank)
             self.assert_ends(session, 69, within_s=4)
             name = "coupler" if component == "coupler" else "fluid service"
-            self.assertRegex(session.last_line, rf"{name} on host .*, rank {rank or 0}, at step .*frozen.*\({program}\)")
+            self.assertRegex(
+                session.last_line, rf"{name} on host .*, rank {rank or 0}, at step .*frozen.*\({program}\)"
+            )
 
     def test_process_that_is_stopped_for_a_moment_is_forgiven(self):
         session = self.start_long_run(steps=200)
@@ -280,7 +290,9 @@ exit 65
         said = self.events_of(session)
         self.assertIn({"event": "notice", "text": "slow"}, said)
         self.assertEqual({event["event"] for event in said}, {"notice", "phase", "progress"})
-        session = self.start("run", self.case(reports=False), *json_lines, "--fluid", f"{FAKES}/fluid_service --fail-with 70")
+        session = self.start(
+            "run", self.case(reports=False), *json_lines, "--fluid", f"{FAKES}/fluid_service --fail-with 70"
+        )
         self.assertEqual(session.end(), 70)
         self.assertIn("density is not a number", self.events_of(session)[-1]["text"])
         session = self.start("run", self.case(errors=["radius is zero (…). Give one."]), *json_lines)
@@ -349,7 +361,10 @@ exit 65
 
     def test_check_refuses_what_is_no_component_of_the_role(self):
         for arguments, words in (
-            (("--fluid", "/bin/true"), "error: the fluid component /bin/true is none (it does not answer --capabilities"),
+            (
+                ("--fluid", "/bin/true"),
+                "error: the fluid component /bin/true is none (it does not answer --capabilities",
+            ),
             (("--body", f"{FAKES}/fluid_service"), "error: fake fluid is no body component (it says so). Use --fluid."),
         ):
             session = self.start("check", self.case(), *arguments)

@@ -86,7 +86,9 @@ class Storage(CommandTest):
     def test_standard_error_on_a_full_disk_ends_no_run(self):
         script = f"{COMMAND} run case.yaml --out here 2>/dev/full"
         environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}
-        code = subprocess.run(["bash", "-c", script], cwd=self.folder, env=environment, stdout=subprocess.DEVNULL).returncode
+        code = subprocess.run(
+            ["bash", "-c", script], cwd=self.folder, env=environment, stdout=subprocess.DEVNULL
+        ).returncode
         self.assertEqual(code, 0)
         self.assertTrue((self.folder / "here/summary.json").exists())
 

@@ -35,15 +35,22 @@ DOMAINS = ((48, 48, 48), (50, 50, 200), (100, 100, 200))
 CHECKPOINTS = "{checkpoint: {every_steps: 20}}"
 MEAN = "{fields: {mean_over_steps: [0, 10], mean_every_steps: 1}}"
 _CELL_UPDATES = 6e7  # about a second: time to look at the processes
-_PROGRAMS = {"fluid_service": "fluid", "bullet_body_ser": "body", "body_service": "body", "coupler": "coupler", "in_process_run": "coupler"}
+_PROGRAMS = {
+    "fluid_service": "fluid",
+    "bullet_body_ser": "body",
+    "body_service": "body",
+    "coupler": "coupler",
+    "in_process_run": "coupler",
+}
 
 
 def measure(programs, folder, cells, precision, ranks, output="{}", overrides=()):
     """{component: (predicted, measured) peak of its largest process [bytes]} of one run."""
     steps = max(20, int(_CELL_UPDATES / (cells[0] * cells[1] * cells[2])))
     case = Path(folder) / "case.yaml"
-    case.write_text(CASE.format(cells=", ".join(map(str, cells)), precision=precision, ranks=ranks, steps=steps,
-                                output=output))
+    case.write_text(
+        CASE.format(cells=", ".join(map(str, cells)), precision=precision, ranks=ranks, steps=steps, output=output)
+    )
     settings = [word for override in overrides for word in ("--set", override)]
     plan = subprocess.run([programs / "coupler", "--plan", case, *settings], check=True, stdout=subprocess.PIPE)
     predicted = json.loads(plan.stdout)["estimate"]["memory_of"]
@@ -58,8 +65,14 @@ def measure(programs, folder, cells, precision, ranks, output="{}", overrides=()
 def _peaks_of_run(programs, folder, arguments):
     """{component: largest VmHWM of its processes [bytes]}, looked at until the run has ended."""
     environment = {**os.environ, "COPEPOD_BIN_DIR": str(programs)}
-    run = subprocess.Popen([ROOT / "deploy/copepod", "run", *arguments], cwd=folder, env=environment,
-                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    run = subprocess.Popen(
+        [ROOT / "deploy/copepod", "run", *arguments],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
     peaks = {}
     while run.poll() is None:
         for entry in Path("/proc").iterdir():
@@ -95,18 +108,27 @@ def main():
     programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
     print("| domain | precision | ranks | files | fluid rank: predicted | measured [MiB] | bodies | coupler |")
     print("|---|---|---|---|---|---|---|---|")
-    rows = [(cells, precision, ranks, "{}") for cells in DOMAINS for precision in ("double", "single")
-            for ranks in (1, 2)]
-    rows += [(DOMAINS[1], "double", 2, MEAN), (DOMAINS[2], "single", 1, MEAN), (DOMAINS[0], "double", 1, CHECKPOINTS),
-             (DOMAINS[2], "double", 1, CHECKPOINTS), (DOMAINS[2], "single", 2, CHECKPOINTS)]
+    rows = [
+        (cells, precision, ranks, "{}") for cells in DOMAINS for precision in ("double", "single") for ranks in (1, 2)
+    ]
+    rows += [
+        (DOMAINS[1], "double", 2, MEAN),
+        (DOMAINS[2], "single", 1, MEAN),
+        (DOMAINS[0], "double", 1, CHECKPOINTS),
+        (DOMAINS[2], "double", 1, CHECKPOINTS),
+        (DOMAINS[2], "single", 2, CHECKPOINTS),
+    ]
     files = {"{}": "none", MEAN: "mean", CHECKPOINTS: "checkpoints"}
     for cells, precision, ranks, output in rows:
         with tempfile.TemporaryDirectory() as folder:
             peaks = measure(programs, folder, cells, precision, ranks, output)
         mebibytes = {name: [f"{value / 2**20:.1f}" for value in pair] for name, pair in peaks.items()}
-        print(f"| {'×'.join(map(str, cells))} | {precision} | {ranks} | {files[output]} | "
-              f"{mebibytes['fluid'][0]} | {mebibytes['fluid'][1]} | {' / '.join(mebibytes['body'])} | "
-              f"{' / '.join(mebibytes['coupler'])} |", flush=True)
+        print(
+            f"| {'×'.join(map(str, cells))} | {precision} | {ranks} | {files[output]} | "
+            f"{mebibytes['fluid'][0]} | {mebibytes['fluid'][1]} | {' / '.join(mebibytes['body'])} | "
+            f"{' / '.join(mebibytes['coupler'])} |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -32,8 +32,9 @@ class RecordedRun(CommandTest):
 
     def record(self, *arguments, out="out"):
         """Summary of a short run with everything recorded."""
-        self.run_command("run", QUICK, *SHORT, "--set", "output.wire=true", "--set", "output.trace=true", *arguments,
-                         "--out", out)
+        self.run_command(
+            "run", QUICK, *SHORT, "--set", "output.wire=true", "--set", "output.trace=true", *arguments, "--out", out
+        )
         return json.loads((self.folder / out / "summary.json").read_text())
 
 
@@ -71,9 +72,20 @@ class Wire(RecordedRun):
         self.assertFalse((self.folder / "out/trace/attempt_002").exists())
 
     def test_another_solver_is_told_from_ours_by_step_body_and_field(self):
-        self.run_command("run", ROOT / "configs/quick/vacuum.yaml", "--set", f"run.steps={STEPS}", "--set",
-                         "output.wire=true", "--set", "body.integrator=semi_implicit_euler", "--set",
-                         "swimmers.0.spring.damping_N_s_per_m=0", "--out", "out")
+        self.run_command(
+            "run",
+            ROOT / "configs/quick/vacuum.yaml",
+            "--set",
+            f"run.steps={STEPS}",
+            "--set",
+            "output.wire=true",
+            "--set",
+            "body.integrator=semi_implicit_euler",
+            "--set",
+            "swimmers.0.spring.damping_N_s_per_m=0",
+            "--out",
+            "out",
+        )
         tampered = self.folder / "tampered_fluid.py"
         tampered.write_text(TAMPERED_FLUID)
         replay = ("replay", "out", "--fluid")
@@ -151,7 +163,9 @@ class Trace(RecordedRun):
         for track in tracks.values():
             self.assert_nests(track)
         phases = {event["name"] for track in tracks.values() for event in track}
-        self.assertLessEqual({"exchanging", "map", "bulk", "halo", "integrate", "waiting", "Kinematics → Loads"}, phases)
+        self.assertLessEqual(
+            {"exchanging", "map", "bulk", "halo", "integrate", "waiting", "Kinematics → Loads"}, phases
+        )
 
         folder = self.folder / "out/trace/attempt_001"
         timelines = trace.read([Recording(path) for path in sorted(folder.glob("*.rec"))])
@@ -194,13 +208,23 @@ class Shadow(unittest.TestCase):
             return trace.Phase(name, step, begin * 1000, end * 1000)
 
         wait_end = max(bulk_end, asked) + 5
-        fluid = [phase("exchanging", 0, 0, 10), phase("advancing", 0, 10, bulk_end), phase("waiting", 0, bulk_end, wait_end)]
-        coupler = [phase("wait for fluid", 0, 0, 12), phase("couple", 0, 12, 20), phase("wait for fluid", 1, asked, wait_end)]
+        fluid = [
+            phase("exchanging", 0, 0, 10),
+            phase("advancing", 0, 10, bulk_end),
+            phase("waiting", 0, bulk_end, wait_end),
+        ]
+        coupler = [
+            phase("wait for fluid", 0, 0, 12),
+            phase("couple", 0, 12, 20),
+            phase("wait for fluid", 1, asked, wait_end),
+        ]
         return [trace.Timeline("coupler", 0, coupler), trace.Timeline("fluid", 0, fluid)]
 
     def test_all_is_hidden_when_the_bulk_update_takes_longer(self):
         found = shadow.figures(self.timelines(bulk_end=110, asked=60))
-        self.assertEqual((found["hidden"], found["hidden_steps"], found["bulk_us"], found["way_round_us"]), (1, 1, 100, 50))
+        self.assertEqual(
+            (found["hidden"], found["hidden_steps"], found["bulk_us"], found["way_round_us"]), (1, 1, 100, 50)
+        )
 
     def test_the_rest_is_not_hidden_when_it_is_shorter(self):
         found = shadow.figures(self.timelines(bulk_end=35, asked=60))

@@ -10,8 +10,17 @@ from pathlib import Path
 from copepod_session import ROOT, CommandTest
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
-RECORDED = (ROOT / "configs/quick/vacuum.yaml", "--out", "out", "--set", "run.steps=40", "--set", "output.wire=true",
-            "--set", "output.checkpoint.every_steps=15")
+RECORDED = (
+    ROOT / "configs/quick/vacuum.yaml",
+    "--out",
+    "out",
+    "--set",
+    "run.steps=40",
+    "--set",
+    "output.wire=true",
+    "--set",
+    "output.checkpoint.every_steps=15",
+)
 PYTHON_BODIES = f"/usr/bin/python3 {ROOT}/proto/python/examples/point_masses.py"
 ASLEEP = ("--", "/usr/bin/python3", "-c", "import time; print('asleep', flush=True); time.sleep(60)")
 
@@ -54,7 +63,9 @@ class Replay(CommandTest):
         case.write_text(case.read_text().replace("steps: 40\n", "steps: 45\n"))
         session = self.start("replay", "out", "--as", "body", "--out", "again")
         self.assertEqual(session.end(timeout_s=60), 70, "".join(session.stderr))
-        self.assertIn("of step 40 is not in the recording (it ends before; so far all was as recorded)", session.last_line)
+        self.assertIn(
+            "of step 40 is not in the recording (it ends before; so far all was as recorded)", session.last_line
+        )
 
     def test_program_that_is_not_there_leaves_nothing_behind(self):
         self.finish("run", *RECORDED)

@@ -18,8 +18,14 @@ def drag_in_channel(radius):
 
 
 def drag_run(shape, radius, drag, length=0.0, orientation=ALONG):
-    body = {"name": "bead", "shape": shape, "radius_m": radius, "length_m": length, "orientation_wxyz": orientation,
-            "motion": "fixed"}
+    body = {
+        "name": "bead",
+        "shape": shape,
+        "radius_m": radius,
+        "length_m": length,
+        "orientation_wxyz": orientation,
+        "motion": "fixed",
+    }
     trajectory = SimpleNamespace(of=lambda name: {"force_N": np.array([[0, 0, 9.9], [0, 0, drag]])})
     return SimpleNamespace(case={"bodies": [body], "swimmers": []}, trajectory=trajectory)
 
@@ -47,11 +53,16 @@ class HydrodynamicRadii(unittest.TestCase):
         bead = {"shape": "sphere", "radius_m": 4e-6, "length_m": 0.0, "orientation": "parallel"}
         capsule = {"shape": "capsule", "radius_m": 4e-6, "length_m": 8e-6, "orientation": "parallel"}
         self.assertAlmostEqual(geometrical_factor((4, 4, 4), (16, 16)), 4 / 6 * 1.75 / 256, delta=1e-15)
-        figures = {"u_GA_lattice": 9e-6, "u_swim_lattice": 8e-6, "mean_arm_cells": [16, 16],
-                   "K": geometrical_factor((6, 4, 4), (16, 16))}
+        figures = {
+            "u_GA_lattice": 9e-6,
+            "u_swim_lattice": 8e-6,
+            "mean_arm_cells": [16, 16],
+            "K": geometrical_factor((6, 4, 4), (16, 16)),
+        }
         swimmer = SimpleNamespace(beads=[capsule, bead, bead], figures=figures)
-        run = SimpleNamespace(case={"fluid": {"solver": "lattice_boltzmann"}}, name="b", cell_size_m=1e-6,
-                              swimmers=lambda: [swimmer])
+        run = SimpleNamespace(
+            case={"fluid": {"solver": "lattice_boltzmann"}}, name="b", cell_size_m=1e-6, swimmers=lambda: [swimmer]
+        )
         prediction = predict(run, measure(self.runs))[0]
         by_hand = 9e-6 * (5.2 * 16 / 13.2**2) / (6 * 16 / 14**2)
         self.assertAlmostEqual(prediction.u_GA_measured / by_hand, 1, delta=1e-3)

@@ -181,8 +181,10 @@ class OverTcp(RealRun):
         self.assertIn("it holds the key of the body component", session.last_line)
 
     def test_fluid_without_a_key_is_turned_away(self):
-        fluid = self.fluid_with('arguments=(); for word; do case $word in --keys | *.key) ;; '
-                                '*) arguments+=("$word") ;; esac; done; set -- "${arguments[@]}"')
+        fluid = self.fluid_with(
+            "arguments=(); for word; do case $word in --keys | *.key) ;; "
+            '*) arguments+=("$word") ;; esac; done; set -- "${arguments[@]}"'
+        )
         session = self.start("run", QUICK, *self.LENGTH, *self.transport(), *fluid)
         self.assert_ends(session, 65, within_s=15)
         self.assertIn("turned this component away", session.last_line)

@@ -21,16 +21,21 @@ PROGRAM, MPIRUN = sys.argv[1], sys.argv[2:]
 
 
 def start(folder, snapshots, scale):
-    return subprocess.Popen([*MPIRUN, PROGRAM, folder, str(snapshots), str(scale)], start_new_session=True,
-                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return subprocess.Popen(
+        [*MPIRUN, PROGRAM, folder, str(snapshots), str(scale)],
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
 
 
 def expected_fields():
     """density, velocity, body of the whole 8 × 6 × 5 cells, arrays (z, y, x)."""
     z, y, x = np.meshgrid(np.arange(5), np.arange(6), np.arange(8), indexing="ij")
     computed_x, computed_y = np.minimum(x, 7 - x), np.minimum(y, 5 - y)
-    velocity = np.stack([np.where(x < 4, 1, -1) * (computed_x + 0.5), np.where(y < 3, 1, -1) * (computed_y + 0.5),
-                         z + 0.5], axis=-1)
+    velocity = np.stack(
+        [np.where(x < 4, 1, -1) * (computed_x + 0.5), np.where(y < 3, 1, -1) * (computed_y + 0.5), z + 0.5], axis=-1
+    )
     return 1000.0 + 10000 * computed_x + 100 * computed_y + z, velocity, computed_x % 2
 
 
@@ -45,7 +50,6 @@ def vtk_xdmf_reader():
 
 
 class FieldFiles(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()

@@ -37,11 +37,14 @@ def wait_for(condition, seconds):
 
 
 class RanksEnd(unittest.TestCase):
-
     def kill(self, choose):
         with tempfile.TemporaryDirectory() as folder:
-            run = subprocess.Popen([*MPIRUN, PROGRAM, folder, "1000000", "4"], start_new_session=True,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            run = subprocess.Popen(
+                [*MPIRUN, PROGRAM, folder, "1000000", "4"],
+                start_new_session=True,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
             try:
                 self.assertTrue(wait_for((Path(folder) / "fields.xdmf").exists, 30))
                 os.kill(choose(run.pid, ranks_with(folder)), signal.SIGKILL)

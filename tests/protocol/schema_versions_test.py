@@ -17,8 +17,10 @@ sys.path.insert(0, str(ROOT / "proto" / "python"))
 from copepod_component.schema import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope  # noqa: E402
 
 PRESENT = HERE / f"schema_{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}.txt"
-ADVICE = ("the messages are not those of this protocol version (docs/protocol.md, Versions). Raise the version in "
-          "proto/session/header.hpp and proto/python/copepod_component/schema.py if it was released, and run this with --write.")
+ADVICE = (
+    "the messages are not those of this protocol version (docs/protocol.md, Versions). Raise the version in "
+    "proto/session/header.hpp and proto/python/copepod_component/schema.py if it was released, and run this with --write."
+)
 
 
 def described(message):
@@ -32,14 +34,20 @@ def described(message):
         for field in one.fields:
             kind = field.message_type or field.enum_type
             repeated = "repeated " if field.label == field.LABEL_REPEATED else ""
-            lines.append(f"{one.full_name} {field.number} {field.name}: {repeated}{kind.full_name if kind else _SCALARS[field.type]}")
+            lines.append(
+                f"{one.full_name} {field.number} {field.name}: {repeated}{kind.full_name if kind else _SCALARS[field.type]}"
+            )
             waiting += [field.message_type] if field.message_type else []
-            lines += [f"{kind.full_name} {value.number} {value.name}" for value in kind.values] if field.enum_type else []
+            lines += (
+                [f"{kind.full_name} {value.number} {value.name}" for value in kind.values] if field.enum_type else []
+            )
     return sorted(set(lines))
 
 
 _FIELD = type(Envelope.DESCRIPTOR.fields[0])
-_SCALARS = {getattr(_FIELD, name): name.removeprefix("TYPE_").lower() for name in dir(_FIELD) if name.startswith("TYPE_")}
+_SCALARS = {
+    getattr(_FIELD, name): name.removeprefix("TYPE_").lower() for name in dir(_FIELD) if name.startswith("TYPE_")
+}
 
 
 class SchemaVersions(unittest.TestCase):
@@ -48,8 +56,10 @@ class SchemaVersions(unittest.TestCase):
         self.assertEqual(changed, set(), ADVICE)
 
     def test_minor_versions_only_add(self):
-        versions = [set((HERE / f"schema_{PROTOCOL_MAJOR}.{minor}.txt").read_text().splitlines())
-                    for minor in range(PROTOCOL_MINOR + 1)]
+        versions = [
+            set((HERE / f"schema_{PROTOCOL_MAJOR}.{minor}.txt").read_text().splitlines())
+            for minor in range(PROTOCOL_MINOR + 1)
+        ]
         for older, newer in zip(versions, versions[1:]):
             self.assertEqual(older - newer, set())
 

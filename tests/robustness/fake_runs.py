@@ -33,10 +33,14 @@ class FakeRun:
         self.folder = Path(folder).resolve()
         self.folder.mkdir(parents=True, exist_ok=True)
         (self.folder / "case.yaml").write_text(
-            _CASE + f"run: {{steps: {steps}}}\noutput: {{trajectory: {{every_steps: {steps}}}}}\n")
+            _CASE + f"run: {{steps: {steps}}}\noutput: {{trajectory: {{every_steps: {steps}}}}}\n"
+        )
         self.start = time.monotonic()
-        self.session = Session(["run", "case.yaml", "--out", "out", "--fluid", PROGRAMS / "fake_fluid",
-                                "--body", PROGRAMS / "fake_body"], self.folder, PROGRAMS)
+        self.session = Session(
+            ["run", "case.yaml", "--out", "out", "--fluid", PROGRAMS / "fake_fluid", "--body", PROGRAMS / "fake_body"],
+            self.folder,
+            PROGRAMS,
+        )
 
     def end(self, timeout_s):
         """(exit code, wall seconds, digest or the last line of what went wrong)."""

@@ -28,7 +28,7 @@ MOST_SLOWER = 4 / 3
 class Sample:
     step: int
     time_s: float
-    memory_kib: list   # anonymous, of coupler, fluid, body
+    memory_kib: list  # anonymous, of coupler, fluid, body
     descriptors: list
 
 
@@ -58,7 +58,7 @@ def watch(run, steps, count):
         if step >= steps * (0.1 + 0.9 * len(samples) / count):
             try:
                 samples.append(sample(run, step))
-            except (OSError, AssertionError):   # the run ends just now
+            except (OSError, AssertionError):  # the run ends just now
                 break
         time.sleep(0.1)
     return samples
@@ -66,8 +66,12 @@ def watch(run, steps, count):
 
 def sample(run, step):
     processes = [run.session.pid_of(component) for component in COMPONENTS]
-    return Sample(step, time.monotonic(), [anonymous_kib(pid) for pid in processes],
-                  [len(os.listdir(f"/proc/{pid}/fd")) for pid in processes])
+    return Sample(
+        step,
+        time.monotonic(),
+        [anonymous_kib(pid) for pid in processes],
+        [len(os.listdir(f"/proc/{pid}/fd")) for pid in processes],
+    )
 
 
 def anonymous_kib(pid):
@@ -87,7 +91,9 @@ def print_table(samples):
     print("|---|---|---|---|")
     for before, now in zip([None, *samples], samples):
         time_us = f"{step_times_us([before, now])[0]:.0f}" if before and now.step > before.step else ""
-        print(f"| {now.step} | {time_us} | {', '.join(map(str, now.memory_kib))} | {', '.join(map(str, now.descriptors))} |")
+        print(
+            f"| {now.step} | {time_us} | {', '.join(map(str, now.memory_kib))} | {', '.join(map(str, now.descriptors))} |"
+        )
 
 
 def growth(samples):
@@ -103,7 +109,7 @@ def growth(samples):
         if after > before:
             problems.append(f"descriptors of {component} grew from {before} to {after}")
     times = step_times_us(samples)
-    early, late = (statistics.median(half) for half in (times[: len(times) // 2], times[len(times) // 2:]))
+    early, late = (statistics.median(half) for half in (times[: len(times) // 2], times[len(times) // 2 :]))
     if late > MOST_SLOWER * early:
         problems.append(f"the step became slower, {early:.0f} to {late:.0f} µs")
     return problems

@@ -34,14 +34,17 @@ class ModalSolution(unittest.TestCase):
         swimmer = VacuumSwimmer(MASS_KG, 1.72965, 1.57237e-7, 1e-5, 28116, 7029, 5, STEP_S)
         rows = rows_of(REFERENCE / "vacuum_trajectory.csv")
         ours = swimmer.displacements_m([int(row["step"]) for row in rows]) / 1e-6
-        theirs = [[float(row[f"z_{bead}_cells"]) - rest for row in rows]
-                  for bead, rest in (("B2", 25), ("B1", 50), ("B3", 75))]
+        theirs = [
+            [float(row[f"z_{bead}_cells"]) - rest for row in rows]
+            for bead, rest in (("B2", 25), ("B1", 50), ("B3", 75))
+        ]
         self.assertLess(np.abs(ours - theirs).max(), 1e-12)
 
     def test_has_the_reference_amplitudes_when_it_is_steady(self):
         for row in rows_of(REFERENCE / "vacuum_resonance.csv"):
-            swimmer = VacuumSwimmer(MASS_KG, float(row["stiffness_N_per_m"]), float(row["damping_N_s_per_m"]),
-                                    1.0, 28116, 7029, 36, STEP_S)
+            swimmer = VacuumSwimmer(
+                MASS_KG, float(row["stiffness_N_per_m"]), float(row["damping_N_s_per_m"]), 1.0, 28116, 7029, 36, STEP_S
+            )
             self.assertAlmostEqual(swimmer.frequency_ratio, float(row["omega0_over_omega"]), delta=1e-8)
             expected = float(row["amplitude_B2_over_force_m_per_N"])
             self.assertAlmostEqual(swimmer.steady_amplitude_m(0) / expected, 1, delta=1e-12)
@@ -54,8 +57,9 @@ class Resonance(CommandTest):
         reference = rows_of(REFERENCE / "vacuum_resonance.csv")
         chosen = [reference[0], reference[18], reference[37]]
         values = ", ".join(row["stiffness_N_per_m"] for row in chosen)
-        session = self.start("run", ROOT / "configs/paper/resonance.yaml", "--set", f"sweep.values=[{values}]",
-                             "--out", "sweep")
+        session = self.start(
+            "run", ROOT / "configs/paper/resonance.yaml", "--set", f"sweep.values=[{values}]", "--out", "sweep"
+        )
         self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
         os.environ["COPEPOD_BIN_DIR"] = str(self.programs)
         points = points_of(collect(self.folder / "sweep", resolved_case).sweeps[0].runs)
@@ -69,8 +73,14 @@ class Resonance(CommandTest):
     def test_one_process_computes_the_same_bits_as_three(self):
         digests = set()
         for transport in ("ipc", "in_process"):
-            session = self.start("run", ROOT / "configs/quick/vacuum.yaml", "--set", f"services.transport={transport}",
-                                 "--out", transport)
+            session = self.start(
+                "run",
+                ROOT / "configs/quick/vacuum.yaml",
+                "--set",
+                f"services.transport={transport}",
+                "--out",
+                transport,
+            )
             self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
             self.assert_nothing_left(session)
             digests.add(json.loads((self.folder / transport / "summary.json").read_text())["digest"])

@@ -29,8 +29,7 @@ class SwimmerTest(CommandTest):
     def swim(self, case, **stroke):
         """(speed in cells per step, run directory) of a case with another stroke."""
         self.number = getattr(self, "number", 0) + 1
-        settings = [word for key, value in stroke.items()
-                    for word in ("--set", f"swimmers.0.stroke.{key}={value}")]
+        settings = [word for key, value in stroke.items() for word in ("--set", f"swimmers.0.stroke.{key}={value}")]
         out = f"run_{self.number}"
         session = self.start("run", CASES / f"{case}.yaml", *settings, "--out", out)
         self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
@@ -47,8 +46,10 @@ class Ledger:
         steps = np.flatnonzero(window)
         beads = [trajectory.of(bead) for bead in BEADS]
         step_s = trajectory.time_s[steps[1]] - trajectory.time_s[steps[0]]
-        v, z, fluid, drive = (np.array([bead[key][:, 2] for bead in beads])
-                              for key in ("velocity_m_per_s", "position_m", "force_N", "driving_N"))
+        v, z, fluid, drive = (
+            np.array([bead[key][:, 2] for bead in beads])
+            for key in ("velocity_m_per_s", "position_m", "force_N", "driving_N")
+        )
         # Loads and drive of step n act between the states n and n + 1: the mean of both velocities makes the work exact.
         mean_v = 0.5 * (v[:, steps] + v[:, steps + 1])
         mean_drive = 0.5 * (drive[:, steps] + drive[:, steps + 1])
@@ -102,7 +103,9 @@ class OnTheLattice(SwimmerTest):
         reciprocal, _ = self.swim("lattice_swimmer", phase_lag_steps=0)
         self.assertGreater(forwards, 1e-6)
         self.assertLess(abs(reciprocal), 1e-6 * forwards)
-        self.assertAlmostEqual(backwards / forwards, -1, delta=0.02)  # four cycles: hardly anything of the start is left
+        self.assertAlmostEqual(
+            backwards / forwards, -1, delta=0.02
+        )  # four cycles: hardly anything of the start is left
         ledger = Ledger(directory, 12000)
         spent = ledger.work_on_fluid + ledger.work_in_dampers + ledger.work_stored
         self.assertAlmostEqual(spent / ledger.work_in, 1, delta=1e-5)

@@ -34,6 +34,8 @@ def deviation(trajectory):
 
 if __name__ == "__main__":
     rows, worst_position, worst_velocity = deviation(Path(sys.argv[1]) / "trajectory.csv")
-    print(f"{rows} rows compared; worst relative deviation of a position {worst_position:.2g}, "
-          f"of a velocity {worst_velocity:.2g} of the largest")
+    print(
+        f"{rows} rows compared; worst relative deviation of a position {worst_position:.2g}, "
+        f"of a velocity {worst_velocity:.2g} of the largest"
+    )
     sys.exit(0 if rows == 3 * 197 and worst_position < 1e-10 and worst_velocity < 1e-10 else 1)

@@ -33,10 +33,20 @@ class WholeRun(CommandTest):
         """u_GA is the leading order in a/l, here 1/16 and 1/32, and in d/l [Golestanian & Ajdari 2008]."""
         excess = []
         for name, gap_m in (("short", 56e-6), ("long", 120e-6)):
-            self.trajectory_of(name, ROOT / "configs/quick/three_sphere.yaml", *(
-                word for setting in ("fluid.solver=stokes", "services.transport=in_process",
-                                     "swimmers.0.stroke.amplitude_N=7e-6", f"swimmers.0.rest_gap_m=[{gap_m}, {gap_m}]")
-                for word in ("--set", setting)))
+            self.trajectory_of(
+                name,
+                ROOT / "configs/quick/three_sphere.yaml",
+                *(
+                    word
+                    for setting in (
+                        "fluid.solver=stokes",
+                        "services.transport=in_process",
+                        "swimmers.0.stroke.amplitude_N=7e-6",
+                        f"swimmers.0.rest_gap_m=[{gap_m}, {gap_m}]",
+                    )
+                    for word in ("--set", setting)
+                ),
+            )
             swimmer = json.loads((self.folder / name / "summary.json").read_text())["swimmers"][0]
             excess.append(swimmer["u_swim_lattice"] / swimmer["u_GA_lattice"] - 1.0)
         self.assertLess(abs(excess[0]), 0.05, excess)
@@ -44,8 +54,13 @@ class WholeRun(CommandTest):
 
     def test_quarter_of_the_domain_moves_like_the_whole(self):
         """Mirrors on cell faces are exact: 1e-9 cells over 3000 steps allow for rounding only."""
-        case = (ROOT / "configs/quick/three_sphere.yaml", "--set", "run.steps=3000", "--set",
-                "output.fields.mean_over_steps=[0, 0]")
+        case = (
+            ROOT / "configs/quick/three_sphere.yaml",
+            "--set",
+            "run.steps=3000",
+            "--set",
+            "output.fields.mean_over_steps=[0, 0]",
+        )
         quarter = self.trajectory_of("quarter", *case)
         whole = self.trajectory_of("whole", *case, "--set", "fluid.symmetry_planes=[]")
         moved = 0.0

@@ -3,13 +3,25 @@
 import numpy as np
 
 from copepod_conformance.arrays import rows
-from copepod_conformance.body_case import (FORCE_N, INERTIA_KG_M2, MASS_KG, POSITIONS_M, SPEED_M_PER_S, SPIN_RAD_PER_S,
-                                           STEP_S, TORQUE_N_M, ZERO)
+from copepod_conformance.body_case import (
+    FORCE_N,
+    INERTIA_KG_M2,
+    MASS_KG,
+    POSITIONS_M,
+    SPEED_M_PER_S,
+    SPIN_RAD_PER_S,
+    STEP_S,
+    TORQUE_N_M,
+    ZERO,
+)
 from copepod_conformance.protocol import setup
 from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
 
-_NEWTON = Rule("What a role implies", "a body under a constant force F accelerates with F/m, a driving force counts alike; "
-                                      "without a force it keeps its velocity")
+_NEWTON = Rule(
+    "What a role implies",
+    "a body under a constant force F accelerates with F/m, a driving force counts alike; "
+    "without a force it keeps its velocity",
+)
 _EULER = Rule("What a role implies", "a sphere under a constant torque T gains the angular velocity T t / I")
 _WEIGHT = Rule("What a role implies", "a body that announces gravity falls with g where there is no fluid")
 _SPRING = Rule("What a role implies", "a stretched spring pulls both its bodies towards each other alike")
@@ -55,11 +67,18 @@ def _expect(what, found, expected, tolerance):
 def _expect_acceleration(motion, body, acceleration_m_per_s2):
     """v = v₀ + a t within rounding; x = x₀ + v₀ t + a t²/2 within what a first-order integrator may be off."""
     scale_m_per_s = max(float(np.abs(acceleration_m_per_s2).max()) * _TIME_S, SPEED_M_PER_S)
-    _expect(f"velocity [m/s] of body {body}", motion.velocity_m_per_s[body],
-            _START_M_PER_S + acceleration_m_per_s2 * _TIME_S, _ROUNDING * scale_m_per_s)
-    _expect(f"position [m] of body {body}", motion.position_m[body],
-            POSITIONS_M[body] + _START_M_PER_S * _TIME_S + 0.5 * acceleration_m_per_s2 * _TIME_S**2,
-            scale_m_per_s * STEP_S)
+    _expect(
+        f"velocity [m/s] of body {body}",
+        motion.velocity_m_per_s[body],
+        _START_M_PER_S + acceleration_m_per_s2 * _TIME_S,
+        _ROUNDING * scale_m_per_s,
+    )
+    _expect(
+        f"position [m] of body {body}",
+        motion.position_m[body],
+        POSITIONS_M[body] + _START_M_PER_S * _TIME_S + 0.5 * acceleration_m_per_s2 * _TIME_S**2,
+        scale_m_per_s * STEP_S,
+    )
 
 
 def _under_force(kind):
@@ -68,6 +87,7 @@ def _under_force(kind):
         motion = _move(trial, **{kind: force})
         _expect_acceleration(motion, 0, force / MASS_KG)
         _expect_acceleration(motion, 1, np.zeros(3))
+
     return run
 
 
@@ -75,8 +95,12 @@ def _unloaded(trial):
     motion = _move(trial)
     for body in (0, 1):
         _expect_acceleration(motion, body, np.zeros(3))
-        _expect(f"angular velocity [rad/s] of body {body}", motion.spin_rad_per_s[body], np.zeros(3),
-                _ROUNDING * SPIN_RAD_PER_S)
+        _expect(
+            f"angular velocity [rad/s] of body {body}",
+            motion.spin_rad_per_s[body],
+            np.zeros(3),
+            _ROUNDING * SPIN_RAD_PER_S,
+        )
 
 
 def _under_torque(trial):
@@ -85,8 +109,9 @@ def _under_torque(trial):
     torque = TORQUE_N_M * _DIRECTION
     motion = _move(trial, torque=torque)
     gained = torque / INERTIA_KG_M2 * _TIME_S
-    _expect("angular velocity [rad/s] of body 0", motion.spin_rad_per_s[0], gained,
-            _ROUNDING * float(np.abs(gained).max()))
+    _expect(
+        "angular velocity [rad/s] of body 0", motion.spin_rad_per_s[0], gained, _ROUNDING * float(np.abs(gained).max())
+    )
     _expect("angular velocity [rad/s] of body 1", motion.spin_rad_per_s[1], np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
     _expect("norm of the orientation of body 0", np.linalg.norm(motion.orientation_wxyz[0]), 1.0, 1e-9)
 
@@ -104,15 +129,27 @@ def _on_a_spring(trial):
 
     def join(content):
         distance = POSITIONS_M[1][0] - POSITIONS_M[0][0]
-        content.springs.add(body_A=0, body_B=1, stiffness_N_per_m=_STIFFNESS_N_PER_M,
-                            rest_length_m=distance - _EXTENSION_M, anchor_A_m=ZERO, anchor_B_m=ZERO)
+        content.springs.add(
+            body_A=0,
+            body_B=1,
+            stiffness_N_per_m=_STIFFNESS_N_PER_M,
+            rest_length_m=distance - _EXTENSION_M,
+            anchor_A_m=ZERO,
+            anchor_B_m=ZERO,
+        )
+
     motion = _move(trial, join)
     gained = FORCE_N / MASS_KG * _TIME_S * np.array([1.0, 0.0, 0.0])
     for body, sign in ((0, 1), (1, -1)):
-        _expect(f"velocity [m/s] of body {body}", motion.velocity_m_per_s[body], _START_M_PER_S + sign * gained,
-                0.05 * float(gained.max()))
-    _expect("sum of velocities [m/s]", motion.velocity_m_per_s.sum(axis=0), 2 * _START_M_PER_S,
-            _ROUNDING * SPEED_M_PER_S)
+        _expect(
+            f"velocity [m/s] of body {body}",
+            motion.velocity_m_per_s[body],
+            _START_M_PER_S + sign * gained,
+            0.05 * float(gained.max()),
+        )
+    _expect(
+        "sum of velocities [m/s]", motion.velocity_m_per_s.sum(axis=0), 2 * _START_M_PER_S, _ROUNDING * SPEED_M_PER_S
+    )
 
 
 def _fixed(trial):
@@ -121,6 +158,7 @@ def _fixed(trial):
     def fix(content):
         body = content.bodies[0]
         body.motion, body.velocity_m_per_s[:] = setup.MOTION_KIND_FIXED, ZERO
+
     motion = _move(trial, fix, force=FORCE_N * _DIRECTION)
     _expect("position [m] of body 0", motion.position_m[0], np.array(POSITIONS_M[0]), 1e-9 * POSITIONS_M[0][0])
 

@@ -82,6 +82,7 @@ def _damaged(damage, text):
         trial.send(_restore_request(copy))
         trial.sent[-1] += f" of {text}"
         trial.expect_failure(73)
+
     return run
 
 
@@ -99,7 +100,7 @@ def _empty(path):
 
 def _cut(path):
     file = _largest_file(path)
-    file.write_bytes(file.read_bytes()[:file.stat().st_size // 2])
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
 
 
 def _overwrite(path):
@@ -108,8 +109,12 @@ def _overwrite(path):
 
 
 def checks(subject):
-    damages = ((_remove, "a file that does not exist"), (_empty, "an empty file"), (_cut, "half a file"),
-               (_overwrite, "a file overwritten with ones"))
+    damages = (
+        (_remove, "a file that does not exist"),
+        (_empty, "an empty file"),
+        (_cut, "half a file"),
+        (_overwrite, "a file overwritten with ones"),
+    )
     return [
         Check("checkpoints", "a run goes on after Save as if there had been none", _SAVE, _save_changes_nothing),
         Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),

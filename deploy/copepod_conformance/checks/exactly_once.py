@@ -4,10 +4,16 @@ from copepod_conformance.protocol import SETUP, STEP, describe
 from copepod_conformance.reference import STEPS, digest_of
 from copepod_conformance.verdicts import Check, Rule, Violation
 
-_REPEAT = Rule("Exactly once", "a request with the number of the last one is answered with the same bytes as before, "
-                               "without computing anything")
+_REPEAT = Rule(
+    "Exactly once",
+    "a request with the number of the last one is answered with the same bytes as before, "
+    "without computing anything",
+)
 _IGNORE = Rule("Exactly once", "older numbers and messages of another session or epoch are ignored")
-_SKIP = Rule("Exactly once", "a number that skips ahead, the number 0, and a step that is not the next one are refused with code 65")
+_SKIP = Rule(
+    "Exactly once",
+    "a number that skips ahead, the number 0, and a step that is not the next one are refused with code 65",
+)
 _DAMAGED = Rule("Lanes", "a frame that does not end with its checksum was damaged on its way and counts as lost")
 _GOODBYE = Rule("Exactly once", "a component stays for 0.5 s after its Finished, should the coupler have to ask again")
 _QUEUE = Rule("A run", "a request that comes during the bulk update waits in the queue")
@@ -36,6 +42,7 @@ def _repeated(name, times=1):
             if trial.expect_reply(name, request).data != answer.data:
                 raise Violation(f"another {answer.name} than the first time")
         trial.subject.reference.compare_end(trial)
+
     return run
 
 
@@ -61,12 +68,14 @@ def _old_number(trial):
 
 def _foreign(field):
     """A request of a foreign session must not count, whatever its number."""
+
     def run(trial):
         trial.configure()
         trial.advance(1)
         trial.send(trial.make("Finish"), sequence=trial.sequence + 1, **{field: getattr(trial, field) + 1})
         trial.sent[-1] += f" with another {field}"
         trial.subject.reference.compare_end(trial)
+
     return run
 
 
@@ -91,6 +100,7 @@ def _other_step(offset):
         trial.send(trial.case.step_request(2 + offset))
         trial.sent[-1] += " where step 2 is due"
         trial.expect_failure(65)
+
     return run
 
 

@@ -27,12 +27,15 @@ def _at_rest(trial):
     for step in range(_STEPS):
         for name, loads in zip(("force", "torque"), _loads(trial, step, REST, REST)):
             if not np.abs(loads).max() <= _ROUNDING:
-                raise Violation(f"at step {step} a {name} of {np.abs(loads).max():.3g} times the Stokes drag at "
-                                f"{SPEED_M_PER_S:.3g} m/s on a body at rest")
+                raise Violation(
+                    f"at step {step} a {name} of {np.abs(loads).max():.3g} times the Stokes drag at "
+                    f"{SPEED_M_PER_S:.3g} m/s on a body at rest"
+                )
 
 
 def _against(kind):
     """Body 0 moves or turns, body 1 rests."""
+
     def run(trial):
         _require_loads(trial, kind)
         trial.configure()
@@ -41,8 +44,11 @@ def _against(kind):
             force, torque = _loads(trial, step, *((moving, REST) if kind == "force" else (REST, moving)))
             load = (force if kind == "force" else torque)[0]
             if not np.all(load * _DIRECTION < 0):
-                raise Violation(f"at step {step} a {kind} of {_text(load)} times the Stokes drag on a body that "
-                                f"{'moves' if kind == 'force' else 'turns'} along {_text(_DIRECTION)}")
+                raise Violation(
+                    f"at step {step} a {kind} of {_text(load)} times the Stokes drag on a body that "
+                    f"{'moves' if kind == 'force' else 'turns'} along {_text(_DIRECTION)}"
+                )
+
     return run
 
 

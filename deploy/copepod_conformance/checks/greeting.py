@@ -5,13 +5,18 @@ from copepod_conformance.lanes import CONTROL, DATA
 from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, ROLE_NUMBER, message_name
 from copepod_conformance.verdicts import Check, Rule, Silence, Violation
 
-_HELLO = Rule("A run", "a component says Hello on both lanes: role, versions, token, host, one instance number for both")
+_HELLO = Rule(
+    "A run", "a component says Hello on both lanes: role, versions, token, host, one instance number for both"
+)
 _CAPABILITIES = Rule("Command line", "--capabilities prints what the Hello says: name, version, role, features")
 _REFUSAL = Rule("A run", "after a Refusal the component ends with exit code 65")
 _DEADLINE = Rule("Command line", "a coupler that does not answer within --connect-deadline: exit code 74")
 _OPTIONS = Rule("Command line", "a bad command line: exit code 2")
-_VERSIONS = Rule("Versions", "another major version, or a minor one that was not offered, is refused with code 65; "
-                             "fields of a newer minor version are passed over")
+_VERSIONS = Rule(
+    "Versions",
+    "another major version, or a minor one that was not offered, is refused with code 65; "
+    "fields of a newer minor version are passed over",
+)
 _OTHER_MAJORS = (PROTOCOL_MAJOR - 1, PROTOCOL_MAJOR + 1)
 _UNKNOWN_FIELD = b"\xfa\x3f\x03new"  # number 1023, of three bytes: what a newer minor version might add
 
@@ -24,17 +29,21 @@ def _hello(trial):
         envelope = trial.hellos[lane].envelope
         versions = hello.versions
         for wrong, text in (
-                (hello.role != ROLE_NUMBER[trial.role], f"role {hello.role}, not that of a {trial.role} component"),
-                (hello.session_token != trial.token, "a session token that is not the one of --session"),
-                (hello.instance != first.instance, "another instance number on each lane"),
-                (not hello.instance, "no instance number"),
-                (not hello.host, "no host"),
-                (hello.pid <= 0, f"process id {hello.pid}"),
-                (hello.ranks < 1, f"{hello.ranks} ranks"),
-                (versions.major != PROTOCOL_MAJOR, f"protocol {versions.major}, not {PROTOCOL_MAJOR}"),
-                (versions.minor_min > versions.minor_max, "a range of minor versions that is empty"),
-                (envelope.protocol_major != versions.major, "an Envelope of another version than its Hello"),
-                (envelope.session_id or envelope.epoch or envelope.sequence, "a session, epoch or number before the Welcome")):
+            (hello.role != ROLE_NUMBER[trial.role], f"role {hello.role}, not that of a {trial.role} component"),
+            (hello.session_token != trial.token, "a session token that is not the one of --session"),
+            (hello.instance != first.instance, "another instance number on each lane"),
+            (not hello.instance, "no instance number"),
+            (not hello.host, "no host"),
+            (hello.pid <= 0, f"process id {hello.pid}"),
+            (hello.ranks < 1, f"{hello.ranks} ranks"),
+            (versions.major != PROTOCOL_MAJOR, f"protocol {versions.major}, not {PROTOCOL_MAJOR}"),
+            (versions.minor_min > versions.minor_max, "a range of minor versions that is empty"),
+            (envelope.protocol_major != versions.major, "an Envelope of another version than its Hello"),
+            (
+                envelope.session_id or envelope.epoch or envelope.sequence,
+                "a session, epoch or number before the Welcome",
+            ),
+        ):
             if wrong:
                 raise Violation(f"a Hello on the {lane} lane with {text}")
 
@@ -80,6 +89,7 @@ def _welcome_of_another_major(major):
         trial.welcome(protocol_major=major)
         trial.sent[-1] += f" of protocol {major}.0"
         trial.expect_failure(65, told=False)
+
     return run
 
 
@@ -97,6 +107,7 @@ def _request_of_another_major(major):
         trial.send(trial.make(trial.step_name), protocol_major=major)
         trial.sent[-1] += f" of protocol {major}.0"
         trial.expect_failure(65)
+
     return run
 
 
@@ -104,24 +115,36 @@ def _newer_minor(trial):
     trial.reach("configured")
     trial.sequence += 1
     message = trial.with_header(trial.make(trial.step_name), protocol_minor=PROTOCOL_MINOR + 1)
-    trial.send_bytes(message.SerializeToString() + _UNKNOWN_FIELD,
-                     f"{message_name(message)} of minor version {PROTOCOL_MINOR + 1} with a field of that version")
+    trial.send_bytes(
+        message.SerializeToString() + _UNKNOWN_FIELD,
+        f"{message_name(message)} of minor version {PROTOCOL_MINOR + 1} with a field of that version",
+    )
     trial.expect_reply(message_name(message), message)
 
 
 def checks(subject):
-    refusals = [Check("versions", f"a Welcome of protocol {major}.0 is refused", _VERSIONS,
-                      _welcome_of_another_major(major)) for major in _OTHER_MAJORS]
-    refusals += [Check("versions", f"a request of protocol {major}.0 is refused", _VERSIONS,
-                       _request_of_another_major(major)) for major in _OTHER_MAJORS]
+    refusals = [
+        Check("versions", f"a Welcome of protocol {major}.0 is refused", _VERSIONS, _welcome_of_another_major(major))
+        for major in _OTHER_MAJORS
+    ]
+    refusals += [
+        Check("versions", f"a request of protocol {major}.0 is refused", _VERSIONS, _request_of_another_major(major))
+        for major in _OTHER_MAJORS
+    ]
     return [
         Check("greeting", "Hello on both lanes", _HELLO, _hello),
-        Check("greeting", "capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities),
+        Check(
+            "greeting", "capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities
+        ),
         Check("greeting", "ends when it is refused", _REFUSAL, _refusal),
         Check("greeting", "ends when nobody answers", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
         Check("greeting", "ends without --endpoint and --session", _OPTIONS, _no_options),
         *refusals,
-        Check("versions", "a Welcome of a minor version that it does not speak is refused", _VERSIONS,
-              _welcome_of_unknown_minor),
+        Check(
+            "versions",
+            "a Welcome of a minor version that it does not speak is refused",
+            _VERSIONS,
+            _welcome_of_unknown_minor,
+        ),
         Check("versions", "fields of a newer minor version are passed over", _VERSIONS, _newer_minor),
     ]

@@ -5,9 +5,14 @@ from copepod_conformance.verdicts import Check, Rule, Violation
 
 _ALIVE = Rule("Lanes", "a Ping is answered in the middle of a step too, with its stamp, step and sequence numbers")
 _FOREIGN = Rule("Exactly once", "messages of another session or epoch are ignored, on both lanes")
-_ABORT = Rule("Who is alive", "after an Abort the component ends with the code that it carries, at the latest 2 s later")
-_ORPHAN = Rule("Who is alive", "a coupler whose connection is broken for 3 s, or that sends no ping for --orphan-after "
-                               "seconds, is lost: the component ends with code 69, at the latest 2 s later")
+_ABORT = Rule(
+    "Who is alive", "after an Abort the component ends with the code that it carries, at the latest 2 s later"
+)
+_ORPHAN = Rule(
+    "Who is alive",
+    "a coupler whose connection is broken for 3 s, or that sends no ping for --orphan-after "
+    "seconds, is lost: the component ends with code 69, at the latest 2 s later",
+)
 _END = Rule("A run", "Finish is answered with Finished; then the component ends with exit code 0")
 _NOTHING_LEFT = Rule("Who is alive", "whatever ends a component, no process of it is left behind 2 s later")
 _IDLE = Rule("Who is alive", "a process that waits uses less than 5 % of a core")
@@ -34,7 +39,9 @@ def _pong_at_rest(trial):
     pong, _ = trial.receive_pong(trial.ping())
     found = (pong.step, pong.received_sequence, pong.replied_sequence)
     if found != (1, trial.sequence, trial.sequence):
-        raise Violation(f"Pong with step, received and replied sequence {found} instead of {(1,) + 2 * (trial.sequence,)}")
+        raise Violation(
+            f"Pong with step, received and replied sequence {found} instead of {(1,) + 2 * (trial.sequence,)}"
+        )
 
 
 def _pong_at_work(trial):
@@ -67,6 +74,7 @@ def _aborted(state, code, codes=None):
             _queue_steps(trial)
         trial.abort(code)
         trial.expect_exit(*(codes or (code,)), within_s=_GRACE_S + _MARGIN_S)
+
     return run
 
 
@@ -77,6 +85,7 @@ def _orphaned(state):
             _queue_steps(trial)
         trial.vanish()
         trial.expect_exit(69, within_s=_BROKEN_S + _GRACE_S + _MARGIN_S)
+
     return run
 
 
@@ -103,6 +112,7 @@ def _nothing_left_after(ending):
         left = trial.process.left_behind()
         if left:
             raise Violation(f"{len(left)} process(es) left behind: {'; '.join(left)}")
+
     return run
 
 
@@ -141,22 +151,36 @@ def _idle(trial):
 
 def checks(subject):
     end, lane = "ends", "control lane"
-    endings = (("Finish", _end_by_finish), ("a Failure", _end_by_failure), ("an Abort", _end_by_abort),
-               ("the loss of the coupler", _end_by_orphaning))
+    endings = (
+        ("Finish", _end_by_finish),
+        ("a Failure", _end_by_failure),
+        ("an Abort", _end_by_abort),
+        ("the loss of the coupler", _end_by_orphaning),
+    )
     return [
         Check(lane, "a Pong tells the state of a component that waits", _ALIVE, _pong_at_rest),
         Check(lane, "a Pong comes within 1 s from a component that works", _ALIVE, _pong_at_work),
         Check(lane, "a Ping of another session is ignored", _FOREIGN, _foreign_ping),
         Check(end, "Finish: exit code 0", _END, _finished),
-        *(Check(end, f"Abort (code {code}) when {state}: exit code {code}", _ABORT, _aborted(state, code))
-          for state, code in (("greeted", 70), ("configured", 69), ("ready", 74), ("stepping", 70))),
-        Check(end, "Abort with code 0: an exit code that is not 0", _ABORT,
-              _aborted("ready", 0, codes=tuple(range(1, 256)))),
-        *(Check(end, f"coupler gone when {state}: exit code 69", _ORPHAN, _orphaned(state))
-          for state in ("greeted", "ready", "stepping")),
+        *(
+            Check(end, f"Abort (code {code}) when {state}: exit code {code}", _ABORT, _aborted(state, code))
+            for state, code in (("greeted", 70), ("configured", 69), ("ready", 74), ("stepping", 70))
+        ),
+        Check(
+            end,
+            "Abort with code 0: an exit code that is not 0",
+            _ABORT,
+            _aborted("ready", 0, codes=tuple(range(1, 256))),
+        ),
+        *(
+            Check(end, f"coupler gone when {state}: exit code 69", _ORPHAN, _orphaned(state))
+            for state in ("greeted", "ready", "stepping")
+        ),
         Check(end, "coupler silent: exit code 69", _ORPHAN, _left_without_pings, options=("--orphan-after", "1")),
         Check(end, "coupler only pings: the component waits", _ORPHAN, _kept_by_pings, options=("--orphan-after", "1")),
-        *(Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after(ending))
-          for text, ending in endings),
+        *(
+            Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after(ending))
+            for text, ending in endings
+        ),
         Check("processes", "waiting costs no time", _IDLE, _idle),
     ]

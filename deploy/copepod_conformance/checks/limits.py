@@ -15,7 +15,9 @@ _TEXT = Rule("Limits", "texts beyond 4096 bytes are refused with code 65")
 _COUNT = Rule("Limits", "more than 1 000 000 bodies are refused with code 65")
 _FIELDS = Rule("Limits", "field output of no or negative steps is refused with code 65")
 _CELLS = Rule("Limits", "negative or more than 10¹² cells are refused with code 65")
-_SIZE = Rule("Limits", "a message beyond 256 MiB is refused with code 65, or breaks the data lane; the control lane goes on")
+_SIZE = Rule(
+    "Limits", "a message beyond 256 MiB is refused with code 65, or breaks the data lane; the control lane goes on"
+)
 _BYTES = Rule("Limits", "bytes from outside never crash a process: what is no message is refused with code 65")
 
 _MOST_BYTES = 256 << 20
@@ -32,13 +34,22 @@ def _field_checks(request):
     for field in fields_of(content(request)):
         if field.is_list:
             for spoil, text in ((_shorten, "too short"), (_lengthen, "too long")):
-                yield Check("limits", f"{name}.{field.path} {text}", _SHAPE,
-                            refused(name, spoil(field.path), f"{field.path} {text}"), thorough=field.is_nested)
+                yield Check(
+                    "limits",
+                    f"{name}.{field.path} {text}",
+                    _SHAPE,
+                    refused(name, spoil(field.path), f"{field.path} {text}"),
+                    thorough=field.is_nested,
+                )
         if field.is_enumeration:
             for value in (_NO_VALUE, 0):
-                yield Check("limits", f"{name}.{field.path} = {value}", _ENUMERATION,
-                            refused(name, _put(field.path, value), f"{field.path} = {value}"),
-                            thorough=field.is_nested or value == 0)
+                yield Check(
+                    "limits",
+                    f"{name}.{field.path} = {value}",
+                    _ENUMERATION,
+                    refused(name, _put(field.path, value), f"{field.path} = {value}"),
+                    thorough=field.is_nested or value == 0,
+                )
 
 
 def _shorten(path):
@@ -58,6 +69,7 @@ def _raw(data_of, text):
         trial.configure()
         trial.send_bytes(data_of(trial), text)
         trial.expect_failure(65)
+
     return run
 
 
@@ -65,7 +77,7 @@ def _truncated(trial):
     """Lacks more bytes than the seal that is put behind them, which could otherwise pass for their rest."""
     trial.sequence += 1
     data = trial.with_header(trial.make(trial.step_name)).SerializeToString()
-    return data[:len(data) - 20]
+    return data[: len(data) - 20]
 
 
 def _unknown_message(trial):
@@ -131,28 +143,62 @@ def checks(subject):
     result = [*_field_checks(subject.case.step_request(0)), *_field_checks(subject.case.setup_request())]
     if subject.role == "body":
         result += [
-            Check("limits", "a body name of 4097 bytes", _TEXT, refused(
-                SETUP["body"], lambda setup: setattr(setup.bodies[0], "name", _LONG_TEXT), "a name of 4097 bytes")),
-            Check("limits", "a spring to a body that does not exist", _INDEX, refused(
-                SETUP["body"], _spring_to_nowhere, "a spring from body 0 to body 2 of 2")),
+            Check(
+                "limits",
+                "a body name of 4097 bytes",
+                _TEXT,
+                refused(
+                    SETUP["body"], lambda setup: setattr(setup.bodies[0], "name", _LONG_TEXT), "a name of 4097 bytes"
+                ),
+            ),
+            Check(
+                "limits",
+                "a spring to a body that does not exist",
+                _INDEX,
+                refused(SETUP["body"], _spring_to_nowhere, "a spring from body 0 to body 2 of 2"),
+            ),
         ]
     if subject.role == "fluid":
         result += [
-            Check("limits", "a mean of every 0th step", _FIELDS, refused(
-                SETUP["fluid"], _mean(0, 2, 0), "a mean of every 0th of steps 0 to 2")),
-            Check("limits", "a mean of no step", _FIELDS, refused(
-                SETUP["fluid"], _mean(2, 2, 1), "a mean of steps 2 to 2")),
-            Check("limits", "snapshots every −1 steps", _FIELDS, refused(
-                SETUP["fluid"], lambda setup: setattr(setup.fields, "every_steps", -1), "fields every −1 steps")),
-            Check("limits", "a negative number of cells", _CELLS, refused(
-                SETUP["fluid"], _cells(32, -24, -24), "32 × −24 × −24 cells")),
-            Check("limits", "2⁹³ cells", _CELLS, refused(SETUP["fluid"], _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells")),
+            Check(
+                "limits",
+                "a mean of every 0th step",
+                _FIELDS,
+                refused(SETUP["fluid"], _mean(0, 2, 0), "a mean of every 0th of steps 0 to 2"),
+            ),
+            Check(
+                "limits",
+                "a mean of no step",
+                _FIELDS,
+                refused(SETUP["fluid"], _mean(2, 2, 1), "a mean of steps 2 to 2"),
+            ),
+            Check(
+                "limits",
+                "snapshots every −1 steps",
+                _FIELDS,
+                refused(
+                    SETUP["fluid"], lambda setup: setattr(setup.fields, "every_steps", -1), "fields every −1 steps"
+                ),
+            ),
+            Check(
+                "limits",
+                "a negative number of cells",
+                _CELLS,
+                refused(SETUP["fluid"], _cells(32, -24, -24), "32 × −24 × −24 cells"),
+            ),
+            Check(
+                "limits", "2⁹³ cells", _CELLS, refused(SETUP["fluid"], _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells")
+            ),
         ]
     return result + [
         Check("limits", "a path of more than 4096 bytes", _TEXT, _long_path),
-        Check("limits", "random bytes", _BYTES, _raw(lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
+        Check(
+            "limits", "random bytes", _BYTES, _raw(lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")
+        ),
         Check("limits", "an empty frame", _BYTES, _raw(lambda trial: b"", "an empty frame")),
-        Check("limits", "a truncated message", _BYTES, _raw(_truncated, f"{STEP[subject.role]} without its last 20 bytes")),
+        Check(
+            "limits", "a truncated message", _BYTES, _raw(_truncated, f"{STEP[subject.role]} without its last 20 bytes")
+        ),
         Check("limits", "an unknown message", _BYTES, _raw(_unknown_message, "an Envelope with an unknown message")),
         Check("limits", "random bytes on the control lane", _BYTES, _garbage_on_control_lane),
         Check("limits", "1 000 001 bodies", _COUNT, _too_many_bodies, thorough=True),
@@ -167,10 +213,12 @@ def _spring_to_nowhere(setup):
 def _mean(start, stop, every):
     def spoil(setup):
         setup.fields.mean_start, setup.fields.mean_stop, setup.fields.mean_every_steps = start, stop, every
+
     return spoil
 
 
 def _cells(*counts):
     def spoil(setup):
         setup.domain_cells[:] = counts
+
     return spoil

@@ -21,7 +21,14 @@ def checks(subject):
         name = message_name(request)
         for field in fields_of(content(request)):
             if field.is_real:
-                result += [Check("numbers", f"{name}.{field.path} = {value}", _RULE,
-                                 refused(name, _poison(field.path, value), f"{field.path} = {value}"),
-                                 thorough=field.is_nested or not math.isnan(value)) for value in _VALUES]
+                result += [
+                    Check(
+                        "numbers",
+                        f"{name}.{field.path} = {value}",
+                        _RULE,
+                        refused(name, _poison(field.path, value), f"{field.path} = {value}"),
+                        thorough=field.is_nested or not math.isnan(value),
+                    )
+                    for value in _VALUES
+                ]
     return result

@@ -40,11 +40,12 @@ def _run(state, message):
         elif message in protocol.HANDSHAKE:
             trial.finish()
         elif settled == protocol.START:
-            trial.sequence = 0   # it did not count
+            trial.sequence = 0  # it did not count
             trial.welcome()
             trial.finish()
         else:
             trial.expect_failure(_REFUSED, words=(settled, *protocol.legal_messages(role, settled)))
+
     return run
 
 
@@ -76,9 +77,17 @@ def _expect_legal(trial, row, message):
 
 def checks(subject):
     role = subject.role
-    return [Check("states", f"{state}: {message}", _rule(role, state, message), _run(state, message),
-                  thorough=not _is_sampled(role, place, state, message))
-            for place, state in enumerate(protocol.states_with_requests(role)) for message in MESSAGES]
+    return [
+        Check(
+            "states",
+            f"{state}: {message}",
+            _rule(role, state, message),
+            _run(state, message),
+            thorough=not _is_sampled(role, place, state, message),
+        )
+        for place, state in enumerate(protocol.states_with_requests(role))
+        for message in MESSAGES
+    ]
 
 
 def _is_sampled(role, place, state, message):

@@ -24,5 +24,17 @@ from .run import Capabilities, run_body_component, run_fluid_component
 from .solvers import AppliedLoads, Kinematics, Summary
 from .vitals import report_progress, stop_request
 
-__all__ = ["AppliedLoads", "Capabilities", "CaseError", "ExitCode", "Kinematics", "SolverError", "StorageError", "Summary",
-           "report_progress", "run_body_component", "run_fluid_component", "stop_request"]
+__all__ = [
+    "AppliedLoads",
+    "Capabilities",
+    "CaseError",
+    "ExitCode",
+    "Kinematics",
+    "SolverError",
+    "StorageError",
+    "Summary",
+    "report_progress",
+    "run_body_component",
+    "run_fluid_component",
+    "stop_request",
+]

@@ -12,7 +12,7 @@ from .errors import ExitCode, Refused
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR
 
 DISCONNECTED_S = 3.0
-GRACE_S = 2.0   # for the solver's thread, after a stop request
+GRACE_S = 2.0  # for the solver's thread, after a stop request
 
 
 class ControlLane(threading.Thread):
@@ -22,7 +22,7 @@ class ControlLane(threading.Thread):
         super().__init__(daemon=True)
         self._socket, self._endpoint, self._hello, self._vitals = socket, endpoint, hello, vitals
         self._orphan_after_s, self._log = orphan_after_s, log
-        self._header = None   # (session_id, epoch) once welcomed
+        self._header = None  # (session_id, epoch) once welcomed
         self._connected = False
         self._disconnected_since = None
         self._last_ping = 0.0
@@ -70,8 +70,13 @@ class ControlLane(threading.Thread):
     def _pong(self, stamp_ns):
         session_id, epoch = self._header
         vitals = self._vitals
-        reply = Envelope(protocol_major=PROTOCOL_MAJOR, protocol_minor=PROTOCOL_MINOR, session_id=session_id,
-                         epoch=epoch, step=vitals.step)
+        reply = Envelope(
+            protocol_major=PROTOCOL_MAJOR,
+            protocol_minor=PROTOCOL_MINOR,
+            session_id=session_id,
+            epoch=epoch,
+            step=vitals.step,
+        )
         reply.pong.stamp_ns = stamp_ns
         reply.pong.step = vitals.step
         reply.pong.phase = vitals.phase
@@ -88,8 +93,10 @@ class ControlLane(threading.Thread):
             self._disconnected_since = now
         broken = self._disconnected_since is not None and now - self._disconnected_since > DISCONNECTED_S
         if (broken or now - self._last_ping > self._orphan_after_s) and not self._vitals.stop_code:
-            self._log.error("The coupler is gone (%s). Look at the coupler's log.",
-                            "its connection broke and did not come back" if broken else "no ping any more")
+            self._log.error(
+                "The coupler is gone (%s). Look at the coupler's log.",
+                "its connection broke and did not come back" if broken else "no ping any more",
+            )
             self._stop(ExitCode.COMPONENT_LOST)
 
     def _stop(self, code):

@@ -18,28 +18,33 @@ def read_keys(path):
         secret, coupler = lines["secret"].encode(), lines["coupler"].encode()
         return zmq.curve_public(secret), secret, coupler
     except (OSError, ValueError, KeyError, zmq.ZMQError) as problem:
-        raise CaseError(f"The key file {path} is not usable ({problem!r}). "
-                        "Give the file that the deploy command made for this role.") from problem
+        raise CaseError(
+            f"The key file {path} is not usable ({problem!r}). "
+            "Give the file that the deploy command made for this role."
+        ) from problem
 
 
 def require_keys_off_this_machine(endpoint, keys):
     """Raises CaseError if other machines could listen and take part."""
     host = endpoint.removeprefix("tcp://").rpartition(":")[0].strip("[]")
     if keys is None and endpoint.startswith("tcp://") and not _is_loopback(host):
-        raise CaseError(f"The endpoint {endpoint} needs keys (other machines could listen and take part). Give --keys, "
-                        "or let deploy/copepod start the run: it makes them.")
+        raise CaseError(
+            f"The endpoint {endpoint} needs keys (other machines could listen and take part). Give --keys, "
+            "or let deploy/copepod start the run: it makes them."
+        )
 
 
 class Door:
     """Watches how the coupler receives us. Make it before the socket connects."""
 
-    _MOST_BROKEN_HANDSHAKES = 3   # in a row, while the first one is still to succeed
+    _MOST_BROKEN_HANDSHAKES = 3  # in a row, while the first one is still to succeed
 
     def __init__(self, socket):
         self._broken_handshakes = 0
         self._turned_away = False
         self._monitor = socket.get_monitor_socket(
-            zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL)
+            zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+        )
 
     def turns_us_away(self):
         """Whether a key is wrong or missing, at our end or at the coupler's."""

@@ -22,7 +22,7 @@ from .solvers import ServedBody, ServedFluid
 from .validation import MESSAGE_BYTES
 from .vitals import VITALS
 
-LINGER_MS = 500   # for the last message of a component that ends
+LINGER_MS = 500  # for the last message of a component that ends
 
 
 @dataclasses.dataclass
@@ -50,7 +50,9 @@ def _options(capabilities):
     parser.add_argument("--keys", help="file with the keys of this role; a must off this machine")
     parser.add_argument("--log-file", help="where to log; standard error if not given")
     parser.add_argument("--log-level", default="info", choices=["trace", "debug", "info", "warning", "error", "off"])
-    parser.add_argument("--orphan-after", type=float, default=10.0, help="end after so many seconds without the coupler")
+    parser.add_argument(
+        "--orphan-after", type=float, default=10.0, help="end after so many seconds without the coupler"
+    )
     parser.add_argument("--connect-deadline", type=float, default=60.0, help="wait so many seconds for the coupler")
     options = parser.parse_args()
     if not options.capabilities and not (options.endpoint and options.session):
@@ -76,12 +78,21 @@ def serve_component(served, capabilities):
     """Serves an object with role, perform(request, reply) and follow_up(name), see solvers.py; gives the exit code."""
     options = _options(capabilities)
     if options.capabilities:
-        print(json.dumps({"name": capabilities.name, "version": capabilities.version, "role": served.role,
-                          "features": sorted(capabilities.features)}))
+        print(
+            json.dumps(
+                {
+                    "name": capabilities.name,
+                    "version": capabilities.version,
+                    "role": served.role,
+                    "features": sorted(capabilities.features),
+                }
+            )
+        )
         return 0
     level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
-    logging.basicConfig(filename=options.log_file, level=level,
-                        format=f"%(asctime)s %(levelname)s [{served.role} rank 0] %(message)s")
+    logging.basicConfig(
+        filename=options.log_file, level=level, format=f"%(asctime)s %(levelname)s [{served.role} rank 0] %(message)s"
+    )
     log = logging.getLogger("copepod")
     try:
         keys = read_keys(options.keys) if options.keys else None
@@ -104,8 +115,9 @@ def serve_component(served, capabilities):
     def hello(lane):
         return _hello(served.role, lane, options.session, capabilities, instance)
 
-    ControlLane(make_socket("control"), options.endpoint, hello(handshake.LANE_CONTROL), VITALS,
-                options.orphan_after, log).start()
+    ControlLane(
+        make_socket("control"), options.endpoint, hello(handshake.LANE_CONTROL), VITALS, options.orphan_after, log
+    ).start()
     data_lane = make_socket("data")
     door = Door(data_lane)
     data_lane.connect(options.endpoint)
@@ -113,5 +125,5 @@ def serve_component(served, capabilities):
     code = int(server.run(options.connect_deadline))
     log.info("Ending with exit code %d.", code)
     data_lane.close()
-    time.sleep(LINGER_MS / 1000)   # the last message leaves; the control lane still uses the context, which so lives on
+    time.sleep(LINGER_MS / 1000)  # the last message leaves; the control lane still uses the context, which so lives on
     return code

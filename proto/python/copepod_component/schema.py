@@ -13,8 +13,10 @@ def _generated_folder():
     for folder in filter(None, candidates):
         if (pathlib.Path(folder) / "copepod" / "v1" / "envelope_pb2.py").is_file():
             return pathlib.Path(folder)
-    raise ImportError("The Python message classes are missing (the build makes them). "
-                      "Run `ninja -C build copepod_python`, or set COPEPOD_BUILD_PYTHON to the folder that has them.")
+    raise ImportError(
+        "The Python message classes are missing (the build makes them). "
+        "Run `ninja -C build copepod_python`, or set COPEPOD_BUILD_PYTHON to the folder that has them."
+    )
 
 
 _folder = _generated_folder()

@@ -7,7 +7,7 @@ import xxhash
 from .errors import Refused
 from .schema import Envelope
 
-_TAG = b"\x79"   # field 15, fixed64: the last field of every message
+_TAG = b"\x79"  # field 15, fixed64: the last field of every message
 _SIZE = 9
 
 
@@ -33,7 +33,7 @@ def from_bytes(frame):
     envelope = Envelope()
     try:
         envelope.ParseFromString(content)
-    except Exception as error:   # protobuf raises its own kind per implementation
+    except Exception as error:  # protobuf raises its own kind per implementation
         raise Refused(f"A message was refused ({error}). Use the same protocol version on both sides.") from error
     return envelope
 

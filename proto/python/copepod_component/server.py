@@ -10,8 +10,12 @@ from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control, message_n
 from .session import Session
 from .validation import check_version, check_welcome
 
-PHASES = {"make the solver": control.PHASE_CONFIGURING, "read the state": control.PHASE_CHECKPOINTING,
-          "write the state": control.PHASE_CHECKPOINTING, "say goodbye": control.PHASE_FINISHING}
+PHASES = {
+    "make the solver": control.PHASE_CONFIGURING,
+    "read the state": control.PHASE_CHECKPOINTING,
+    "write the state": control.PHASE_CHECKPOINTING,
+    "say goodbye": control.PHASE_FINISHING,
+}
 
 FAREWELL_S = 0.5
 
@@ -19,7 +23,9 @@ FAREWELL_S = 0.5
 def _told(error):
     """An exception that nobody foresaw, in one line with the place that raised it."""
     place = traceback.extract_tb(error.__traceback__)[-1]
-    return f"The component raised {error!r} in {place.filename}, line {place.lineno} (the log has the traceback). Mend it."
+    return (
+        f"The component raised {error!r} in {place.filename}, line {place.lineno} (the log has the traceback). Mend it."
+    )
 
 
 class Server:
@@ -45,7 +51,7 @@ class Server:
             code = error.code if foreseen else ExitCode.SOLVER_FAILED
             reason = f"{error}" if foreseen else _told(error)
             self._log.error("%s", reason, exc_info=not foreseen)
-            if not self._session.session_id:   # no coupler hears of it
+            if not self._session.session_id:  # no coupler hears of it
                 print(f"error: {reason}", file=sys.stderr)
             if self._session.session_id and not self._vitals.stop_code:
                 self._tell_failure(code, reason)
@@ -55,11 +61,15 @@ class Server:
         end = time.monotonic() + connect_deadline_s
         while self._session.state == "connected":
             if time.monotonic() > end:
-                raise DeadlinePassed("The coupler did not answer (it is not running, or at another address). "
-                                     "Start it, or correct --endpoint.")
+                raise DeadlinePassed(
+                    "The coupler did not answer (it is not running, or at another address). "
+                    "Start it, or correct --endpoint."
+                )
             if self._door.turns_us_away():
-                raise Refused("The coupler turned this component away (a key is missing or wrong, here or at the "
-                              "coupler). Give --keys with the file of this role of this run.")
+                raise Refused(
+                    "The coupler turned this component away (a key is missing or wrong, here or at the "
+                    "coupler). Give --keys with the file of this role of this run."
+                )
             self._socket.send(self._hello)
             data = self._receive(1.0)
             if data is not None:
@@ -91,7 +101,7 @@ class Server:
         name = message_name(request)
         if name is None:
             raise Refused("A message was refused (it is empty or unknown). Use the same version on both sides.")
-        if name != "Refusal":   # which must be readable in any version
+        if name != "Refusal":  # which must be readable in any version
             check_version(request)
         action = self._session.on_message(name, request)
         if action.kind == "ignore":
@@ -138,5 +148,11 @@ class Server:
         self._socket.send(seal.to_bytes(message))
 
     def _envelope(self, sequence, step):
-        return Envelope(protocol_major=PROTOCOL_MAJOR, protocol_minor=PROTOCOL_MINOR,
-                        session_id=self._session.session_id, epoch=self._session.epoch, sequence=sequence, step=step)
+        return Envelope(
+            protocol_major=PROTOCOL_MAJOR,
+            protocol_minor=PROTOCOL_MINOR,
+            session_id=self._session.session_id,
+            epoch=self._session.epoch,
+            sequence=sequence,
+            step=step,
+        )

@@ -40,8 +40,11 @@ class Session:
         return self._take(row)
 
     def legal_messages(self):
-        rows = [row["message"] for row in schema.TRANSITIONS
-                if "message" in row and self.role in row["roles"] and self.state in row["from"]]
+        rows = [
+            row["message"]
+            for row in schema.TRANSITIONS
+            if "message" in row and self.role in row["roles"] and self.state in row["from"]
+        ]
         return ", ".join(rows) or "no message"
 
     def has_ended(self):
@@ -58,18 +61,22 @@ class Session:
         if row is None:
             return self._refuse(self._illegal(name))
         if envelope.sequence != self.last_sequence + 1:
-            return self._refuse(f"request {envelope.sequence} came after request {self.last_sequence} "
-                                "(one in between was lost). Send every request until it is answered.")
+            return self._refuse(
+                f"request {envelope.sequence} came after request {self.last_sequence} "
+                "(one in between was lost). Send every request until it is answered."
+            )
         if row.get("to") == "stepping" and envelope.step != self.next_step:
-            return self._refuse(f"{name} of step {envelope.step} came where step {self.next_step} was due "
-                                "(a step was left out or done twice). Advance step by step.")
+            return self._refuse(
+                f"{name} of step {envelope.step} came where step {self.next_step} was due "
+                "(a step was left out or done twice). Advance step by step."
+            )
         if row.get("to") == "configured" or name == "Restore":
             self.next_step = envelope.step
         self.last_sequence = envelope.sequence
         return self._take(row)
 
     def _find(self, **trigger):
-        (kind, name), = trigger.items()
+        ((kind, name),) = trigger.items()
         for row in schema.TRANSITIONS:
             if row.get(kind) == name and self.role in row["roles"] and self.state in row["from"]:
                 return row
@@ -84,5 +91,7 @@ class Session:
         return Action("refuse", reason=reason)
 
     def _illegal(self, name):
-        return (f"{name} is not allowed now (a {self.role} component in state '{self.state}' allows "
-                f"{self.legal_messages()}). Send the messages in the order of docs/protocol.md.")
+        return (
+            f"{name} is not allowed now (a {self.role} component in state '{self.state}' allows "
+            f"{self.legal_messages()}). Send the messages in the order of docs/protocol.md."
+        )

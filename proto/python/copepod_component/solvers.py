@@ -11,18 +11,18 @@ from .validation import check_setup, check_text
 @dataclasses.dataclass
 class Kinematics:
     step: int
-    position_m: np.ndarray                   # (bodies, 3)
-    orientation_wxyz: np.ndarray             # (bodies, 4)
-    velocity_m_per_s: np.ndarray             # (bodies, 3)
-    angular_velocity_rad_per_s: np.ndarray   # (bodies, 3)
+    position_m: np.ndarray  # (bodies, 3)
+    orientation_wxyz: np.ndarray  # (bodies, 4)
+    velocity_m_per_s: np.ndarray  # (bodies, 3)
+    angular_velocity_rad_per_s: np.ndarray  # (bodies, 3)
 
 
 @dataclasses.dataclass
 class AppliedLoads:
     step: int
-    force_N: np.ndarray      # (bodies, 3), hydrodynamic, constant over the step
-    torque_N_m: np.ndarray   # (bodies, 3)
-    driving_N: np.ndarray    # (nodes, bodies, 3)
+    force_N: np.ndarray  # (bodies, 3), hydrodynamic, constant over the step
+    torque_N_m: np.ndarray  # (bodies, 3)
+    driving_N: np.ndarray  # (nodes, bodies, 3)
 
 
 @dataclasses.dataclass
@@ -36,8 +36,10 @@ class Summary:
 def _read(field, shape, name):
     array = np.array(field, dtype=float)
     if array.size != np.prod(shape) or not np.isfinite(array).all():
-        raise Refused(f"A message was refused ({name} is not an array of {np.prod(shape)} finite numbers). "
-                      "Use the same protocol version on both sides.")
+        raise Refused(
+            f"A message was refused ({name} is not an array of {np.prod(shape)} finite numbers). "
+            "Use the same protocol version on both sides."
+        )
     return array.reshape(shape)
 
 
@@ -117,23 +119,33 @@ class ServedBody(_Served):
             write_kinematics(self.solver.kinematics(), self._bodies, reply)
         elif name == "AppliedLoads":
             nodes, bodies = len(self.solver.driving_nodes()), self._bodies
-            applied = AppliedLoads(request.step, _read(body.force_N, (bodies, 3), "force_N"),
-                                   _read(body.torque_N_m, (bodies, 3), "torque_N_m"),
-                                   _read(body.driving_N, (nodes, bodies, 3), "driving_N"))
+            applied = AppliedLoads(
+                request.step,
+                _read(body.force_N, (bodies, 3), "force_N"),
+                _read(body.torque_N_m, (bodies, 3), "torque_N_m"),
+                _read(body.driving_N, (nodes, bodies, 3), "driving_N"),
+            )
             write_kinematics(self.solver.step(applied), self._bodies, reply)
 
 
 def read_kinematics(message, step, bodies):
-    return Kinematics(step, _read(message.position_m, (bodies, 3), "position_m"),
-                      _read(message.orientation_wxyz, (bodies, 4), "orientation_wxyz"),
-                      _read(message.velocity_m_per_s, (bodies, 3), "velocity_m_per_s"),
-                      _read(message.angular_velocity_rad_per_s, (bodies, 3), "angular_velocity_rad_per_s"))
+    return Kinematics(
+        step,
+        _read(message.position_m, (bodies, 3), "position_m"),
+        _read(message.orientation_wxyz, (bodies, 4), "orientation_wxyz"),
+        _read(message.velocity_m_per_s, (bodies, 3), "velocity_m_per_s"),
+        _read(message.angular_velocity_rad_per_s, (bodies, 3), "angular_velocity_rad_per_s"),
+    )
 
 
 def write_kinematics(kinematics, bodies, reply):
     reply.step = kinematics.step
     message = reply.kinematics
     message.SetInParent()
-    for name, width in (("position_m", 3), ("orientation_wxyz", 4), ("velocity_m_per_s", 3),
-                        ("angular_velocity_rad_per_s", 3)):
+    for name, width in (
+        ("position_m", 3),
+        ("orientation_wxyz", 4),
+        ("velocity_m_per_s", 3),
+        ("angular_velocity_rad_per_s", 3),
+    ):
         _write(getattr(message, name), getattr(kinematics, name), (bodies, width), name)

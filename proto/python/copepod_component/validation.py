@@ -8,10 +8,10 @@ from .errors import Refused
 from .schema import PROTOCOL_MAJOR, PROTOCOL_MINOR
 
 MESSAGE_BYTES = 256 << 20
-ENTRIES = 1_000_000   # bodies, springs
+ENTRIES = 1_000_000  # bodies, springs
 CELLS = 10**12
 STRING_BYTES = 4096
-_LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}   # of lists in a setup; all other lists of numbers are vectors of 3
+_LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}  # of lists in a setup; all other lists of numbers are vectors of 3
 
 
 def check_version(envelope):
@@ -23,8 +23,10 @@ def check_version(envelope):
 def check_welcome(welcome):
     """Raises Refused for a minor version that our Hello did not offer."""
     if welcome.minor > PROTOCOL_MINOR:
-        raise _refused(f"the coupler wants protocol {PROTOCOL_MAJOR}.{welcome.minor}, "
-                       f"we speak up to {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}")
+        raise _refused(
+            f"the coupler wants protocol {PROTOCOL_MAJOR}.{welcome.minor}, "
+            f"we speak up to {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
+        )
 
 
 def check_setup(setup):

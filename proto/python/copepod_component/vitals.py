@@ -10,7 +10,7 @@ class Vitals:
         self.progress = 0
         self.received_sequence = 0
         self.replied_sequence = 0
-        self.stop_code = 0   # set by the control lane
+        self.stop_code = 0  # set by the control lane
 
 
 VITALS = Vitals()

@@ -17,8 +17,14 @@ import zipfile
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from copepod_component import (Capabilities, Kinematics, SolverError, StorageError, Summary,  # noqa: E402
-                               run_body_component)
+from copepod_component import (  # noqa: E402
+    Capabilities,
+    Kinematics,
+    SolverError,
+    StorageError,
+    Summary,
+    run_body_component,
+)
 
 
 class Springs:
@@ -26,8 +32,10 @@ class Springs:
 
     def __init__(self, springs):
         if any(any(spring.anchor_A_m) or any(spring.anchor_B_m) for spring in springs):
-            raise SolverError("A spring is not fixed to the centre of its body (point masses have nothing else). "
-                              "Use the body service of Copepod.")
+            raise SolverError(
+                "A spring is not fixed to the centre of its body (point masses have nothing else). "
+                "Use the body service of Copepod."
+            )
         self._body_A = np.array([spring.body_A for spring in springs], dtype=int)
         self._body_B = np.array([spring.body_B for spring in springs], dtype=int)
         self._stiffness_N_per_m = np.array([spring.stiffness_N_per_m for spring in springs])
@@ -42,8 +50,9 @@ class Springs:
             raise SolverError("The ends of a spring coincide (its force has no direction). Start its ends apart.")
         direction = between_m / length_m[:, None]
         stretching_m_per_s = ((velocity_m_per_s[self._body_B] - velocity_m_per_s[self._body_A]) * direction).sum(axis=1)
-        tension_N = (self._stiffness_N_per_m * (length_m - self._rest_length_m)
-                     + self._damping_N_s_per_m * stretching_m_per_s)
+        tension_N = (
+            self._stiffness_N_per_m * (length_m - self._rest_length_m) + self._damping_N_s_per_m * stretching_m_per_s
+        )
         on_A_N = tension_N[:, None] * direction
         np.add.at(force_N, self._body_A, on_A_N)
         np.subtract.at(force_N, self._body_B, on_A_N)
@@ -57,10 +66,12 @@ class PointMasses:
         self._step_s = setup.step_s
         self._mass_kg = np.array([body.mass_kg for body in setup.bodies])[:, None]
         self._state = Kinematics(
-            0, np.array([body.position_m for body in setup.bodies]),
+            0,
+            np.array([body.position_m for body in setup.bodies]),
             np.array([body.orientation_wxyz for body in setup.bodies]),
             np.array([body.velocity_m_per_s for body in setup.bodies]),
-            np.array([body.angular_velocity_rad_per_s for body in setup.bodies]))
+            np.array([body.angular_velocity_rad_per_s for body in setup.bodies]),
+        )
 
     def driving_nodes(self):
         return [0.0]
@@ -97,6 +108,13 @@ class PointMasses:
 
 
 if __name__ == "__main__":
-    sys.exit(run_body_component(PointMasses, Capabilities(
-        "Point masses in Python", "1.0",
-        ["motion:free", "shape:sphere", "springs", "checkpoint", "neglects:torques"])))
+    sys.exit(
+        run_body_component(
+            PointMasses,
+            Capabilities(
+                "Point masses in Python",
+                "1.0",
+                ["motion:free", "shape:sphere", "springs", "checkpoint", "neglects:torques"],
+            ),
+        )
+    )

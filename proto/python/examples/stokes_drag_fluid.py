@@ -50,5 +50,8 @@ class StokesDrag:
 
 
 if __name__ == "__main__":
-    sys.exit(run_fluid_component(StokesDrag, Capabilities(
-        "Stokes drag in Python", "1.0", ["solver:external", "shape:sphere", "checkpoint"])))
+    sys.exit(
+        run_fluid_component(
+            StokesDrag, Capabilities("Stokes drag in Python", "1.0", ["solver:external", "shape:sphere", "checkpoint"])
+        )
+    )

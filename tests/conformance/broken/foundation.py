@@ -49,8 +49,13 @@ class Masses:
     def __init__(self, setup):
         self.step_s = setup.step_s
         self.mass_kg = np.array([body.mass_kg for body in setup.bodies])[:, None]
-        self.state = Kinematics(0, *(np.array([list(getattr(body, name)) for body in setup.bodies]) for name in (
-            "position_m", "orientation_wxyz", "velocity_m_per_s", "angular_velocity_rad_per_s")))
+        self.state = Kinematics(
+            0,
+            *(
+                np.array([list(getattr(body, name)) for body in setup.bodies])
+                for name in ("position_m", "orientation_wxyz", "velocity_m_per_s", "angular_velocity_rad_per_s")
+            ),
+        )
 
     def driving_nodes(self):
         return [0.0]
@@ -60,7 +65,9 @@ class Masses:
 
     def step(self, applied):
         state = self.state
-        state.velocity_m_per_s = state.velocity_m_per_s + self.step_s * (applied.force_N + applied.driving_N[0]) / self.mass_kg
+        state.velocity_m_per_s = (
+            state.velocity_m_per_s + self.step_s * (applied.force_N + applied.driving_N[0]) / self.mass_kg
+        )
         state.position_m = state.position_m + self.step_s * state.velocity_m_per_s
         state.step = applied.step + 1
         return state
@@ -75,7 +82,11 @@ class Masses:
     def restore(self, path):
         try:
             with np.load(path) as saved:
-                self.state.step, self.state.position_m, self.state.velocity_m_per_s = int(saved["step"]), saved["x"], saved["v"]
+                self.state.step, self.state.position_m, self.state.velocity_m_per_s = (
+                    int(saved["step"]),
+                    saved["x"],
+                    saved["v"],
+                )
         except (OSError, EOFError, ValueError, zipfile.BadZipFile) as error:
             raise StorageError(f"The file {path} cannot be read ({error}). Choose another one.") from error
 
