@@ -4,7 +4,8 @@ import signal
 import sys
 from pathlib import Path
 
-sys.path[0] = str(Path(__file__).resolve().parent.parent)
+_DEPLOY = Path(__file__).resolve().parent.parent
+sys.path[:1] = [str(_DEPLOY), str(_DEPLOY.parent / "proto" / "python")]
 
 try:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # deploy/copepod blocks it until somebody can say so

@@ -164,7 +164,7 @@ def _stand_in(options, path, folder):
             f"{path.stem} cannot play the {options.stand_in} component (it went on from a checkpoint, a run that is "
             "played starts at step 0). Use --attempt 1, or --fluid or --body to replay it.",
         )
-    program_path = ROOT / "deploy" / "copepod_recording" / "stand_in.py"
+    program_path = ROOT / "proto" / "python" / "copepod_recording" / "stand_in.py"
     words = ["/usr/bin/python3", str(program_path), options.stand_in, str(path.resolve()), str(options.tolerance)]
     command = [sys.executable, str(ROOT / "deploy/copepod_command/__main__.py"), "run"]
     command += [str(Path(options.directory) / "case.yaml"), "--out", options.out or f"{folder.path}/run"]

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(sys.argv.pop()).resolve()
 
 os.environ["COPEPOD_BUILD_PYTHON"] = str(BUILD / "python")
-sys.path.insert(0, str(ROOT / "deploy"))
+sys.path[:0] = [str(ROOT / "deploy"), str(ROOT / "proto" / "python")]
 from copepod_conformance import protocol, suite  # noqa: E402
 from copepod_conformance.body_case import BodyCase  # noqa: E402
 from copepod_conformance.fluid_case import FluidCase  # noqa: E402

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 COMMAND = ROOT / "deploy" / "copepod"
 FAKES = Path(__file__).resolve().parent / "fakes"
 
-sys.path.insert(0, str(ROOT / "deploy"))
+sys.path[:0] = [str(ROOT / "deploy"), str(ROOT / "proto" / "python")]
 
 
 class Session:

@@ -9,7 +9,7 @@ answer would be one to another question.
 import sys
 from pathlib import Path
 
-_ROOT = Path(__file__).resolve().parents[2]
+_ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(_ROOT / "deploy"), str(_ROOT / "proto" / "python")]
 
 from copepod_component.errors import SolverError  # noqa: E402
