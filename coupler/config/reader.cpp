@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "config/command_words.hpp"
-#include "config/nearest_word.hpp"
 
 namespace copepod::coupler {
 namespace {

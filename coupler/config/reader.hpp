@@ -12,15 +12,9 @@
 
 #include "config/problems.hpp"
 #include "config/value.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
-
-/// Name of an enumerator in the case file.
-template <typename E>
-struct Choice {
-  const char* name;
-  E value;
-};
 
 enum class Range { any, positive, not_negative };
 
@@ -82,14 +76,6 @@ class Reader {
   std::set<std::string> known_;
   bool accepts_all_ = false;
 };
-
-template <typename E, std::size_t N>
-const char* name_of(const std::array<Choice<E>, N>& choices, E value) {
-  for (const Choice<E>& choice : choices) {
-    if (choice.value == value) return choice.name;
-  }
-  return "";
-}
 
 template <typename E, std::size_t N>
 E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices,

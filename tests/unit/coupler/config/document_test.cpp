@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "config/nearest_word.hpp"
 #include "config/problems.hpp"
 #include "config/yaml_text.hpp"
 
@@ -111,12 +110,6 @@ TEST(YamlText, GivesControlCharactersBack) {
     list.items[0].text = word;
     EXPECT_EQ(parse_yaml(to_yaml(list), "x", LineNumbers::kept).items[0].text, word);
   }
-}
-TEST(NearestWord, FindsTheWordThatWasMeant) {
-  EXPECT_EQ(nearest_word("radius", {"mass_kg", "radius_m"}), "radius_m");
-  EXPECT_EQ(nearest_word("mass_g", {"mass_kg", "radius_m"}), "mass_kg");
-  EXPECT_EQ(nearest_word("length_um", {"length_m", "mass_kg"}), "length_m");
-  EXPECT_EQ(nearest_word("colour", {"mass_kg", "radius_m"}), "");
 }
 
 }  // namespace

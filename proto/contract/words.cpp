@@ -1,8 +1,8 @@
-#include "config/nearest_word.hpp"
+#include "contract/words.hpp"
 
 #include <algorithm>
 
-namespace copepod::coupler {
+namespace copepod {
 namespace {
 
 /// Levenshtein's edit distance.
@@ -27,11 +27,11 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2) + 1;
   for (const std::string& candidate : known) {
-    // A key without its unit, or with another one, is the likeliest slip of all.
+    // A key without its unit, or with another one, is the most likely slip.
     const bool prefix = candidate.starts_with(word + "_") || word.starts_with(candidate + "_");
     const std::size_t least =
         std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
-    if (!prefix && least >= best_distance) continue;  // so many letters have to be added at least
+    if (!prefix && least >= best_distance) continue;  // at least this many letters differ
     const std::size_t distance = prefix ? 1 : edit_distance(word, candidate);
     if (distance < best_distance) {
       best = candidate;
@@ -41,4 +41,4 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return best;
 }
 
-}  // namespace copepod::coupler
+}  // namespace copepod
