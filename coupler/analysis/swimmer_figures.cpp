@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "config/expand.hpp"
+#include "config/sections/expand.hpp"
 
 namespace copepod::coupler {
 namespace {

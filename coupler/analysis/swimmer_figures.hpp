@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 

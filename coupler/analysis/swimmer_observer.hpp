@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "analysis/swimmer_figures.hpp"
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 #include "observers/observer.hpp"
 
 namespace copepod::coupler {

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "analysis/swimmer_observer.hpp"
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 

@@ -1,10 +1,10 @@
 #include "config/load_case.hpp"
 
-#include "config/checks.hpp"
-#include "config/document.hpp"
-#include "config/problems.hpp"
-#include "config/sections.hpp"
+#include "config/checks/checks.hpp"
+#include "config/sections/sections.hpp"
 #include "config/setups.hpp"
+#include "config/yaml/document.hpp"
+#include "config/yaml/problems.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "config/case.hpp"
-#include "config/expand.hpp"
-#include "config/reader.hpp"
+#include "config/sections/case.hpp"
+#include "config/sections/expand.hpp"
+#include "config/yaml/reader.hpp"
 
 namespace copepod::coupler {
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "config/names.hpp"
+#include "config/sections/names.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::coupler {

@@ -3,8 +3,8 @@
 #include <set>
 #include <string>
 
-#include "config/case.hpp"
-#include "config/expand.hpp"
+#include "config/sections/case.hpp"
+#include "config/sections/expand.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/fluid_setup.hpp"

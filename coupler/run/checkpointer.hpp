@@ -4,7 +4,7 @@
 
 #include "checkpoint/checkpoint_schedule.hpp"
 #include "checkpoint/checkpoint_store.hpp"
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 #include "run/audience.hpp"
 #include "run/components.hpp"
 #include "run/events.hpp"

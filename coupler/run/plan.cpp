@@ -6,10 +6,10 @@
 
 #include "analysis/swimmer_figures.hpp"
 #include "config/memory_estimate.hpp"
-#include "config/names.hpp"
-#include "config/resolved.hpp"
+#include "config/sections/names.hpp"
+#include "config/sections/resolved.hpp"
 #include "config/setups.hpp"
-#include "config/yaml_text.hpp"
+#include "config/yaml/yaml_text.hpp"
 
 namespace copepod::coupler {
 namespace {

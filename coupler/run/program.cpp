@@ -8,9 +8,9 @@
 #include <spdlog/spdlog.h>
 
 #include "config/load_case.hpp"
-#include "config/problems.hpp"
-#include "config/resolved.hpp"
-#include "config/yaml_text.hpp"
+#include "config/sections/resolved.hpp"
+#include "config/yaml/problems.hpp"
+#include "config/yaml/yaml_text.hpp"
 #include "run/events.hpp"
 #include "run/plan.hpp"
 #include "run/provenance.hpp"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <ostream>
 
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 #include "contract/errors.hpp"
 #include "run/command_line.hpp"
 #include "run/components.hpp"

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 #include "remote/link.hpp"
 #include "run/command_line.hpp"
 #include "run/components.hpp"

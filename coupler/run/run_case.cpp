@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include "config/resolved.hpp"
+#include "config/sections/resolved.hpp"
 #include "config/setups.hpp"
 #include "recording/timeline.hpp"
 #include "run/audience.hpp"

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "analysis/swimmer_observer.hpp"
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_solver.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "config/case.hpp"
+#include "config/sections/case.hpp"
 #include "contract/exchange.hpp"
 
 namespace copepod::coupler {

@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "config/load_case.hpp"
-#include "config/problems.hpp"
-#include "config/resolved.hpp"
-#include "config/yaml_text.hpp"
+#include "config/sections/resolved.hpp"
+#include "config/yaml/problems.hpp"
+#include "config/yaml/yaml_text.hpp"
 #include "run/plan.hpp"
 
 namespace {

@@ -1,0 +1,158 @@
+#include <cmath>
+#include <map>
+
+#include "config/checks/checks.hpp"
+#include "config/checks/geometry.hpp"
+#include "config/sections/names.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
+  Eigen::Vector3d length;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    length[static_cast<Eigen::Index>(axis)] =
+        static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+  }
+  return length;
+}
+
+std::string known_names(const Assembly& assembly) {
+  std::vector<std::string> names;
+  std::string text;
+  for (const BodySpecification& body : assembly.bodies) {
+    if (names.size() < 8) text += (text.empty() ? "" : ", ") + body.name;
+    names.push_back(body.name);
+  }
+  return names.size() > 8 ? text + ", …" : text;
+}
+
+bool rests(const BodySpecification& body) {
+  return body.motion == MotionKind::fixed ||
+         (body.motion == MotionKind::prescribed && body.velocity_m_per_s.isZero(0.0) &&
+          body.angular_velocity_rad_per_s.isZero(0.0));
+}
+
+/// Judges the gap between a body and a face that is not periodic as the fluid service does
+/// [docs/theory_fluid.md, (F7)].
+void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const BodySpecification& body,
+               const std::string& path, Problems& problems) {
+  const std::string axis = axis_names[face / 2];
+  constexpr double rounding = 1e-9;  // of a cell
+  const bool mirror = fluid.boundaries[face].kind == BoundaryKind::free_slip;
+  if (gap_m < -rounding * fluid.cell_size_m) {
+    problems.error(path, "body '" + body.name + "' reaches " + shortest_text(-gap_m) + " m beyond the " +
+                             axis +
+                             " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
+  } else if (mirror && gap_m < (0.5 - rounding) * fluid.cell_size_m && !rests(body)) {
+    problems.error(path, "body '" + body.name + "' is less than half a cell from the free_slip " + axis +
+                             " face (behind it comes its mirror image, which it would touch). Move it away.");
+  } else if (gap_m < fluid.cell_size_m) {
+    problems.warning(path, "body '" + body.name + "' is less than one cell from the " + axis +
+                               " face (no fluid cell in between: its forces will be wrong). Move it away.");
+  }
+}
+
+void check_in_domain(const FluidCase& fluid, const BodySpecification& body, const std::string& path,
+                     Problems& problems) {
+  const Eigen::Vector3d length = domain_length_m(fluid);
+  const Eigen::Vector3d half = half_extents_m(body);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const auto face = static_cast<std::size_t>(2 * axis);
+    if (length[axis] == 0.0) continue;
+    if (fluid.boundaries[face].kind != BoundaryKind::periodic) {
+      check_gap(body.position_m[axis] - half[axis], fluid, face, body, path, problems);
+      check_gap(length[axis] - half[axis] - body.position_m[axis], fluid, face + 1, body, path, problems);
+    } else if (2 * half[axis] >= length[axis]) {
+      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " +
+                               axis_names[face / 2] +
+                               " (it would meet its own image). Use a smaller body or more cells.");
+    }
+  }
+}
+
+/// Shift of B to its image nearest to A.
+Eigen::Vector3d nearest_image(const FluidCase& fluid, const BodySpecification& A,
+                              const BodySpecification& B) {
+  const Eigen::Vector3d length = domain_length_m(fluid);
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const bool periodic = fluid.boundaries[static_cast<std::size_t>(2 * axis)].kind == BoundaryKind::periodic;
+    if (!periodic || length[axis] == 0.0) continue;
+    shift[axis] = length[axis] * std::round((A.position_m[axis] - B.position_m[axis]) / length[axis]);
+  }
+  return shift;
+}
+
+void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
+  for (std::size_t a = 0; a < assembly.bodies.size(); ++a) {
+    for (std::size_t b = a + 1; b < assembly.bodies.size(); ++b) {
+      const BodySpecification& A = assembly.bodies[a];
+      const BodySpecification& B = assembly.bodies[b];
+      const double gap = surface_distance_m(A, B, nearest_image(fluid, A, B));
+      const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
+      if (gap < 0.0) {
+        problems.error(assembly.body_paths[b], pair + " overlap by " + shortest_text(-gap) +
+                                                   " m (solid bodies cannot). Move them apart.");
+      } else if (gap < fluid.cell_size_m) {
+        problems.warning(assembly.body_paths[b],
+                         pair +
+                             " are less than one cell apart (no fluid cell in between: a "
+                             "spurious force appears). Move them apart or use smaller cells.");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void check_names(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  std::map<std::string, std::string> seen;
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+    const std::string& name = assembly.bodies[i].name;
+    const auto [first, inserted] = seen.emplace(name, assembly.body_paths[i]);
+    if (inserted) continue;
+    problems.error(assembly.body_paths[i] + (i < 3 * the_case.swimmers.size() ? "" : ".name"),
+                   "two bodies are called '" + name +
+                       "' (springs, forces and results need one each). Rename one of them.");
+  }
+  const auto require_body = [&](const std::string& name, const std::string& path) {
+    if (name.empty() || seen.contains(name)) return;  // an empty one was reported when it was read
+    problems.error(
+        path, path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
+  };
+  for (std::size_t i = 0; i < the_case.springs.size(); ++i) {
+    for (const std::string& name : the_case.springs[i].bodies) {
+      require_body(name, "springs." + std::to_string(i) + ".bodies");
+    }
+  }
+  for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
+    require_body(the_case.forces[i].body, "forces." + std::to_string(i) + ".body");
+  }
+}
+
+void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
+    const auto& gaps = the_case.swimmers[i].rest_gap_m;
+    if (gaps[0] > 0.0 && gaps[1] > 0.0) continue;
+    const std::string path = "swimmers." + std::to_string(i) + ".rest_gap_m";
+    problems.error(
+        path,
+        path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");
+    return;
+  }
+  const bool bounded = fluid.solver == FluidSolverChoice::lattice_boltzmann;
+  for (std::size_t i = 0; i < assembly.bodies.size() && bounded; ++i) {
+    check_in_domain(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
+    if (assembly.bodies[i].shape.radius_m < 2.0 * fluid.cell_size_m) {
+      problems.warning(assembly.body_paths[i],
+                       "body '" + assembly.bodies[i].name +
+                           "' has a radius of less than two cells (its shape is not resolved). "
+                           "Use smaller cells.");
+    }
+  }
+  check_overlaps(fluid, assembly, problems);
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,191 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "config/checks/checks.hpp"
+#include "config/sections/names.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Lattice velocities: above the first figure compressibility shows, above the second the scheme breaks.
+/// The speed of sound is 1/√3 = 0.577 cells per step.
+constexpr double fast_lu = 0.1;
+constexpr double too_fast_lu = 0.4;
+
+void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::string& path,
+                    const std::string& what, Problems& problems) {
+  const double velocity_lu = velocity_m_per_s * the_case.step_s / the_case.fluid.cell_size_m;
+  const std::string found = what + " is " + shortest_text(velocity_lu) + " cells per step";
+  if (velocity_lu > too_fast_lu) {
+    problems.error(path, found +
+                             " (the lattice breaks above about 0.4, sound travels at 0.577). Use a smaller "
+                             "step or slower motion.");
+  } else if (velocity_lu > fast_lu) {
+    problems.warning(
+        path, found + " (compressibility shows above about 0.1). Use a smaller step or slower motion.");
+  }
+}
+
+/// Pressure is density on a lattice: ρ/ρ₀ = 1 + 3 p Δt² / (ρ₀ Δx²). It may do to the density what a flow does
+/// that is stopped from the velocities above, 3 u²/2.
+void judge_pressure(double pressure_Pa, const Case& the_case, const std::string& path, Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  const double seconds_per_m = the_case.step_s / fluid.cell_size_m;
+  const double excess = 3.0 * pressure_Pa * seconds_per_m * seconds_per_m / fluid.density_kg_per_m3;
+  const std::string found = "the pressure of " + path + " makes the density there " +
+                            shortest_text(1.0 + excess) + " times the fluid's";
+  const std::string remedy =
+      "Use a smaller step, or pressures nearer to 0 (only their differences drive the flow).";
+  if (std::abs(excess) > 1.5 * too_fast_lu * too_fast_lu) {
+    problems.error(path,
+                   found + " (a liquid keeps it; the lattice flows like a gas, and breaks at 0). " + remedy);
+  } else if (std::abs(excess) > 1.5 * fast_lu * fast_lu) {
+    problems.warning(path, found + " (fluxes of volume will differ by as much from face to face). " + remedy);
+  }
+}
+
+/// Amplitude of a bead's velocity under a sinusoidal force, the smaller of what drag and inertia alone allow
+/// [m/s]:
+///   a / (6π ρ ν r)  and  a T / (2π m)
+double expected_velocity_m_per_s(const Swimmer& swimmer, const Case& the_case) {
+  const double viscosity_Pa_s =
+      the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
+  double smallest_radius_m = swimmer.beads[0].shape.radius_m;
+  for (const Bead& bead : swimmer.beads) smallest_radius_m = std::min(smallest_radius_m, bead.shape.radius_m);
+  const double force_N = std::abs(swimmer.stroke.amplitude_N);
+  const double by_drag = force_N / (6.0 * std::numbers::pi * viscosity_Pa_s * smallest_radius_m);
+  const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
+  const double by_inertia = force_N * period_s / (2.0 * std::numbers::pi * swimmer.bead_mass_kg);
+  return std::min(by_drag, by_inertia);
+}
+
+}  // namespace
+
+void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  if (the_case.fluid.solver != FluidSolverChoice::lattice_boltzmann || !(the_case.step_s > 0.0)) return;
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+    const BodySpecification& body = assembly.bodies[i];
+    const double surface_speed =
+        body.velocity_m_per_s.norm() +
+        body.angular_velocity_rad_per_s.norm() * (body.shape.radius_m + 0.5 * body.shape.length_m);
+    judge_velocity(surface_speed, the_case, assembly.body_paths[i] + ".velocity_m_per_s",
+                   "the initial speed of body '" + body.name + "'", problems);
+  }
+  for (std::size_t face = 0; face < 6; ++face) {
+    const Boundary& boundary = the_case.fluid.boundaries[face];
+    judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall",
+                   problems);
+    judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
+  }
+  for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
+    const Swimmer& swimmer = the_case.swimmers[i];
+    const std::string path = "swimmers." + std::to_string(i) + ".stroke.amplitude_N";
+    const double velocity = expected_velocity_m_per_s(swimmer, the_case);
+    judge_velocity(velocity, the_case, path, "the expected speed of the beads of '" + swimmer.name + "'",
+                   problems);
+    const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
+    const double reach_m = velocity * period_s / (2.0 * std::numbers::pi);
+    if (reach_m > std::min(swimmer.rest_gap_m[0], swimmer.rest_gap_m[1])) {
+      problems.warning(path, "the beads of '" + swimmer.name + "' may move by " + shortest_text(reach_m) +
+                                 " m, more than the gap between them (they could collide). Use a smaller "
+                                 "amplitude or a shorter period.");
+    }
+  }
+}
+
+void check_strokes(const Case& the_case, Problems& problems) {
+  for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
+    const Stroke& stroke = the_case.swimmers[i].stroke;
+    const std::string path = "swimmers." + std::to_string(i) + ".stroke";
+    if (stroke.period_steps < 20) {
+      problems.error(path + ".period_steps",
+                     path + ".period_steps is " + std::to_string(stroke.period_steps) +
+                         " (a sine needs at least 20 steps). Use a longer period or a smaller step.");
+      continue;
+    }
+    if (stroke.phase_lag_steps >= stroke.period_steps) {
+      problems.error(
+          path + ".phase_lag_steps",
+          path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) + ", the period " +
+              std::to_string(stroke.period_steps) +
+              " (a lag of a whole period or more means something else). Use a lag within one period.");
+    }
+    if (stroke.cycles * stroke.period_steps > the_case.steps) {
+      problems.warning(
+          "run.steps",
+          "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" + the_case.swimmers[i].name +
+              "' needs " + std::to_string(stroke.cycles * stroke.period_steps) +
+              " (its last period is what the analysis looks at). Run longer for a result table.");
+    }
+  }
+  for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
+    const NamedForce& force = the_case.forces[i];
+    if (!force.stop_step || *force.stop_step > force.start_step) continue;
+    const std::string path = "forces." + std::to_string(i) + ".stop_step";
+    problems.error(path, path + " is " + std::to_string(*force.stop_step) + ", the force starts at " +
+                             std::to_string(force.start_step) +
+                             " (it would never act). Stop later, or leave it out.");
+  }
+}
+
+void check_output(const Case& the_case, Problems& problems) {
+  const OutputCase& output = the_case.output;
+  const auto [start, stop] = output.mean_over_steps;
+  const std::string path = "output.fields.mean_over_steps";
+  if (stop == 0 && start == 0) return;
+  if (stop <= start) {
+    problems.error(path, path + " stops at " + std::to_string(stop) + " before it starts at " +
+                             std::to_string(start) +
+                             " (the mean would be empty). Write [start, stop] with start < stop.");
+  } else if (stop > the_case.steps) {
+    problems.error(path, path + " stops at " + std::to_string(stop) + ", the run after " +
+                             std::to_string(the_case.steps) +
+                             " steps (the mean would never be written). Run longer or stop earlier.");
+  } else if (output.mean_every_steps > stop - start) {
+    problems.warning("output.fields.mean_every_steps",
+                     "output.fields.mean_every_steps takes one sample in the whole window "
+                     "(no mean). Use a smaller number.");
+  }
+}
+
+void check_services(const Case& the_case, Problems& problems) {
+  const ServicesCase& services = the_case.services;
+  if (services.transport != in_process_transport) return;
+  const FluidSolverChoice solver = the_case.fluid.solver;
+  const bool replaced = !services.fluid_command.empty() || !services.body_command.empty() ||
+                        the_case.body.solver != BodySolverChoice::own;
+  if (replaced || (solver != FluidSolverChoice::vacuum && solver != FluidSolverChoice::stokes)) {
+    problems.error("services.transport",
+                   std::string("services.transport is in_process (") +
+                       (replaced ? "other components than our own" : "this fluid.solver") +
+                       " must be processes). Write transport: ipc.");
+  }
+  if (the_case.output.wire) {
+    problems.error("output.wire",
+                   "output.wire is true (services.transport is in_process: there are no messages to record). "
+                   "Write transport: ipc, or wire: false.");
+  }
+}
+
+void check_case(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  const bool time = !problems.any_under("fluid") && !problems.any_under("step_s");
+  const bool domain = time && !problems.any_under("services");
+  const bool bodies = !problems.any_under("swimmers") && !problems.any_under("bodies");
+  const bool springs = bodies && !problems.any_under("springs") && !problems.any_under("forces");
+  const bool run = !problems.any_under("run");
+  if (time) check_time(the_case, problems);
+  if (domain) check_domain(the_case, problems);
+  if (domain && bodies) check_solvers(the_case, assembly, problems);
+  if (bodies) check_names(the_case, assembly, problems);
+  if (time && springs) check_symmetry(the_case, assembly, problems);
+  if (time && bodies) check_bodies(the_case, assembly, problems);
+  if (springs) check_springs(the_case, assembly, problems);
+  if (springs && run) check_strokes(the_case, problems);
+  if (time && bodies && !problems.any()) check_velocities(the_case, assembly, problems);
+  if (time && springs && !problems.any()) check_stiffness(the_case, assembly, problems);
+  if (run && !problems.any_under("output")) check_output(the_case, problems);
+  if (domain) check_services(the_case, problems);
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,101 @@
+#include <string>
+
+#include "config/checks/checks.hpp"
+#include "config/checks/geometry.hpp"
+#include "config/sections/names.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+void check_command(bool external, const std::vector<std::string>& command, const std::string& role,
+                   Problems& problems) {
+  if (!external || !command.empty() || problems.any_under(role + ".solver")) return;
+  problems.error(role + ".solver", role +
+                                       ".solver is external (no component to start is named). Write solver: "
+                                       "{command: …}, or give --" +
+                                       role + " CMD.");
+}
+
+/// Height of the plane above the origin along its axis [m].
+double plane_height_m(const FluidCase& fluid) {
+  const auto axis = static_cast<std::size_t>(fluid.no_slip_plane / 2);
+  return fluid.no_slip_plane % 2 == 0 ? 0.0
+                                      : static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+}
+
+void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
+  const std::string plane = std::string("no_slip_plane ") + name_of(plane_names, fluid.no_slip_plane);
+  const bool high = fluid.no_slip_plane % 2 == 1;
+  if (high && plane_height_m(fluid) == 0.0) {
+    problems.error("fluid.no_slip_plane",
+                   plane +
+                       " is nowhere (the high faces are where the domain ends). Give fluid.domain_cells and "
+                       "fluid.cell_size_m, or use a low face.");
+    return;
+  }
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+    const BodySpecification& body = assembly.bodies[i];
+    const double above_m = body.position_m[fluid.no_slip_plane / 2] - plane_height_m(fluid);
+    const double gap_m = (high ? -above_m : above_m) - body.shape.radius_m;
+    if (gap_m > 0.0) continue;
+    problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + shortest_text(-gap_m) +
+                                               " m beyond " + plane +
+                                               " (the fluid ends there). Move it away from the plane.");
+  }
+}
+
+/// What drives or repeats a flow is not known to Stokes flow: fluid at rest but for the bodies, and one wall
+/// at most.
+void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
+  if (!fluid.body_force_N_per_m3.isZero(0.0)) {
+    problems.warning("fluid.body_force_N_per_m3",
+                     "fluid.body_force_N_per_m3 drives a flow (solver: stokes knows none but that of the "
+                     "bodies). It is left out.");
+  }
+  for (std::size_t face = 0; face < 6; ++face) {
+    const BoundaryKind kind = fluid.boundaries[face].kind;
+    if (kind != BoundaryKind::velocity && kind != BoundaryKind::pressure) continue;
+    problems.warning(face_path(face), face_path(face) +
+                                          " drives a flow (solver: stokes knows none but that of the "
+                                          "bodies). It is left out.");
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) continue;
+    const std::string path = std::string("fluid.boundaries.") + axis_names[axis];
+    problems.warning(path, path +
+                               " is periodic (solver: stokes computes no flow around images of the bodies). "
+                               "They are left out.");
+  }
+}
+
+/// What a case written for the lattice says that a solver without cells leaves out.
+void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  const std::string solver = std::string("solver: ") + name_of(solver_names, fluid.solver);
+  if (wants_fields(the_case.output)) {
+    problems.warning("output.fields",
+                     "output.fields asks for fields (" + solver + " computes none). They are left out.");
+  }
+  if (fluid.solver != FluidSolverChoice::stokes) return;
+  warn_of_flows_left_out(fluid, problems);
+  if (fluid.domain_cells[0] > 0 && fluid.no_slip_plane < 0) {
+    problems.warning("fluid.solver",
+                     "the fluid is taken as unbounded (" + solver +
+                         " knows none of the domain's walls). Give fluid.no_slip_plane for one.");
+  }
+}
+
+}  // namespace
+
+void check_solvers(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  check_command(fluid.solver == FluidSolverChoice::external, the_case.services.fluid_command, "fluid",
+                problems);
+  check_command(the_case.body.solver == BodySolverChoice::external, the_case.services.body_command, "body",
+                problems);
+  if (computes_no_cells(fluid.solver)) warn_of_what_is_left_out(the_case, problems);
+  if (fluid.solver == FluidSolverChoice::stokes && fluid.no_slip_plane >= 0)
+    check_plane(fluid, assembly, problems);
+}
+
+}  // namespace copepod::coupler

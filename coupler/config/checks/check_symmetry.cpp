@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <cmath>
+
+#include "config/checks/checks.hpp"
+#include "config/checks/geometry.hpp"
+#include "config/sections/names.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Whether the mirror image of face `face` about the plane normal to `axis` is the condition given there.
+bool mirrored(const FluidCase& fluid, std::size_t face, std::size_t axis) {
+  const std::size_t image = face / 2 == axis ? face ^ 1U : face;
+  const Boundary& one = fluid.boundaries[face];
+  const Boundary& other = fluid.boundaries[image];
+  Eigen::Vector3d reflected = other.velocity_m_per_s;
+  reflected[static_cast<Eigen::Index>(axis)] *= -1.0;
+  return one.kind == other.kind && one.pressure_Pa == other.pressure_Pa && one.velocity_m_per_s == reflected;
+}
+
+constexpr double plane_tolerance = 1e-9;
+
+/// Where symmetry plane `axis` is.
+double middle_m(const FluidCase& fluid, std::size_t axis) {
+  return 0.5 * static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+}
+
+void check_symmetric_faces(const FluidCase& fluid, std::size_t axis, Problems& problems) {
+  const std::string plane = std::string("symmetry plane ") + axis_names[axis];
+  if (fluid.domain_cells[axis] % 2 != 0) {
+    problems.error("fluid.domain_cells",
+                   "fluid.domain_cells has " + std::to_string(fluid.domain_cells[axis]) + " cells along " +
+                       axis_names[axis] + " (" + plane + " must lie between two cells). Use an even number.");
+  }
+  if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic) {
+    problems.error(
+        face_path(2 * axis),
+        face_path(2 * axis) + " is periodic across " + plane +
+            " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
+    return;
+  }
+  for (std::size_t face = 0; face < 6; ++face) {
+    if (mirrored(fluid, face, axis)) continue;
+    problems.error(face_path(face),
+                   face_path(face) + " is not its own mirror image about " + plane +
+                       " (the flow could not be symmetric). Remove the plane or make the faces alike.");
+    return;
+  }
+}
+
+/// Reports vectors that have a component which the mirror would turn round.
+void check_symmetric_vector(const Eigen::Vector3d& vector, std::size_t axis, const std::string& path,
+                            Problems& problems) {
+  if (vector[static_cast<Eigen::Index>(axis)] == 0.0) return;
+  problems.error(path, path + " has a component along " + axis_names[axis] + " (symmetry plane " +
+                           axis_names[axis] + " allows none). Set it to 0 or remove the plane.");
+}
+
+/// A body either lies on the plane or stays in the half that is computed: it then has a mirror image of its
+/// own.
+bool lies_on(const BodySpecification& body, const FluidCase& fluid, std::size_t axis) {
+  return std::abs(body.position_m[static_cast<Eigen::Index>(axis)] - middle_m(fluid, axis)) <=
+         plane_tolerance * fluid.cell_size_m;
+}
+
+/// Whether a direction lies neither in the plane normal to `axis` nor across it.
+bool oblique(const Eigen::Vector3d& direction, std::size_t axis) {
+  const double along = std::abs(direction[static_cast<Eigen::Index>(axis)]);
+  return along > plane_tolerance && along < 1.0 - plane_tolerance;
+}
+
+void check_symmetric_body(const BodySpecification& body, const std::string& path, const FluidCase& fluid,
+                          std::size_t axis, Problems& problems) {
+  const auto normal = static_cast<Eigen::Index>(axis);
+  const std::string plane = std::string("symmetry plane ") + axis_names[axis];
+  if (!lies_on(body, fluid, axis)) {
+    const double beyond_m = body.position_m[normal] + half_extents_m(body)[normal] - middle_m(fluid, axis);
+    if (beyond_m > -fluid.cell_size_m)
+      problems.error(
+          path, "body '" + body.name + "' is " +
+                    shortest_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " m off " +
+                    plane +
+                    " and not below it by a cell (a body lies on the plane, or all of it in the "
+                    "lower half and its mirror image in the upper). Move it, or remove the plane.");
+    return;
+  }
+  if (body.shape.kind != ShapeKind::sphere && oblique(body_axis(body), axis)) {
+    problems.error(
+        path,
+        "body '" + body.name + "' is tilted against " + plane +
+            " (it is not its own mirror image). Turn it into or across the plane, or remove the plane.");
+  }
+  if (body.motion == MotionKind::axis && oblique(body.axis, axis)) {
+    problems.error(
+        path, "body '" + body.name + "' may move along an axis oblique to " + plane +
+                  " (forces within the plane would push it off). Turn the axis into or across the plane, "
+                  "or remove the plane.");
+  }
+  Eigen::Vector3d forbidden_spin = body.angular_velocity_rad_per_s;
+  forbidden_spin[normal] = 0.0;
+  if (body.velocity_m_per_s[normal] != 0.0 || !forbidden_spin.isZero(0.0)) {
+    problems.error(
+        path,
+        "body '" + body.name + "' moves across " + plane +
+            " (its mirror image moves the other way). Give it a symmetric motion, or remove the plane.");
+  }
+}
+
+/// What ties a body on the plane to one beside it would tie it to the mirror image too, and what pulls at a
+/// point off the plane would pull at that point's image.
+void check_symmetric_spring(const SpringSpecification& spring, const std::string& path,
+                            const Assembly& assembly, const FluidCase& fluid, std::size_t axis,
+                            Problems& problems) {
+  if (spring.body_A < 0 || spring.body_B < 0) return;
+  const auto& A = assembly.bodies[static_cast<std::size_t>(spring.body_A)];
+  const auto& B = assembly.bodies[static_cast<std::size_t>(spring.body_B)];
+  if (lies_on(A, fluid, axis) != lies_on(B, fluid, axis)) {
+    problems.error(path, "a spring ties '" + A.name + "' to '" + B.name +
+                             "', only one of which lies on symmetry plane " + axis_names[axis] +
+                             " (the mirror image of the spring is not computed). Remove the plane.");
+    return;
+  }
+  if (!lies_on(A, fluid, axis)) return;
+  const auto normal = static_cast<Eigen::Index>(axis);
+  const double off_A_m = std::abs(in_world(A, spring.anchor_A_m)[normal]);
+  const double off_B_m = std::abs(in_world(B, spring.anchor_B_m)[normal]);
+  if (std::max(off_A_m, off_B_m) <= plane_tolerance * fluid.cell_size_m) return;
+  problems.error(path, "a spring is anchored to '" + (off_A_m >= off_B_m ? A : B).name + "' " +
+                           shortest_text(std::max(off_A_m, off_B_m)) + " m off symmetry plane " +
+                           axis_names[axis] +
+                           " (it would turn the body or pull it off the plane). Anchor it on the plane, or "
+                           "remove the plane.");
+}
+
+/// Stokes flow computes bodies on a plane whole, which is the same, but no mirror images.
+void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly, std::size_t axis,
+                               Problems& problems) {
+  const std::string plane = std::string("symmetry plane ") + axis_names[axis];
+  if (middle_m(fluid, axis) == 0.0) {
+    problems.error("fluid.symmetry_planes",
+                   plane +
+                       " is nowhere (it goes through the middle of the domain). Give fluid.domain_cells and "
+                       "fluid.cell_size_m, or remove the plane.");
+    return;
+  }
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+    if (lies_on(assembly.bodies[i], fluid, axis)) continue;
+    problems.error(assembly.body_paths[i],
+                   "body '" + assembly.bodies[i].name + "' lies beside " + plane +
+                       " (solver: stokes computes no mirror images). Give its image as a body too and remove "
+                       "the plane, or use solver: lattice_boltzmann.");
+  }
+}
+
+}  // namespace
+
+void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!fluid.symmetry_planes[axis]) continue;
+    if (fluid.solver == FluidSolverChoice::stokes) check_images_not_computed(fluid, assembly, axis, problems);
+    if (fluid.solver != FluidSolverChoice::lattice_boltzmann) continue;
+    check_symmetric_faces(fluid, axis, problems);
+    check_symmetric_vector(fluid.body_force_N_per_m3, axis, "fluid.body_force_N_per_m3", problems);
+    check_symmetric_vector(the_case.gravity_m_per_s2, axis, "gravity_m_per_s2", problems);
+    for (std::size_t i = 0; i < assembly.bodies.size(); ++i)
+      check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], fluid, axis, problems);
+    for (std::size_t i = 0; i < assembly.springs.size(); ++i)
+      check_symmetric_spring(assembly.springs[i], assembly.spring_paths[i], assembly, fluid, axis, problems);
+    for (std::size_t i = 0; i < assembly.driving.size(); ++i) {
+      const int body = assembly.driving[i].body;
+      if (body < 0 || !lies_on(assembly.bodies[static_cast<std::size_t>(body)], fluid, axis)) continue;
+      check_symmetric_vector(assembly.driving[i].amplitude_N, axis, assembly.driving_paths[i], problems);
+    }
+  }
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "config/sections/case.hpp"
+#include "config/sections/expand.hpp"
+#include "config/yaml/problems.hpp"
+
+namespace copepod::coupler {
+
+// What can be known about a case before it runs. Each check reports to `problems` with the key it is about.
+
+void check_time(const Case& the_case, Problems& problems);    ///< step, relaxation time
+void check_domain(const Case& the_case, Problems& problems);  ///< cells, faces, ranks
+/// What comes with the choice of solvers: a command, a plane, output that only some have.
+void check_solvers(const Case& the_case, const Assembly& assembly, Problems& problems);
+void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems);
+void check_names(const Case& the_case, const Assembly& assembly, Problems& problems);
+void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< walls, overlaps
+void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems);
+void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< of springs
+void check_strokes(const Case& the_case, Problems& problems);
+void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< Mach number
+void check_output(const Case& the_case, Problems& problems);
+void check_services(const Case& the_case, Problems& problems);  ///< what can run in one process
+
+/// All of them; a check whose sections hold errors already is left out, its values mean nothing.
+void check_case(const Case& the_case, const Assembly& assembly, Problems& problems);
+
+}  // namespace copepod::coupler

@@ -1,0 +1,131 @@
+#include "config/checks/spring_stability.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+#include "config/checks/geometry.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// |R(z)| of Runge-Kutta 4.
+double amplification(Complex z) {
+  return std::abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))));
+}
+
+double largest_step_of_runge_kutta_s(double a, double b) {
+  const Complex root = std::sqrt(Complex(b * b - 4.0 * a));
+  const std::array<Complex, 2> rates{(-b + root) / 2.0, (-b - root) / 2.0};
+  constexpr double beyond = 4.0;  // |z| of no stable point is that large
+  constexpr double rounding = 1e-9;
+  double stable = 0.0;
+  double unstable = beyond / std::max(std::abs(rates[0]), std::abs(rates[1]));
+  for (int halving = 0; halving < 50; ++halving) {
+    const double middle = 0.5 * (stable + unstable);
+    const bool grows =
+        std::max(amplification(middle * rates[0]), amplification(middle * rates[1])) > 1.0 + rounding;
+    (grows ? unstable : stable) = middle;
+  }
+  return stable;
+}
+
+/// What a spring of unit tension does to the body at its end.
+struct End {
+  std::size_t spring = 0;
+  Eigen::Vector3d force_W;
+  Eigen::Vector3d torque_W;  ///< about the centre of mass
+};
+
+/// Rate at which a unit tension at end f accelerates its body along end e, of motions that its kind allows:
+///   e·f/m + τ_e·I⁻¹ τ_f;   on an axis a: (a·e)(a·f)/m + (a·τ_e)(a·τ_f)/(aᵀ I a)
+double response(const BodySpecification& body, const End& e, const End& f) {
+  const Inertia inertia = inertia_of(body.shape, body.mass_kg);
+  const Eigen::Vector3d own = body_axis(body);
+  switch (body.motion) {
+    case MotionKind::fixed:
+    case MotionKind::prescribed:
+      return 0.0;
+    case MotionKind::axis: {
+      const double along = own.dot(body.axis) * own.dot(body.axis);
+      const double inertia_kg_m2 = along * inertia.along_kg_m2 + (1.0 - along) * inertia.across_kg_m2;
+      return e.force_W.dot(body.axis) * f.force_W.dot(body.axis) / body.mass_kg +
+             e.torque_W.dot(body.axis) * f.torque_W.dot(body.axis) / inertia_kg_m2;
+    }
+    case MotionKind::free:
+      break;
+  }
+  const double along = e.torque_W.dot(own) * f.torque_W.dot(own);
+  return e.force_W.dot(f.force_W) / body.mass_kg + along / inertia.along_kg_m2 +
+         (e.torque_W.dot(f.torque_W) - along) / inertia.across_kg_m2;
+}
+
+/// The ends that pull at each body.
+std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>& bodies,
+                                           const std::vector<SpringSpecification>& springs) {
+  std::vector<std::vector<End>> ends(bodies.size());
+  for (std::size_t i = 0; i < springs.size(); ++i) {
+    const SpringSpecification& spring = springs[i];
+    if (spring.body_A < 0 || spring.body_B < 0) continue;
+    const auto a = static_cast<std::size_t>(spring.body_A);
+    const auto b = static_cast<std::size_t>(spring.body_B);
+    const Eigen::Vector3d arm_A = in_world(bodies[a], spring.anchor_A_m);
+    const Eigen::Vector3d arm_B = in_world(bodies[b], spring.anchor_B_m);
+    const Eigen::Vector3d along =
+        (bodies[b].position_m + arm_B - bodies[a].position_m - arm_A).stableNormalized();
+    ends[a].push_back({i, along, arm_A.cross(along)});
+    ends[b].push_back({i, -along, -arm_B.cross(along)});
+  }
+  return ends;
+}
+
+}  // namespace
+
+double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s) {
+  if (stiffness_per_s2 == 0.0 && damping_per_s == 0.0) return std::numeric_limits<double>::infinity();
+  if (integrator == Integrator::runge_kutta_4)
+    return largest_step_of_runge_kutta_s(stiffness_per_s2, damping_per_s);
+  return 4.0 / (damping_per_s + std::sqrt(damping_per_s * damping_per_s + 4.0 * stiffness_per_s2));
+}
+
+FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
+                               const std::vector<SpringSpecification>& springs, Integrator integrator) {
+  struct Rates {
+    double stiffness_per_s2 = 0.0;
+    double damping_per_s = 0.0;
+  };
+  std::vector<Rates> all(springs.size());
+  std::vector<Rates> alone(springs.size());
+  const auto ends = ends_by_body(bodies, springs);
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    for (const End& e : ends[body]) {
+      for (const End& f : ends[body]) {
+        const double rate_per_kg = std::abs(response(bodies[body], e, f));
+        const auto add_to = [&](Rates& rates) {
+          rates.stiffness_per_s2 += rate_per_kg * springs[f.spring].stiffness_N_per_m;
+          rates.damping_per_s += rate_per_kg * springs[f.spring].damping_N_s_per_m;
+        };
+        add_to(all[e.spring]);
+        if (e.spring == f.spring) add_to(alone[e.spring]);
+      }
+    }
+  }
+  const auto fastest_of = [&](const std::vector<Rates>& rates) {
+    StepLimit fastest{0, std::numeric_limits<double>::infinity()};
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      const double step_s =
+          largest_stable_step_s(integrator, rates[i].stiffness_per_s2, rates[i].damping_per_s);
+      if (step_s < fastest.largest_step_s) fastest = {i, step_s};
+    }
+    return fastest;
+  };
+  return {fastest_of(all), fastest_of(alone)};
+}
+
+}  // namespace copepod::coupler

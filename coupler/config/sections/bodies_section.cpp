@@ -1,0 +1,127 @@
+#include <cmath>
+
+#include "config/sections/names.hpp"
+#include "config/sections/sections.hpp"
+
+namespace copepod::coupler {
+
+Shape read_shape(Reader& reader) {
+  Shape shape;
+  shape.kind = reader.choice("shape", shape_names, std::optional(ShapeKind::sphere));
+  shape.radius_m = reader.number("radius_m", Range::positive);
+  const bool capsule = shape.kind == ShapeKind::capsule;
+  shape.length_m =
+      reader.number("length_m", Range::not_negative, capsule ? std::optional<double>() : std::optional(0.0));
+  if (!capsule && shape.length_m > 0) {
+    reader.problems().error(reader.path_of("length_m"),
+                            reader.path_of("length_m") +
+                                " is given for a sphere (only capsules have a cylinder part). "
+                                "Remove it, or use shape: capsule.");
+  }
+  return shape;
+}
+
+Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eigen::Vector3d& otherwise) {
+  Eigen::Vector3d direction = reader.numbers(key, 3, otherwise);
+  const double length = direction.norm();
+  // A direction that is normalised already must keep its bits: the resolved case is read again.
+  if (std::abs(length - 1.0) < 1e-15) return direction;
+  if (length > 0) return direction / length;
+  reader.problems().error(
+      reader.path_of(key),
+      reader.path_of(key) + " is zero (it has no direction). Give a vector like [0, 0, 1].");
+  return otherwise;
+}
+
+namespace {
+
+Eigen::Vector4d read_orientation(Reader& body) {
+  Eigen::Vector4d q = body.numbers("orientation_wxyz", 4, Eigen::Vector4d(1, 0, 0, 0));
+  const double norm = q.norm();
+  if (std::abs(norm - 1.0) < 1e-15) return q;
+  if (std::abs(norm - 1.0) < 1e-3) return q / norm;
+  body.problems().error(
+      body.path_of("orientation_wxyz"),
+      body.path_of("orientation_wxyz") + " has length " + shortest_text(norm) +
+          " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
+  return {1, 0, 0, 0};
+}
+
+}  // namespace
+
+BodySpecification read_body(Reader body) {
+  BodySpecification result;
+  result.name = body.text("name");
+  result.shape = read_shape(body);
+  result.mass_kg = body.number("mass_kg", Range::positive);
+  result.position_m = body.numbers("position_m", 3);
+  result.orientation_wxyz = read_orientation(body);
+  result.velocity_m_per_s = body.numbers("velocity_m_per_s", 3, Eigen::VectorXd::Zero(3));
+  result.angular_velocity_rad_per_s = body.numbers("angular_velocity_rad_per_s", 3, Eigen::VectorXd::Zero(3));
+  result.motion = body.choice("motion", motion_names, std::optional(MotionKind::free));
+  result.axis = read_direction(body, "axis", Eigen::Vector3d::UnitZ());
+  return result;
+}
+
+NamedSpring read_spring(Reader spring) {
+  NamedSpring result;
+  const std::vector<std::string> bodies = spring.words("bodies");
+  if (bodies.size() == 2) {
+    result.bodies = {bodies[0], bodies[1]};
+  } else {
+    spring.problems().error(spring.path_of("bodies"),
+                            spring.path_of("bodies") + " names " + std::to_string(bodies.size()) +
+                                " bodies (a spring joins two). Write bodies: [a, b].");
+  }
+  result.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::not_negative);
+  result.damping_N_s_per_m = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
+  result.rest_length_m = spring.number("rest_length_m", Range::not_negative);
+  if (spring.has("anchors_m")) {
+    const std::size_t anchors = spring.size("anchors_m");
+    if (anchors != 2) {
+      spring.problems().error(
+          spring.path_of("anchors_m"),
+          spring.path_of("anchors_m") + " needs two vectors (one per body). Write [[x, y, z], [x, y, z]].");
+      return result;
+    }
+    const Value both = *spring.raw("anchors_m");
+    for (std::size_t end = 0; end < 2; ++end) {
+      // A list in a list has no keys of its own, so each anchor is read as if it were called after its
+      // position.
+      Value wrapped = Value::mapping();
+      wrapped.add(std::to_string(end), both.items[end]);
+      Reader anchor(&wrapped, spring.path_of("anchors_m"), spring.problems());
+      result.anchors_m[end] = anchor.numbers(std::to_string(end), 3);
+    }
+  }
+  return result;
+}
+
+NamedForce read_force(Reader force) {
+  NamedForce result;
+  result.body = force.text("body");
+  const bool constant = force.has("constant_N");
+  const bool sinusoidal = force.has("sinusoidal");
+  if (constant == sinusoidal) {
+    force.problems().error(force.path_of("constant_N"),
+                           "a force on '" + result.body +
+                               "' needs exactly one of constant_N and sinusoidal "
+                               "(it has both or none). Split it into two entries, or add the missing one.");
+  }
+  if (constant) result.amplitude_N = force.numbers("constant_N", 3);
+  {
+    Reader wave = force.section("sinusoidal");
+    if (sinusoidal) {
+      result.amplitude_N = wave.numbers("amplitude_N", 3);
+      result.period_steps = wave.integer("period_steps", Range::positive);
+      result.phase_lag_steps = wave.integer("phase_lag_steps", Range::any, 0);
+    }
+  }
+  result.start_step = force.integer("start_step", Range::not_negative, 0);
+  const Value* stop = force.raw("stop_step");
+  if (stop != nullptr && stop->text != "never")
+    result.stop_step = force.integer("stop_step", Range::not_negative);
+  return result;
+}
+
+}  // namespace copepod::coupler

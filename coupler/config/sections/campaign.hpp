@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/yaml/reader.hpp"
+
+namespace copepod::coupler {
+
+/// One case of a campaign.
+struct CampaignEntry {
+  std::string name;                   ///< of its run directory
+  std::string case_file;              ///< path, a relative one seen from the campaign file already resolved
+  std::vector<std::string> settings;  ///< "key.path=value", as after --set
+};
+
+/// A list of cases that are run as one.
+struct Campaign {
+  std::string name;
+  std::int64_t jobs = 0;  ///< cases at once; 0: as many as there are cores
+  std::vector<CampaignEntry> cases;
+};
+
+/// Reads a campaign file; the cases themselves are not looked into.
+/// @throws CaseInvalid with every error found
+Campaign load_campaign(const std::string& file);
+
+/// The same from text; `source` names it in messages and its folder is where case files are looked for.
+/// `asked`, if given, receives every key that was looked for.
+Campaign load_campaign_text(const std::string& text, const std::string& source, AskedKeys* asked = nullptr);
+
+}  // namespace copepod::coupler

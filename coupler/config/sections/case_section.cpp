@@ -1,0 +1,127 @@
+#include <algorithm>
+
+#include "config/sections/names.hpp"
+#include "config/sections/sections.hpp"
+#include "config/sections/solver_choice.hpp"
+
+namespace copepod::coupler {
+
+OutputCase read_output(Reader output) {
+  OutputCase result;
+  {
+    Reader trajectory = output.section("trajectory");
+    result.trajectory_every_steps = trajectory.integer("every_steps", Range::not_negative, 100);
+    result.trajectory_from_step = trajectory.integer("from_step", Range::not_negative, 0);
+  }
+  {
+    Reader fields = output.section("fields");
+    result.fields_every_steps = fields.integer("every_steps", Range::not_negative, 0);
+    const auto mean =
+        fields.integers("mean_over_steps", 2, Range::not_negative, std::vector<std::int64_t>{0, 0});
+    result.mean_over_steps = {mean[0], mean[1]};
+    result.mean_every_steps = fields.integer("mean_every_steps", Range::positive, 10);
+  }
+  result.wire = output.choice("wire", switch_names, std::optional(false));
+  result.trace = output.choice("trace", switch_names, std::optional(false));
+  Reader checkpoint = output.section("checkpoint");
+  result.checkpoint_every_steps = checkpoint.integer("every_steps", Range::not_negative, 0);
+  result.checkpoint_every_wall_s = checkpoint.number("every_wall_s", Range::not_negative, 600.0);
+  return result;
+}
+
+ServicesCase read_services(Reader services) {
+  ServicesCase result;
+  {
+    Reader fluid = services.section("fluid");
+    const std::int64_t ranks = fluid.integer("ranks", Range::positive, 1);
+    constexpr std::int64_t most_ranks = 1'000'000;
+    if (ranks > most_ranks) {
+      fluid.problems().error(fluid.path_of("ranks"),
+                             fluid.path_of("ranks") + " is " + std::to_string(ranks) +
+                                 " (no machine has so many). Give the number of processes.");
+    }
+    result.fluid_ranks = static_cast<int>(std::min(ranks, most_ranks));
+    result.fluid_command = fluid.command("command");
+  }
+  {
+    Reader body = services.section("body");
+    result.body_command = body.command("command");
+  }
+  result.transport = services.text("transport", "ipc");
+  if (result.transport != "ipc" && result.transport != in_process_transport &&
+      !result.transport.starts_with("tcp://")) {
+    services.problems().error(
+        services.path_of("transport"),
+        services.path_of("transport") + " is '" + result.transport +
+            "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
+  }
+  result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
+  result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);
+  return result;
+}
+
+std::optional<Sweep> read_sweep(Reader& top) {
+  if (!top.has("sweep")) return {};
+  Reader sweep = top.section("sweep");
+  Sweep result{sweep.text("key"), sweep.words("values")};
+  if (result.values.empty()) {
+    sweep.problems().error(
+        "sweep", "sweep has no values (there is nothing to run). List them: values: [1.0e-6, 2.0e-6].");
+  }
+  return result;
+}
+
+BodyCase read_body_solver(Reader body) {
+  BodyCase result;
+  result.solver = read_solver(body, body_solver_names, std::optional(BodySolverChoice::own), result.command);
+  result.integrator = body.choice("integrator", integrator_names, std::optional(Integrator::runge_kutta_4));
+  return result;
+}
+
+namespace {
+
+/// What the sections of fluid and bodies say about processes: a command in `services` (where --fluid and
+/// --body put theirs) goes before one in `solver`, and a solver that computes no cells has none to share out.
+void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase& services) {
+  if (services.fluid_command.empty()) services.fluid_command = fluid.command;
+  if (services.body_command.empty()) services.body_command = body.command;
+  if (computes_no_cells(fluid.solver) && services.fluid_command.empty()) services.fluid_ranks = 1;
+}
+
+}  // namespace
+
+Case read_case(Reader top) {
+  Case result;
+  result.name = top.text("case");
+  result.parameter_set = top.text("parameter_set", "");
+  { top.section("parameter_sets").accept_all(); }
+  result.fluid = read_fluid(top.section("fluid"));
+  if (top.has("step_s")) result.given_step_s = top.number("step_s", Range::positive);
+  result.body = read_body_solver(top.section("body"));
+  for (std::size_t i = 0; i < top.size("swimmers"); ++i)
+    result.swimmers.push_back(read_swimmer(top.item("swimmers", i)));
+  for (std::size_t i = 0; i < top.size("bodies"); ++i)
+    result.bodies.push_back(read_body(top.item("bodies", i)));
+  for (std::size_t i = 0; i < top.size("springs"); ++i)
+    result.springs.push_back(read_spring(top.item("springs", i)));
+  for (std::size_t i = 0; i < top.size("forces"); ++i)
+    result.forces.push_back(read_force(top.item("forces", i)));
+  result.gravity_m_per_s2 = top.numbers("gravity_m_per_s2", 3, Eigen::VectorXd::Zero(3));
+  {
+    Reader coupling = top.section("coupling");
+    coupling.choice("scheme", scheme_names, std::optional(SchemeKind::serial_explicit));
+    result.load_averaging =
+        coupling.choice("load_averaging", averaging_names, std::optional(LoadAveraging::two_step));
+  }
+  {
+    Reader run = top.section("run");
+    result.steps = run.integer("steps", Range::positive);
+  }
+  result.output = read_output(top.section("output"));
+  result.services = read_services(top.section("services"));
+  settle_services(result.fluid, result.body, result.services);
+  result.sweep = read_sweep(top);
+  return result;
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,104 @@
+#include <algorithm>
+
+#include "config/sections/names.hpp"
+#include "config/sections/sections.hpp"
+#include "config/sections/solver_choice.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// One face: a word, or {velocity_m_per_s: […]}, or {pressure_Pa: …}.
+Boundary read_face(Reader& faces, const std::string& key) {
+  Boundary boundary;
+  const Value* value = faces.raw(key);
+  if (value == nullptr || value->kind == Value::Kind::scalar) {
+    boundary.kind = faces.choice(key, boundary_names, std::optional(BoundaryKind::no_slip));
+    if (boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure) {
+      const std::string name = name_of(boundary_names, boundary.kind);
+      faces.problems().error(faces.path_of(key),
+                             faces.path_of(key) + " is '" + name + "' without a value (how much is open). " +
+                                 "Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
+    }
+    return boundary;
+  }
+  Reader face = faces.section(key);
+  const bool moves = face.has("velocity_m_per_s");
+  const bool presses = face.has("pressure_Pa");
+  if (moves == presses) {
+    faces.problems().error(faces.path_of(key),
+                           faces.path_of(key) +
+                               " needs exactly one condition (a wall with a velocity, or an "
+                               "opening with a pressure). Give velocity_m_per_s or pressure_Pa.");
+    return boundary;
+  }
+  boundary.kind = moves ? BoundaryKind::velocity : BoundaryKind::pressure;
+  if (moves) boundary.velocity_m_per_s = face.numbers("velocity_m_per_s", 3);
+  if (presses) boundary.pressure_Pa = face.number("pressure_Pa", Range::any);
+  return boundary;
+}
+
+/// Both faces of an axis: one condition for both, or {low: …, high: …}.
+void read_axis(Reader& boundaries, const std::string& axis, Boundary& low, Boundary& high) {
+  const Value* value = boundaries.raw(axis);
+  const bool two_sided =
+      value != nullptr && (value->find("low") != nullptr || value->find("high") != nullptr);
+  if (!two_sided) {
+    low = high = read_face(boundaries, axis);
+    return;
+  }
+  Reader faces = boundaries.section(axis);
+  low = read_face(faces, "low");
+  high = read_face(faces, "high");
+}
+
+std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
+  std::array<bool, 3> planes{};
+  for (const std::string& word : fluid.words("symmetry_planes")) {
+    const auto axis = std::find(axis_names.begin(), axis_names.end(), word);
+    if (axis != axis_names.end()) {
+      planes[static_cast<std::size_t>(axis - axis_names.begin())] = true;
+    } else {
+      fluid.problems().error(
+          fluid.path_of("symmetry_planes"),
+          "symmetry_planes contains '" + word + "' (planes are named after their normal). Use x, y or z.");
+    }
+  }
+  return planes;
+}
+
+}  // namespace
+
+FluidCase read_fluid(Reader fluid) {
+  FluidCase result;
+  result.solver = read_solver<FluidSolverChoice>(fluid, solver_names, std::nullopt, result.command);
+  const bool lattice = result.solver == FluidSolverChoice::lattice_boltzmann;
+  const bool viscous = lattice || result.solver == FluidSolverChoice::stokes;
+  const auto unless = [](bool required) { return required ? std::optional<double>() : std::optional(0.0); };
+  result.density_kg_per_m3 =
+      fluid.number("density_kg_per_m3", lattice ? Range::positive : Range::not_negative, unless(viscous));
+  result.kinematic_viscosity_m2_per_s = fluid.number(
+      "kinematic_viscosity_m2_per_s", viscous ? Range::positive : Range::not_negative, unless(viscous));
+  result.cell_size_m =
+      fluid.number("cell_size_m", lattice ? Range::positive : Range::not_negative, unless(lattice));
+  if (fluid.has("relaxation_time")) result.relaxation_time = fluid.number("relaxation_time", Range::positive);
+  const auto cells = fluid.integers("domain_cells", 3, lattice ? Range::positive : Range::not_negative,
+                                    lattice ? std::nullopt : std::optional(std::vector<std::int64_t>(3, 0)));
+  std::copy(cells.begin(), cells.end(), result.domain_cells.begin());
+  {
+    Reader boundaries = fluid.section("boundaries");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      read_axis(boundaries, axis_names[axis], result.boundaries[2 * axis], result.boundaries[2 * axis + 1]);
+    }
+  }
+  result.no_slip_plane = fluid.choice("no_slip_plane", plane_names, std::optional(-1));
+  result.symmetry_planes = read_symmetry_planes(fluid);
+  result.body_force_N_per_m3 = fluid.numbers("body_force_N_per_m3", 3, Eigen::VectorXd::Zero(3));
+  result.collision = fluid.choice("collision", collision_names, std::optional(CollisionKind::bgk));
+  result.moving_boundary =
+      fluid.choice("moving_boundary", moving_boundary_names, std::optional(MovingBoundary::bounce_back));
+  result.refill = fluid.choice("refill", refill_names, std::optional(Refill::equilibrium));
+  result.precision = fluid.choice("precision", precision_names, std::optional(Precision::double_precision));
+  return result;
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,172 @@
+#include "config/yaml/document.hpp"
+
+#include <charconv>
+#include <fstream>
+#include <sstream>
+
+#include "config/yaml/problems.hpp"
+#include "config/yaml/yaml_text.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+std::vector<std::string> split_path(const std::string& path) {
+  std::vector<std::string> parts;
+  std::stringstream stream(path);
+  for (std::string part; std::getline(stream, part, '.');) parts.push_back(part);
+  return parts;
+}
+
+/// Item of a list by its position, or by the `name` it carries.
+Value* find_item(Value& list, const std::string& part) {
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), index);
+  if (error == std::errc{} && end == part.data() + part.size()) {
+    return index < list.items.size() ? &list.items[index] : nullptr;
+  }
+  for (Value& item : list.items) {
+    const Value* name = item.find("name");
+    if (name != nullptr && name->text == part) return &item;
+  }
+  return nullptr;
+}
+
+Value* find_child(Value& parent, const std::string& part) {
+  return parent.kind == Value::Kind::sequence ? find_item(parent, part) : parent.find(part);
+}
+
+/// Every origin below `value` becomes `origin`: an assigned value has no lines of its own.
+void relocate(Value& value, const Origin& origin) {
+  value.origin = origin;
+  for (Value& item : value.items) relocate(item, origin);
+  for (Value::Entry& entry : value.entries) {
+    entry.key_origin = origin;
+    relocate(entry.value, origin);
+  }
+}
+
+struct Override {
+  std::string path;
+  Value value;
+};
+
+Override parse_override(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const Origin origin{"--set " + text, 0};
+  if (equals == std::string::npos || equals == 0) {
+    const std::string what =
+        equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
+    throw CaseInvalid(origin, "'" + text + "' is no assignment (" + what + "). Write --set key.path=value.");
+  }
+  Override result{text.substr(0, equals),
+                  parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
+  relocate(result.value, origin);
+  return result;
+}
+
+}  // namespace
+
+Document Document::load(const std::string& file, const std::vector<std::string>& overrides) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (!stream || !(text << stream.rdbuf())) {
+    throw CaseInvalid(Origin{file, 0},
+                      "the case file cannot be read (missing, empty, a folder, or no permission). "
+                      "Give the path of a YAML case file.");
+  }
+  return parse(text.str(), file, overrides);
+}
+
+Document Document::parse(const std::string& text, const std::string& source,
+                         const std::vector<std::string>& overrides) {
+  Document document(parse_yaml(text, source, LineNumbers::kept));
+  if (document.root_.kind != Value::Kind::mapping) {
+    throw CaseInvalid(Origin{source, 1},
+                      "the case is no mapping (it must consist of `key: value` lines). "
+                      "Start it with `case: name`.");
+  }
+  std::vector<Override> assignments;
+  for (const std::string& override_text : overrides) assignments.push_back(parse_override(override_text));
+  bool set_chosen = false;
+  for (const Override& assignment : assignments) {
+    if (assignment.path != "parameter_set") continue;
+    document.assign(assignment.path, assignment.value);
+    set_chosen = true;
+  }
+  document.apply_parameter_set(set_chosen);
+  for (Override& assignment : assignments) document.assign(assignment.path, std::move(assignment.value));
+  return document;
+}
+
+void Document::apply_parameter_set(bool chosen_on_command_line) {
+  const Value* chosen = root_.find("parameter_set");
+  const Value* sets = root_.find("parameter_sets");
+  if (chosen == nullptr || sets == nullptr) {
+    if (chosen_on_command_line) {
+      throw CaseInvalid(chosen->origin,
+                        "parameter_set '" + chosen->text +
+                            "' chooses nothing (the case has no parameter_sets). Leave the option out.");
+    }
+    return;
+  }
+  const Value* set = sets->find(chosen->text);
+  if (set == nullptr || set->kind != Value::Kind::mapping) {
+    std::string known;
+    for (const Value::Entry& entry : sets->entries) known += (known.empty() ? "" : ", ") + entry.key;
+    throw CaseInvalid(chosen->origin,
+                      "parameter_set '" + chosen->text +
+                          "' does not exist (parameter_sets has no such mapping). Choose one of: " + known +
+                          ".");
+  }
+  const std::vector<Value::Entry> assignments =
+      set->entries;  // a copy: assign() changes the tree that holds it
+  for (const Value::Entry& entry : assignments) assign(entry.key, entry.value);
+}
+
+void Document::assign(const std::string& path, Value value) {
+  const std::vector<std::string> parts = split_path(path);
+  Value* node = &root_;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    Value* child = find_child(*node, parts[i]);
+    if (child == nullptr) {
+      if (node->kind == Value::Kind::null) node->kind = Value::Kind::mapping;
+      if (node->kind != Value::Kind::mapping) {
+        throw CaseInvalid(value.origin,
+                          "'" + path + "' leads nowhere ('" + parts[i] +
+                              "' is not part of the list or value before it). Use a position counted "
+                              "from 0, or the name of an item.");
+      }
+      Value section = Value::mapping();
+      section.origin = value.origin;
+      node->add(parts[i], std::move(section));
+      child = &node->entries.back().value;
+    }
+    node = child;
+  }
+  *node = std::move(value);
+}
+
+Origin Document::locate(const std::string& path) const {
+  const Value* node = &root_;
+  Origin found = root_.origin;
+  for (const std::string& part : split_path(path)) {
+    if (node->kind == Value::Kind::mapping) {
+      const Value::Entry* match = nullptr;
+      for (const Value::Entry& entry : node->entries) {
+        if (entry.key == part) match = &entry;
+      }
+      if (match == nullptr) break;
+      // A section starts where its key stands, a scalar where it is written.
+      found = match->value.kind == Value::Kind::scalar ? match->value.origin : match->key_origin;
+      node = &match->value;
+    } else {
+      const Value* item = find_item(const_cast<Value&>(*node), part);
+      if (item == nullptr) break;
+      found = item->origin;
+      node = item;
+    }
+  }
+  return found;
+}
+
+}  // namespace copepod::coupler

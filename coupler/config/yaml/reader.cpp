@@ -1,0 +1,254 @@
+#include "config/yaml/reader.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "config/yaml/command_words.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+const char* kind_name(const Value& value) {
+  switch (value.kind) {
+    case Value::Kind::null:
+      return "nothing";
+    case Value::Kind::scalar:
+      return "a single value";
+    case Value::Kind::sequence:
+      return "a list";
+    case Value::Kind::mapping:
+      break;
+  }
+  return "a section";
+}
+
+std::string quoted(const Value& value) {
+  return value.kind == Value::Kind::scalar ? "'" + value.text + "'" : std::string(kind_name(value));
+}
+
+/// Key path with list positions as "[]": "swimmers.0.name" becomes "swimmers.[].name".
+std::string general_path(const std::string& path) {
+  std::string general;
+  std::size_t start = 0;
+  while (start <= path.size()) {
+    const std::size_t dot = std::min(path.find('.', start), path.size());
+    const std::string part = path.substr(start, dot - start);
+    const bool position = !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
+    general += (general.empty() ? "" : ".") + (position ? "[]" : part);
+    start = dot + 1;
+  }
+  return general;
+}
+
+}  // namespace
+
+Reader::Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked)
+    : mapping_(mapping), path_(std::move(path)), problems_(problems), asked_(asked) {
+  if (mapping_ == nullptr || mapping_->kind == Value::Kind::mapping) return;
+  if (mapping_->kind != Value::Kind::null) {
+    problems_.error(path_, path_ + " is " + quoted(*mapping_) +
+                               " (a section is needed). Write `key: value` lines below it.");
+  }
+  mapping_ = nullptr;
+}
+
+Reader::~Reader() {
+  if (mapping_ == nullptr || accepts_all_) return;
+  const std::vector<std::string> known(known_.begin(), known_.end());
+  for (const Value::Entry& entry : mapping_->entries) {
+    if (known_.contains(entry.key)) continue;
+    const std::string nearest = nearest_word(entry.key, known);
+    const std::string advice =
+        nearest.empty() ? "Known here: " + listed(known) + "." : "Did you mean " + nearest + "?";
+    const std::string where = path_.empty() ? "at the top of the case" : "in " + path_;
+    problems_.error_at(entry.key_origin, path_of(entry.key),
+                       "key '" + entry.key + "' is unknown (nothing " + where + " has this name). " + advice);
+  }
+}
+
+bool Reader::has(const std::string& key) { return raw(key) != nullptr; }
+
+const Value* Reader::raw(const std::string& key) {
+  known_.insert(key);
+  if (asked_ != nullptr) asked_->insert(general_path(path_of(key)));
+  const Value* value = mapping_ == nullptr ? nullptr : mapping_->find(key);
+  return value == nullptr || value->kind == Value::Kind::null ? nullptr : value;
+}
+
+const Value* Reader::wanted(const std::string& key, bool required) {
+  const Value* value = raw(key);
+  if (value == nullptr && required) {
+    problems_.error(path_of(key),
+                    path_of(key) + " is missing (the case cannot run without it). Add `" + key + ": …`.");
+  }
+  return value;
+}
+
+std::optional<double> Reader::parse_number(const std::string& path, const Value& value, Range range) {
+  double number = 0.0;
+  const char* begin = value.text.data();
+  const char* end = begin + value.text.size();
+  if (begin != end && *begin == '+') ++begin;
+  const auto [stop, error] = std::from_chars(begin, end, number);
+  if (value.kind != Value::Kind::scalar || error != std::errc{} || stop != end || !std::isfinite(number)) {
+    problems_.error(path,
+                    path + " is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
+    return {};
+  }
+  if ((range == Range::positive && number <= 0) || (range == Range::not_negative && number < 0)) {
+    problems_.error(path, path + " is " + value.text + " (it must " +
+                              (range == Range::positive ? "be positive" : "not be negative") +
+                              "). Check sign and value.");
+    return {};
+  }
+  return number;
+}
+
+std::optional<std::int64_t> Reader::parse_integer(const std::string& path, const Value& value, Range range) {
+  std::int64_t number = 0;
+  const char* end = value.text.data() + value.text.size();
+  const auto [stop, error] = std::from_chars(value.text.data(), end, number);
+  if (value.kind != Value::Kind::scalar || error != std::errc{} || stop != end) {
+    problems_.error(path, path + " is " + quoted(value) + " (a whole number is needed). Write it like 1000.");
+    return {};
+  }
+  constexpr std::int64_t largest = 1'000'000'000'000'000;  // sums and differences of two stay countable
+  if (number > largest || number < -largest) {
+    problems_.error(path, path + " is " + value.text +
+                              " (nothing in a case comes in more than 10^15). Check its digits.");
+    return {};
+  }
+  return parse_number(path, value, range) ? std::optional(number) : std::nullopt;
+}
+
+double Reader::number(const std::string& key, Range range, std::optional<double> otherwise) {
+  const Value* value = wanted(key, !otherwise);
+  const auto number = value == nullptr ? std::nullopt : parse_number(path_of(key), *value, range);
+  return number ? *number : otherwise.value_or(0.0);
+}
+
+std::int64_t Reader::integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise) {
+  const Value* value = wanted(key, !otherwise);
+  const auto number = value == nullptr ? std::nullopt : parse_integer(path_of(key), *value, range);
+  return number ? *number : otherwise.value_or(0);
+}
+
+std::string Reader::text(const std::string& key, std::optional<std::string> otherwise) {
+  const Value* value = wanted(key, !otherwise);
+  if (value == nullptr) return otherwise.value_or("");
+  if (value->kind != Value::Kind::scalar || value->text.empty()) {
+    problems_.error(path_of(key),
+                    path_of(key) + " is " + quoted(*value) + " (a word is needed). Write one word.");
+    return otherwise.value_or("");
+  }
+  return value->text;
+}
+
+const Value* Reader::wanted_list(const std::string& key, std::size_t size, bool required) {
+  const Value* value = wanted(key, required);
+  if (value == nullptr) return nullptr;
+  if (value->kind == Value::Kind::sequence && value->items.size() == size) return value;
+  const std::string found = value->kind == Value::Kind::sequence
+                                ? "has " + std::to_string(value->items.size()) + " entries"
+                                : "is " + quoted(*value);
+  problems_.error(path_of(key), path_of(key) + " " + found + " (a list of " + std::to_string(size) +
+                                    " is needed). Write it in brackets: [a, b, …].");
+  return nullptr;
+}
+
+Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size,
+                                std::optional<Eigen::VectorXd> otherwise) {
+  const Value* list = wanted_list(key, static_cast<std::size_t>(size), !otherwise);
+  Eigen::VectorXd result = otherwise.value_or(Eigen::VectorXd::Zero(size));
+  if (list == nullptr) return result;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    const auto number = parse_number(path_of(key) + "." + std::to_string(i), list->items[index], Range::any);
+    if (number) result[i] = *number;
+  }
+  return result;
+}
+
+std::vector<std::int64_t> Reader::integers(const std::string& key, std::size_t size, Range range,
+                                           std::optional<std::vector<std::int64_t>> otherwise) {
+  const Value* list = wanted_list(key, size, !otherwise);
+  std::vector<std::int64_t> result = otherwise.value_or(std::vector<std::int64_t>(size, 1));
+  if (list == nullptr) return result;
+  for (std::size_t i = 0; i < size; ++i) {
+    const auto number = parse_integer(path_of(key) + "." + std::to_string(i), list->items[i], range);
+    if (number) result[i] = *number;
+  }
+  return result;
+}
+
+std::vector<std::string> Reader::words(const std::string& key) {
+  const Value* value = raw(key);
+  std::vector<std::string> result;
+  if (value == nullptr) return result;
+  if (value->kind == Value::Kind::scalar) return {value->text};
+  for (const Value& item : value->items) {
+    if (item.kind == Value::Kind::scalar) result.push_back(item.text);
+  }
+  if (value->kind != Value::Kind::sequence || result.size() != value->items.size()) {
+    problems_.error(path_of(key), path_of(key) +
+                                      " is no list of words (each entry must be one word). "
+                                      "Write it in brackets: [a, b].");
+  }
+  return result;
+}
+
+std::vector<std::string> Reader::command(const std::string& key) {
+  const Value* value = raw(key);
+  if (value == nullptr || value->kind != Value::Kind::scalar) return words(key);
+  try {
+    return split_command(value->text);
+  } catch (const CaseError& error) {
+    problems_.error(path_of(key), path_of(key) + ": " + error.what());
+    return {};
+  }
+}
+
+std::size_t Reader::choose(const std::string& key, const std::vector<std::string>& names, bool required) {
+  const Value* value = wanted(key, required);
+  if (value == nullptr) return names.size();
+  const auto found = std::find(names.begin(), names.end(), value->text);
+  if (value->kind == Value::Kind::scalar && found != names.end()) {
+    return static_cast<std::size_t>(found - names.begin());
+  }
+  const std::string nearest = nearest_word(value->text, names);
+  problems_.error(path_of(key),
+                  path_of(key) + " is " + quoted(*value) + " (allowed: " + listed(names) + "). " +
+                      (nearest.empty() ? "Choose one of them." : "Did you mean " + nearest + "?"));
+  return names.size();
+}
+
+Reader Reader::section(const std::string& key) { return {raw(key), path_of(key), problems_, asked_}; }
+
+Reader Reader::item(const std::string& key, std::size_t index) {
+  return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_, asked_};
+}
+
+std::size_t Reader::size(const std::string& key) {
+  const Value* value = raw(key);
+  if (value == nullptr) return 0;
+  if (value->kind == Value::Kind::sequence) return value->items.size();
+  problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) +
+                                    " (a list is needed). Start each entry with a dash.");
+  return 0;
+}
+
+void Reader::accept_all() {
+  accepts_all_ = true;
+  if (asked_ != nullptr) asked_->insert(general_path(path_) + ".*");
+}
+
+std::string Reader::path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+
+}  // namespace copepod::coupler

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "config/yaml/problems.hpp"
+#include "config/yaml/value.hpp"
+#include "contract/words.hpp"
+
+namespace copepod::coupler {
+
+enum class Range { any, positive, not_negative };
+
+/// Key paths that a reading asked for, list positions written as "[]": what the schema must document.
+using AskedKeys = std::set<std::string>;
+
+/// Reads one mapping of the case. Every key that is asked for is known; any other key in the mapping is an
+/// error, reported when the reader goes out of scope. A value that cannot be used is reported and replaced by
+/// its default, so that reading goes on and finds every error.
+class Reader {
+ public:
+  /// @param mapping  nullptr stands for an empty section
+  /// @param path     key path of the section, "" for the top
+  /// @param asked    gets every key that is asked for; nullptr: nobody wants to know
+  Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked = nullptr);
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  ~Reader();
+
+  [[nodiscard]] bool has(const std::string& key);
+
+  /// Without `otherwise` the key is required.
+  double number(const std::string& key, Range range, std::optional<double> otherwise = {});
+  std::int64_t integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise = {});
+  std::string text(const std::string& key, std::optional<std::string> otherwise = {});
+  Eigen::VectorXd numbers(const std::string& key, Eigen::Index size,
+                          std::optional<Eigen::VectorXd> otherwise = {});
+  std::vector<std::int64_t> integers(const std::string& key, std::size_t size, Range range,
+                                     std::optional<std::vector<std::int64_t>> otherwise = {});
+  std::vector<std::string> words(const std::string& key);  ///< a list of texts, or one text; empty if absent
+  std::vector<std::string> command(const std::string& key);  ///< a list, or one text split like a shell would
+  template <typename E, std::size_t N>
+  E choice(const std::string& key, const std::array<Choice<E>, N>& choices, std::optional<E> otherwise = {});
+
+  /// Reader of a section; an absent one reads as empty, so that all its defaults apply.
+  Reader section(const std::string& key);
+  /// Reader of an item of the list `key`.
+  Reader item(const std::string& key, std::size_t index);
+  [[nodiscard]] std::size_t size(const std::string& key);  ///< of a list; 0 if absent
+  /// The raw value of a key, nullptr if absent.
+  const Value* raw(const std::string& key);
+  /// Marks every key of the mapping as known: for sections whose keys the user invents.
+  void accept_all();
+
+  [[nodiscard]] std::string path_of(const std::string& key) const;
+  [[nodiscard]] Problems& problems() { return problems_; }
+
+ private:
+  std::size_t choose(const std::string& key, const std::vector<std::string>& names, bool required);
+  const Value* wanted(const std::string& key, bool required);
+  std::optional<double> parse_number(const std::string& path, const Value& value, Range range);
+  std::optional<std::int64_t> parse_integer(const std::string& path, const Value& value, Range range);
+  const Value* wanted_list(const std::string& key, std::size_t size, bool required);
+
+  const Value* mapping_;
+  std::string path_;
+  Problems& problems_;
+  AskedKeys* asked_;
+  std::set<std::string> known_;
+  bool accepts_all_ = false;
+};
+
+template <typename E, std::size_t N>
+E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices,
+                 std::optional<E> otherwise) {
+  std::vector<std::string> names;
+  names.reserve(N);
+  for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
+  const std::size_t index = choose(key, names, !otherwise.has_value());
+  return index < N ? choices[index].value : otherwise.value_or(choices[0].value);
+}
+
+}  // namespace copepod::coupler

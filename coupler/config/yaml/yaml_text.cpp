@@ -1,0 +1,156 @@
+#include "config/yaml/yaml_text.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <yaml-cpp/yaml.h>
+
+#include "config/yaml/problems.hpp"
+#include "conversion/text.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Aliases make a small file into a huge tree; no honest case comes near this.
+constexpr std::size_t most_values = 2'000'000;
+/// An anchor around its own alias is a tree without end.
+constexpr int most_levels = 64;
+
+class Conversion {
+ public:
+  Conversion(std::string source, LineNumbers lines) : source_(std::move(source)), lines_(lines) {}
+
+  Value convert(const YAML::Node& node) {
+    if (++values_ > most_values) {
+      throw CaseInvalid(origin(node.Mark()),
+                        "the case has more than 2000000 values (aliases multiply them). "
+                        "Write fewer bodies or no nested aliases.");
+    }
+    if (level_ == most_levels) {
+      throw CaseInvalid(origin(node.Mark()),
+                        "the case is nested more than 64 levels deep (an alias inside its own anchor has no "
+                        "end). Take the alias out.");
+    }
+    ++level_;
+    Value value;
+    value.origin = origin(node.Mark());
+    switch (node.Type()) {
+      case YAML::NodeType::Scalar:
+        value.kind = Value::Kind::scalar;
+        value.text = text(node);
+        break;
+      case YAML::NodeType::Sequence:
+        value.kind = Value::Kind::sequence;
+        for (const YAML::Node& item : node) value.items.push_back(convert(item));
+        break;
+      case YAML::NodeType::Map:
+        value.kind = Value::Kind::mapping;
+        convert_entries(node, value);
+        break;
+      case YAML::NodeType::Null:
+      case YAML::NodeType::Undefined:
+        break;
+    }
+    --level_;
+    return value;
+  }
+
+  [[nodiscard]] Origin origin(const YAML::Mark& mark) const {
+    return {source_, lines_ == LineNumbers::kept ? mark.line + 1 : 0};
+  }
+
+ private:
+  /// Names travel in messages and JSON, which take nothing else.
+  const std::string& text(const YAML::Node& node) {
+    if (conversion::as_utf8(node.Scalar(), node.Scalar().size()) == node.Scalar()) return node.Scalar();
+    throw CaseInvalid(
+        origin(node.Mark()),
+        "a word here is not UTF-8 text (the file was saved in another encoding, or is no text). "
+        "Save it as UTF-8.");
+  }
+
+  void convert_entries(const YAML::Node& node, Value& value) {
+    std::set<std::string> seen;
+    for (const auto& pair : node) {
+      const Origin key_origin = origin(pair.first.Mark());
+      if (!pair.first.IsScalar()) {
+        throw CaseInvalid(key_origin,
+                          "a key is a list or a mapping (keys are plain words). Write `key: value`.");
+      }
+      const std::string& key = text(pair.first);
+      if (!seen.insert(key).second) {
+        throw CaseInvalid(key_origin, "key '" + key +
+                                          "' appears twice in one section (only one can count). "
+                                          "Remove one of them.");
+      }
+      value.entries.push_back({key, key_origin, convert(pair.second)});
+    }
+  }
+
+  std::string source_;
+  LineNumbers lines_;
+  std::size_t values_ = 0;
+  int level_ = 0;
+};
+
+bool is_plain_list(const Value& value) {
+  for (const Value& item : value.items) {
+    if (item.kind != Value::Kind::scalar) return false;
+  }
+  return true;
+}
+
+/// The emitter leaves some control characters bare, a lone carriage return for one, which no reader gives
+/// back.
+void emit_text(YAML::Emitter& out, const std::string& text) {
+  const bool is_plain =
+      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
+  if (!is_plain) out << YAML::DoubleQuoted;
+  out << text;
+}
+
+void emit(YAML::Emitter& out, const Value& value) {
+  switch (value.kind) {
+    case Value::Kind::null:
+      out << YAML::Null;
+      break;
+    case Value::Kind::scalar:
+      emit_text(out, value.text);
+      break;
+    case Value::Kind::sequence:
+      out << (is_plain_list(value) ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
+      for (const Value& item : value.items) emit(out, item);
+      out << YAML::EndSeq;
+      break;
+    case Value::Kind::mapping:
+      out << YAML::Block << YAML::BeginMap;
+      for (const Value::Entry& entry : value.entries) {
+        out << YAML::Key;
+        emit_text(out, entry.key);
+        out << YAML::Value;
+        emit(out, entry.value);
+      }
+      out << YAML::EndMap;
+      break;
+  }
+}
+
+}  // namespace
+
+Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines) {
+  Conversion conversion(source, lines);
+  try {
+    return conversion.convert(YAML::Load(text));
+  } catch (const YAML::Exception& error) {
+    throw CaseInvalid(conversion.origin(error.mark), "this is not valid YAML (" + error.msg +
+                                                         "). Look at indentation, brackets and colons here.");
+  }
+}
+
+std::string to_yaml(const Value& value) {
+  YAML::Emitter out;
+  emit(out, value);
+  return std::string(out.c_str()) + "\n";
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,72 @@
+#include "config/sections/campaign.hpp"
+
+#include <gtest/gtest.h>
+
+#include "config/yaml/problems.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+std::string problems_of(const std::string& text) {
+  try {
+    load_campaign_text(text, "folder/campaign.yaml");
+  } catch (const CaseInvalid& invalid) {
+    return invalid.what();
+  }
+  return "";
+}
+
+TEST(Campaign, FindsItsCasesBesideItselfAndNamesThemAfterTheirFiles) {
+  const Campaign campaign = load_campaign_text(
+      "campaign: two\njobs: 2\ncases:\n  - case: a.yaml\n"
+      "  - {case: /elsewhere/a.yaml, name: b, set: {fluid.precision: double, fluid.symmetry_planes: [x]}}\n",
+      "folder/campaign.yaml");
+  EXPECT_EQ(campaign.name, "two");
+  EXPECT_EQ(campaign.jobs, 2);
+  ASSERT_EQ(campaign.cases.size(), 2U);
+  EXPECT_EQ(campaign.cases[0].name, "a");
+  EXPECT_EQ(campaign.cases[0].case_file, "folder/a.yaml");
+  EXPECT_EQ(campaign.cases[1].name, "b");
+  EXPECT_EQ(campaign.cases[1].case_file, "/elsewhere/a.yaml");
+  const std::vector<std::string> settings{"fluid.precision=\"double\"", "fluid.symmetry_planes=[\"x\"]"};
+  EXPECT_EQ(campaign.cases[1].settings, settings);
+}
+
+TEST(Campaign, RefusesTwoCasesOfOneName) {
+  const std::string problems =
+      problems_of("campaign: twins\ncases:\n  - case: a.yaml\n  - case: ../a.yaml\n");
+  EXPECT_NE(problems.find("folder/campaign.yaml:4: error: cases.1 is called 'a' (so is cases.0)."),
+            std::string::npos)
+      << problems;
+}
+
+TEST(Campaign, RefusesNamesThatLeaveItsFolder) {
+  EXPECT_NE(problems_of("campaign: c\ncases: [{case: a.yaml, name: ../a}]").find("Leave out slashes"),
+            std::string::npos);
+}
+
+TEST(Campaign, RefusesNamesOfItsOwnFolders) {
+  EXPECT_NE(
+      problems_of("campaign: c\ncases: [{case: a.yaml, name: logs}]").find("'logs' (the campaign keeps"),
+      std::string::npos);
+  EXPECT_NE(problems_of("campaign: c\ncases: [{case: programs.yaml}]").find("Give it another `name`."),
+            std::string::npos);
+}
+
+TEST(Campaign, OfThePaperRunsItsVacuumItsResonanceTheDragOfItsBeadsAndAllSeventeenDesigns) {
+  EXPECT_EQ(load_campaign(std::string(CONFIGS) + "/paper/campaign.yaml").cases.size(), 26U);
+}
+
+TEST(Campaign, TellsACaseApart) {
+  const std::string problems = problems_of("case: one\nfluid: {solver: vacuum}\nrun: {steps: 1}\n");
+  EXPECT_EQ(
+      problems,
+      "folder/campaign.yaml:1: error: the file is a case (it lists no cases). Run it with `copepod run`.");
+}
+
+TEST(Campaign, RefusesToRunNothing) {
+  EXPECT_NE(problems_of("campaign: c\n").find("has no cases"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace copepod::coupler

@@ -1,0 +1,116 @@
+#include "config/yaml/document.hpp"
+
+#include <gtest/gtest.h>
+
+#include "config/yaml/problems.hpp"
+#include "config/yaml/yaml_text.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+const char* const text = R"(case: x
+bodies:
+  - name: one
+    position_m: [1, 2, 3]
+  - name: two
+    position_m: [4, 5, 6]
+run:
+  steps: 10
+)";
+
+std::string text_at(const Document& document, const std::string& key) {
+  const Value* value = document.root().find(key);
+  return value == nullptr ? "" : value->text;
+}
+
+TEST(Document, KnowsTheLineOfEveryKeyPath) {
+  const Document document = Document::parse(text, "x.yaml", {});
+  EXPECT_EQ(document.locate("case").line, 1);
+  EXPECT_EQ(document.locate("bodies").line, 2);
+  EXPECT_EQ(document.locate("bodies.1").line, 5);
+  EXPECT_EQ(document.locate("bodies.1.position_m.2").line, 6);
+  EXPECT_EQ(document.locate("bodies.two.position_m").line, 6);
+  EXPECT_EQ(document.locate("run.steps").line, 8);
+  EXPECT_EQ(document.locate("run.nothing").line, 7);
+  EXPECT_EQ(to_string(document.locate("run.steps")), "x.yaml:8");
+}
+
+TEST(Document, AppliesOverridesByPositionAndByName) {
+  const Document document = Document::parse(
+      text, "x.yaml",
+      {"bodies.0.name=uno", "bodies.two.position_m=[7, 8, 9]", "new.section.key=5", "case=y=z"});
+  EXPECT_EQ(document.root().find("bodies")->items[0].find("name")->text, "uno");
+  EXPECT_EQ(document.root().find("bodies")->items[1].find("position_m")->items[2].text, "9");
+  EXPECT_EQ(document.root().find("new")->find("section")->find("key")->text, "5");
+  EXPECT_EQ(text_at(document, "case"), "y=z");
+  EXPECT_EQ(to_string(document.locate("bodies.0.name")), "--set bodies.0.name=uno");
+}
+
+TEST(Document, RejectsOverridesThatLeadNowhere) {
+  EXPECT_THROW(Document::parse(text, "x.yaml", {"bodies.5.name=x"}), CaseInvalid);
+  EXPECT_THROW(Document::parse(text, "x.yaml", {"bodies.three.name=x"}), CaseInvalid);
+  EXPECT_THROW(Document::parse(text, "x.yaml", {"case.deeper=x"}), CaseInvalid);
+  EXPECT_THROW(Document::parse(text, "x.yaml", {"no assignment"}), CaseInvalid);
+  EXPECT_THROW(Document::parse(text, "x.yaml", {"=5"}), CaseInvalid);
+  EXPECT_THROW(Document::parse(text, "x.yaml", {"case=[1"}), CaseInvalid);
+}
+
+TEST(Document, AppliesTheChosenParameterSetBelowTheCommandLine) {
+  const std::string sets =
+      std::string(text) + "parameter_set: a\nparameter_sets:\n  a: {run.steps: 20}\n  b: {run.steps: 30}\n";
+  const auto steps = [&](const std::vector<std::string>& overrides) {
+    return Document::parse(sets, "x.yaml", overrides).root().find("run")->find("steps")->text;
+  };
+  EXPECT_EQ(steps({}), "20");
+  EXPECT_EQ(steps({"parameter_set=b"}), "30");
+  EXPECT_EQ(steps({"run.steps=40"}), "40");
+  EXPECT_EQ(steps({"run.steps=40", "parameter_set=b"}), "40");
+  EXPECT_THROW(steps({"parameter_set=c"}), CaseInvalid);
+}
+
+TEST(Document, RejectsAChoiceOfParameterSetWhereThereIsNone) {
+  EXPECT_THROW(Document::parse(text, "x.yaml", {"parameter_set=a"}), CaseInvalid);
+  EXPECT_NO_THROW(Document::parse(std::string(text) + "parameter_set: label\n", "x.yaml", {}));
+}
+
+TEST(Document, RejectsWhatIsNoMapping) {
+  EXPECT_THROW(Document::parse("- a\n- b\n", "x.yaml", {}), CaseInvalid);
+  EXPECT_THROW(Document::parse("", "x.yaml", {}), CaseInvalid);
+  EXPECT_THROW(Document::parse("? [a, b]\n: c\n", "x.yaml", {}), CaseInvalid);
+  EXPECT_THROW(Document::load("/nonexistent.yaml", {}), CaseInvalid);
+  EXPECT_THROW(Document::load("/tmp", {}), CaseInvalid);
+}
+
+TEST(YamlText, StopsAliasesThatMultiply) {
+  std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 9; ++i) {
+    const std::string name = std::to_string(i);
+    const std::string before = std::to_string(i - 1);
+    bomb.append("a").append(name).append(": &a").append(name).append(" [x");
+    for (int copy = 0; copy < 10; ++copy) bomb.append(", *a").append(before);
+    bomb += "]\n";
+  }
+  EXPECT_THROW(Document::parse(bomb, "bomb.yaml", {}), CaseInvalid);
+}
+
+TEST(YamlText, StopsAnAliasInsideItsOwnAnchor) {
+  EXPECT_THROW(Document::parse("a: &x {b: *x}\n", "endless.yaml", {}), CaseInvalid);
+}
+
+TEST(YamlText, WritesWhatItReads) {
+  const Value value = parse_yaml("a: {b: [1, 2], c: ~, d: [{e: 'x: y'}]}\n", "x", LineNumbers::kept);
+  const std::string once = to_yaml(value);
+  EXPECT_EQ(to_yaml(parse_yaml(once, "x", LineNumbers::kept)), once);
+  EXPECT_EQ(to_json(value).dump(), R"({"a":{"b":["1","2"],"c":null,"d":[{"e":"x: y"}]}})");
+}
+
+TEST(YamlText, GivesControlCharactersBack) {
+  Value list = parse_yaml("[a]", "x", LineNumbers::kept);
+  for (const char* word : {"\r", "a\rb", "\t", "\n", "\x07", "\x7f"}) {
+    list.items[0].text = word;
+    EXPECT_EQ(parse_yaml(to_yaml(list), "x", LineNumbers::kept).items[0].text, word);
+  }
+}
+
+}  // namespace
+}  // namespace copepod::coupler
