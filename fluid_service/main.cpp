@@ -1,4 +1,4 @@
-#include "communication/mpi_session.hpp"
+#include "ranks/mpi_session.hpp"
 #include "service/fluid_program.hpp"
 #include "service/rank_solver.hpp"
 

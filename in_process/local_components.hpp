@@ -1,6 +1,6 @@
 #pragma once
 
-#include "communication/communicator.hpp"
+#include "ranks/communicator.hpp"
 #include "run/components.hpp"
 
 namespace copepod {

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmark/memory_rates.hpp"
-#include "communication/mpi_communicator.hpp"
-#include "communication/mpi_session.hpp"
-#include "solver/lattice_boltzmann.hpp"
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
+#include "ranks/mpi_communicator.hpp"
+#include "ranks/mpi_session.hpp"
 
 // Speed of the fluid alone beside the speed of the memory, under mpirun; prints one JSON object on rank 0.
 // Every sample measures the limit and the fluid one after the other, all ranks at once, so that a ratio is

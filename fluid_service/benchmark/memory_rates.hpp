@@ -3,8 +3,8 @@
 #include <chrono>
 #include <cstdint>
 
-#include "lattice/huge_array.hpp"
-#include "lattice/population_layout.hpp"
+#include "lattice_boltzmann/lattice/huge_array.hpp"
+#include "lattice_boltzmann/lattice/population_layout.hpp"
 
 // What the machine's memory allows: the limits that the fluid's speed is judged by.
 

@@ -1,8 +1,8 @@
 #include "service/fluid_program.hpp"
 
-#include "communication/follower.hpp"
 #include "component/run_component.hpp"
 #include "contract/errors.hpp"
+#include "ranks/follower.hpp"
 #include "service/follower_log.hpp"
 #include "service/rank_solver.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "communication/distributed_fluid.hpp"
+#include "ranks/distributed_fluid.hpp"
 
 namespace copepod::fluid {
 

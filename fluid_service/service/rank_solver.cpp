@@ -1,7 +1,7 @@
 #include "service/rank_solver.hpp"
 
 #include "contract/errors.hpp"
-#include "solver/lattice_boltzmann.hpp"
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "stokes/stokes_flow.hpp"
 #include "vacuum/vacuum.hpp"
 

@@ -2,10 +2,10 @@
 
 #include <memory>
 
-#include "communication/communicator.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
+#include "ranks/communicator.hpp"
 
 namespace copepod::fluid {
 

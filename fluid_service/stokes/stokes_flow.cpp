@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include "contract/errors.hpp"
-#include "stateless/stateless_checkpoint.hpp"
+#include "files/stateless_checkpoint.hpp"
 #include "stokes/grand_mobility.hpp"
 
 namespace copepod::fluid {

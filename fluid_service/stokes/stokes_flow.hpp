@@ -3,9 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include "communication/communicator.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
+#include "ranks/communicator.hpp"
 #include "stokes/plane_images.hpp"
 
 namespace copepod::fluid {

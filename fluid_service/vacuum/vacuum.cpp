@@ -3,7 +3,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "stateless/stateless_checkpoint.hpp"
+#include "files/stateless_checkpoint.hpp"
 
 namespace copepod::fluid {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "communication/communicator.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
+#include "ranks/communicator.hpp"
 
 namespace copepod::fluid {
 

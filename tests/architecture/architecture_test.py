@@ -27,9 +27,8 @@ class PlantedTree(unittest.TestCase):
         "proto/session/table.hpp": '#include "contract/loads.hpp"\n',
         "proto/transport/lane.cpp": '#include <zmq.hpp>\n#include "contract/loads.hpp"\n',
         "proto/conversion/encode.cpp": '#include "copepod/v1/copepod.pb.h"\n',
-        "fluid_service/communication/communicator.hpp": "#include <mpi.h>\n",
-        "fluid_service/output/fields.cpp": '#include <hdf5.h>\n#include "communication/communicator.hpp"\n',
-        "fluid_service/checkpoint/write.cpp": "#include <hdf5.h>\n",
+        "fluid_service/ranks/communicator.hpp": "#include <mpi.h>\n",
+        "fluid_service/files/write.cpp": '#include <hdf5.h>\n#include "ranks/communicator.hpp"\n',
         "body_service/main.cpp": '#include "contract/loads.hpp"\n#include "model/state.hpp"\n',
         "body_service/model/state.hpp": "#include <Eigen/Core>\n",
         "coupler/config/read.cpp": "#include <yaml-cpp/yaml.h>\n",
@@ -75,13 +74,13 @@ class IncludeRules(PlantedTree):
         for path, header in (
             ("proto/contract/wrong.hpp", "model/state.hpp"),
             ("proto/component/wrong.cpp", "config/case.hpp"),
-            ("proto/remote/wrong.cpp", "communication/communicator.hpp"),
-            ("fluid_service/kernel/wrong.cpp", "model/state.hpp"),
-            ("fluid_service/kernel/wrong.cpp", "config/case.hpp"),
-            ("body_service/model/wrong.cpp", "communication/communicator.hpp"),
+            ("proto/remote/wrong.cpp", "ranks/communicator.hpp"),
+            ("fluid_service/lattice_boltzmann/kernel/wrong.cpp", "model/state.hpp"),
+            ("fluid_service/lattice_boltzmann/kernel/wrong.cpp", "config/case.hpp"),
+            ("body_service/model/wrong.cpp", "ranks/communicator.hpp"),
             ("body_service/model/wrong.cpp", "config/case.hpp"),
             ("coupler/run/wrong.cpp", "model/state.hpp"),
-            ("coupler/run/wrong.cpp", "communication/communicator.hpp"),
+            ("coupler/run/wrong.cpp", "ranks/communicator.hpp"),
         ):
             with self.subTest(f"{path} includes {header}"):
                 self.expect_refusal("check_includes", path, f'#include "{header}"\n', f'"{header}"')
@@ -102,7 +101,7 @@ class IncludeRules(PlantedTree):
 
     def test_third_party_headers_stay_with_their_wrapper(self):
         for path, header in (
-            ("fluid_service/kernel/wrong.cpp", "mpi.h"),
+            ("fluid_service/lattice_boltzmann/kernel/wrong.cpp", "mpi.h"),
             ("coupler/run/wrong.cpp", "mpi.h"),
             ("proto/component/wrong.cpp", "zmq.hpp"),
             ("coupler/run/wrong.cpp", "zmq.h"),
@@ -110,7 +109,7 @@ class IncludeRules(PlantedTree):
             ("body_service/model/wrong.cpp", "yaml-cpp/yaml.h"),
             ("proto/component/wrong.cpp", "copepod/v1/copepod.pb.h"),
             ("coupler/run/wrong.cpp", "google/protobuf/arena.h"),
-            ("fluid_service/kernel/wrong.cpp", "hdf5.h"),
+            ("fluid_service/lattice_boltzmann/kernel/wrong.cpp", "hdf5.h"),
             ("coupler/run/wrong.cpp", "H5Cpp.h"),
             ("body_service/model/wrong.cpp", "hdf5_hl.h"),
             ("body_service/model/wrong.cpp", "btBulletDynamicsCommon.h"),

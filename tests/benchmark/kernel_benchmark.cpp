@@ -4,9 +4,9 @@
 #include <benchmark/benchmark.h>
 
 #include "benchmark/memory_rates.hpp"
-#include "kernel/relaxation.hpp"
-#include "kernel/stream_collide.hpp"
-#include "lattice/huge_array.hpp"
+#include "lattice_boltzmann/kernel/relaxation.hpp"
+#include "lattice_boltzmann/kernel/stream_collide.hpp"
+#include "lattice_boltzmann/lattice/huge_array.hpp"
 
 // The kernel alone, by instruction set, precision, placement and domain, beside the memory traffic without
 // arithmetic (`streams`). Items are cell updates.

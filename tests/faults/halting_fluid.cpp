@@ -1,7 +1,7 @@
 #include <cstdlib>
 
-#include "communication/mpi_session.hpp"
 #include "fake_arguments.hpp"
+#include "ranks/mpi_session.hpp"
 #include "service/fluid_program.hpp"
 #include "service/rank_solver.hpp"
 

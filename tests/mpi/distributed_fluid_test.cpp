@@ -1,4 +1,4 @@
-#include "communication/distributed_fluid.hpp"
+#include "ranks/distributed_fluid.hpp"
 
 #include <array>
 #include <string>
@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "communication/follower.hpp"
-#include "communication/mpi_communicator.hpp"
+#include "ranks/follower.hpp"
+#include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {
 namespace {

@@ -3,10 +3,10 @@
 #include <iostream>
 #include <thread>
 
-#include "communication/distributed_fluid.hpp"
-#include "communication/follower.hpp"
-#include "communication/mpi_session.hpp"
 #include "contract/errors.hpp"
+#include "ranks/distributed_fluid.hpp"
+#include "ranks/follower.hpp"
+#include "ranks/mpi_session.hpp"
 
 namespace {
 

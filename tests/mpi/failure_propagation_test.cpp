@@ -5,10 +5,10 @@
 
 #include <gtest/gtest.h>
 
-#include "communication/distributed_fluid.hpp"
-#include "communication/follower.hpp"
-#include "communication/mpi_communicator.hpp"
 #include "contract/errors.hpp"
+#include "ranks/distributed_fluid.hpp"
+#include "ranks/follower.hpp"
+#include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {
 namespace {

@@ -1,4 +1,4 @@
-#include "output/field_writer.hpp"
+#include "lattice_boltzmann/output/field_writer.hpp"
 
 #include <array>
 #include <fstream>
@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
-#include "output/hdf5_file.hpp"
-#include "output/shared_file.hpp"
+#include "files/hdf5_file.hpp"
+#include "files/shared_file.hpp"
 #include "storage_case.hpp"
 
 namespace copepod::fluid {

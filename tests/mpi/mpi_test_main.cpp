@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "communication/mpi_session.hpp"
+#include "ranks/mpi_session.hpp"
 
 int main(int argc, char** argv) {
   copepod::fluid::MpiSession session;

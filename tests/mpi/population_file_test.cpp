@@ -1,4 +1,4 @@
-#include "checkpoint/population_file.hpp"
+#include "lattice_boltzmann/output/population_file.hpp"
 
 #include <algorithm>
 #include <csignal>

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "communication/mpi_communicator.hpp"
 #include "component/progress.hpp"
+#include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {
 namespace {

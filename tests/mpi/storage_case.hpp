@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "communication/mpi_communicator.hpp"
 #include "contract/fluid_setup.hpp"
-#include "output/field_block.hpp"
-#include "partition/block_partition.hpp"
+#include "lattice_boltzmann/output/field_block.hpp"
+#include "ranks/block_partition.hpp"
+#include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {
 

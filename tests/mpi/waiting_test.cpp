@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "communication/mpi_communicator.hpp"
+#include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {
 namespace {

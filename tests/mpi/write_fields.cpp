@@ -1,10 +1,10 @@
 #include <cstdlib>
 #include <string>
 
-#include "communication/mpi_session.hpp"
-#include "output/field_writer.hpp"
-#include "output/mean_field.hpp"
-#include "partition/block_partition.hpp"
+#include "lattice_boltzmann/output/field_writer.hpp"
+#include "lattice_boltzmann/output/mean_field.hpp"
+#include "ranks/block_partition.hpp"
+#include "ranks/mpi_session.hpp"
 #include "storage_case.hpp"
 
 /// write_fields FOLDER SNAPSHOTS SCALE: snapshots and a mean of numbered_fields on a quarter of 8·SCALE ×

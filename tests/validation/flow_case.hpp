@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "solver/lattice_boltzmann.hpp"
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
 
 namespace copepod::fluid::validation {
 

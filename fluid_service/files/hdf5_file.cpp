@@ -1,0 +1,205 @@
+#include "files/hdf5_file.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+#include <type_traits>
+#include <utility>
+
+#include <hdf5.h>
+
+#include "component/progress.hpp"
+#include "contract/errors.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+constexpr std::uint64_t piece_bytes = 16 << 20;  ///< at most so much is read between two signs of progress
+
+/// An HDF5 identifier and the function that releases it.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*release)(hid_t)) : id_(id), release_(release) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (id_ >= 0) release_(id_);
+  }
+  [[nodiscard]] hid_t get() const { return id_; }
+  [[nodiscard]] bool valid() const { return id_ >= 0; }
+
+ private:
+  hid_t id_;
+  herr_t (*release_)(hid_t);
+};
+
+template <class T>
+hid_t type_of() {
+  if constexpr (std::is_same_v<T, double>) return H5T_NATIVE_DOUBLE;
+  if constexpr (std::is_same_v<T, float>) return H5T_NATIVE_FLOAT;
+  if constexpr (std::is_same_v<T, std::int32_t>) return H5T_NATIVE_INT32;
+  if constexpr (std::is_same_v<T, std::int64_t>) return H5T_NATIVE_INT64;
+  if constexpr (std::is_same_v<T, std::uint64_t>) return H5T_NATIVE_UINT64;
+}
+
+std::vector<hsize_t> sizes(const Hdf5File::Extent& extent) { return {extent.begin(), extent.end()}; }
+
+/// The innermost message on HDF5's error stack: the cause.
+std::string hdf5_reason() {
+  std::string reason;
+  const auto keep_first = [](unsigned, const H5E_error2_t* error, void* target) -> herr_t {
+    auto& text = *static_cast<std::string*>(target);
+    if (text.empty() && error->desc != nullptr) text = error->desc;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first, &reason);
+  H5Eclear2(H5E_DEFAULT);
+  return reason.empty() ? "HDF5 does not say why" : reason;
+}
+
+hid_t open_file(const std::string& path, Hdf5File::Access kind) {
+  H5dont_atexit();  // at exit HDF5 would flush again what a full disk refused, and crash
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to report
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_file_locking(access.get(), false, true);
+  if (kind == Hdf5File::Access::create)
+    return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
+  return H5Fopen(path.c_str(), kind == Hdf5File::Access::extend ? H5F_ACC_RDWR : H5F_ACC_RDONLY,
+                 access.get());
+}
+
+}  // namespace
+
+Hdf5File::Hdf5File(const std::string& path, Access access) : path_(path), access_(access) {
+  file_ = open_file(path, access);
+  require(file_ >= 0, "open it");
+}
+
+Hdf5File::~Hdf5File() {
+  if (file_ >= 0) H5Fclose(file_);
+}
+
+void Hdf5File::require(bool succeeded, const std::string& action) const {
+  if (succeeded) return;
+  const std::string remedy = access_ == Access::read
+                                 ? "Use another checkpoint."
+                                 : "Make room on the disk, check permissions, and resume.";
+  throw StorageError(path_ + ": cannot " + action + " (" + hdf5_reason() + "). " + remedy);
+}
+
+void Hdf5File::make_group(const std::string& group) {
+  const Handle made(H5Gcreate2(file_, group.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  require(made.valid(), "make group " + group);
+}
+
+void Hdf5File::rename(const std::string& object, const std::string& name) {
+  require(H5Lmove(file_, object.c_str(), H5L_SAME_LOC, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0,
+          "rename " + object + " to " + name);
+}
+
+void Hdf5File::remove(const std::string& object) {
+  require(H5Ldelete(file_, object.c_str(), H5P_DEFAULT) >= 0, "remove " + object);
+}
+
+bool Hdf5File::has(const std::string& object) {
+  const htri_t exists = H5Lexists(file_, object.c_str(), H5P_DEFAULT);
+  require(exists >= 0, "look for " + object);
+  return exists > 0;
+}
+
+std::vector<std::string> Hdf5File::names() {
+  std::vector<std::string> names;
+  const auto keep = [](hid_t, const char* name, const H5L_info_t*, void* target) -> herr_t {
+    static_cast<std::vector<std::string>*>(target)->emplace_back(name);
+    return 0;
+  };
+  require(H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, keep, &names) >= 0, "list its groups");
+  return names;
+}
+
+template <class T>
+void Hdf5File::write_attribute(const std::string& object, const std::string& name, T value) {
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(H5Acreate_by_name(file_, object.c_str(), name.c_str(), type_of<T>(), space.get(),
+                                           H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
+  require(attribute.valid() && H5Awrite(attribute.get(), type_of<T>(), &value) >= 0,
+          "write attribute " + name);
+}
+
+template <class T>
+T Hdf5File::read_attribute(const std::string& object, const std::string& name) {
+  T value{};
+  const Handle attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
+  require(attribute.valid() && H5Aread(attribute.get(), type_of<T>(), &value) >= 0, "read attribute " + name);
+  return value;
+}
+
+template <class T>
+std::int64_t Hdf5File::make_dataset(const std::string& dataset, const Extent& shape) {
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), sizes(shape).data(), nullptr),
+                     H5Sclose);
+  const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_layout(properties.get(), H5D_CONTIGUOUS);
+  H5Pset_alloc_time(properties.get(), H5D_ALLOC_TIME_EARLY);
+  H5Pset_fill_time(properties.get(), H5D_FILL_TIME_NEVER);
+  const Handle made(H5Dcreate2(file_, dataset.c_str(), type_of<T>(), space.get(), H5P_DEFAULT,
+                               properties.get(), H5P_DEFAULT),
+                    H5Dclose);
+  require(made.valid(), "make dataset " + dataset);
+  const haddr_t offset = H5Dget_offset(made.get());
+  require(offset != HADDR_UNDEF, "place dataset " + dataset);
+  return static_cast<std::int64_t>(offset);
+}
+
+template <class T>
+void Hdf5File::read(const std::string& dataset, const Extent& start, const Extent& count, T* values) {
+  const std::uint64_t size = std::accumulate(count.begin(), count.end(), std::uint64_t{1}, std::multiplies());
+  const auto cut = std::find_if(count.begin(), count.end(), [](std::uint64_t along) { return along > 1; });
+  if (size * sizeof(T) <= piece_bytes || cut == count.end()) {
+    read_piece(dataset, start, count, values);
+    report_progress();
+    return;
+  }
+  // Halves along the first axis that can be cut lie one behind the other in memory.
+  const auto axis = static_cast<std::size_t>(cut - count.begin());
+  Extent first = count, second = count, middle = start;
+  first[axis] /= 2;
+  second[axis] -= first[axis];
+  middle[axis] += first[axis];
+  read(dataset, start, first, values);
+  read(dataset, middle, second, values + size / count[axis] * first[axis]);
+}
+
+template <class T>
+void Hdf5File::read_piece(const std::string& dataset, const Extent& start, const Extent& count, T* values) {
+  const Handle set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  require(set.valid(), "open dataset " + dataset);
+  const Handle file_space(H5Dget_space(set.get()), H5Sclose);
+  const Handle memory_space(H5Screate_simple(static_cast<int>(count.size()), sizes(count).data(), nullptr),
+                            H5Sclose);
+  const bool selected = H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, sizes(start).data(), nullptr,
+                                            sizes(count).data(), nullptr) >= 0;
+  require(selected && H5Dread(set.get(), type_of<T>(), memory_space.get(), file_space.get(), H5P_DEFAULT,
+                              values) >= 0,
+          "read dataset " + dataset);
+}
+
+void Hdf5File::close() { require(H5Fclose(std::exchange(file_, -1)) >= 0, "close it"); }
+
+template void Hdf5File::write_attribute(const std::string&, const std::string&, double);
+template void Hdf5File::write_attribute(const std::string&, const std::string&, std::int64_t);
+template void Hdf5File::write_attribute(const std::string&, const std::string&, std::uint64_t);
+template double Hdf5File::read_attribute(const std::string&, const std::string&);
+template std::int64_t Hdf5File::read_attribute(const std::string&, const std::string&);
+template std::uint64_t Hdf5File::read_attribute(const std::string&, const std::string&);
+template std::int64_t Hdf5File::make_dataset<double>(const std::string&, const Extent&);
+template std::int64_t Hdf5File::make_dataset<float>(const std::string&, const Extent&);
+template std::int64_t Hdf5File::make_dataset<std::int32_t>(const std::string&, const Extent&);
+template void Hdf5File::read(const std::string&, const Extent&, const Extent&, double*);
+template void Hdf5File::read(const std::string&, const Extent&, const Extent&, float*);
+template void Hdf5File::read(const std::string&, const Extent&, const Extent&, std::int32_t*);
+
+}  // namespace copepod::fluid

@@ -1,0 +1,220 @@
+#include "lattice_boltzmann/bodies/body_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+
+#include "contract/errors.hpp"
+
+namespace copepod::fluid {
+
+BodyMap::BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies)
+    : domain_(domain),
+      layout_(layout),
+      bodies_(std::move(bodies)),
+      mapped_(bodies_.size()),
+      owner_(static_cast<std::size_t>(layout.cells()), fluid) {}
+
+RowInterval BodyMap::Footprint::row(std::int64_t at_x, std::int64_t at_y) const {
+  const std::int64_t i = at_x - x;
+  const std::int64_t j = at_y - y;
+  if (j < 0 || j >= width || i < 0 || i * width >= static_cast<std::int64_t>(rows.size())) return {};
+  return rows[static_cast<std::size_t>(i * width + j)];
+}
+
+bool BodyMap::update() {
+  uncovered_.clear();
+  covered_.clear();
+  changed_.clear();
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    Footprint& before = mapped_[b];
+    const LatticeBody& body = bodies_[b];
+    const bool mapped = before.width > 0;
+    if (mapped && before.state.position == body.position && before.state.axis == body.axis) continue;
+    check_inside(body, b);
+    if (has_started_) check_clear_of_faces(body, b);
+    if (!near_block(body) && !(mapped && near_block(before.state))) continue;
+    Footprint after = footprint(body);
+    compare(before, after, static_cast<std::int32_t>(b));
+    before = std::move(after);
+  }
+  cover_cells();
+  has_started_ = true;
+  return !changed_.empty();
+}
+
+BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) const {
+  const Eigen::Vector3d half = body.half_extents();
+  const auto first = [&](int axis) {
+    return static_cast<std::int64_t>(std::floor(body.position[axis] - half[axis]));
+  };
+  const auto last = [&](int axis) {
+    return static_cast<std::int64_t>(std::floor(body.position[axis] + half[axis]));
+  };
+  Footprint result{.state = body, .x = first(0), .y = first(1), .width = last(1) - first(1) + 1, .rows = {}};
+  result.rows.reserve(static_cast<std::size_t>((last(0) - first(0) + 1) * result.width));
+  for (std::int64_t x = result.x; x <= last(0); ++x)
+    for (std::int64_t y = result.y; y < result.y + result.width; ++y)
+      result.rows.push_back(covered_cells(body, x, y));
+  return result;
+}
+
+/// Whether the body or an image of it can cover a cell of the block or its ghosts.
+bool BodyMap::near_block(const LatticeBody& body) const {
+  const Eigen::Vector3d half = body.half_extents();
+  const Box& block = layout_.block();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cells = static_cast<double>(domain_.cells()[axis]);
+    const double margin = half[axis] + 2.0;
+    const double low = static_cast<double>(block.low[axis]) - margin;
+    const double high = static_cast<double>(block.high[axis]) + margin;
+    double x = body.position[axis];
+    if (domain_.periodic(axis))
+      x -= cells * std::floor((x - low) / cells);  // the first image at or above low
+    if (x < low || x > high) return false;
+  }
+  return true;
+}
+
+void BodyMap::compare(const Footprint& before, const Footprint& after, std::int32_t body) {
+  const auto lines = [](const Footprint& f) {
+    return f.width == 0 ? std::int64_t{0} : static_cast<std::int64_t>(f.rows.size()) / f.width;
+  };
+  const bool fresh_map = before.width == 0;
+  const std::int64_t x0 = fresh_map ? after.x : std::min(before.x, after.x);
+  const std::int64_t y0 = fresh_map ? after.y : std::min(before.y, after.y);
+  const std::int64_t x1 = std::max(fresh_map ? after.x : before.x + lines(before), after.x + lines(after));
+  const std::int64_t y1 = std::max(fresh_map ? after.y : before.y + before.width, after.y + after.width);
+  for (std::int64_t x = x0; x < x1; ++x)
+    for (std::int64_t y = y0; y < y1; ++y) {
+      const RowInterval old_row = before.row(x, y);
+      const RowInterval new_row = after.row(x, y);
+      if (old_row != new_row) compare_rows(old_row, new_row, {x, y, 0}, body);
+    }
+}
+
+void BodyMap::compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body) {
+  const auto inside = [](const RowInterval& interval, std::int64_t z) {
+    return z >= interval.low && z < interval.high;
+  };
+  for (row[2] = before.low; row[2] < before.high; ++row[2]) {
+    if (inside(after, row[2])) continue;
+    for_each_image(row, [&](const Cell& cell) { give_up(cell, body); });
+  }
+  for (row[2] = after.low; row[2] < after.high; ++row[2])
+    if (!inside(before, row[2]))
+      for_each_image(row, [&](const Cell& cell) { covered_.push_back({cell, body}); });
+}
+
+template <class Visit>
+void BodyMap::for_each_image(const Cell& unwrapped, const Visit& visit) const {
+  const Box& block = layout_.block();
+  std::array<std::array<std::int64_t, 3>, 3> images{};
+  std::array<int, 3> count{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t cells = domain_.cells()[axis];
+    const auto add = [&](std::int64_t index) {
+      if (index < block.low[axis] - 1 || index > block.high[axis]) return;
+      // Beyond a wall there is nothing to cover.
+      const bool outside = index < 0 || index >= cells;
+      if (outside && domain_.face(axis, index >= cells).kind != FaceKind::periodic &&
+          domain_.face(axis, index >= cells).kind != FaceKind::mirror)
+        return;
+      images[axis][count[axis]++] = index;
+    };
+    if (domain_.periodic(axis)) {
+      const std::int64_t wrapped = ((unwrapped[axis] % cells) + cells) % cells;
+      for (const std::int64_t shift : {-cells, std::int64_t{0}, cells}) add(wrapped + shift);
+    } else if (unwrapped[axis] >= 0 && unwrapped[axis] < cells) {
+      add(unwrapped[axis]);
+      // The ghost behind a mirror is covered when the cell before it is.
+      if (unwrapped[axis] == 0 && domain_.face(axis, false).kind == FaceKind::mirror) add(-1);
+      if (unwrapped[axis] == cells - 1 && domain_.face(axis, true).kind == FaceKind::mirror) add(cells);
+    }
+  }
+  for (int i = 0; i < count[0]; ++i)
+    for (int j = 0; j < count[1]; ++j)
+      for (int k = 0; k < count[2]; ++k) visit(Cell{images[0][i], images[1][j], images[2][k]});
+}
+
+/// The cell goes to the first of those that wait for it, or to the fluid.
+void BodyMap::give_up(const Cell& cell, std::int32_t body) {
+  std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(cell))];
+  if (owner != body + 1) {
+    std::erase(waiting_, ChangedCell{cell, body});
+    return;
+  }
+  owner = fresh;
+  uncovered_.push_back({cell, body});
+  changed_.push_back({cell, body});
+  const auto is_here = [&](const ChangedCell& w) { return w.cell == cell; };
+  std::ranges::copy_if(waiting_, std::back_inserter(covered_), is_here);
+  std::erase_if(waiting_, is_here);
+}
+
+/// Where bodies overlap a cell belongs to the first of them, whatever they did before; the others wait for
+/// it.
+void BodyMap::cover_cells() {
+  for (const ChangedCell& c : covered_) {
+    std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(c.cell))];
+    if (owner == fresh) std::erase_if(uncovered_, [&](const ChangedCell& u) { return u.cell == c.cell; });
+    if (owner == c.body + 1) continue;  // its own periodic image
+    if (owner > fluid) {
+      const ChangedCell other{c.cell, owner - 1};
+      waiting_.push_back(other.body < c.body ? c : other);
+      if (other.body < c.body) continue;
+      changed_.push_back(other);
+    }
+    owner = c.body + 1;
+    changed_.push_back(c);
+  }
+}
+
+void BodyMap::accept_fresh_cells() {
+  for (const ChangedCell& u : uncovered_) owner_[static_cast<std::size_t>(layout_.cell(u.cell))] = fluid;
+}
+
+void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double x = body.position[axis];
+    // A whole domain is twice the computed one where a symmetry plane cuts it.
+    const double length = static_cast<double>(domain_.cells()[axis]) * (domain_.symmetric(axis) ? 2.0 : 1.0);
+    if (!std::isfinite(x))
+      throw SolverError("position of body " + std::to_string(index) +
+                        " is not finite (the body solver diverged). Use a shorter step or softer springs.");
+    if (!domain_.periodic(axis) && (x < 0.0 || x > length))
+      throw SolverError("body " + std::to_string(index) + " left the domain through a face normal to " +
+                        "xyz"[axis] + " (its centre is at " + std::to_string(x) +
+                        " cells). Enlarge the domain or make it periodic.");
+    if (domain_.symmetric(axis) && beyond(body, axis, true) > 0.0)
+      throw SolverError("body " + std::to_string(index) + " reached the symmetry plane normal to " +
+                        "xyz"[axis] +
+                        " (behind it comes its mirror image). Start it further away, or remove the plane.");
+  }
+}
+
+void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool high : {false, true}) {
+      if (beyond(body, axis, high) <= 0.0) continue;
+      throw SolverError("body " + std::to_string(index) + " runs into the " + (high ? "upper" : "lower") +
+                        " face normal to " + "xyz"[axis] + " (its centre is at " +
+                        std::to_string(body.position[axis]) +
+                        " cells; its loads would be those of a part of it). Enlarge the domain, or keep it "
+                        "away with a softer push or a spring.");
+    }
+  }
+}
+
+double BodyMap::beyond(const LatticeBody& body, int axis, bool high) const {
+  const FaceKind kind = domain_.face(axis, high).kind;
+  if (kind == FaceKind::periodic || (high && domain_.cut_by_symmetry_plane(body.position, axis))) return -1.0;
+  // A cell whose centre is covered before a mirror is covered behind it too, and links end at the image.
+  const double margin = kind == FaceKind::mirror ? 0.5 : 0.0;
+  const double half = body.half_extents()[axis] + margin;
+  const double x = body.position[axis];
+  return high ? x + half - static_cast<double>(domain_.cells()[axis]) : half - x;
+}
+
+}  // namespace copepod::fluid

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lattice_boltzmann/bodies/lattice_body.hpp"
+#include "lattice_boltzmann/bodies/row_interval.hpp"
+#include "lattice_boltzmann/boundary/domain.hpp"
+#include "lattice_boltzmann/lattice/population_layout.hpp"
+
+namespace copepod::fluid {
+
+/// Which cells of a block and its ghost layer are covered by which body: a cell belongs to a body if its
+/// centre lies inside [paper, section 2.3].
+///
+/// A body is kept as one interval of cells per row; from step to step only the ends of intervals differ, so
+/// an update costs a square root per row and touches only cells that change.
+class BodyMap {
+ public:
+  static constexpr std::int32_t fluid = 0;
+  static constexpr std::int32_t fresh = -1;  ///< uncovered in this step, populations not yet refilled
+
+  struct ChangedCell {
+    Cell cell{};            ///< of the block or its ghost layer, domain indices
+    std::int32_t body = 0;  ///< index of the body that covers or covered it
+
+    bool operator==(const ChangedCell&) const = default;
+  };
+
+  BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies);
+
+  /// Maps the bodies at their present positions; call after changing `bodies()`.
+  /// @return whether any cell of the block or its ghosts changed hands
+  /// @throws SolverError if a centre left the domain through a face that is not periodic, or a body that
+  /// moves runs into one: it then is where a fluid should be. Bodies that rest may stand in a wall from the
+  /// start.
+  bool update();
+  /// Turns fresh cells into fluid ones.
+  void accept_fresh_cells();
+
+  [[nodiscard]] std::vector<LatticeBody>& bodies() { return bodies_; }
+  [[nodiscard]] const std::vector<LatticeBody>& bodies() const { return bodies_; }
+  /// 0 fluid, 1 + body index, or `fresh`; beyond walls 0.
+  [[nodiscard]] std::int32_t owner(std::int64_t cell) const { return owner_[static_cast<std::size_t>(cell)]; }
+  [[nodiscard]] const std::vector<ChangedCell>& uncovered() const { return uncovered_; }
+  /// Cells that a body lost or took in the last update.
+  [[nodiscard]] const std::vector<ChangedCell>& changed() const { return changed_; }
+
+ private:
+  /// Rows of one body, around its centre, in cells counted without wrapping.
+  struct Footprint {
+    LatticeBody state;   ///< when the rows were made
+    std::int64_t x = 0;  ///< of the first row
+    std::int64_t y = 0;
+    std::int64_t width = 0;         ///< rows along y; 0: never mapped
+    std::vector<RowInterval> rows;  ///< shape (x, y)
+
+    [[nodiscard]] RowInterval row(std::int64_t at_x, std::int64_t at_y) const;
+  };
+
+  [[nodiscard]] Footprint footprint(const LatticeBody& body) const;
+  [[nodiscard]] bool near_block(const LatticeBody& body) const;
+  void compare(const Footprint& before, const Footprint& after, std::int32_t body);
+  void compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body);
+  /// visit(cell) for every cell of the block and its ghosts that `unwrapped` stands for.
+  template <class Visit>
+  void for_each_image(const Cell& unwrapped, const Visit& visit) const;
+  void give_up(const Cell& cell, std::int32_t body);
+  void cover_cells();
+  void check_inside(const LatticeBody& body, std::size_t index) const;
+  void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;
+  /// How far the body's surface is beyond a face, or nearer to a mirror than half a cell.
+  [[nodiscard]] double beyond(const LatticeBody& body, int axis, bool high) const;
+
+  const Domain& domain_;
+  const PopulationLayout& layout_;
+  std::vector<LatticeBody> bodies_;
+  std::vector<Footprint> mapped_;
+  std::vector<std::int32_t> owner_;
+  std::vector<ChangedCell> uncovered_;
+  bool has_started_ = false;          ///< bodies that changed their place since then move
+  std::vector<ChangedCell> waiting_;  ///< covered by a body, but those of another one that overlaps it
+  std::vector<ChangedCell> changed_;
+  std::vector<ChangedCell> covered_;  ///< taken when every body has given up its cells
+};
+
+}  // namespace copepod::fluid

@@ -1,0 +1,81 @@
+#include "lattice_boltzmann/bodies/row_interval.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace copepod::fluid {
+
+namespace {
+
+/// Interval of the real line; empty if low > high.
+struct Span {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void include(double a, double b) {
+    low = std::min(low, a);
+    high = std::max(high, b);
+  }
+};
+
+/// Adds the part of the line (dx, dy, z) inside a sphere around `centre`.
+void include_sphere(Span& span, double dx, double dy, const Eigen::Vector3d& centre, double radius) {
+  const double ex = dx - centre[0];
+  const double ey = dy - centre[1];
+  const double square = radius * radius - (ex * ex + ey * ey);
+  if (square <= 0.0) return;
+  const double half = std::sqrt(square);
+  span.include(centre[2] - half, centre[2] + half);
+}
+
+/// Adds the part of the line w + z e_z, w = (dx, dy, 0), inside the cylinder |p − (p·a)a| < R, |p·a| < h:
+///   (1 − a_z²) z² − 2 (w·a) a_z z + |w|² − (w·a)² < R²,   |w·a + z a_z| < h
+void include_cylinder(Span& span, double dx, double dy, const LatticeBody& body) {
+  const Eigen::Vector3d& a = body.axis;
+  const double wa = dx * a[0] + dy * a[1];
+  const double constant = dx * dx + dy * dy - wa * wa - body.radius * body.radius;
+  double low = -std::numeric_limits<double>::infinity();
+  double high = -low;
+  const double across = 1.0 - a[2] * a[2];
+  if (across > 1e-12) {
+    const double half_linear = wa * a[2];
+    const double discriminant = half_linear * half_linear - across * constant;
+    if (discriminant <= 0.0) return;
+    low = (half_linear - std::sqrt(discriminant)) / across;
+    high = (half_linear + std::sqrt(discriminant)) / across;
+  } else if (constant >= 0.0) {
+    return;
+  }
+  if (std::abs(a[2]) > 1e-12) {
+    const double one = (-body.half_length - wa) / a[2];
+    const double two = (body.half_length - wa) / a[2];
+    low = std::max(low, std::min(one, two));
+    high = std::min(high, std::max(one, two));
+  } else if (std::abs(wa) >= body.half_length) {
+    return;
+  }
+  if (low < high) span.include(low, high);
+}
+
+}  // namespace
+
+RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y) {
+  const double dx = (static_cast<double>(x) + 0.5) - body.position[0];
+  const double dy = (static_cast<double>(y) + 0.5) - body.position[1];
+  Span span;
+  if (body.kind == ShapeKind::sphere) {
+    include_sphere(span, dx, dy, Eigen::Vector3d::Zero(), body.radius);
+  } else {
+    include_sphere(span, dx, dy, body.half_length * body.axis, body.radius);
+    include_sphere(span, dx, dy, -body.half_length * body.axis, body.radius);
+    include_cylinder(span, dx, dy, body);
+  }
+  if (!(span.low < span.high)) return {};
+  // Centres k + 1/2 strictly between the ends.
+  const double first = std::floor(body.position[2] + span.low - 0.5) + 1.0;
+  const double last = std::ceil(body.position[2] + span.high - 0.5);
+  return {static_cast<std::int64_t>(first), static_cast<std::int64_t>(last)};
+}
+
+}  // namespace copepod::fluid

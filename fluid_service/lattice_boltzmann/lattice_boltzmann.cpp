@@ -1,0 +1,287 @@
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "component/progress.hpp"
+#include "contract/digest.hpp"
+#include "contract/errors.hpp"
+#include "lattice_boltzmann/boundary/origin.hpp"
+#include "lattice_boltzmann/kernel/equilibrium.hpp"
+#include "lattice_boltzmann/kernel/relaxation.hpp"
+#include "lattice_boltzmann/lattice/moments_of_cell.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+std::vector<LatticeBody> make_bodies(const FluidSetup& setup, const LatticeUnits& units) {
+  std::vector<LatticeBody> bodies;
+  for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, units);
+  return bodies;
+}
+
+}  // namespace
+
+template <class T>
+LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& communicator)
+    : setup_(setup),
+      communicator_(communicator),
+      units_(setup),
+      domain_(setup, units_),
+      partition_(domain_.cells(), communicator.size()),
+      layout_(partition_.block(communicator.rank()), sizeof(T),
+              origin_rule(domain_, partition_.block(communicator.rank()))),
+      populations_(static_cast<std::size_t>(layout_.values())),
+      constants_(collision_constants<T>(setup.collision,
+                                        units_.relaxation_time(setup.kinematic_viscosity_m2_per_s),
+                                        units_.body_force_lu(setup.body_force_N_per_m3))),
+      has_force_(!setup.body_force_N_per_m3.isZero(0.0)),
+      stream_collide_(choose_stream_collide<T>().update),
+      ghosts_(domain_, partition_, layout_, communicator, units_.body_force_lu(setup.body_force_N_per_m3)),
+      map_(domain_, layout_, make_bodies(setup, units_)),
+      links_(map_, layout_, ghosts_.interior()),
+      refill_(domain_, partition_, layout_, communicator),
+      reflected_(layout_.block().extent(0)),
+      load_sums_(setup.bodies.size()),
+      load_sum_halves_(2 * load_components * setup.bodies.size()),
+      output_(setup, communicator) {}
+
+template <class T>
+void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
+  if (kinematics.bodies() != static_cast<Eigen::Index>(setup_.bodies.size()))
+    throw SolverError("kinematics of " + std::to_string(kinematics.bodies()) + " bodies (the setup named " +
+                      std::to_string(setup_.bodies.size()) + "). Send all bodies in the order of the setup.");
+  for (Eigen::Index b = 0; b < kinematics.bodies(); ++b)
+    map_.bodies()[static_cast<std::size_t>(b)].move(kinematics, b, units_);
+  if (map_.update()) links_.update();
+}
+
+template <class T>
+void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
+  timer_.start();
+  mapped_ = kinematics;
+  map_bodies(kinematics);
+  timer_.book(Phase::map);
+  refill_(populations_.data(), placement_, map_);
+  map_.accept_fresh_cells();
+  timer_.book(Phase::refill);
+
+  std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
+  reflected_.clear();
+  for (std::size_t b = 0; b < map_.bodies().size(); ++b)
+    exchange_momentum<T>(populations_.data(), layout_, placement_, domain_, map_.bodies()[b],
+                         links_.of_body(b), load_sums_[b], reflected_);
+  timer_.book(Phase::momentum);
+  sum_loads_to_leader();
+  report_loads(kinematics, loads);
+  timer_.book(Phase::reduce);
+}
+
+template <class T>
+void LatticeBoltzmann<T>::sum_loads_to_leader() {
+  auto half = load_sum_halves_.begin();
+  for (const LoadSums& sums : load_sums_)
+    for (const fixed_point::Sum sum : sums) half = std::ranges::copy(fixed_point::halves(sum), half).out;
+  communicator_.sum_to_leader(load_sum_halves_);
+  half = load_sum_halves_.begin();
+  for (LoadSums& sums : load_sums_)
+    for (fixed_point::Sum& sum : sums) {
+      sum = fixed_point::from_halves(half[0], half[1]);
+      half += 2;
+    }
+}
+
+/// Sums to SI units. A body that a symmetry plane cuts was seen only in part: what the plane's symmetry
+/// forbids is zero (force normal to it, torque along it), the rest counts twice.
+template <class T>
+void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& loads) {
+  loads.step = kinematics.step;
+  loads.resize(kinematics.bodies());
+  for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
+    const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(b)];
+    double force_factor[3] = {1.0, 1.0, 1.0};
+    double torque_factor[3] = {1.0, 1.0, 1.0};
+    for (int plane = 0; plane < 3; ++plane) {
+      if (!domain_.cut_by_symmetry_plane(body.position, plane)) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        force_factor[axis] *= axis == plane ? 0.0 : 2.0;
+        torque_factor[axis] *= axis == plane ? 2.0 : 0.0;
+      }
+    }
+    const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[axis]) * force_factor[axis]);
+      loads.torque_N_m(axis, b) =
+          units_.torque_N_m(fixed_point::to_double(sums[3 + axis]) * torque_factor[axis]);
+    }
+  }
+}
+
+template <class T>
+void LatticeBoltzmann<T>::apply(const std::vector<ReflectedPopulation<T>>& reflected) {
+  T* populations = populations_.data();
+  for (const auto& [location, value] : reflected) populations[location] = value;
+}
+
+template <class T>
+void LatticeBoltzmann<T>::update(const Box& region) {
+  stream_collide_(populations_.data(), layout_, placement_, region, constants_, has_force_);
+}
+
+/// Plane by plane, so that what the bodies put in place is still in the cache when the update reads it.
+template <class T>
+void LatticeBoltzmann<T>::update_interior() {
+  const Box& interior = ghosts_.interior();
+  for (std::int64_t x = 0; x < layout_.block().extent(0); ++x) {
+    apply(reflected_.interior[static_cast<std::size_t>(x)]);
+    if (x >= interior.low[0] && x < interior.high[0])
+      update({{x, interior.low[1], interior.low[2]}, {x + 1, interior.high[1], interior.high[2]}});
+  }
+}
+
+template <class T>
+void LatticeBoltzmann<T>::advance() {
+  timer_.start();
+  ghosts_.start(populations_.data(), placement_);
+  timer_.book(Phase::halo);
+  update_interior();
+  timer_.book(Phase::bulk);
+  ghosts_.wait();
+  timer_.book(Phase::wait);
+  ghosts_.finish(populations_.data(), placement_);
+  timer_.book(Phase::halo);
+  apply(reflected_.border);
+  timer_.book(Phase::reflect);
+  for (const Box& slab : ghosts_.border()) update(slab);
+  placement_ = other(placement_);
+  ++step_;
+  timer_.book(Phase::bulk);
+  check_rows();
+  timer_.book(Phase::check);
+  output_.after_step(step_, [this] { return fields(); });
+  timer_.book(Phase::output);
+}
+
+/// Looks at one row of 1024, or of as many as there are, another one in each step: every cell is seen within
+/// 1024 steps.
+template <class T>
+void LatticeBoltzmann<T>::check_rows() const {
+  const Box& block = layout_.block();
+  const std::int64_t rows = block.extent(0) * block.extent(1);
+  const std::int64_t interval = std::min<std::int64_t>(1024, rows);
+  for (std::int64_t row = step_ % interval; row < rows; row += interval)
+    check_row(block.low[0] + row / block.extent(1), block.low[1] + row % block.extent(1));
+}
+
+/// Before anything is saved or summed up: no run ends well with a flow that diverged since its row was seen.
+template <class T>
+void LatticeBoltzmann<T>::check_all_rows() const {
+  const Box& block = layout_.block();
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y) check_row(x, y);
+    report_progress();
+  }
+}
+
+template <class T>
+void LatticeBoltzmann<T>::check_row(std::int64_t x, std::int64_t y) const {
+  const Box& block = layout_.block();
+  for (std::int64_t z = block.low[2]; z < block.high[2]; ++z)
+    if (map_.owner(layout_.cell(Cell{x, y, z})) == BodyMap::fluid)
+      static_cast<void>(checked_moments({x, y, z}));
+}
+
+template <class T>
+CellMoments LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
+  constexpr double largest_excess_density = 0.5;
+  constexpr double largest_momentum = 0.4;
+  const CellMoments m = moments_of_cell(populations_.data(), layout_, layout_.site(cell), placement_);
+  if (std::abs(m.excess_density) < largest_excess_density && m.momentum.norm() < largest_momentum) return m;
+  throw SolverError(
+      "the flow diverged at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) + ", " +
+          std::to_string(cell[2]) + ") (density " + std::to_string(1.0 + m.excess_density) + ", momentum " +
+          std::to_string(m.momentum.norm()) +
+          " in lattice units). Use a larger relaxation time, collision: trt, or a shorter step.",
+      communicator_.rank(), step_ - 1);
+}
+
+template <class T>
+FieldBlock LatticeBoltzmann<T>::fields() const {
+  const Box& block = layout_.block();
+  FieldBlock result{.box = block, .density_kg_per_m3 = {}, .velocity_m_per_s = {}, .body = {}};
+  const auto cells = static_cast<std::size_t>(block.volume());
+  result.density_kg_per_m3.reserve(cells);
+  result.velocity_m_per_s.reserve(3 * cells);
+  result.body.reserve(cells);
+  // Half of the force that the collision added belongs to the next half step [Guo, Zheng, Shi 2002].
+  const Eigen::Vector3d half_force = 0.5 * units_.body_force_lu(setup_.body_force_N_per_m3);
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+        const std::int32_t owner = map_.owner(layout_.cell(Cell{x, y, z}));
+        Eigen::Vector3d velocity;
+        double density = 1.0;
+        if (owner > BodyMap::fluid) {
+          const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(owner - 1)];
+          velocity = body.surface_velocity(domain_.from_position(body.position, {x, y, z}));
+        } else {
+          const CellMoments m = checked_moments({x, y, z});
+          density += m.excess_density;
+          velocity = (m.momentum - half_force) / density;
+        }
+        result.density_kg_per_m3.push_back(units_.density_kg_per_m3(density));
+        for (int axis = 0; axis < 3; ++axis)
+          result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
+        result.body.push_back(owner);
+      }
+    report_progress();
+  }
+  return result;
+}
+
+/// Sum modulo 2^64 of a digest per fluid cell, each seeded with the cell's domain index.
+template <class T>
+std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {
+  const Box& block = layout_.block();
+  const Cell& cells = domain_.cells();
+  std::uint64_t sum = 0;
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+        const Site cell = layout_.site(Cell{x, y, z});
+        if (map_.owner(cell.index) != BodyMap::fluid) continue;
+        Digest digest(static_cast<std::uint64_t>((x * cells[1] + y) * cells[2] + z));
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          digest.add(populations_[static_cast<std::size_t>(layout_.location(cell, alpha, placement_))]);
+        sum += digest.value();
+      }
+    report_progress();
+  }
+  return sum;
+}
+
+template <class T>
+SolverSummary LatticeBoltzmann<T>::summarise() {
+  check_all_rows();
+  SolverSummary summary;
+  auto digest = static_cast<std::int64_t>(digest_of_block());
+  communicator_.sum_to_leader({&digest, 1});
+  summary.digest = static_cast<std::uint64_t>(digest);
+  summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
+  summary.ranks = communicator_.size();
+  summary.seconds = timer_.seconds();
+  return summary;
+}
+
+template class LatticeBoltzmann<float>;
+template class LatticeBoltzmann<double>;
+
+std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Communicator& communicator) {
+  if (setup.precision == Precision::single_precision)
+    return std::make_unique<LatticeBoltzmann<float>>(setup, communicator);
+  return std::make_unique<LatticeBoltzmann<double>>(setup, communicator);
+}
+
+}  // namespace copepod::fluid

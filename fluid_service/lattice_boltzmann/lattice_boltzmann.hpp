@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "contract/fluid_solver.hpp"
+#include "lattice_boltzmann/bodies/boundary_links.hpp"
+#include "lattice_boltzmann/bodies/momentum_exchange.hpp"
+#include "lattice_boltzmann/bodies/refill.hpp"
+#include "lattice_boltzmann/boundary/ghost_exchange.hpp"
+#include "lattice_boltzmann/kernel/equilibrium.hpp"
+#include "lattice_boltzmann/kernel/stream_collide.hpp"
+#include "lattice_boltzmann/lattice/huge_array.hpp"
+#include "lattice_boltzmann/lattice/moments_of_cell.hpp"
+#include "lattice_boltzmann/output/field_schedule.hpp"
+#include "lattice_boltzmann/phase_timer.hpp"
+
+namespace copepod::fluid {
+
+/// One rank's share of the lattice Boltzmann fluid. Every method is collective: called on all ranks with the
+/// same arguments; loads and summaries are valid on rank 0. A flow that diverged is a SolverError: from
+/// advance within 1024 steps, from fields, save and summarise at once.
+///
+/// One step, with populations stored in place (lattice/population_layout.hpp):
+///   exchange: map bodies -> refill uncovered cells -> links -> momentum exchange -> sum the loads
+///   advance:  ghost populations -> reflected populations -> stream and collide
+template <class T>
+class LatticeBoltzmann final : public FluidSolver {
+ public:
+  LatticeBoltzmann(const FluidSetup& setup, Communicator& communicator);
+
+  void exchange(const Kinematics& kinematics, Loads& loads) override;
+  void advance() override;
+  void save(const std::string& path) override;
+  void restore(const std::string& path) override;
+  SolverSummary summarise() override;
+
+  [[nodiscard]] const Domain& domain() const { return domain_; }
+  [[nodiscard]] std::int64_t step() const { return step_; }
+  /// Macroscopic fields of this rank's block, SI units.
+  [[nodiscard]] FieldBlock fields() const;
+  /// The populations themselves, for initial conditions of validation cases:
+  /// sets every cell to the equilibrium of the given excess density and velocity (lattice units).
+  template <class Flow>
+  void initialise(const Flow& flow);
+
+ private:
+  void map_bodies(const Kinematics& kinematics);
+  void sum_loads_to_leader();
+  void report_loads(const Kinematics& kinematics, Loads& loads);
+  void apply(const std::vector<ReflectedPopulation<T>>& reflected);
+  void update(const Box& region);
+  void update_interior();
+  /// visit(index into populations_) for the cells of a piece (x, y, z), z fastest, and their 19 directions.
+  template <class Visit>
+  void for_each_population(const Box& piece, Placement placement, const Visit& visit) const;
+  void check_rows() const;
+  void check_all_rows() const;
+  void check_row(std::int64_t x, std::int64_t y) const;
+  [[nodiscard]] CellMoments checked_moments(const Cell& cell) const;
+  [[nodiscard]] std::uint64_t digest_of_block() const;
+
+  FluidSetup setup_;
+  Communicator& communicator_;
+  LatticeUnits units_;
+  Domain domain_;
+  BlockPartition partition_;
+  PopulationLayout layout_;
+  HugeArray<T> populations_;
+  CollisionConstants<T> constants_;
+  bool has_force_;
+  StreamCollide<T> stream_collide_;
+  GhostExchange<T> ghosts_;
+  BodyMap map_;
+  BoundaryLinks links_;
+  Refill<T> refill_;
+  ReflectedPopulations<T> reflected_;
+  std::vector<LoadSums> load_sums_;            ///< by body
+  std::vector<std::int64_t> load_sum_halves_;  ///< of all of them
+  Kinematics mapped_;  ///< of the last exchange; a restart maps it again before it goes on
+  Placement placement_ = Placement::home;
+  std::int64_t step_ = 0;  ///< steps completed
+  PhaseTimer timer_;
+  FieldSchedule output_;
+};
+
+/// The rank solver for the precision that the setup asks for.
+std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Communicator& communicator);
+
+template <class T>
+template <class Flow>
+void LatticeBoltzmann<T>::initialise(const Flow& flow) {
+  const Box& block = layout_.block();
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
+    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
+      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
+        double velocity[3];
+        const double excess_density = flow(Cell{x, y, z}, velocity);
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          populations_[static_cast<std::size_t>(
+              layout_.location(layout_.site(Cell{x, y, z}), alpha, placement_))] =
+              static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));
+      }
+}
+
+}  // namespace copepod::fluid

@@ -1,0 +1,113 @@
+#include "lattice_boltzmann/output/field_writer.hpp"
+
+#include <filesystem>
+#include <span>
+
+#include "files/shared_file.hpp"
+#include "lattice_boltzmann/output/xdmf.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+using Extent = Hdf5File::Extent;
+
+const std::string data_file = "fields.h5";
+const std::string description_file = "fields.xdmf";
+constexpr std::int64_t bytes_per_cell = 4 * sizeof(double) + sizeof(std::int32_t);
+constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe a group
+const std::string unfinished = "unfinished";       ///< name of a group that is being written
+
+Extent in_file_order(const Cell& cell) {
+  return {static_cast<std::uint64_t>(cell[2]), static_cast<std::uint64_t>(cell[1]),
+          static_cast<std::uint64_t>(cell[0])};
+}
+
+Extent with(Extent extent, std::uint64_t last) {
+  extent.push_back(last);
+  return extent;
+}
+
+}  // namespace
+
+FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Communicator& communicator)
+    : output_(output),
+      path_(output.directory + "/" + data_file),
+      step_s_(setup.step_s),
+      cell_size_m_(setup.cell_size_m),
+      images_(setup.domain_cells, setup.symmetry_planes),
+      communicator_(communicator) {}
+
+FieldWriter::Offsets FieldWriter::lay_out(const Attributes& attributes) const {
+  const Cell& cells = images_.domain_cells();
+  const bool exists = std::filesystem::exists(path_) && std::filesystem::file_size(path_) > 0;
+  require_space(path_, cells[0] * cells[1] * cells[2] * bytes_per_cell + structure_bytes);
+  Hdf5File file(path_, exists ? Hdf5File::Access::extend : Hdf5File::Access::create);
+  if (file.has(unfinished)) file.remove(unfinished);  // of a run that was killed
+  file.make_group(unfinished);
+  file.write_attribute(unfinished, "cell_size_m", cell_size_m_);
+  file.write_attribute(unfinished, "step_s", step_s_);
+  attributes(file, unfinished);
+  const Extent shape = in_file_order(cells);
+  Offsets offsets;
+  offsets.density = file.make_dataset<double>(unfinished + "/density_kg_per_m3", shape);
+  offsets.velocity = file.make_dataset<double>(unfinished + "/velocity_m_per_s", with(shape, 3));
+  offsets.body = file.make_dataset<std::int32_t>(unfinished + "/body", shape);
+  file.close();
+  reserve_space(path_);
+  return offsets;
+}
+
+void FieldWriter::write_cells(const Offsets& offsets, const FieldBlock& block) const {
+  const Extent shape = in_file_order(images_.domain_cells());
+  SharedFile file(path_);
+  for (const auto& mirrored : images_.images()) {
+    const FileBlock image = images_.image(block, mirrored);
+    const Extent start = in_file_order(image.box.low);
+    const Extent count = in_file_order({image.box.extent(0), image.box.extent(1), image.box.extent(2)});
+    file.write(offsets.density, shape, start, count, image.density_kg_per_m3.data());
+    file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3),
+               image.velocity_m_per_s.data());
+    file.write(offsets.body, shape, start, count, image.body.data());
+  }
+}
+
+void FieldWriter::publish(const std::string& group) const {
+  Hdf5File file(path_, Hdf5File::Access::extend);
+  if (file.has(group)) file.remove(group);  // from before a restart
+  file.rename(unfinished, group);
+  XdmfDescription description;
+  description.cells = images_.domain_cells();
+  description.cell_size_m = cell_size_m_;
+  description.step_s = step_s_;
+  description.data_file = data_file;
+  description.groups = file.names();
+  file.close();
+  replace_file(output_.directory + "/" + description_file, xdmf_text(description));
+}
+
+void FieldWriter::write(const std::string& group, const FieldBlock& block, const Attributes& attributes) {
+  Offsets offsets;
+  on_leader(communicator_, [&] { offsets = lay_out(attributes); });
+  communicator_.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
+  on_every_rank(communicator_, [&] { write_cells(offsets, block); });
+  on_leader(communicator_, [&] { publish(group); });
+}
+
+void FieldWriter::write_snapshot(std::int64_t step, const FieldBlock& block) {
+  write(group_of_step(step), block, [&](Hdf5File& file, const std::string& group) {
+    file.write_attribute(group, "step", step);
+    file.write_attribute(group, "time_s", static_cast<double>(step) * step_s_);
+  });
+}
+
+void FieldWriter::write_mean(std::int64_t samples, const FieldBlock& block) {
+  write("mean", block, [&](Hdf5File& file, const std::string& group) {
+    file.write_attribute(group, "samples", samples);
+    file.write_attribute(group, "mean_start", output_.mean_start);
+    file.write_attribute(group, "mean_stop", output_.mean_stop);
+    file.write_attribute(group, "mean_every_steps", output_.mean_every_steps);
+  });
+}
+
+}  // namespace copepod::fluid

@@ -1,0 +1,291 @@
+#include "lattice_boltzmann/output/population_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <vector>
+
+#include "contract/digest.hpp"
+#include "contract/errors.hpp"
+#include "files/shared_file.hpp"
+#include "files/sync_file.hpp"
+#include "lattice_boltzmann/output/state_digest.hpp"
+#include "ranks/fluid_setup_packing.hpp"
+#include "ranks/packing.hpp"
+#include "ranks/pieces.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+constexpr std::int64_t format_version = 2;
+constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
+constexpr std::int64_t piece_bytes = 1 << 18;      ///< of populations at once: stays in a core's cache
+const std::string root = "/";
+const std::string populations_name = "/populations";
+const std::string kinematics_name = "/kinematics";
+const std::string density_name = "/mean_density_sum";
+const std::string velocity_name = "/mean_velocity_sum";
+const std::string body_name = "/mean_body";
+
+using Extent = Hdf5File::Extent;
+
+Extent extent_of(const Cell& cell) {
+  return {static_cast<std::uint64_t>(cell[0]), static_cast<std::uint64_t>(cell[1]),
+          static_cast<std::uint64_t>(cell[2])};
+}
+
+Extent count_of(const Box& box) { return extent_of({box.extent(0), box.extent(1), box.extent(2)}); }
+
+Extent with(Extent extent, std::int64_t last) {
+  extent.push_back(static_cast<std::uint64_t>(last));
+  return extent;
+}
+
+/// Columns of position, orientation, velocity and angular velocity, one row of 13 per body.
+std::vector<double> rows_of(const Kinematics& kinematics) {
+  std::vector<double> rows;
+  for (Eigen::Index body = 0; body < kinematics.bodies(); ++body) {
+    Eigen::Matrix<double, 13, 1> row;
+    row << kinematics.position_m.col(body), kinematics.orientation_wxyz.col(body),
+        kinematics.velocity_m_per_s.col(body), kinematics.angular_velocity_rad_per_s.col(body);
+    rows.insert(rows.end(), row.begin(), row.end());
+  }
+  return rows;
+}
+
+void take_rows(const std::vector<double>& rows, Kinematics& kinematics) {
+  const Eigen::Map<const Eigen::Matrix<double, 13, Eigen::Dynamic>> all(
+      rows.data(), 13, static_cast<Eigen::Index>(rows.size() / 13));
+  kinematics.position_m = all.middleRows<3>(0);
+  kinematics.orientation_wxyz = all.middleRows<4>(3);
+  kinematics.velocity_m_per_s = all.middleRows<3>(7);
+  kinematics.angular_velocity_rad_per_s = all.middleRows<3>(10);
+}
+
+/// visit(piece, populations) for the pieces of a rank's block, with room for the populations of one.
+template <class T, class Visit>
+void for_each_piece_of_populations(const Box& box, const Visit& visit) {
+  std::vector<T> populations;
+  for_each_piece(box, piece_bytes / (19 * std::int64_t{sizeof(T)}), [&](const Box& piece) {
+    populations.resize(static_cast<std::size_t>(19 * piece.volume()));
+    visit(piece, std::span<T>(populations));
+  });
+}
+
+/// Checksum of everything in the file, the same on all ranks.
+/// @param populations  digest of this rank's
+std::uint64_t checksum(Communicator& communicator, const PopulationHeader& header, std::uint64_t populations,
+                       const FluidState& state) {
+  std::uint64_t sum = populations + digest_of_mean(header.cells, state.mean);
+  if (communicator.rank() == 0)
+    sum += digest_of_kinematics(state.kinematics) + mix_bits(static_cast<std::uint64_t>(header.step));
+  std::array<std::int64_t, 1> total = {static_cast<std::int64_t>(sum)};
+  communicator.sum_to_all(total);
+  return static_cast<std::uint64_t>(total[0]);
+}
+
+/// Where the datasets start in the file [bytes].
+struct Offsets {
+  std::int64_t populations = 0;
+  std::int64_t kinematics = 0;
+  std::int64_t density = 0;
+  std::int64_t velocity = 0;
+  std::int64_t body = 0;
+};
+
+/// Makes the file with everything but the values of its datasets, and takes the disk space.
+template <class T>
+Offsets lay_out(const std::string& path, const PopulationHeader& header, const FluidState& state,
+                std::uint64_t sum) {
+  const std::int64_t mean_bytes = state.mean.samples() > 0 ? 4 * sizeof(double) + sizeof(std::int32_t) : 0;
+  const std::int64_t cell_bytes = 19 * std::int64_t{sizeof(T)} + mean_bytes;
+  require_space(path, header.cells[0] * header.cells[1] * header.cells[2] * cell_bytes + structure_bytes +
+                          state.kinematics.bodies() * 13 * std::int64_t{sizeof(double)});
+  Hdf5File file(path, Hdf5File::Access::create);
+  file.write_attribute(root, "format_version", format_version);
+  file.write_attribute(root, "case_digest", header.case_digest);
+  file.write_attribute(root, "nx", header.cells[0]);
+  file.write_attribute(root, "ny", header.cells[1]);
+  file.write_attribute(root, "nz", header.cells[2]);
+  file.write_attribute(root, "step", header.step);
+  file.write_attribute(root, "kinematics_step", state.kinematics.step);
+  file.write_attribute(root, "bodies", std::int64_t{state.kinematics.bodies()});
+  file.write_attribute(root, "mean_samples", state.mean.samples());
+  file.write_attribute(root, "mean_start", state.sampling.start);
+  file.write_attribute(root, "mean_every_steps", state.sampling.every_steps);
+  file.write_attribute(root, "checksum", sum);
+  const Extent shape = extent_of(header.cells);
+  Offsets offsets;
+  offsets.populations = file.make_dataset<T>(populations_name, with(shape, 19));
+  if (state.kinematics.bodies() > 0)
+    offsets.kinematics = file.make_dataset<double>(
+        kinematics_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), 13});
+  if (state.mean.samples() > 0) {
+    offsets.density = file.make_dataset<double>(density_name, shape);
+    offsets.velocity = file.make_dataset<double>(velocity_name, with(shape, 3));
+    offsets.body = file.make_dataset<std::int32_t>(body_name, shape);
+  }
+  file.close();
+  reserve_space(path);
+  return offsets;
+}
+
+template <class T>
+void write_populations(SharedFile& file, std::int64_t offset, const Cell& cells, const Box& box,
+                       const GetPopulations<T>& get) {
+  for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
+    get(piece, populations);
+    file.write(offset, with(extent_of(cells), 19), with(extent_of(piece.low), 0), with(count_of(piece), 19),
+               populations.data());
+  });
+}
+
+void write_mean(SharedFile& file, const Offsets& offsets, const Cell& cells, const FieldBlock& sums) {
+  const Extent shape = extent_of(cells);
+  const Extent start = extent_of(sums.box.low);
+  const Extent count = count_of(sums.box);
+  file.write(offsets.density, shape, start, count, sums.density_kg_per_m3.data());
+  file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3), sums.velocity_m_per_s.data());
+  file.write(offsets.body, shape, start, count, sums.body.data());
+}
+
+void write_kinematics(const std::string& path, const Offsets& offsets, const Kinematics& kinematics) {
+  const Extent shape = {static_cast<std::uint64_t>(kinematics.bodies()), 13};
+  const std::vector<double> rows = rows_of(kinematics);
+  SharedFile(path).write(offsets.kinematics, shape, {0, 0}, shape, rows.data());
+}
+
+void read_kinematics(Hdf5File& file, Kinematics& kinematics) {
+  const auto bodies = static_cast<std::uint64_t>(file.read_attribute<std::int64_t>(root, "bodies"));
+  std::vector<double> rows(13 * bodies);
+  if (bodies > 0) file.read(kinematics_name, {0, 0}, {bodies, 13}, rows.data());
+  take_rows(rows, kinematics);
+  kinematics.step = file.read_attribute<std::int64_t>(root, "kinematics_step");
+}
+
+/// @return digest of this rank's populations
+template <class T>
+std::uint64_t read_populations(Hdf5File& file, const PopulationHeader& header, const Box& box,
+                               const TakePopulations<T>& take) {
+  std::uint64_t digest = 0;
+  for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
+    file.read(populations_name, with(extent_of(piece.low), 0), with(count_of(piece), 19), populations.data());
+    digest += digest_of_populations<T>(header.cells, piece, populations);
+    take(header, piece, populations);
+  });
+  return digest;
+}
+
+void read_mean(Hdf5File& file, const Box& box, FluidState& state) {
+  const auto samples = file.read_attribute<std::int64_t>(root, "mean_samples");
+  FieldBlock sums;
+  if (samples > 0) {
+    const auto cells = static_cast<std::size_t>(box.volume());
+    const Extent start = extent_of(box.low);
+    const Extent count = count_of(box);
+    sums.box = box;
+    sums.density_kg_per_m3.resize(cells);
+    sums.velocity_m_per_s.resize(3 * cells);
+    sums.body.resize(cells);
+    file.read(density_name, start, count, sums.density_kg_per_m3.data());
+    file.read(velocity_name, with(start, 0), with(count, 3), sums.velocity_m_per_s.data());
+    file.read(body_name, start, count, sums.body.data());
+  }
+  state.mean.restore(samples, std::move(sums));
+  state.sampling = {file.read_attribute<std::int64_t>(root, "mean_start"),
+                    file.read_attribute<std::int64_t>(root, "mean_every_steps")};
+}
+
+std::string size_text(const Cell& cells) {
+  return std::to_string(cells[0]) + "×" + std::to_string(cells[1]) + "×" + std::to_string(cells[2]);
+}
+
+/// Reads the header and refuses the checkpoint of another case.
+PopulationHeader read_header(Hdf5File& file, const std::string& path, const PopulationHeader& expected) {
+  if (const auto version = file.read_attribute<std::int64_t>(root, "format_version");
+      version != format_version)
+    throw StorageError(path + " has checkpoint format " + std::to_string(version) + " (this version reads " +
+                       std::to_string(format_version) + "). Resume with the version that wrote it.");
+  PopulationHeader header;
+  header.cells = {file.read_attribute<std::int64_t>(root, "nx"),
+                  file.read_attribute<std::int64_t>(root, "ny"),
+                  file.read_attribute<std::int64_t>(root, "nz")};
+  header.case_digest = file.read_attribute<std::uint64_t>(root, "case_digest");
+  header.step = file.read_attribute<std::int64_t>(root, "step");
+  if (header.cells != expected.cells)
+    throw StorageError(path + " holds " + size_text(header.cells) + " cells (the case has " +
+                       size_text(expected.cells) + "). Resume with the case that wrote it.");
+  if (header.case_digest != expected.case_digest)
+    throw StorageError(
+        path + " is of another case (its fluid settings differ). Resume with the case that wrote it.");
+  return header;
+}
+
+}  // namespace
+
+std::uint64_t digest_of(const FluidSetup& setup) {
+  std::vector<std::byte> bytes;
+  Packer packer(bytes);
+  describe_physics(packer, setup);
+  Digest digest;
+  for (const std::byte byte : bytes) digest.add(std::uint64_t{std::to_integer<unsigned char>(byte)});
+  return digest.value();
+}
+
+template <class T>
+void save_populations(const std::string& path, Communicator& communicator, const PopulationHeader& header,
+                      const Box& box, const GetPopulations<T>& get, const FluidState& state) {
+  const std::string unfinished = path + ".tmp";
+  std::uint64_t digest = 0;
+  for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
+    get(piece, populations);
+    digest += digest_of_populations<T>(header.cells, piece, populations);
+  });
+  const std::uint64_t sum = checksum(communicator, header, digest, state);
+  Offsets offsets;
+  on_leader(communicator, [&] {
+    offsets = lay_out<T>(unfinished, header, state, sum);
+    if (state.kinematics.bodies() > 0) write_kinematics(unfinished, offsets, state.kinematics);
+  });
+  communicator.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
+  on_every_rank(communicator, [&] {
+    SharedFile file(unfinished);
+    write_populations<T>(file, offsets.populations, header.cells, box, get);
+    if (state.mean.samples() > 0) write_mean(file, offsets, header.cells, state.mean.sums());
+    file.sync();
+  });
+  on_leader(communicator, [&] { publish(unfinished, path); });
+}
+
+template <class T>
+PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
+                                     const PopulationHeader& expected, const Box& box,
+                                     const TakePopulations<T>& take, FluidState& state) {
+  PopulationHeader header;
+  std::uint64_t digest = 0;
+  std::uint64_t written = 0;
+  on_every_rank(communicator, [&] {
+    Hdf5File file(path, Hdf5File::Access::read);
+    header = read_header(file, path, expected);
+    digest = read_populations<T>(file, header, box, take);
+    read_kinematics(file, state.kinematics);
+    read_mean(file, box, state);
+    written = file.read_attribute<std::uint64_t>(root, "checksum");
+  });
+  if (checksum(communicator, header, digest, state) != written)
+    throw StorageError(path +
+                       " is damaged (its checksum does not match its contents). Use an earlier checkpoint.");
+  return header;
+}
+
+template void save_populations(const std::string&, Communicator&, const PopulationHeader&, const Box&,
+                               const GetPopulations<float>&, const FluidState&);
+template void save_populations(const std::string&, Communicator&, const PopulationHeader&, const Box&,
+                               const GetPopulations<double>&, const FluidState&);
+template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&,
+                                              const Box&, const TakePopulations<float>&, FluidState&);
+template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&,
+                                              const Box&, const TakePopulations<double>&, FluidState&);
+
+}  // namespace copepod::fluid

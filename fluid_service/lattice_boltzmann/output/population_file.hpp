@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "contract/exchange.hpp"
+#include "contract/fluid_setup.hpp"
+#include "lattice_boltzmann/output/mean_field.hpp"
+#include "ranks/box.hpp"
+#include "ranks/communicator.hpp"
+
+namespace copepod::fluid {
+
+/// Which state of which case a checkpoint holds.
+struct PopulationHeader {
+  std::uint64_t case_digest = 0;  ///< digest_of(setup)
+  Cell cells{};                   ///< computed domain
+  std::int64_t step = 0;          ///< steps completed
+};
+
+/// Digest of everything in a setup that the physics depends on; the field output does not count.
+std::uint64_t digest_of(const FluidSetup& setup);
+
+/// State of the fluid beside its populations.
+struct FluidState {
+  Kinematics kinematics;  ///< of the last exchange, the same on all ranks
+  MeanField mean;         ///< this rank's share; may have no samples
+  Sampling sampling;      ///< of the mean
+};
+
+/// Populations travel in pieces of the rank's block, so that no second copy of all of them is ever needed.
+/// Arrays are post-collision f_α − w_α, shape (x, y, z, 19) of the piece, 19 fastest.
+template <class T>
+using GetPopulations = std::function<void(const Box& piece, std::span<T> populations)>;
+template <class T>
+using TakePopulations =
+    std::function<void(const PopulationHeader& header, const Box& piece, std::span<const T> populations)>;
+
+/// Writes a checkpoint: /populations (nx, ny, nz, 19) of the computed domain, /kinematics (bodies, 13), the
+/// sums of the mean field and the steps that they are of, and a checksum that depends on no decomposition.
+/// Collective; complete and synced to disk on return: the file is written under another name and renamed.
+///
+/// @param T    float or double, as the solver stores its populations
+/// @param box  the cells of this rank; all ranks together cover the domain once
+/// @param get  called twice for every piece: for the checksum, which comes first, and to write it
+/// @throws StorageError on all ranks if one of them cannot write
+template <class T>
+void save_populations(const std::string& path, Communicator& communicator, const PopulationHeader& header,
+                      const Box& box, const GetPopulations<T>& get, const FluidState& state);
+
+/// Reads what save_populations wrote, on any decomposition. Collective.
+///
+/// @param expected  of the running case; its `step` is ignored
+/// @param take      called once for every piece; what it got is good only if nothing is thrown in the end
+/// @return header with the step to go on from
+/// @throws StorageError on all ranks if the file is missing, damaged (checksum) or of another case
+template <class T>
+PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
+                                     const PopulationHeader& expected, const Box& box,
+                                     const TakePopulations<T>& take, FluidState& state);
+
+}  // namespace copepod::fluid

@@ -1,0 +1,238 @@
+#include "ranks/mpi_communicator.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <utility>
+
+#include "component/progress.hpp"
+#include "component/stop_request.hpp"
+#include "contract/errors.hpp"
+#include "ranks/polled_wait.hpp"
+#include "ranks/rank_failure.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+constexpr int failure_tag = 1;
+constexpr int exchange_tag = 2;
+/// Numbers in one reduction. From 64 KiB on Open MPI 4.1 sends them down a chain in many small pieces, each
+/// of which waits for all ranks: 5.4 ms in place of 0.2 for the loads of 1000 bodies.
+constexpr std::size_t largest_sum = 6000;
+constexpr double look_every_s = 0.1;  ///< of a long wait: at the other ranks
+constexpr double farewell_s = 0.2;    ///< how long a failing rank tries to get its report out
+
+void check(int status, const char* call) {
+  if (status == MPI_SUCCESS) return;
+  char text[MPI_MAX_ERROR_STRING] = {};
+  int length = 0;
+  MPI_Error_string(status, text, &length);
+  throw ComponentLost(std::string(call) + " failed (" + text +
+                      "). See the logs of the other ranks; resume the run.");
+}
+
+int count_of(std::size_t size) {
+  if (size > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    throw CaseError("a message of " + std::to_string(size) +
+                    " bytes between two ranks (MPI counts to 2^31). Use more ranks.");
+  return static_cast<int>(size);
+}
+
+MPI_Comm duplicate_of_world() {
+  MPI_Comm duplicate = MPI_COMM_NULL;
+  check(MPI_Comm_dup(MPI_COMM_WORLD, &duplicate), "MPI_Comm_dup");
+  check(MPI_Comm_set_errhandler(duplicate, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
+  return duplicate;
+}
+
+}  // namespace
+
+MpiCommunicator::MpiCommunicator() : ranks_(duplicate_of_world()), failures_(duplicate_of_world()) {
+  check(MPI_Comm_rank(ranks_, &rank_), "MPI_Comm_rank");
+  check(MPI_Comm_size(ranks_, &size_), "MPI_Comm_size");
+  if (size_ > 1) pulses_ = std::make_unique<PulseBoard>(ranks_);
+}
+
+MpiCommunicator::~MpiCommunicator() {
+  if (broken()) return;
+  if (pulses_) pulses_->free();
+  MPI_Comm_free(&failures_);
+  MPI_Comm_free(&ranks_);
+}
+
+void MpiCommunicator::throw_if_failed() {
+  if (failure_) throw PeerFailed(*failure_);
+}
+
+void MpiCommunicator::look_for_failure() {
+  if (size_ == 1) return;
+  int arrived = 0;
+  MPI_Status status;
+  check(MPI_Iprobe(MPI_ANY_SOURCE, failure_tag, failures_, &arrived, &status), "MPI_Iprobe");
+  if (arrived == 0) return;
+  FailurePacket packet;
+  check(MPI_Recv(packet.data(), static_cast<int>(packet.size()), MPI_BYTE, status.MPI_SOURCE, failure_tag,
+                 failures_, MPI_STATUS_IGNORE),
+        "MPI_Recv");
+  failure_ = unpack_failure(packet);
+  throw_if_failed();
+}
+
+void MpiCommunicator::look_at_ranks() {
+  if (!pulses_) return;
+  pulses_->show_waiting(true);
+  if (rank_ != 0) return;
+  const double now_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  const RankVerdict verdict = watch_.look(pulses_->read(), now_s);
+  if (verdict.progressed) report_progress();
+  awaited_rank() = verdict.awaited;
+  if (!verdict.frozen) return;
+  failure_ = failure_of_rank(
+      ComponentLost("frozen: it has shown no sign of life for some seconds (its process is suspended). See "
+                    "what suspended it, then resume the run."),
+      *verdict.frozen, -1);
+  throw_if_failed();
+}
+
+void MpiCommunicator::stop_waiting() {
+  if (!pulses_) return;
+  pulses_->show_waiting(false);
+  awaited_rank() = 0;
+}
+
+void MpiCommunicator::wait(MPI_Request& request) {
+  const Backoff backoff;
+  double next_look_s = look_every_s;
+  while (true) {
+    int complete = 0;
+    check(MPI_Test(&request, &complete, MPI_STATUS_IGNORE), "MPI_Test");
+    if (complete != 0) {
+      if (next_look_s > look_every_s) stop_waiting();
+      return;
+    }
+    if (backoff.waited_s() > next_look_s) {
+      look_at_ranks();
+      next_look_s = backoff.waited_s() + look_every_s;
+    }
+    look_for_failure();
+    if (const int code = stop_request(); code != 0)
+      throw Error(static_cast<ExitCode>(code),
+                  "stopped while waiting for another rank (the coupler ended the run). "
+                  "See the coupler's log.");
+    backoff.pause();
+  }
+}
+
+void MpiCommunicator::broadcast(std::span<std::byte> data) {
+  throw_if_failed();
+  if (size_ == 1) return;
+  MPI_Request request = MPI_REQUEST_NULL;
+  check(MPI_Ibcast(data.data(), count_of(data.size()), MPI_BYTE, 0, ranks_, &request), "MPI_Ibcast");
+  wait(request);
+}
+
+// Unsigned sums: the same bits as signed ones, and defined where digests wrap around.
+void MpiCommunicator::sum_to_leader(std::span<std::int64_t> values) {
+  throw_if_failed();
+  if (size_ == 1) return;
+  while (!values.empty()) {
+    const auto piece = values.first(std::min(values.size(), largest_sum));
+    MPI_Request request = MPI_REQUEST_NULL;
+    const void* send = rank_ == 0 ? MPI_IN_PLACE : piece.data();
+    check(MPI_Ireduce(send, piece.data(), count_of(piece.size()), MPI_UINT64_T, MPI_SUM, 0, ranks_, &request),
+          "MPI_Ireduce");
+    wait(request);
+    values = values.subspan(piece.size());
+  }
+}
+
+void MpiCommunicator::sum_to_all(std::span<std::int64_t> values) {
+  throw_if_failed();
+  if (size_ == 1) return;
+  MPI_Request request = MPI_REQUEST_NULL;
+  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_UINT64_T, MPI_SUM, ranks_,
+                       &request),
+        "MPI_Iallreduce");
+  wait(request);
+}
+
+void MpiCommunicator::max_to_all(std::span<std::int64_t> values) {
+  throw_if_failed();
+  if (size_ == 1) return;
+  MPI_Request request = MPI_REQUEST_NULL;
+  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_MAX, ranks_,
+                       &request),
+        "MPI_Iallreduce");
+  wait(request);
+}
+
+/// Sends and receives under way; gives them up when it is destroyed unfinished, so that MPI never writes into
+/// buffers that the failing solver has freed.
+class MpiCommunicator::PendingExchange {
+ public:
+  PendingExchange(MpiCommunicator& communicator, std::span<const Message> messages)
+      : communicator_(communicator) {
+    receives_.reserve(messages.size());
+    sends_.reserve(messages.size());
+    for (const Message& message : messages)
+      check(MPI_Irecv(message.receive.data(), count_of(message.receive.size()), MPI_BYTE, message.peer,
+                      exchange_tag, communicator_.ranks_, &receives_.emplace_back(MPI_REQUEST_NULL)),
+            "MPI_Irecv");
+    for (const Message& message : messages)
+      check(MPI_Isend(message.send.data(), count_of(message.send.size()), MPI_BYTE, message.peer,
+                      exchange_tag, communicator_.ranks_, &sends_.emplace_back(MPI_REQUEST_NULL)),
+            "MPI_Isend");
+  }
+  PendingExchange(const PendingExchange&) = delete;
+  PendingExchange& operator=(const PendingExchange&) = delete;
+  ~PendingExchange() {
+    for (MPI_Request& request : receives_) {
+      if (request == MPI_REQUEST_NULL) continue;
+      MPI_Cancel(&request);
+      MPI_Request_free(&request);
+    }
+    for (MPI_Request& request : sends_)
+      if (request != MPI_REQUEST_NULL) MPI_Request_free(&request);
+  }
+
+  void finish() {
+    communicator_.throw_if_failed();
+    for (MPI_Request& request : receives_) communicator_.wait(request);
+    for (MPI_Request& request : sends_) communicator_.wait(request);
+  }
+
+ private:
+  MpiCommunicator& communicator_;
+  std::vector<MPI_Request> receives_;
+  std::vector<MPI_Request> sends_;
+};
+
+std::function<void()> MpiCommunicator::start_exchange(std::span<const Message> messages) {
+  throw_if_failed();
+  // std::function wants a copyable target, hence shared ownership of a single owner's object.
+  const auto pending = std::make_shared<PendingExchange>(*this, messages);
+  return [pending] { pending->finish(); };
+}
+
+void MpiCommunicator::report_failure(const FailureReport& report) {
+  if (failure_) return;  // everybody knows already, or will from that rank
+  failure_ = report;
+  if (size_ == 1) return;
+  static FailurePacket packet;  // outlives the sends, whatever becomes of this object
+  packet = pack_failure(report);
+  std::vector<MPI_Request> requests(static_cast<std::size_t>(size_), MPI_REQUEST_NULL);
+  for (int peer = 0; peer < size_; ++peer) {
+    if (peer == rank_) continue;
+    MPI_Isend(packet.data(), static_cast<int>(packet.size()), MPI_BYTE, peer, failure_tag, failures_,
+              &requests[static_cast<std::size_t>(peer)]);
+  }
+  const Backoff backoff;
+  int complete = 0;
+  while (MPI_Testall(size_, requests.data(), &complete, MPI_STATUSES_IGNORE) == MPI_SUCCESS &&
+         complete == 0 && backoff.waited_s() < farewell_s)
+    backoff.pause();
+}
+
+}  // namespace copepod::fluid

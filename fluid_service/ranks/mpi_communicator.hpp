@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include <mpi.h>
+
+#include "ranks/communicator.hpp"
+#include "ranks/failure_packet.hpp"
+#include "ranks/pulse_board.hpp"
+#include "ranks/rank_watch.hpp"
+
+namespace copepod::fluid {
+
+/// Communicator over all ranks of MPI_COMM_WORLD, by nonblocking calls and polled waits (polled_wait.hpp).
+///
+/// Legal until one rank fails. From then on every call throws PeerFailed with the report: the ranks are no
+/// longer in step and MPI cannot be put in order again; what is left is to tell the coupler and to abort
+/// (MpiSession). Errors of MPI itself become ComponentLost.
+class MpiCommunicator final : public Communicator {
+ public:
+  MpiCommunicator();
+  MpiCommunicator(const MpiCommunicator&) = delete;
+  MpiCommunicator& operator=(const MpiCommunicator&) = delete;
+  /// Collective, unless broken.
+  ~MpiCommunicator() override;
+
+  [[nodiscard]] int rank() const override { return rank_; }
+  [[nodiscard]] int size() const override { return size_; }
+
+  void broadcast(std::span<std::byte> data) override;
+  void sum_to_leader(std::span<std::int64_t> values) override;
+  void sum_to_all(std::span<std::int64_t> values) override;
+  void max_to_all(std::span<std::int64_t> values) override;
+  /// Messages to one peer match that peer's messages to us in the order in which they are listed.
+  [[nodiscard]] std::function<void()> start_exchange(std::span<const Message> messages) override;
+
+  void report_failure(const FailureReport& report) override;
+  [[nodiscard]] bool broken() const { return failure_.has_value(); }
+
+ private:
+  class PendingExchange;
+
+  /// Polls until `request` is complete. @throws PeerFailed if another rank reports a failure meanwhile
+  void wait(MPI_Request& request);
+  void look_for_failure();
+  /// While this rank waits: shows it, and on rank 0 looks whether another rank is frozen.
+  /// @throws PeerFailed naming that rank
+  void look_at_ranks();
+  void stop_waiting();
+  void throw_if_failed();
+
+  MPI_Comm ranks_ = MPI_COMM_NULL;
+  MPI_Comm failures_ = MPI_COMM_NULL;  ///< carries failure reports only
+  int rank_ = 0;
+  int size_ = 1;
+  std::optional<FailureReport> failure_;
+  std::unique_ptr<PulseBoard> pulses_;  ///< null for a single rank
+  RankWatch watch_;
+};
+
+}  // namespace copepod::fluid

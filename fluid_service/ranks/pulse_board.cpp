@@ -1,0 +1,98 @@
+#include "ranks/pulse_board.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <new>
+
+#include "component/progress.hpp"
+#include "system/block_signals.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+constexpr std::chrono::milliseconds beat_every{200};
+
+}  // namespace
+
+/// One cache line per rank, written by that rank only.
+struct alignas(64) PulseBoard::Pulse {
+  std::atomic<std::uint64_t> beats{0};
+  std::atomic<std::uint64_t> progress{0};
+  std::atomic<bool> waits{false};
+};
+
+PulseBoard::PulseBoard(MPI_Comm ranks) {
+  static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "processes share these");
+  int rank = 0;
+  MPI_Comm_rank(ranks, &rank);
+  MPI_Comm machine = MPI_COMM_NULL;
+  MPI_Comm_split_type(ranks, MPI_COMM_TYPE_SHARED, rank, MPI_INFO_NULL, &machine);
+  void* memory = nullptr;
+  MPI_Win_allocate_shared(sizeof(Pulse), 1, MPI_INFO_NULL, machine, &memory, &window_);
+  own_ = new (memory) Pulse;
+  MPI_Barrier(machine);  // everybody's place is in order before anybody looks
+  if (rank == 0) find_others(machine, ranks);
+  MPI_Comm_free(&machine);
+  if (rank != 0) thread_ = std::thread([this] { beat(); });
+}
+
+PulseBoard::~PulseBoard() { stop_beating(); }
+
+void PulseBoard::free() {
+  stop_beating();
+  MPI_Win_free(&window_);
+}
+
+void PulseBoard::stop_beating() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    leaving_ = true;
+  }
+  leave_.notify_all();
+  thread_.join();
+}
+
+void PulseBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
+  int members = 0;
+  MPI_Comm_size(machine, &members);
+  MPI_Group machine_group = MPI_GROUP_NULL;
+  MPI_Group all_group = MPI_GROUP_NULL;
+  MPI_Comm_group(machine, &machine_group);
+  MPI_Comm_group(ranks, &all_group);
+  for (int member = 1; member < members; ++member) {  // 0 is rank 0: the order is that of the ranks
+    MPI_Aint size = 0;
+    int unit = 0;
+    void* memory = nullptr;
+    MPI_Win_shared_query(window_, member, &size, &unit, &memory);
+    others_.push_back(static_cast<const Pulse*>(memory));
+    PulseReading& reading = readings_.emplace_back();
+    MPI_Group_translate_ranks(machine_group, 1, &member, all_group, &reading.rank);
+  }
+  MPI_Group_free(&machine_group);
+  MPI_Group_free(&all_group);
+}
+
+void PulseBoard::beat() {
+  block_signals();
+  std::unique_lock lock(mutex_);
+  while (!leaving_) {
+    own_->progress.store(progress_counter().load(std::memory_order_relaxed), std::memory_order_relaxed);
+    own_->beats.fetch_add(1, std::memory_order_relaxed);
+    leave_.wait_for(lock, beat_every);
+  }
+}
+
+void PulseBoard::show_waiting(bool waits) { own_->waits.store(waits, std::memory_order_relaxed); }
+
+std::span<const PulseReading> PulseBoard::read() {
+  for (std::size_t i = 0; i < others_.size(); ++i) {
+    readings_[i].beats = others_[i]->beats.load(std::memory_order_relaxed);
+    readings_[i].progress = others_[i]->progress.load(std::memory_order_relaxed);
+    readings_[i].waits = others_[i]->waits.load(std::memory_order_relaxed);
+  }
+  return readings_;
+}
+
+}  // namespace copepod::fluid

@@ -1,0 +1,133 @@
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
+#include "ranks/mpi_communicator.hpp"
+
+namespace copepod::fluid {
+namespace {
+
+/// A sphere and a tilted capsule that wander through a small box: across rank borders, periodic faces, and
+/// each other's wakes. Everything that could depend on the decomposition happens within the steps of the
+/// test.
+FluidSetup wandering_bodies(Precision precision) {
+  FluidSetup setup;
+  setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
+  setup.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
+  setup.domain_cells = {16, 18, 22};
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
+  setup.boundaries[2].kind = setup.boundaries[3].kind = BoundaryKind::no_slip;
+  setup.precision = precision;
+  setup.bodies = {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}};
+  return setup;
+}
+
+Kinematics wandering_kinematics(std::int64_t step) {
+  const auto t = static_cast<double>(step);
+  Kinematics kinematics;
+  kinematics.resize(2);
+  kinematics.step = step;
+  kinematics.position_m.col(0) << 2.0 + 0.03 * t, 6.0 + std::sin(0.02 * t), 4.0 + 0.02 * t;
+  kinematics.position_m.col(1) << 12.0 - 0.02 * t, 12.5, 16.0 + 0.04 * t;
+  kinematics.orientation_wxyz.col(0) << 1.0, 0.0, 0.0, 0.0;
+  kinematics.orientation_wxyz.col(1) << std::cos(0.01 * t), std::sin(0.01 * t), 0.0, 0.0;
+  kinematics.velocity_m_per_s.col(0) << 0.03, 0.02 * std::cos(0.02 * t), 0.02;
+  kinematics.velocity_m_per_s.col(1) << -0.02, 0.0, 0.04;
+  kinematics.angular_velocity_rad_per_s.col(0).setZero();
+  kinematics.angular_velocity_rad_per_s.col(1) << 0.02, 0.0, 0.0;
+  return kinematics;
+}
+
+struct Outcome {
+  std::uint64_t digest = 0;
+  Loads loads;
+};
+
+Outcome run(FluidSolver& solver, std::int64_t from, std::int64_t to) {
+  Outcome outcome;
+  for (std::int64_t step = from; step < to; ++step) {
+    solver.exchange(wandering_kinematics(step), outcome.loads);
+    solver.advance();
+  }
+  outcome.digest = solver.summarise().digest;
+  return outcome;
+}
+
+class Decomposition : public testing::TestWithParam<Precision> {};
+
+TEST_P(Decomposition, GivesTheBitsOfOneRank) {
+  MpiCommunicator ranks;
+  const FluidSetup setup = wandering_bodies(GetParam());
+  const Outcome distributed = run(*make_lattice_boltzmann(setup, ranks), 0, 400);
+  if (ranks.rank() != 0) return;
+  SelfCommunicator self;
+  const Outcome alone = run(*make_lattice_boltzmann(setup, self), 0, 400);
+  EXPECT_EQ(distributed.digest, alone.digest);
+  EXPECT_EQ(distributed.loads.force_N, alone.loads.force_N);
+  EXPECT_EQ(distributed.loads.torque_N_m, alone.loads.torque_N_m);
+  EXPECT_GT(alone.loads.force_N.norm(), 1e-3);
+}
+
+// Saved and restored after an odd number of steps, when the populations lie in their neighbours' slots.
+TEST_P(Decomposition, ContinuesFromACheckpointWithTheSameBits) {
+  MpiCommunicator ranks;
+  const FluidSetup setup = wandering_bodies(GetParam());
+  std::int64_t tag[1] = {getpid()};
+  ranks.max_to_all(tag);
+  const std::string path = testing::TempDir() + "decomposition_" + std::to_string(tag[0]) + ".h5";
+
+  const auto undisturbed = make_lattice_boltzmann(setup, ranks);
+  run(*undisturbed, 0, 151);
+  undisturbed->save(path);
+  const Outcome expected = run(*undisturbed, 151, 300);
+
+  const auto resumed = make_lattice_boltzmann(setup, ranks);
+  resumed->restore(path);
+  const Outcome continued = run(*resumed, 151, 300);
+  if (ranks.rank() == 0) {
+    EXPECT_EQ(continued.digest, expected.digest);
+    EXPECT_EQ(continued.loads.force_N, expected.loads.force_N);
+  }
+  ranks.max_to_all(tag);
+  if (ranks.rank() == 0) std::remove(path.c_str());
+}
+
+/// Torque about z, by u R³, of the first step on a free sphere whose surface moves at u = 0.1 around z.
+double first_torque(double radius, Precision precision, Communicator& communicator) {
+  FluidSetup setup = wandering_bodies(precision);
+  const auto cells = static_cast<std::int64_t>(2.0 * radius) + 4;
+  setup.domain_cells = {cells, cells, cells};
+  setup.bodies = {{ShapeKind::sphere, radius, 0.0}};
+  Kinematics spinning;
+  spinning.resize(1);
+  spinning.position_m.setConstant(0.5 * static_cast<double>(cells));
+  spinning.orientation_wxyz << 1.0, 0.0, 0.0, 0.0;
+  spinning.velocity_m_per_s.setZero();
+  spinning.angular_velocity_rad_per_s << 0.0, 0.0, 0.1 / radius;
+  Loads loads;
+  make_lattice_boltzmann(setup, communicator)->exchange(spinning, loads);
+  return communicator.rank() == 0 ? loads.torque_N_m(2, 0) / (0.1 * radius * radius * radius) : 0.0;
+}
+
+// The torque of a sphere of radius 32 is -10⁴ in lattice units: more than 64 bits of the unit hold.
+TEST_P(Decomposition, SumsTheTorqueOfABigSphereToTheSameBits) {
+  MpiCommunicator ranks;
+  const double distributed = first_torque(32.0, GetParam(), ranks);
+  if (ranks.rank() != 0) return;
+  SelfCommunicator self;
+  EXPECT_EQ(distributed, first_torque(32.0, GetParam(), self));
+  EXPECT_NEAR(distributed / first_torque(16.0, GetParam(), self), 1.0, 0.05);
+}
+
+INSTANTIATE_TEST_SUITE_P(Precisions, Decomposition,
+                         testing::Values(Precision::double_precision, Precision::single_precision),
+                         [](const auto& instance) {
+                           return instance.param == Precision::double_precision ? "Double" : "Single";
+                         });
+
+}  // namespace
+}  // namespace copepod::fluid

@@ -1,0 +1,259 @@
+#include "lattice_boltzmann/bodies/body_map.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "contract/errors.hpp"
+#include "lattice_boltzmann/bodies/boundary_links.hpp"
+
+namespace copepod::fluid {
+namespace {
+
+FluidSetup periodic_box(const Cell& cells, std::vector<Shape> bodies) {
+  FluidSetup setup;
+  setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
+  setup.domain_cells = cells;
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
+  setup.bodies = std::move(bodies);
+  return setup;
+}
+
+/// A map over a whole box on one rank.
+struct MapFixture {
+  explicit MapFixture(const FluidSetup& setup)
+      : units(setup), domain(setup, units), layout(domain.box(), 8), map(domain, layout, bodies_of(setup)) {}
+
+  std::vector<LatticeBody> bodies_of(const FluidSetup& setup) const {
+    std::vector<LatticeBody> bodies;
+    for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, units);
+    return bodies;
+  }
+  std::int64_t covered(std::int32_t body) const {
+    std::int64_t count = 0;
+    for (std::int64_t x = 0; x < domain.cells()[0]; ++x)
+      for (std::int64_t y = 0; y < domain.cells()[1]; ++y)
+        for (std::int64_t z = 0; z < domain.cells()[2]; ++z)
+          if (map.owner(layout.cell(Cell{x, y, z})) == body + 1) ++count;
+    return count;
+  }
+
+  LatticeUnits units;
+  Domain domain;
+  PopulationLayout layout;
+  BodyMap map;
+};
+
+TEST(BodyMap, CoversTheCellsWhoseCentresLieInside) {
+  MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
+  fixture.map.bodies()[0].position = {10.2, 9.7, 10.1};
+  EXPECT_TRUE(fixture.map.update());
+  std::int64_t expected = 0;
+  for (int x = 0; x < 20; ++x)
+    for (int y = 0; y < 20; ++y)
+      for (int z = 0; z < 20; ++z)
+        if (std::hypot(x + 0.5 - 10.2, y + 0.5 - 9.7, z + 0.5 - 10.1) < 4.0) ++expected;
+  EXPECT_EQ(fixture.covered(0), expected);
+}
+
+// Rows are computed from the ends of their intervals; the definition is the signed distance of each centre.
+TEST(BodyMap, RowsOfTiltedCapsulesHoldTheCentresInside) {
+  for (const Eigen::Vector3d& axis :
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 1),
+        Eigen::Vector3d(3, -2, 1), Eigen::Vector3d(1, 2, -0.01)}) {
+    MapFixture fixture(periodic_box({30, 30, 30}, {{ShapeKind::capsule, 3.3, 9.1}}));
+    LatticeBody& body = fixture.map.bodies()[0];
+    body.position = {14.83, 15.21, 15.07};
+    body.axis = axis.normalized();
+    fixture.map.update();
+    for (int x = 0; x < 30; ++x)
+      for (int y = 0; y < 30; ++y)
+        for (int z = 0; z < 30; ++z) {
+          const bool inside =
+              body.signed_distance(Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5) - body.position) < 0.0;
+          ASSERT_EQ(fixture.map.owner(fixture.layout.cell(Cell{x, y, z})) == 1, inside) << axis.transpose();
+        }
+  }
+}
+
+TEST(BodyMap, VolumeOfATiltedCapsuleIsRight) {
+  MapFixture fixture(periodic_box({40, 40, 40}, {{ShapeKind::capsule, 6.0, 12.0}}));
+  fixture.map.bodies()[0].position = {20.0, 20.0, 20.0};
+  fixture.map.bodies()[0].axis = Eigen::Vector3d(1.0, 2.0, 3.0).normalized();
+  fixture.map.update();
+  const double volume = std::numbers::pi * 36.0 * (12.0 + 8.0);
+  EXPECT_NEAR(static_cast<double>(fixture.covered(0)) / volume, 1.0, 0.02);
+}
+
+TEST(BodyMap, BodyThatCrossesAPeriodicFaceKeepsItsVolume) {
+  MapFixture inside(periodic_box({16, 16, 16}, {{ShapeKind::sphere, 3.3, 0.0}}));
+  MapFixture across(periodic_box({16, 16, 16}, {{ShapeKind::sphere, 3.3, 0.0}}));
+  inside.map.bodies()[0].position = {8.25, 8.5, 8.125};
+  across.map.bodies()[0].position = {0.25, 16.5, 24.125};
+  inside.map.update();
+  across.map.update();
+  EXPECT_EQ(inside.covered(0), across.covered(0));
+}
+
+// Only the ends of rows are compared from step to step: no change may be missed.
+TEST(BodyMap, IncrementalMappingEqualsMappingFromScratch) {
+  const FluidSetup setup =
+      periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}});
+  MapFixture incremental(setup);
+  for (int step = 0; step < 400; ++step) {
+    const double t = 0.01 * step;
+    const auto place = [&](BodyMap& map) {
+      map.bodies()[0].position = {5.0 + 3.0 * t, 5.0, 4.0 + std::sin(t)};
+      map.bodies()[1].position = {12.0 + 3.0 * t, 12.0, 12.0};
+      map.bodies()[1].axis = {std::cos(t), std::sin(t), 0.0};
+    };
+    place(incremental.map);
+    incremental.map.update();
+    incremental.map.accept_fresh_cells();
+    if (step % 40 != 0) continue;
+    MapFixture fresh(setup);
+    place(fresh.map);
+    fresh.map.update();
+    for (std::int64_t cell = 0; cell < incremental.layout.cells(); ++cell)
+      ASSERT_EQ(incremental.map.owner(cell), fresh.map.owner(cell)) << "step " << step;
+  }
+}
+
+TEST(BodyMap, ListsUncoveredCellsWithTheBodyThatLeft) {
+  MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
+  fixture.map.bodies()[0].position = {10.0, 10.0, 10.0};
+  fixture.map.update();
+  const std::int64_t before = fixture.covered(0);
+  fixture.map.bodies()[0].position = {11.0, 10.0, 10.0};
+  fixture.map.update();
+  EXPECT_EQ(fixture.covered(0), before);  // a whole cell further: the same picture
+  EXPECT_FALSE(fixture.map.uncovered().empty());
+  for (const auto& uncovered : fixture.map.uncovered()) {
+    EXPECT_EQ(uncovered.body, 0);
+    EXPECT_EQ(fixture.map.owner(fixture.layout.cell(uncovered.cell)), BodyMap::fresh);
+  }
+}
+
+TEST(BodyMap, NamesABodyThatLeavesAWalledDomain) {
+  FluidSetup setup = periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}});
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::no_slip;
+  MapFixture fixture(setup);
+  fixture.map.bodies()[0].position = {10.0, 10.0, 20.5};
+  EXPECT_THROW(fixture.map.update(), SolverError);
+}
+
+/// Whether a body of radius 4 that moves from the middle to `position` is refused.
+bool is_refused(const FluidSetup& setup, const Eigen::Vector3d& position) {
+  MapFixture fixture(setup);
+  fixture.map.bodies()[0].position = {10.0, 10.0, 10.0};
+  fixture.map.update();
+  fixture.map.bodies()[0].position = position;
+  try {
+    fixture.map.update();
+    return false;
+  } catch (const SolverError&) {
+    return true;
+  }
+}
+
+TEST(BodyMap, RefusesABodyThatRunsIntoAFace) {
+  FluidSetup setup = periodic_box({20, 20, 40}, {{ShapeKind::sphere, 4.0, 0.0}});
+  setup.boundaries[face_index(0, false)].kind = setup.boundaries[face_index(0, true)].kind =
+      BoundaryKind::no_slip;
+  setup.boundaries[face_index(1, false)].kind = setup.boundaries[face_index(1, true)].kind =
+      BoundaryKind::free_slip;
+  setup.symmetry_planes[2] = true;
+  EXPECT_FALSE(is_refused(setup, {4.01, 10.0, 10.0}));
+  EXPECT_TRUE(is_refused(setup, {3.99, 10.0, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {15.99, 10.0, 10.0}));
+  EXPECT_TRUE(is_refused(setup, {16.01, 10.0, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 4.51, 10.0}));  // half a cell before a mirror its image begins
+  EXPECT_TRUE(is_refused(setup, {10.0, 4.49, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 15.49}));
+  EXPECT_TRUE(is_refused(setup, {10.0, 10.0, 15.51}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 20.0}));  // on the plane, which cuts it
+}
+
+TEST(BodyMap, LetsABodyThatRestsStandInAWall) {
+  FluidSetup setup = periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}});
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::no_slip;
+  MapFixture fixture(setup);
+  fixture.map.bodies()[0].position = {10.0, 10.0, 0.0};
+  EXPECT_TRUE(fixture.map.update());
+  EXPECT_FALSE(fixture.map.update());
+}
+
+/// Links are kept up to date around changed cells only: they must equal those of a map made from scratch,
+/// also where bodies touch or overlap.
+/// @param height_B  of the second one; the first is at 9
+void expect_links_of_passing_spheres(double height_B) {
+  SCOPED_TRACE(height_B);
+  const FluidSetup setup =
+      periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::sphere, 3.0, 0.0}});
+  MapFixture incremental(setup);
+  BoundaryLinks links(incremental.map, incremental.layout, incremental.domain.box());
+  for (int step = 0; step < 300; ++step) {
+    const double t = 0.02 * step;
+    const auto place = [&](BodyMap& map) {
+      map.bodies()[0].position = {5.0 + t, 9.0, 9.0};
+      map.bodies()[1].position = {13.0 - t, 9.3, height_B};
+    };
+    place(incremental.map);
+    if (incremental.map.update()) links.update();
+    incremental.map.accept_fresh_cells();
+    MapFixture fresh(setup);
+    place(fresh.map);
+    BoundaryLinks expected(fresh.map, fresh.layout, fresh.domain.box());
+    fresh.map.update();
+    expected.update();
+    for (std::size_t body = 0; body < 2; ++body) {
+      ASSERT_EQ(links.of_body(body).size(), expected.of_body(body).size()) << "step " << step;
+      for (std::size_t i = 0; i < expected.of_body(body).size(); ++i) {
+        ASSERT_EQ(links.of_body(body)[i].site.index, expected.of_body(body)[i].site.index);
+        ASSERT_EQ(links.of_body(body)[i].directions, expected.of_body(body)[i].directions);
+      }
+    }
+    for (std::int64_t cell = 0; cell < fresh.layout.cells(); ++cell)
+      ASSERT_EQ(incremental.map.owner(cell), fresh.map.owner(cell)) << "step " << step << ", cell " << cell;
+  }
+}
+
+TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
+  expect_links_of_passing_spheres(15.1);  // at a distance of less than a cell
+  expect_links_of_passing_spheres(14.2);  // some cells are in both
+  expect_links_of_passing_spheres(10.0);  // one through the other
+}
+
+TEST(BoundaryLinks, EveryLinkJoinsAFluidCellAndACoveredOne) {
+  MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
+  fixture.map.bodies()[0].position = {1.0, 10.0, 10.0};
+  BoundaryLinks links(fixture.map, fixture.layout, fixture.domain.box());
+  fixture.map.update();
+  links.update();
+  std::int64_t found = 0;
+  for (const BoundaryCell& boundary : links.of_body(0)) {
+    EXPECT_EQ(fixture.map.owner(boundary.site.index), BodyMap::fluid);
+    for (int alpha = 1; alpha < d3q19::directions; ++alpha)
+      if ((boundary.directions >> alpha) & 1U) {
+        EXPECT_EQ(fixture.map.owner(boundary.site.index + fixture.layout.neighbour(alpha)), 1);
+        ++found;
+      }
+  }
+  // The same count from the solid side, through canonical cells.
+  std::int64_t expected = 0;
+  for (std::int64_t x = 0; x < 20; ++x)
+    for (std::int64_t y = 0; y < 20; ++y)
+      for (std::int64_t z = 0; z < 20; ++z) {
+        if (fixture.map.owner(fixture.layout.cell(Cell{x, y, z})) != 1) continue;
+        for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
+          const auto& e = d3q19::e[alpha];
+          const Cell neighbour = fixture.domain.canonical({x + e[0], y + e[1], z + e[2]}).value();
+          if (fixture.map.owner(fixture.layout.cell(neighbour)) == BodyMap::fluid) ++expected;
+        }
+      }
+  EXPECT_EQ(found, expected);
+}
+
+}  // namespace
+}  // namespace copepod::fluid

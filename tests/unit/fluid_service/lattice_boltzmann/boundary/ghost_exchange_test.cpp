@@ -1,0 +1,70 @@
+#include "lattice_boltzmann/boundary/ghost_exchange.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "lattice_boltzmann/boundary/origin.hpp"
+#include "lattice_boltzmann/kernel/equilibrium.hpp"
+
+namespace copepod::fluid {
+namespace {
+
+constexpr int up = 5;  ///< the direction +z, which enters through the low face of z
+
+FluidSetup open_ends(double wall_velocity) {
+  FluidSetup setup;
+  setup.cell_size_m = setup.step_s = setup.density_kg_per_m3 = 1.0;
+  setup.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
+  setup.domain_cells = {3, 6, 6};
+  setup.boundaries[0].kind = setup.boundaries[1].kind = BoundaryKind::periodic;
+  setup.boundaries[3].kind = BoundaryKind::velocity;
+  setup.boundaries[3].velocity_m_per_s = {0.0, 0.0, wall_velocity};
+  setup.boundaries[4].kind = setup.boundaries[5].kind = BoundaryKind::pressure;
+  return setup;
+}
+
+/// Fluid at rest between open faces normal to z at its own pressure; the high face of y slides along z.
+struct OpenEnds {
+  explicit OpenEnds(double wall_velocity, const Eigen::Vector3d& body_force_lu = Eigen::Vector3d::Zero())
+      : setup(open_ends(wall_velocity)), ghosts(domain, partition, layout, self, body_force_lu) {}
+
+  [[nodiscard]] double entering(const Cell& cell) const {
+    return populations[static_cast<std::size_t>(layout.entry(layout.site(cell), up, Placement::home))];
+  }
+  double& leaving(const Cell& cell, int alpha) {
+    return populations[static_cast<std::size_t>(layout.location(layout.site(cell), alpha, Placement::home))];
+  }
+
+  FluidSetup setup;
+  LatticeUnits units{setup};
+  Domain domain{setup, units};
+  SelfCommunicator self;
+  BlockPartition partition{domain.cells(), 1};
+  PopulationLayout layout{domain.box(), sizeof(double), origin_rule(domain, domain.box())};
+  std::vector<double> populations = std::vector<double>(static_cast<std::size_t>(layout.values()));
+  GhostExchange<double> ghosts;
+};
+
+TEST(PressureFace, LetsNothingIntoFluidAtRestBesideASlidingWall) {
+  OpenEnds ends(0.1);
+  ends.ghosts.start(ends.populations.data(), Placement::home);
+  EXPECT_EQ(ends.entering({1, 5, 0}), 0.0);
+}
+
+// What has collided has the momentum j + F/2.
+TEST(PressureFace, TakesTheVelocityWithoutTheSecondHalfOfABodyForce) {
+  const Cell cell = {1, 3, 0};
+  const double force = 0.02;
+  const double u = 0.05;
+  OpenEnds ends(0.0, {0.0, 0.0, force});
+  for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+    ends.leaving(cell, alpha) = equilibrium_deviation(alpha, 0.0, {0.0, 0.0, u}) +
+                                1.5 * d3q19::weight(alpha) * d3q19::e[alpha][2] * force;
+  const double out = ends.leaving(cell, d3q19::opposite(up));
+  ends.ghosts.start(ends.populations.data(), Placement::home);
+  EXPECT_NEAR(ends.entering(cell), -out + 2.0 * d3q19::weight(up) * 3.0 * u * u, 1e-16);
+}
+
+}  // namespace
+}  // namespace copepod::fluid

@@ -1,0 +1,60 @@
+#include "lattice_boltzmann/output/mirror_images.hpp"
+
+#include <map>
+
+#include <gtest/gtest.h>
+
+namespace copepod::fluid {
+namespace {
+
+/// A block whose density is 100 x + 10 y + z and whose velocity is (1, 2, 3) everywhere.
+FieldBlock numbered(const Box& box) {
+  FieldBlock block;
+  block.box = box;
+  for (std::int64_t x = box.low[0]; x < box.high[0]; ++x)
+    for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
+      for (std::int64_t z = box.low[2]; z < box.high[2]; ++z) {
+        block.density_kg_per_m3.push_back(static_cast<double>(100 * x + 10 * y + z));
+        block.velocity_m_per_s.insert(block.velocity_m_per_s.end(), {1, 2, 3});
+        block.body.push_back(static_cast<std::int32_t>(x));
+      }
+  return block;
+}
+
+TEST(MirrorImages, TransposesToXFastestWithoutSymmetry) {
+  const MirrorImages images({4, 4, 4}, {false, false, false});
+  ASSERT_EQ(images.images().size(), 1U);
+  const FileBlock file = images.image(numbered({{1, 0, 2}, {3, 2, 4}}), images.images().front());
+  EXPECT_EQ(file.box, (Box{{1, 0, 2}, {3, 2, 4}}));
+  EXPECT_EQ(file.density_kg_per_m3, (std::vector<double>{102, 202, 112, 212, 103, 203, 113, 213}));
+  EXPECT_EQ(file.body, (std::vector<std::int32_t>{1, 2, 1, 2, 1, 2, 1, 2}));
+}
+
+TEST(MirrorImages, ReversesCellsAndNormalVelocityBehindAPlane) {
+  const MirrorImages images({8, 4, 4}, {true, false, false});
+  const FileBlock file = images.image(numbered({{1, 0, 0}, {3, 1, 1}}), {true, false, false});
+  EXPECT_EQ(file.box, (Box{{5, 0, 0}, {7, 1, 1}}));
+  EXPECT_EQ(file.density_kg_per_m3, (std::vector<double>{200, 100}));
+  EXPECT_EQ(file.velocity_m_per_s, (std::vector<double>{-1, 2, 3, -1, 2, 3}));
+}
+
+TEST(MirrorImages, CoverTheWholeDomainExactlyOnce) {
+  const MirrorImages images({4, 6, 3}, {true, true, false});
+  std::map<Cell, int> covered;
+  for (const Box& block : {Box{{0, 0, 0}, {2, 1, 3}}, Box{{0, 1, 0}, {2, 3, 3}}})
+    for (const auto& mirrored : images.images()) {
+      const Box box = images.image(numbered(block), mirrored).box;
+      for (std::int64_t x = box.low[0]; x < box.high[0]; ++x)
+        for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
+          for (std::int64_t z = box.low[2]; z < box.high[2]; ++z) ++covered[{x, y, z}];
+    }
+  EXPECT_EQ(covered.size(), 4U * 6U * 3U);
+  for (const auto& [cell, times] : covered) EXPECT_EQ(times, 1);
+}
+
+TEST(MirrorImages, AreEightWithThreePlanes) {
+  EXPECT_EQ(MirrorImages({2, 2, 2}, {true, true, true}).images().size(), 8U);
+}
+
+}  // namespace
+}  // namespace copepod::fluid
