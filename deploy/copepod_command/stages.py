@@ -5,6 +5,8 @@ import os
 import sys
 import time
 
+UPDATE_EVERY_S = 15.0  # of a stage's progress where the line cannot be redrawn
+
 
 def elapsed_text(seconds):
     """Duration for people: «4 s», «2 min 05 s», «3 h 20 min»."""
@@ -67,14 +69,25 @@ class Stage:
 
     def __enter__(self):
         self._start = time.monotonic()
-        if not _speaks_json:
+        self._next_update = self._start + UPDATE_EVERY_S
+        if _speaks_json:
+            say(f"{self._text} …")
+        else:
             self._write(f"copepod: {self._text} … ")
         return self
 
     def count(self, done, total):
-        """Shows how far the stage is; on a terminal only."""
+        """Shows how far the stage is: at once on a terminal, now and then elsewhere. Without `total`: for how long."""
+        now = time.monotonic()
+        progress = f"{done}/{total}" if total else elapsed_text(now - self._start)
         if self._terminal:
-            self._write(f"\r\033[Kcopepod: {self._text} … {done}/{total} ")
+            self._write(f"\r\033[Kcopepod: {self._text} … {progress} ")
+        elif now >= self._next_update:
+            self._next_update = now + UPDATE_EVERY_S
+            if _speaks_json:
+                say(f"{self._text} … {progress}")
+            else:
+                self._write(f"{progress} … ")
 
     def __exit__(self, exception_type, exception, traceback):
         outcome = "" if exception_type is None else "failed after "

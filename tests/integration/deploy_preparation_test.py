@@ -1,6 +1,8 @@
 """Setting up a machine: packages and the build, with stand-ins for dpkg-query, apt-get, cmake and ninja."""
 
+import fcntl
 import os
+import re
 import shutil
 import subprocess
 import unittest
@@ -26,9 +28,12 @@ if [ -e "$STATE/compile_error" ]; then
     echo "[0/2] compiling a.cpp"; echo "FAILED: a.o"; echo "a.cpp:1: error: this is wrong"; exit 1
 fi
 if [ -e build/bin/coupler ]; then echo "ninja: no work to do."; exit 0; fi
-sleep 2
-mkdir -p build/bin && echo '#!/bin/sh' > build/bin/coupler && echo 'exit 2' >> build/bin/coupler && chmod +x build/bin/coupler
-echo "[1/1] linking coupler"
+echo "[1/2] compiling a.cpp"
+sleep 1.3
+while [ -e "$STATE/slow" ]; do sleep 0.05; done
+mkdir -p build/bin && cd build/bin && echo '#!/bin/sh' > coupler && echo 'exit 2' >> coupler && chmod +x coupler
+touch fluid_service body_service in_process_run
+echo "[2/2] linking coupler"
 """
 
 
@@ -47,19 +52,23 @@ class Preparation(CommandTest):
             (self.tools / name).write_text(text)
             (self.tools / name).chmod(0o755)
 
-    def run_command(self, user=None):
+    def start_command(self, user=None):
         """`copepod run` of a case that the stand-in coupler refuses, so that only the preparation happens."""
-        environment = {"PATH": f"{self.tools}:/usr/bin:/bin", "STATE": str(self.state)}
-        return subprocess.run(
+        return subprocess.Popen(
             [self.checkout / "deploy/copepod", "run", "case.yaml"],
             cwd=self.checkout,
-            env=environment,
+            env={"PATH": f"{self.tools}:/usr/bin:/bin", "STATE": str(self.state)},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
             user=user,
         )
+
+    def run_command(self, user=None):
+        process = self.start_command(user)
+        stdout, stderr = process.communicate()
+        return subprocess.CompletedProcess(process.args, process.returncode, stdout, stderr)
 
     def calls(self):
         path = self.state / "calls"
@@ -87,6 +96,57 @@ class Preparation(CommandTest):
         self.run_command()
         answer = self.run_command()
         self.assertEqual(answer.stderr, "")
+
+    def test_up_to_date_programs_need_no_lock(self):
+        self.install_everything()
+        self.run_command()
+        calls = self.calls()
+        lock = os.open(self.checkout / "build", os.O_RDONLY)
+        self.addCleanup(os.close, lock)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        answer = self.run_command()
+        self.assertEqual((answer.returncode, answer.stderr), (2, ""))
+        self.assertEqual(self.calls(), calls)
+
+    def test_changed_sources_are_built(self):
+        self.install_everything()
+        self.run_command()
+        (self.checkout / "coupler").mkdir()
+        for change in ("new", "changed"):
+            calls = self.calls().count("ninja")
+            (self.checkout / "coupler/main.cpp").write_text(change)
+            self.run_command()
+            self.assertEqual(self.calls().count("ninja"), calls + 1, change)
+        (self.checkout / "build/bin/coupler").unlink()
+        self.run_command()
+        self.assertTrue((self.checkout / "build/bin/coupler").exists())
+
+    def test_the_build_that_a_command_waits_for_is_named(self):
+        self.install_everything()
+        (self.state / "slow").touch()
+        builder = self.start_command()
+        self.read_until(builder, "building")
+        waiting = self.start_command()
+        said = self.read_until(waiting, "build.log")
+        self.assertIn(
+            "waiting for the build of another command: copepod run case.yaml "
+            f"(process {builder.pid}, started {re.search('started (.*) ago', said)[1]} ago)",
+            said,
+        )
+        (self.state / "slow").unlink()
+        for process in (builder, waiting):
+            self.assertEqual(process.communicate()[1].count("failed"), 0)
+            self.assertEqual(process.returncode, 2)
+        self.assertEqual(self.calls().count("ninja"), 2)
+
+    def read_until(self, process, text):
+        """What the command writes on stderr up to `text`; the line need not be complete."""
+        said = ""
+        while text not in said:
+            received = os.read(process.stderr.fileno(), 4096).decode()
+            self.assertTrue(received, f"«{text}» never came: {said}")
+            said += received
+        return said
 
     @unittest.skipIf(os.geteuid() != 0, "changes to another user")
     def test_without_root_the_exact_command_is_printed(self):
@@ -117,7 +177,7 @@ class Preparation(CommandTest):
         self.folder.chmod(0o755)
         answer = self.run_command(user="nobody")
         self.assertEqual(answer.returncode, 2)
-        self.assertIn("belongs to somebody else", answer.stderr)
+        self.assertIn("belongs to another user", answer.stderr)
         self.run_command()
         for name in ("fluid_service", "body_service", "in_process_run"):
             (self.checkout / "build/bin" / name).touch()
