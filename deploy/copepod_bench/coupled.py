@@ -7,9 +7,9 @@ import tempfile
 from pathlib import Path
 
 from copepod_bench import pure
-from copepod_command import exit_codes
-from copepod_command.checkout import ROOT
-from copepod_command.errors import Stop
+from copepod_run import exit_codes
+from copepod_run.checkout import ROOT
+from copepod_run.errors import Stop
 
 _CELL_M = 1e-6
 _RADIUS_CELLS = 4

@@ -5,9 +5,9 @@ import os
 import statistics
 import subprocess
 
-from copepod_command import exit_codes
-from copepod_command.checkout import program
-from copepod_command.errors import Stop
+from copepod_run import exit_codes
+from copepod_run.checkout import program
+from copepod_run.errors import Stop
 
 _OPEN_MPI = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",

@@ -9,14 +9,14 @@ from copepod_campaign import display, programs, results
 from copepod_campaign.entry import State, entries_of
 from copepod_campaign.job import RESTARTS
 from copepod_campaign.pool import Pool
-from copepod_command import build, exit_codes
-from copepod_command.checkout import called_as
-from copepod_command.destinations import make_folder
-from copepod_command.errors import Stop
-from copepod_command.plan import request_campaign
-from copepod_command.run_directory import RunDirectory, folder_name
-from copepod_command.signals import SignalRecorder
-from copepod_command.stages import say
+from copepod_run import build, exit_codes
+from copepod_run.checkout import called_as
+from copepod_run.destinations import make_folder
+from copepod_run.errors import Stop
+from copepod_run.plan import request_campaign
+from copepod_run.run_directory import RunDirectory, folder_name
+from copepod_run.signals import SignalRecorder
+from copepod_run.stages import say
 
 
 _NOT_FOR_SWEEPS = {

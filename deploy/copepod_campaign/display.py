@@ -5,8 +5,8 @@ import sys
 import time
 
 from copepod_campaign.entry import State
-from copepod_command.progress import clock_text
-from copepod_command.stages import elapsed_text, write
+from copepod_run.progress import clock_text
+from copepod_run.stages import elapsed_text, write
 
 _LINE_EVERY_S = 60.0
 

@@ -7,11 +7,11 @@ import os
 import shutil
 import time
 
-from copepod_command import exit_codes
-from copepod_command.errors import Stop
-from copepod_command.plan import plan_of, resolved_case
-from copepod_command.run_directory import has_checkpoint
-from copepod_command.stages import say
+from copepod_run import exit_codes
+from copepod_run.errors import Stop
+from copepod_run.plan import plan_of, resolved_case
+from copepod_run.run_directory import has_checkpoint
+from copepod_run.stages import say
 
 _ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
 

@@ -6,9 +6,9 @@ import subprocess
 import sys
 
 from copepod_campaign.entry import State
-from copepod_command.checkout import ROOT
-from copepod_command.events import EventReader
-from copepod_command.process import end_with_parent
+from copepod_run.checkout import ROOT
+from copepod_run.events import EventReader
+from copepod_run.process import end_with_parent
 
 RESTARTS = 3  # by itself, when a component is lost
 

@@ -5,7 +5,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_command.checkout import build_digest, present_programs, program
+from copepod_run.checkout import build_digest, present_programs, program
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import json
 import os
 
 from copepod_campaign.entry import State
-from copepod_command.figures import FIGURES, compared, number_text, percent_text
+from copepod_run.figures import FIGURES, compared, number_text, percent_text
 
 
 def write(folder, name, entries):

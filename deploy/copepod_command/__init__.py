@@ -1,1 +1,1 @@
-"""The Copepod command: prepares the machine, starts the three processes of a run, watches them, shows the result."""
+"""The command line: one module per subcommand."""

@@ -5,9 +5,9 @@ import os
 import subprocess
 from pathlib import Path
 
-from copepod_command import build, destinations, exit_codes
-from copepod_command.checkout import PROGRAMS, program
-from copepod_command.stages import Stage, say
+from copepod_run import build, destinations, exit_codes
+from copepod_run.checkout import PROGRAMS, program
+from copepod_run.stages import Stage, say
 
 _PAPER = (100, 100, 200)
 _DOMAINS = ((48, 48, 48), _PAPER, (160, 160, 160))

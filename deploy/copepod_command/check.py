@@ -3,10 +3,10 @@
 import os
 import shlex
 
-from copepod_command import build, capabilities, components, exit_codes, speed
-from copepod_command.errors import Stop
-from copepod_command.plan import request_plan
-from copepod_command.stages import elapsed_text
+from copepod_run import build, capabilities, components, exit_codes, speed
+from copepod_run.errors import Stop
+from copepod_run.plan import request_plan
+from copepod_run.stages import elapsed_text
 
 
 def check(options):

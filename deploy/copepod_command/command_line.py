@@ -5,7 +5,7 @@ import math
 
 from copepod_campaign import campaign
 from copepod_command import bench, check, conformance, recording, replay, reporting, run, setup, suite
-from copepod_command.checkout import called_as
+from copepod_run.checkout import called_as
 
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
 70 a solver failed, 73 storage failed, 74 deadline passed, 130/143 stopped by a signal"""

@@ -4,10 +4,10 @@ import os
 import time
 from pathlib import Path
 
-from copepod_command import build, components, destinations, exit_codes
-from copepod_command.errors import Stop
-from copepod_command.guarded_folder import guarded_folder
-from copepod_command.stages import Stage
+from copepod_run import build, components, destinations, exit_codes
+from copepod_run.errors import Stop
+from copepod_run.guarded_folder import guarded_folder
+from copepod_run.stages import Stage
 
 _JOBS_PER_CORE = 2  # components mostly wait
 

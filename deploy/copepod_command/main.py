@@ -3,10 +3,10 @@
 import signal
 import sys
 
-from copepod_command import destinations, exit_codes
+from copepod_run import destinations, exit_codes
 from copepod_command.command_line import parse
-from copepod_command.errors import Stop
-from copepod_command.stages import say, silence
+from copepod_run.errors import Stop
+from copepod_run.stages import say, silence
 
 
 def main(arguments):

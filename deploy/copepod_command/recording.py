@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from copepod_command import destinations, exit_codes
-from copepod_command.errors import Stop
-from copepod_command.stages import say
+from copepod_run import destinations, exit_codes
+from copepod_run.errors import Stop
+from copepod_run.stages import say
 
 
 def recording(options):

@@ -9,12 +9,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from copepod_command import build, components, exit_codes
-from copepod_command.checkout import ROOT
-from copepod_command.errors import Stop
-from copepod_command.guarded_folder import guarded_folder
-from copepod_command.plan import plan_of
-from copepod_command.stages import say
+from copepod_run import build, components, exit_codes
+from copepod_run.checkout import ROOT
+from copepod_run.errors import Stop
+from copepod_run.guarded_folder import guarded_folder
+from copepod_run.plan import plan_of
+from copepod_run.stages import say
 
 _SHOWN = 10  # differences
 

@@ -1,7 +1,7 @@
 """`copepod report`: hands run directories to copepod_report."""
 
-from copepod_command import build, exit_codes
-from copepod_command.plan import plan_of
+from copepod_run import build, exit_codes
+from copepod_run.plan import plan_of
 
 
 def report(options):

@@ -3,13 +3,13 @@
 import shlex
 
 from copepod_campaign import campaign
-from copepod_command import build, components, exit_codes, run_directory, speed
-from copepod_command.attempt import Attempt
-from copepod_command.checkout import called_as
-from copepod_command.errors import Stop
-from copepod_command.plan import request_plan
-from copepod_command.stages import say, speak_json
-from copepod_command.table import result_table
+from copepod_run import build, components, exit_codes, run_directory, speed
+from copepod_run.attempt import Attempt
+from copepod_run.checkout import called_as
+from copepod_run.errors import Stop
+from copepod_run.plan import request_plan
+from copepod_run.stages import say, speak_json
+from copepod_run.table import result_table
 
 _WORTH_A_RESTART = (exit_codes.COMPONENT_LOST, exit_codes.DEADLINE_PASSED)
 

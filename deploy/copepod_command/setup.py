@@ -1,6 +1,6 @@
 """`copepod setup`: prepares the machine and builds, and does nothing else; for containers and continuous integration."""
 
-from copepod_command import build, exit_codes, packages
+from copepod_run import build, exit_codes, packages
 
 
 def setup(options):

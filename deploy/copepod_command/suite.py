@@ -3,8 +3,8 @@
 import os
 import subprocess
 
-from copepod_command import build
-from copepod_command.checkout import ROOT
+from copepod_run import build
+from copepod_run.checkout import ROOT
 
 
 def test(options):

@@ -1,6 +1,6 @@
 """Several runs beside each other: one table, one plot of the swimming speeds."""
 
-from copepod_command.figures import FIGURES, compared, number_text, percent_text
+from copepod_run.figures import FIGURES, compared, number_text, percent_text
 from copepod_report.style import new_figure
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from copepod_command.figures import at
+from copepod_run.figures import at
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import base64
 from html import escape
 from pathlib import Path
 
-from copepod_command.figures import number_text
-from copepod_command.table import run_rows, swimmer_rows
+from copepod_run.figures import number_text
+from copepod_run.table import run_rows, swimmer_rows
 from copepod_report import resonance
 from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
 

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from copepod_command.destinations import make_folder
+from copepod_run.destinations import make_folder
 from copepod_report import (
     body_plot,
     collection,

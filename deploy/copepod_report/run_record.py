@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from copepod_command import exit_codes
-from copepod_command.errors import Stop
+from copepod_run import exit_codes
+from copepod_run.errors import Stop
 from copepod_report.trajectory import Trajectory
 
 BEADS = ("B2", "B1", "B3")  # trailing, middle, leading

@@ -3,7 +3,7 @@
 import unittest
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_command.outcome import Exit, Failure, describe_exit, failure_of_event, judge
+from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge
 
 KILLED_RANK = """--------------------------------------------------------------------------
 Primary job  terminated normally, but 1 process returned

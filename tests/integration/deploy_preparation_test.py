@@ -75,7 +75,7 @@ class Preparation(CommandTest):
         return path.read_text() if path.exists() else ""
 
     def install_everything(self):
-        from copepod_command.packages import BUILD_AND_RUN
+        from copepod_run.packages import BUILD_AND_RUN
 
         for package in BUILD_AND_RUN:
             (self.state / package).touch()

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import CommandTest  # noqa: E402
-from copepod_command.plan import resolved_case  # noqa: E402
+from copepod_run.plan import resolved_case  # noqa: E402
 from copepod_report.collection import collect  # noqa: E402
 from copepod_report.resonance import points_of  # noqa: E402
 from copepod_report.vacuum_solution import VacuumSwimmer  # noqa: E402

@@ -8,7 +8,7 @@ import time
 import uuid
 from pathlib import Path
 
-from copepod_command import cleanup
+from copepod_run import cleanup
 
 _TRIAL = "COPEPOD_TRIAL"  # in the environment of all processes of one trial, grandchildren too
 _CLOCK_TICKS = os.sysconf("SC_CLK_TCK")

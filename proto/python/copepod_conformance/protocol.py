@@ -4,7 +4,7 @@ import importlib
 import sys
 from collections import deque
 
-from copepod_command.checkout import ROOT
+from copepod_run.checkout import ROOT
 
 sys.path.insert(0, str(ROOT / "proto" / "python"))
 from copepod_component.schema import Envelope, TRANSITIONS, message_name  # noqa: E402

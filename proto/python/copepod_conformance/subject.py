@@ -2,8 +2,8 @@
 
 import json
 
-from copepod_command import exit_codes
-from copepod_command.errors import Stop
+from copepod_run import exit_codes
+from copepod_run.errors import Stop
 from copepod_conformance.body_case import BodyCase
 from copepod_conformance.component_process import run_to_end
 from copepod_conformance.fluid_case import FluidCase

@@ -4,8 +4,8 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from copepod_command import cleanup
-from copepod_command.components import MARK
+from copepod_run import cleanup
+from copepod_run.components import MARK
 from copepod_conformance.checks import (
     body_physics,
     checkpoints,

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from copepod_command import exit_codes
-from copepod_command.errors import Stop
+from copepod_run import exit_codes
+from copepod_run.errors import Stop
 
 
 def wire_file(run_directory, attempt=None):

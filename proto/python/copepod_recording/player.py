@@ -6,7 +6,7 @@ import time
 
 import zmq
 
-from copepod_command.checkout import ROOT
+from copepod_run.checkout import ROOT
 
 from copepod_recording.comparison import differences
 from copepod_recording.reader import message_name

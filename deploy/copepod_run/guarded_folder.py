@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_command import cleanup
-from copepod_command.components import MARK
-from copepod_command.guard import Guard
-from copepod_command.scratch import Scratch
+from copepod_run import cleanup
+from copepod_run.components import MARK
+from copepod_run.guard import Guard
+from copepod_run.scratch import Scratch
 
 
 @dataclass

@@ -6,11 +6,11 @@ import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from copepod_command import capabilities, exit_codes
-from copepod_command.checkout import build_digest, program
-from copepod_command.component_settings import component_settings
-from copepod_command.errors import Stop
-from copepod_command.plan import case_arguments
+from copepod_run import capabilities, exit_codes
+from copepod_run.checkout import build_digest, program
+from copepod_run.component_settings import component_settings
+from copepod_run.errors import Stop
+from copepod_run.plan import case_arguments
 
 MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
 IN_PROCESS = "in_process"  # services.transport of a run without services

@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 
-from copepod_command.component_settings import component_settings
+from copepod_run.component_settings import component_settings
 
 
 def announced(command):

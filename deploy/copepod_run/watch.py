@@ -6,10 +6,10 @@ import signal
 import time
 from dataclasses import dataclass
 
-from copepod_command import exit_codes
-from copepod_command.events import EventReader
-from copepod_command.family import LOOK_EVERY_S, FamilyWatch
-from copepod_command.outcome import Failure, describe_exit, failure_of_event, judge, told_by_mpirun
+from copepod_run import exit_codes
+from copepod_run.events import EventReader
+from copepod_run.family import LOOK_EVERY_S, FamilyWatch
+from copepod_run.outcome import Failure, describe_exit, failure_of_event, judge, told_by_mpirun
 
 # How long to wait for a second opinion once something went wrong; together with the three seconds that stopping
 # may take, everything is over within five.

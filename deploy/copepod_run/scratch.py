@@ -5,7 +5,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from copepod_command.keys import write_keys
+from copepod_run.keys import write_keys
 
 LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
 

@@ -39,7 +39,7 @@ class Guard:
 
 def watch_over(mark, folders):
     """Waits for the pipe to close; without the word that all is well, ends what is marked and removes the folders."""
-    from copepod_command import cleanup
+    from copepod_run import cleanup
 
     if os.read(0, len(_ALL_IS_WELL)) != _ALL_IS_WELL:
         cleanup.end_marked(mark)

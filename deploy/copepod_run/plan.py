@@ -5,10 +5,10 @@ import subprocess
 from dataclasses import dataclass
 from types import SimpleNamespace
 
-from copepod_command import exit_codes
-from copepod_command.checkout import program
-from copepod_command.errors import Stop
-from copepod_command.stages import say_lines
+from copepod_run import exit_codes
+from copepod_run.checkout import program
+from copepod_run.errors import Stop
+from copepod_run.stages import say_lines
 
 
 @dataclass(frozen=True)

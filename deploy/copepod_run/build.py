@@ -15,10 +15,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from copepod_command import exit_codes, packages
-from copepod_command.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
-from copepod_command.errors import Stop
-from copepod_command.stages import Stage, elapsed_text
+from copepod_run import exit_codes, packages
+from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
+from copepod_run.errors import Stop
+from copepod_run.stages import Stage, elapsed_text
 
 _BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40

@@ -4,7 +4,7 @@ import json
 import os
 import time
 
-from copepod_command.stages import notice, write
+from copepod_run.stages import notice, write
 
 LINE_EVERY_S = 5.0
 _WIDEST_BAR = 40

@@ -7,14 +7,14 @@ import shlex
 import sys
 from contextlib import ExitStack
 
-from copepod_command import cleanup, components, exit_codes, progress, provenance
-from copepod_command.errors import Stop
-from copepod_command.guard import Guard
-from copepod_command.process import Process, adopt_orphans
-from copepod_command.scratch import Scratch
-from copepod_command.signals import SignalRecorder
-from copepod_command.stages import say
-from copepod_command.watch import Watch
+from copepod_run import cleanup, components, exit_codes, progress, provenance
+from copepod_run.errors import Stop
+from copepod_run.guard import Guard
+from copepod_run.process import Process, adopt_orphans
+from copepod_run.scratch import Scratch
+from copepod_run.signals import SignalRecorder
+from copepod_run.stages import say
+from copepod_run.watch import Watch
 
 _COUPLER_PATIENCE_S = 2.0  # to close its files after a signal
 _CHECKPOINT_PATIENCE_S = 120.0  # if a signal finds it writing a checkpoint, or makes it write one

@@ -1,7 +1,7 @@
 """The result table at the end of a run, made from summary.json."""
 
-from copepod_command.figures import at, number_text
-from copepod_command.stages import elapsed_text
+from copepod_run.figures import at, number_text
+from copepod_run.stages import elapsed_text
 
 # key of a swimmer's summary, what to call it, unit
 _SWIMMER_ROWS = (

@@ -4,8 +4,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_command import cleanup
-from copepod_command.components import COMPONENT
+from copepod_run import cleanup
+from copepod_run.components import COMPONENT
 
 LOOK_EVERY_S = 0.5
 STOPPED_FOR_S = 1.4  # no accident any more; with looks and cleaning up it stays below three seconds

@@ -4,8 +4,8 @@ import errno
 import os
 from pathlib import Path
 
-from copepod_command import exit_codes
-from copepod_command.errors import Stop
+from copepod_run import exit_codes
+from copepod_run.errors import Stop
 
 
 def require_file(path, option):

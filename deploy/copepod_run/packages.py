@@ -5,10 +5,10 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from copepod_command import exit_codes
-from copepod_command.checkout import BUILD
-from copepod_command.errors import Stop
-from copepod_command.stages import Stage
+from copepod_run import exit_codes
+from copepod_run.checkout import BUILD
+from copepod_run.errors import Stop
+from copepod_run.stages import Stage
 
 BUILD_AND_RUN = (
     "g++",

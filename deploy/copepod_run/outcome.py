@@ -4,7 +4,7 @@ import re
 import signal
 from dataclasses import dataclass, replace
 
-from copepod_command import exit_codes
+from copepod_run import exit_codes
 
 COMPONENTS = {"coupler": "coupler", "fluid": "fluid service", "body": "body service"}
 

@@ -1,6 +1,6 @@
 """Environment variables without which a component may not start at all."""
 
-from copepod_command.checkout import program
+from copepod_run.checkout import program
 
 
 def component_settings():

@@ -2,7 +2,7 @@
 
 import json
 
-from copepod_command.checkout import BUILD
+from copepod_run.checkout import BUILD
 
 _FILE = BUILD / "measured_speed.json"
 

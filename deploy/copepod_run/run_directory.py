@@ -8,9 +8,9 @@ import re
 import time
 from pathlib import Path
 
-from copepod_command import exit_codes
-from copepod_command.destinations import make_folder
-from copepod_command.errors import Stop
+from copepod_run import exit_codes
+from copepod_run.destinations import make_folder
+from copepod_run.errors import Stop
 
 
 _LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned up after
