@@ -1,14 +1,30 @@
-# copepod_test(name LABEL unit SOURCES a_test.cpp … LINKS target …): a GoogleTest program, one ctest entry per TEST.
 include(GoogleTest)
 
+# What a build with a sanitizer is for: the tests that it builds and runs (.ci/run).
+if(COPEPOD_SANITIZER)
+  add_custom_target(sanitized_tests)
+endif()
+
+# copepod_test(name LABEL unit [THREADS] SOURCES a_test.cpp … LINKS target …): a GoogleTest program, one ctest entry per
+# TEST. THREADS: its tests have several threads; only these programs are built for the thread sanitizer.
 function(copepod_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS" "LABEL;TIMEOUT" "SOURCES;LINKS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 60)
   endif()
   copepod_program(${name} SOURCES ${ARG_SOURCES} LINKS ${ARG_LINKS} GTest::gtest_main)
-  gtest_discover_tests(${name} TEST_PREFIX "${ARG_LABEL}." DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+  if(COPEPOD_SANITIZER STREQUAL thread AND NOT ARG_THREADS)
+    return()
+  elseif(COPEPOD_SANITIZER)
+    add_dependencies(sanitized_tests ${name})
+  endif()
+  if(COPEPOD_SANITIZER AND ARG_LABEL STREQUAL unit)  # starting a program takes longer there than most tests
+    add_test(NAME ${ARG_LABEL}.${name} COMMAND ${name})
+    set_tests_properties(${ARG_LABEL}.${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 600)
+  else()
+    gtest_discover_tests(${name} TEST_PREFIX "${ARG_LABEL}." DISCOVERY_TIMEOUT 60
+      PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+  endif()
 endfunction()
 
 # copepod_mpi_test(name RANKS 1 2 3 SOURCES … LINKS …): one program with its own main, one ctest entry per rank count.
