@@ -167,6 +167,8 @@ class Watch:
         kind = event["event"]
         if kind == "phase":
             self.phase = event["phase"]
+            self._next_look = 0.0  # all ranks exist once the run starts: record them before one can end
+            self._look_at_processes()
             self._display.phase(self.phase)
         elif kind == "progress":
             self.last_step = event["step"]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "integration"))
-from copepod_session import ROOT, Session  # noqa: E402
+from copepod_session import PROMPT_S, ROOT, Session  # noqa: E402
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 CASE = HERE / "case.yaml"
@@ -50,9 +50,9 @@ class HurtRun(Session):
         left += map(str, self.scratch_folders())
         return left
 
-    def wait_until_clean(self, patience_s=6.0):
-        """Leftovers once there are none any more, or patience has ended."""
-        wait_for(lambda: not self.leftovers(), patience_s)
+    def final_leftovers(self):
+        """What is left once the guard has had time to clean up."""
+        wait_for(lambda: not self.leftovers(), PROMPT_S)
         return self.leftovers()
 
 
@@ -117,7 +117,7 @@ def hurt(victim, phase, fault):
         run = _start(folder, victim, phase, fault)
         try:
             seconds, code = _inject(run, victim, fault)
-            leftovers = run.wait_until_clean()
+            leftovers = run.final_leftovers()
             message = run.stderr[-1].strip() if run.stderr else ""
             went_on = "by itself" if code == 0 else go_on(folder)
             return Finding(victim, phase, fault, seconds, code, message, leftovers, went_on, digest(folder))
@@ -235,7 +235,7 @@ def _inject(run, victim, fault):
         os.kill(run.pid(victim), signal.SIGKILL if fault == "kill" else signal.SIGSTOP)
     if victim == "command":
         if fault == "kill":
-            run.wait_until_clean()
+            run.final_leftovers()
         else:
             _let_finish(run)
             start = time.monotonic()

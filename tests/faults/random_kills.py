@@ -67,7 +67,7 @@ def _kill_once(folder, choose):
     if victim != "command":
         leftovers = run.leftovers()
     else:  # a resume waits by itself until the guard has cleaned up
-        leftovers = [] if has_checkpoint(folder) else run.wait_until_clean()
+        leftovers = [] if has_checkpoint(folder) else run.final_leftovers()
     message = run.stderr[-1].strip() if run.stderr else ""
     return {"victim": victim, "seconds": seconds, "code": code, "message": message, "leftovers": leftovers}
 

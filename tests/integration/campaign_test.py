@@ -5,7 +5,6 @@ import json
 import os
 import shutil
 import signal
-import time
 import unittest
 from pathlib import Path
 
@@ -48,10 +47,7 @@ class RealCampaign(CommandTest):
         self.assertIn("| vacuum | done | 5.1", table)
         for number, out in ((signal.SIGKILL, "killed"), (signal.SIGINT, "stopped")):
             session = self.start("campaign", "small.yaml", "--out", out)
-            session.wait_for("two: starts")
-            while not (self.folder / out / "two/checkpoints").exists():
-                time.sleep(0.02)
-            time.sleep(0.3)
+            session.wait_for_file(f"{out}/two/checkpoints/*/manifest.json")
             session.process.send_signal(number)
             self.assertEqual(session.end(timeout_s=60), -9 if number == signal.SIGKILL else 130)
             again = self.finish(out)

@@ -14,7 +14,20 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 COMMAND = ROOT / "deploy" / "copepod"
 FAKES = Path(__file__).resolve().parent / "fakes"
 
+# A loss is noticed within about a second on an idle machine; without the mechanism under test, a run would end by a
+# deadline of 30 s or more. This limit lies between, so that a busy machine does not matter.
+PROMPT_S = 20
+
 sys.path[:0] = [str(ROOT / "deploy"), str(ROOT / "proto" / "python")]
+
+
+def wait_until(condition, what, timeout_s=60):
+    """Returns as soon as `condition()` holds; AssertionError naming `what` if that takes too long."""
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > deadline:
+            raise AssertionError(f"{what}: not within {timeout_s} s")
+        time.sleep(0.01)
 
 
 class Session:
@@ -42,18 +55,27 @@ class Session:
         for thread in self._threads:
             thread.start()
 
-    def wait_for(self, text, timeout_s=20):
-        """Until stderr holds `text`."""
-        deadline = time.monotonic() + timeout_s
-        while time.monotonic() < deadline:
-            if any(text in line for line in list(self.stderr)):
-                return
-            if self.process.poll() is not None:
-                break
-            time.sleep(0.01)
-        raise AssertionError(f"«{text}» never came; stderr was:\n{''.join(self.stderr)}")
+    def wait_for(self, text, times=1):
+        """Until `text` is on stderr, `times` times."""
+        self._wait_until(lambda: "".join(list(self.stderr)).count(text) >= times, f"«{text}» on stderr")
 
-    def end(self, timeout_s=20):
+    def wait_for_file(self, pattern):
+        """Until a file below the working directory matches `pattern`."""
+        self._wait_until(lambda: any(self.folder.glob(pattern)), f"a file {pattern}")
+
+    def _wait_until(self, condition, what):
+        def ended():
+            return self.process.poll() is not None
+
+        wait_until(lambda: condition() or ended(), what)
+        if not condition():
+            raise AssertionError(f"{what}: not before the command ended; stderr was:\n{''.join(self.stderr)}")
+
+    def wait_until_clean(self):
+        """Until nothing of the run is left: the command has been killed, and its guard cleans up."""
+        wait_until(lambda: not self.leftovers(), "nothing left of the run", PROMPT_S)
+
+    def end(self, timeout_s=60):
         """Exit code, once it has ended."""
         code = self.process.wait(timeout_s)
         for thread in self._threads:
@@ -97,6 +119,14 @@ class Session:
         found = [path for where in ("/tmp", "/dev/shm") for path in Path(where).glob(f"copepod-{self.process.pid}-*")]
         return [path for path in found if _changed_at(path) >= self._started_at - 1.0]
 
+    def has_open(self, path):
+        """Whether the command itself has a file or folder open."""
+        descriptors = Path(f"/proc/{self.process.pid}/fd")
+        try:
+            return any(os.path.samefile(descriptor, path) for descriptor in descriptors.iterdir())
+        except OSError:  # one was closed meanwhile
+            return False
+
     def kill(self, number, component, rank=None):
         os.kill(self.pid_of(component, rank), number)
 
@@ -133,11 +163,9 @@ class CommandTest(unittest.TestCase):
         """No process, no socket, no temporary folder of the run."""
         self.assertEqual(session.leftovers(), [])
 
-    def assert_ends(self, session, code, within_s):
-        """The command ends with `code` in time, and cleans up."""
-        start = time.monotonic()
-        self.assertEqual(session.end(), code, "".join(session.stderr))
-        self.assertLess(time.monotonic() - start, within_s)
+    def assert_ends(self, session, code, timeout_s=PROMPT_S):
+        """The command ends in time with `code`, and cleans up."""
+        self.assertEqual(session.end(timeout_s), code, "".join(session.stderr))
         self.assert_nothing_left(session)
 
     @staticmethod

@@ -5,10 +5,9 @@ import json
 import os
 import signal
 import subprocess
-import time
 import unittest
 
-from copepod_session import COMMAND, FAKES, CommandTest
+from copepod_session import COMMAND, FAKES, CommandTest, wait_until
 
 
 class Storage(CommandTest):
@@ -19,7 +18,7 @@ class Storage(CommandTest):
 
     def assert_refused(self, *arguments, words, code=73):
         session = self.start(*arguments)
-        self.assert_ends(session, code, within_s=10)
+        self.assert_ends(session, code)
         self.assertNotIn("Traceback", "".join(session.stderr))
         self.assertIn(words, session.last_line)
 
@@ -98,7 +97,7 @@ class Storage(CommandTest):
         session.wait_for("copepod: step 0 of")
         (self.folder / "runs/tiny/provenance.json.new").mkdir()
         session.kill(signal.SIGKILL, "body")
-        self.assert_ends(session, 69, within_s=5)
+        self.assert_ends(session, 69)
         self.assertIn("body service on host", session.last_line)
         self.assertEqual(json.loads((self.folder / "runs/tiny/provenance.json").read_text())["exit_code"], 69)
 
@@ -109,11 +108,10 @@ class Storage(CommandTest):
         self.addCleanup(os.close, lock)
         fcntl.flock(lock, fcntl.LOCK_EX)
         session = self.start("run", "case.yaml", "--out", "there")
-        time.sleep(1.0)
-        self.assertIsNone(session.process.poll(), "it did not wait")
+        wait_until(lambda: session.has_open(there), "the command has the folder open")
         (there / "summary.json").write_text("{}")
         fcntl.flock(lock, fcntl.LOCK_UN)
-        self.assert_ends(session, 2, within_s=10)
+        self.assert_ends(session, 2)
         self.assertIn("there exists already", session.last_line)
         self.assertEqual([path.name for path in there.iterdir()], ["summary.json"])
 

@@ -48,20 +48,20 @@ class PythonSolver(CommandTest):
         deadline = ("--set", "services.progress_deadline_s=1.5")
         slow = "for _ in range(30 * (kinematics.step == 1)): time.sleep(0.1); {}"
         session = self.start_with(slow.format("report_progress()"), *deadline)
-        self.assert_ends(session, 0, within_s=20)
+        self.assert_ends(session, 0)
         session = self.start_with(slow.format("pass"), *deadline, "--out", "again")
-        self.assert_ends(session, 69, within_s=20)
+        self.assert_ends(session, 69)
 
     def test_mistake_is_named_by_file_and_line(self):
         session = self.start_with("kinematics.velocity")
-        self.assert_ends(session, 70, within_s=20)
+        self.assert_ends(session, 70)
         line = FLUID[: FLUID.index("EXCHANGE")].count("\n") + 1
         self.assertRegex(session.last_line, rf"no attribute 'velocity'.* in {self.folder}/fluid.py, line {line} ")
         self.assertIn("Traceback (most recent call last)", self.log())
 
     def test_problem_that_the_solver_foresaw_has_its_exit_code_and_no_traceback(self):
         session = self.start_with('raise CaseError("The bodies are cubes (spheres are known). Use spheres.")')
-        self.assert_ends(session, 2, within_s=20)
+        self.assert_ends(session, 2)
         self.assertIn("The bodies are cubes (spheres are known). Use spheres.", session.last_line)
         self.assertNotIn("Traceback", self.log())
 

@@ -3,11 +3,10 @@
 import os
 import shutil
 import signal
-import time
 import unittest
 from pathlib import Path
 
-from copepod_session import ROOT, CommandTest
+from copepod_session import ROOT, CommandTest, wait_until
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 RECORDED = (
@@ -22,7 +21,7 @@ RECORDED = (
     "output.checkpoint.every_steps=15",
 )
 PYTHON_BODIES = f"/usr/bin/python3 {ROOT}/proto/python/examples/point_masses.py"
-ASLEEP = ("--", "/usr/bin/python3", "-c", "import time; print('asleep', flush=True); time.sleep(60)")
+ASLEEP = ("--", "/usr/bin/python3", "-c", "import time; print('asleep', flush=True); time.sleep(600)")
 
 
 class Replay(CommandTest):
@@ -31,7 +30,7 @@ class Replay(CommandTest):
     def finish(self, *arguments, code=0):
         """Standard output of a command that ends with `code` and leaves nothing behind."""
         session = self.start(*arguments)
-        self.assert_ends(session, code, within_s=60)
+        self.assert_ends(session, code, timeout_s=60)
         self.last_line = session.last_line if session.stderr else ""
         return "".join(session.stdout)
 
@@ -76,15 +75,11 @@ class Replay(CommandTest):
         self.finish("run", *RECORDED)
         for number in (signal.SIGKILL, signal.SIGHUP):
             session = self.start("replay", "out", "--body", *ASLEEP)
-            while not session.stdout:
-                time.sleep(0.02)
+            wait_until(lambda: session.stdout, "the first word of the component")
             self.assertTrue(session.scratch_folders())
             session.process.send_signal(number)
             session.end()
-            deadline = time.monotonic() + 5
-            while session.leftovers() and time.monotonic() < deadline:
-                time.sleep(0.05)
-            self.assert_nothing_left(session)
+            session.wait_until_clean()
 
     def test_logs_that_a_failed_run_names_are_still_there(self):
         self.finish("run", *RECORDED)
