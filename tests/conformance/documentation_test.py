@@ -18,6 +18,7 @@ BUILD = Path(sys.argv.pop()).resolve()
 
 os.environ["COPEPOD_BUILD_PYTHON"] = str(BUILD / "python")
 sys.path[:0] = [str(ROOT / "deploy"), str(ROOT / "proto" / "python")]
+import protocol_vectors  # noqa: E402
 from copepod_conformance import protocol, suite  # noqa: E402
 from copepod_conformance.body_case import BodyCase  # noqa: E402
 from copepod_conformance.fluid_case import FluidCase  # noqa: E402
@@ -83,6 +84,11 @@ class ProtocolPage(unittest.TestCase):
         table = {row["message"]: row["reply"] for row in protocol.TRANSITIONS if "reply" in row and "message" in row}
         self.assertEqual({name: table.get(name) for name in requests}, requests)
         self.assertEqual(set(table) - set(requests), {"KinematicsRequest"})  # before the first step of the bodies only
+
+    def test_the_examples_are_the_bytes_that_are_sent(self):
+        """Bring them up to date with tests/conformance/protocol_vectors.py --write."""
+        self.assertEqual(protocol_vectors.page(self.page), self.page)
+        self.assertEqual(protocol_vectors.FILE.read_text(), protocol_vectors.as_json())
 
     def test_the_states_are_reached_from_the_table(self):
         for role in ("fluid", "body"):

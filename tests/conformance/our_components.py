@@ -8,6 +8,7 @@
 
 import dataclasses
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,8 @@ from xml.etree import ElementTree
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "results" / "conformance.md"
 EXAMPLES = ROOT / "proto" / "python" / "examples"
+JAVASCRIPT = ROOT / "examples" / "javascript_fluid"
+SKIPPED = 77  # exit code that ctest knows
 JOBS = 8  # most of the time a component waits, or is waited for
 
 
@@ -57,6 +60,7 @@ COMPONENTS = (
     Component("stokes", "fluid", ("{bin}/fluid_service",), "stokes"),
     Component("vacuum", "fluid", ("{bin}/fluid_service",), "vacuum"),
     Component("python_fluid", "fluid", ("/usr/bin/python3", "{examples}/stokes_drag_fluid.py")),
+    Component("javascript_fluid", "fluid", ("node", f"{JAVASCRIPT}/javascript_fluid.js")),
     Component("body_service", "body", ("{bin}/body_service",), quick=False),
     Component("bullet_bodies", "body", ("{bin}/bullet_body_service",)),
     Component("python_body", "body", ("/usr/bin/python3", "{examples}/point_masses.py")),
@@ -71,6 +75,17 @@ def run(component, build, *options):
         check=False,
         env={**os.environ, "COPEPOD_BIN_DIR": str(build / "bin")},
     ).returncode
+
+
+def reason_to_skip(component):
+    """Why this machine cannot run the component; empty if it can."""
+    if component.command[0] != "node":
+        return ""
+    if shutil.which("node") is None:
+        return "there is no Node.js here. Install Debian's package nodejs"
+    if not (JAVASCRIPT / "node_modules").is_dir():
+        return f"its npm packages are not installed. Run: npm ci --prefix {JAVASCRIPT.relative_to(ROOT)}"
+    return ""
 
 
 def write_page(build):
@@ -147,6 +162,9 @@ def main(arguments):
     if what == "--page":
         return write_page(build)
     component = next(component for component in COMPONENTS if component.name == what)
+    if reason := reason_to_skip(component):
+        print(f"{component.name} is skipped: {reason}.")
+        return SKIPPED
     return run(component, build, *(["--quick"] if component.quick else []))
 
 

@@ -70,14 +70,14 @@ class StopRequest(unittest.TestCase):
     def test_says_with_which_code_the_coupler_aborted_the_run(self):
         os.environ.setdefault("COPEPOD_BUILD_PYTHON", str(PROGRAMS.parent / "python"))
         sys.path.insert(0, str(ROOT / "proto/python"))
-        from copepod_component import control_lane, seal, stop_request
+        from copepod_component import checksum, control_lane, stop_request
         from copepod_component.schema import Envelope
         from copepod_component.vitals import VITALS
 
         lane = control_lane.ControlLane(None, "", b"", VITALS, 10.0, logging.getLogger("quiet"))
-        lane._handle(None, seal.to_bytes(Envelope(welcome={"session_id": 1, "epoch": 2})))
+        lane._handle(None, checksum.to_bytes(Envelope(welcome={"session_id": 1, "epoch": 2})))
         self.assertEqual(stop_request(), 0)
-        lane._handle(None, seal.to_bytes(Envelope(session_id=1, epoch=2, abort={"failure": {"code": 74}})))
+        lane._handle(None, checksum.to_bytes(Envelope(session_id=1, epoch=2, abort={"failure": {"code": 74}})))
         self.assertEqual(stop_request(), 74)
 
 

@@ -7,7 +7,7 @@ import time
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
-from . import seal
+from . import checksum
 from .errors import ExitCode, Refused
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR
 
@@ -50,8 +50,8 @@ class ControlLane(threading.Thread):
 
     def _handle(self, socket, data):
         try:
-            message = seal.from_bytes(data)
-        except (seal.Damaged, Refused) as error:
+            message = checksum.from_bytes(data)
+        except (checksum.Damaged, Refused) as error:
             self._log.warning("On the control lane: %s", error)
             return
         kind = message.WhichOneof("body")
@@ -83,7 +83,7 @@ class ControlLane(threading.Thread):
         reply.pong.progress = vitals.progress
         reply.pong.received_sequence = vitals.received_sequence
         reply.pong.replied_sequence = vitals.replied_sequence
-        return seal.to_bytes(reply)
+        return checksum.to_bytes(reply)
 
     def _look_for_coupler(self):
         now = time.monotonic()

@@ -12,7 +12,7 @@ import time
 
 import zmq
 
-from . import seal
+from . import checksum
 from .errors import CaseError
 from .keys import Door, read_keys, require_keys_off_this_machine
 from .control_lane import ControlLane
@@ -71,7 +71,7 @@ def _hello(role, lane, token, capabilities, instance):
     hello.capabilities.features.extend(sorted(capabilities.features))
     hello.host, hello.pid, hello.ranks = host_names.gethostname(), os.getpid(), 1
     hello.instance = instance
-    return seal.to_bytes(message)
+    return checksum.to_bytes(message)
 
 
 def serve_component(served, capabilities):

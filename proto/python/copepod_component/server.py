@@ -4,7 +4,7 @@ import sys
 import time
 import traceback
 
-from . import seal
+from . import checksum
 from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
 from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control, message_name
 from .session import Session
@@ -94,8 +94,8 @@ class Server:
 
     def _handle(self, data):
         try:
-            request = seal.from_bytes(data)
-        except seal.Damaged as damage:
+            request = checksum.from_bytes(data)
+        except checksum.Damaged as damage:
             self._log.warning("Ignored a message, the coupler will send it again: %s", damage)
             return
         name = message_name(request)
@@ -128,7 +128,7 @@ class Server:
             reply.finished.SetInParent()
         else:
             self._served.perform(request, reply)
-        self._last_reply = seal.to_bytes(reply)
+        self._last_reply = checksum.to_bytes(reply)
         self._socket.send(self._last_reply)
         self._vitals.replied_sequence = request.sequence
         if name == "Finish":
@@ -145,7 +145,7 @@ class Server:
         message.failure.host = self._host
         message.failure.step = self._vitals.step
         message.failure.reason = reason[:4000]
-        self._socket.send(seal.to_bytes(message))
+        self._socket.send(checksum.to_bytes(message))
 
     def _envelope(self, sequence, step):
         return Envelope(

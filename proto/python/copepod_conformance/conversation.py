@@ -8,7 +8,7 @@ from pathlib import Path
 
 from copepod_conformance.component_process import ComponentProcess
 from copepod_conformance.lanes import CONTROL, DATA, Lanes
-from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, part, seal
+from copepod_conformance.protocol import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, checksum, part
 from copepod_conformance.verdicts import Silence, Violation
 
 _PING_EVERY_S = 0.5
@@ -63,7 +63,7 @@ class Conversation:
 
     def send_damaged(self, message, text):
         """One bit of the message changes on its way."""
-        frame = bytearray(seal.to_bytes(message))
+        frame = bytearray(checksum.to_bytes(message))
         frame[len(frame) // 2] ^= 4
         self.sent.append(text)
         self._lanes.send_as_it_is(DATA, bytes(frame))

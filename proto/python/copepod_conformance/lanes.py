@@ -45,8 +45,8 @@ class Lanes:
             return None
         peer, data = self._socket.recv_multipart()[:2]
         try:
-            envelope = protocol.seal.from_bytes(data)
-        except (protocol.seal.Damaged, protocol.Refused) as problem:
+            envelope = protocol.checksum.from_bytes(data)
+        except (protocol.checksum.Damaged, protocol.Refused) as problem:
             raise Violation(f"bytes that are no message ({problem})") from problem
         if envelope.WhichOneof("body") == "hello":
             self._peers[peer] = _LANE_OF_NUMBER.get(envelope.hello.lane, DATA)
@@ -54,7 +54,7 @@ class Lanes:
 
     def send(self, lane, content):
         """Sends bytes with their checksum; False if nobody is there, or no longer."""
-        return self.send_as_it_is(lane, protocol.seal.sealed(content))
+        return self.send_as_it_is(lane, protocol.checksum.append_to(content))
 
     def send_as_it_is(self, lane, data):
         try:

@@ -8,7 +8,7 @@ from copepod_run.checkout import ROOT
 
 sys.path.insert(0, str(ROOT / "proto" / "python"))
 from copepod_component.schema import Envelope, TRANSITIONS, message_name  # noqa: E402
-from copepod_component import seal  # noqa: E402,F401
+from copepod_component import checksum  # noqa: E402,F401
 from copepod_component.errors import Refused  # noqa: E402,F401
 from copepod_component.schema import PROTOCOL_MAJOR, PROTOCOL_MINOR  # noqa: E402,F401
 

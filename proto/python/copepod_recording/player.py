@@ -13,7 +13,7 @@ from copepod_recording.reader import message_name
 from copepod_recording.script import ROLES
 
 sys.path.insert(0, str(ROOT / "proto" / "python"))
-from copepod_component import seal  # noqa: E402
+from copepod_component import checksum  # noqa: E402
 
 _CONNECT_DEADLINE_S = 60.0
 _REPLY_DEADLINE_S = 600.0
@@ -57,7 +57,7 @@ class Player:
             self._peers[hello.lane] = peer
             welcome = self._envelope_class(protocol_major=1, step=-1)
             welcome.welcome.session_id, welcome.welcome.epoch = self._session, self._epoch
-            self._socket.send_multipart([peer, seal.to_bytes(welcome)])
+            self._socket.send_multipart([peer, checksum.to_bytes(welcome)])
 
     def play(self, script, tolerance, on_difference):
         """Sends every request and compares every reply; returns how many were compared.
@@ -81,7 +81,7 @@ class Player:
         request.CopyFrom(recorded)
         request.session_id, request.epoch, request.attempt = self._session, self._epoch, 0
         self._redirect(request)
-        self._socket.send_multipart([self._peers[1], seal.to_bytes(request)])
+        self._socket.send_multipart([self._peers[1], checksum.to_bytes(request)])
         end = time.monotonic() + _REPLY_DEADLINE_S
         while True:
             peer, reply = self._receive(end, f"it did not answer {message_name(request)} of step {request.step}")
@@ -132,4 +132,4 @@ class Player:
         self._last_ping = time.monotonic()
         ping = self._envelope_class(protocol_major=1, session_id=self._session, epoch=self._epoch, step=-1)
         ping.ping.stamp_ns = time.monotonic_ns()
-        self._socket.send_multipart([self._peers[2], seal.to_bytes(ping)])
+        self._socket.send_multipart([self._peers[2], checksum.to_bytes(ping)])

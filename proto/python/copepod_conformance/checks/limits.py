@@ -74,7 +74,7 @@ def _raw(data_of, text):
 
 
 def _truncated(trial):
-    """Lacks more bytes than the seal that is put behind them, which could otherwise pass for their rest."""
+    """Lacks more bytes than the checksum that is put behind them, which could otherwise pass for their rest."""
     trial.sequence += 1
     data = trial.with_header(trial.make(trial.step_name)).SerializeToString()
     return data[: len(data) - 20]
