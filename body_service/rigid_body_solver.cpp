@@ -59,8 +59,8 @@ Capabilities rigid_body_capabilities() {
   return {"Copepod rigid bodies",
           COPEPOD_VERSION,
           {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
-           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "springs:anchors",
-           "gravity", "periodic_contacts", "checkpoint"}};
+           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "anchors", "gravity",
+           "periodic", "checkpoint"}};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup)

@@ -38,7 +38,7 @@ Capabilities bullet_capabilities() {
   return {"Bullet rigid bodies",
           COPEPOD_VERSION,
           {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
-           "springs", "springs:anchors", "gravity", "contacts", "checkpoint"}};
+           "springs", "anchors", "gravity", "contacts", "checkpoint"}};
 }
 
 BulletBodySolver::BulletBodySolver(const BodySetup& setup)

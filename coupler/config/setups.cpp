@@ -4,6 +4,7 @@
 
 #include "config/sections/names.hpp"
 #include "contract/errors.hpp"
+#include "contract/features.hpp"
 
 namespace copepod::coupler {
 
@@ -30,15 +31,10 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
   return FluidKind::lattice_boltzmann;
 }
 
-void require_lattice_features(const FluidCase& fluid, std::set<std::string>& required) {
-  required.insert(std::string("collision:") + name_of(collision_names, fluid.collision));
-  required.insert(std::string("precision:") + name_of(precision_names, fluid.precision));
-  for (const Boundary& boundary : fluid.boundaries) {
-    required.insert(std::string("boundary:") + name_of(boundary_names, boundary.kind));
-  }
-  for (const bool plane : fluid.symmetry_planes) {
-    if (plane) required.insert("symmetry_planes");
-  }
+std::string joined(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
 }
 
 }  // namespace
@@ -89,48 +85,38 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
 }
 
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly) {
-  std::set<std::string> required;
-  const FluidSolverChoice solver = the_case.fluid.solver;
-  if (solver == FluidSolverChoice::external) return required;  // whoever brings a solver knows what it is for
-  required.insert(std::string("solver:") + name_of(solver_names, solver));
-  if (solver == FluidSolverChoice::vacuum) return required;
-  for (const BodySpecification& body : assembly.bodies) {
-    required.insert(std::string("shape:") + name_of(shape_names, body.shape.kind));
-  }
-  if (solver == FluidSolverChoice::stokes && the_case.fluid.no_slip_plane >= 0)
-    required.insert("no_slip_plane");
-  if (solver == FluidSolverChoice::lattice_boltzmann) require_lattice_features(the_case.fluid, required);
-  if (wants_fields(the_case.output) && !computes_no_cells(solver)) required.insert("fields");
+  std::set<std::string> required = required_features(make_fluid_setup(the_case, assembly, ""));
+  if (the_case.fluid.solver == FluidSolverChoice::external) required = without_methods(std::move(required));
   if (the_case.output.checkpoint_every_steps > 0) required.insert("checkpoint");
   return required;
 }
 
 std::set<std::string> required_of_body(const Case& the_case, const Assembly& assembly) {
-  std::set<std::string> required;
-  for (const BodySpecification& body : assembly.bodies) {
-    required.insert(std::string("shape:") + name_of(shape_names, body.shape.kind));
-    required.insert(std::string("motion:") + name_of(motion_names, body.motion));
-  }
-  // Everybody else integrates in his own way.
-  if (the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty()) {
-    required.insert(std::string("integrator:") + name_of(integrator_names, the_case.body.integrator));
-  }
-  const bool periodic =
-      std::any_of(the_case.fluid.boundaries.begin(), the_case.fluid.boundaries.end(),
-                  [](const Boundary& boundary) { return boundary.kind == BoundaryKind::periodic; });
-  if (periodic && the_case.services.body_command.empty()) required.insert("periodic_contacts");
+  std::set<std::string> required = required_features(make_body_setup(the_case, assembly));
+  // Other solvers integrate in their own way.
+  const bool ours = the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty();
+  if (!ours) required = without_methods(std::move(required));
   if (the_case.output.checkpoint_every_steps > 0) required.insert("checkpoint");
   return required;
 }
 
-void require_features(const Capabilities& capabilities, const std::set<std::string>& required) {
-  std::string missing;
-  for (const std::string& feature : required) {
-    if (!capabilities.features.contains(feature)) missing += (missing.empty() ? "" : ", ") + feature;
+std::vector<std::string> require_features(const Capabilities& capabilities,
+                                          const std::set<std::string>& required) {
+  const FeatureComparison comparison = compare_features(required, capabilities.features);
+  const std::string who = capabilities.name + " " + capabilities.version;
+  std::vector<std::string> notices;
+  for (const auto& [name, nearest] : comparison.unknown) {
+    const std::string meant = nearest.empty() ? "" : " Did you mean '" + nearest + "'?";
+    notices.push_back(who + " announces '" + name + "' (not a known feature)." + meant);
   }
-  if (missing.empty() || capabilities.features.contains("solver:external")) return;
-  throw Refused("the case needs what " + capabilities.name + " " + capabilities.version + " cannot do (" +
-                missing + "). Change the case, or use another component.");
+  if (!comparison.missing.empty()) {
+    throw Refused("the case needs what " + who + " cannot do (" + joined(comparison.missing) +
+                  "). Change the case, or use another component." + (notices.empty() ? "" : " ") +
+                  joined(notices));
+  }
+  if (!comparison.neglected.empty())
+    notices.push_back(who + " neglects " + joined(comparison.neglected) + " (the case uses it).");
+  return notices;
 }
 
 std::int64_t computed_cells(const FluidCase& fluid) {

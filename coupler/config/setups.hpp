@@ -2,6 +2,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "config/sections/case.hpp"
 #include "config/sections/expand.hpp"
@@ -22,14 +23,16 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
                             const std::string& field_directory);
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
 
-/// Features that a case needs of its components, in the words of Capabilities.
+/// Features that a case requires of its components: those of the setup (contract/features.hpp) and those of
+/// the run.
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly);
 std::set<std::string> required_of_body(const Case& the_case, const Assembly& assembly);
 
-/// A component that announces "solver:external" takes the place of any solver: whoever brings it knows what
-/// it is for.
+/// What the user has to know about a component: required features that it neglects, and announced names that
+/// are not features.
 /// @throws Refused naming the features that the component lacks
-void require_features(const Capabilities& capabilities, const std::set<std::string>& required);
+std::vector<std::string> require_features(const Capabilities& capabilities,
+                                          const std::set<std::string>& required);
 
 /// Cells that are computed: the whole domain, halved for every symmetry plane; 0 without a lattice.
 std::int64_t computed_cells(const FluidCase& fluid);

@@ -10,6 +10,7 @@
 #include "config/sections/resolved.hpp"
 #include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
+#include "contract/features.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -54,6 +55,13 @@ ordered_json members(const Sweep& sweep) {
   return {{"key", sweep.key}, {"members", list}};
 }
 
+/// {"collision:trt": "method", …}
+ordered_json with_kinds(const std::set<std::string>& features) {
+  ordered_json kinds = ordered_json::object();
+  for (const std::string& name : features) kinds[name] = name_of(find_feature(name)->kind);
+  return kinds;
+}
+
 }  // namespace
 
 ordered_json make_plan(const LoadedCase& loaded) {
@@ -73,8 +81,8 @@ ordered_json make_plan(const LoadedCase& loaded) {
        {{"solver", name_of(body_solver_names, the_case.body.solver)},
         {"command", command(the_case.services.body_command)}}},
       {"transport", the_case.services.transport}};
-  plan["requires"] = {{"fluid", required_of_fluid(the_case, loaded.assembly)},
-                      {"body", required_of_body(the_case, loaded.assembly)}};
+  plan["requires"] = {{"fluid", with_kinds(required_of_fluid(the_case, loaded.assembly))},
+                      {"body", with_kinds(required_of_body(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},
                       {"memory_bytes", memory.total()},
                       {"memory_of",

@@ -34,10 +34,17 @@ void CaseRun::run(Beginning beginning,
   std::optional<FoundCheckpoint> checkpoint;
   if (beginning == Beginning::resumed) checkpoint = find_checkpoint(store);
   on_ready(components_.fluid_capabilities(), components_.body_capabilities());
-  require_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
-  require_features(components_.body_capabilities(), required_of_body(loaded_.content, loaded_.assembly));
+  check_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
+  check_features(components_.body_capabilities(), required_of_body(loaded_.content, loaded_.assembly));
   make_solvers(checkpoint);
   compute(store, checkpoint);
+}
+
+void CaseRun::check_features(const Capabilities& capabilities, const std::set<std::string>& required) {
+  for (const std::string& text : require_features(capabilities, required)) {
+    spdlog::warn(text);
+    events_.notice(text);
+  }
 }
 
 /// The components are there already: reading a large checkpoint takes longer than they would wait.

@@ -34,6 +34,7 @@ class CaseRun {
  private:
   [[nodiscard]] FoundCheckpoint find_checkpoint(const CheckpointStore& store);
   void tell_of_missing_samples(const CouplerState& state);
+  void check_features(const Capabilities& capabilities, const std::set<std::string>& required);
   void make_solvers(const std::optional<FoundCheckpoint>& checkpoint);
   void compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint);
 

@@ -90,7 +90,7 @@ def _problems_of_components(plan):
             ("fluid", plan.fluid_command is None, components.fluid_program(plan)),
             ("body", plan.body_command is None, components.body_program(plan)),
         )
-        for problem in _problems_of(role, own, command, plan.requires.get(role, []))
+        for problem in _problems_of(role, own, command, plan.requires.get(role, {}))
     ]
 
 
@@ -109,8 +109,10 @@ def _problems_of(role, own, command, required):
         yield f"{announced.get('name', shlex.join(command))} is no {role} component (it says so). Use --{announced['role']}."
         return
     features = announced.get("features", [])
-    for feature in () if "solver:external" in features else required:
-        if feature not in features:
+    for feature, kind in required.items():
+        waived = kind == "method" and "solver:external" in features
+        neglected = f"neglects:{feature}" in features or f"neglects:{feature.partition(':')[0]}" in features
+        if not (feature in features or waived or neglected):
             yield (
                 f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
                 f"Change the case, or use another --{role} component."

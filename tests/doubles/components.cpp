@@ -7,18 +7,20 @@
 namespace copepod::doubles {
 
 FluidComponent constant_drag_component() {
-  return {
-      {"constant drag", "1.0", {"solver:lattice_boltzmann", "solver:vacuum", "shape:sphere", "checkpoint"}},
-      [](const FluidSetup& setup) { return std::make_unique<ConstantDragFluid>(setup); }};
+  return {{"constant drag",
+           "1.0",
+           {"solver:external", "shape:sphere", "checkpoint", "neglects:boundary", "neglects:symmetry_planes",
+            "neglects:fields"}},
+          [](const FluidSetup& setup) { return std::make_unique<ConstantDragFluid>(setup); }};
 }
 
 BodyComponent prescribed_motion_component() {
-  return {{"prescribed motion", "1.0", {"motion:prescribed", "shape:sphere", "checkpoint"}},
+  return {{"prescribed motion", "1.0", {"motion:prescribed", "shape:sphere", "checkpoint", "neglects:loads"}},
           [](const BodySetup& setup) { return std::make_unique<PrescribedMotionBody>(setup); }};
 }
 
 BodyComponent free_point_component() {
-  return {{"free point masses", "1.0", {"motion:free", "shape:sphere", "checkpoint"}},
+  return {{"free point masses", "1.0", {"motion:free", "shape:sphere", "checkpoint", "neglects:torques"}},
           [](const BodySetup& setup) { return std::make_unique<FreePointBody>(setup); }};
 }
 

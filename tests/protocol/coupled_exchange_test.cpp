@@ -42,7 +42,7 @@ TEST(CoupledExchange, TellsWhatTheComponentsCanDo) {
   CoupledRun run({}, {});
   run.link->await_components();
   EXPECT_EQ(run.link->fluid_capabilities().name, "constant drag");
-  EXPECT_TRUE(run.link->fluid_capabilities().features.contains("solver:vacuum"));
+  EXPECT_TRUE(run.link->fluid_capabilities().features.contains("solver:external"));
   EXPECT_TRUE(run.link->body_capabilities().features.contains("motion:free"));
 }
 

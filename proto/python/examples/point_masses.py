@@ -114,7 +114,7 @@ if __name__ == "__main__":
             Capabilities(
                 "Point masses in Python",
                 "1.0",
-                ["motion:free", "shape:sphere", "springs", "checkpoint", "neglects:torques"],
+                ["motion:free", "shape:sphere", "springs", "checkpoint", "neglects:torques", "neglects:periodic"],
             ),
         )
     )

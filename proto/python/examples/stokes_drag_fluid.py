@@ -52,6 +52,18 @@ class StokesDrag:
 if __name__ == "__main__":
     sys.exit(
         run_fluid_component(
-            StokesDrag, Capabilities("Stokes drag in Python", "1.0", ["solver:external", "shape:sphere", "checkpoint"])
+            StokesDrag,
+            Capabilities(
+                "Stokes drag in Python",
+                "1.0",
+                [
+                    "solver:external",
+                    "shape:sphere",
+                    "checkpoint",
+                    "neglects:boundary",
+                    "neglects:symmetry_planes",
+                    "neglects:fields",
+                ],
+            ),
         )
     )

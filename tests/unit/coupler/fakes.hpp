@@ -135,9 +135,10 @@ class PointMassBodies : public BodySolver {
 class LocalComponents : public Components {
  public:
   LocalComponents(double drag, bool saves) : drag_(drag) {
-    fluid_capabilities_ = {"ConstantDragFluid", "1", {"solver:vacuum", "solver:stokes", "shape:sphere"}};
+    fluid_capabilities_ = {
+        "ConstantDragFluid", "1", {"solver:vacuum", "solver:stokes", "shape:sphere", "neglects:boundary"}};
     body_capabilities_ = {
-        "PointMassBodies", "1", {"shape:sphere", "motion:free", "integrator:runge_kutta_4"}};
+        "PointMassBodies", "1", {"shape:sphere", "motion:free", "springs", "integrator:runge_kutta_4"}};
     if (!saves) return;
     fluid_capabilities_.features.insert("checkpoint");
     body_capabilities_.features.insert("checkpoint");

@@ -78,13 +78,14 @@ TEST(BodySetup, HasNoBuoyancyInVacuum) {
 TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
   const LoadedCase loaded = every_key();
   EXPECT_EQ(required_of_fluid(loaded.content, loaded.assembly),
-            (std::set<std::string>{"boundary:no_slip", "boundary:pressure", "boundary:velocity", "checkpoint",
-                                   "collision:trt", "fields", "precision:single", "shape:capsule",
-                                   "shape:sphere", "solver:lattice_boltzmann", "symmetry_planes"}));
+            (std::set<std::string>{"body_force", "boundary:no_slip", "boundary:pressure", "boundary:velocity",
+                                   "checkpoint", "collision:trt", "fields", "moving_boundary:bounce_back",
+                                   "precision:single", "refill:equilibrium", "shape:capsule", "shape:sphere",
+                                   "solver:lattice_boltzmann", "symmetry_planes"}));
   // The case brings its own body service, which integrates in its own way.
-  EXPECT_EQ(
-      required_of_body(loaded.content, loaded.assembly),
-      (std::set<std::string>{"checkpoint", "motion:axis", "motion:free", "shape:capsule", "shape:sphere"}));
+  EXPECT_EQ(required_of_body(loaded.content, loaded.assembly),
+            (std::set<std::string>{"anchors", "checkpoint", "gravity", "motion:axis", "motion:free",
+                                   "shape:capsule", "shape:sphere", "springs"}));
 }
 
 TEST(Requirements, AreFewForOtherSolvers) {
@@ -96,12 +97,22 @@ TEST(Requirements, AreFewForOtherSolvers) {
   EXPECT_FALSE(required_of_fluid(loaded.content, loaded.assembly).contains("fields"));
   EXPECT_TRUE(required_of_fluid(loaded.content, loaded.assembly).contains("no_slip_plane"));
   loaded.content.fluid.solver = FluidSolverChoice::external;
-  EXPECT_TRUE(required_of_fluid(loaded.content, loaded.assembly).empty());
+  const auto required = required_of_fluid(loaded.content, loaded.assembly);
+  EXPECT_FALSE(required.contains("collision:trt"));
+  EXPECT_TRUE(required.contains("body_force")) << "an external solver must not leave out physics unnoticed";
 }
 
-TEST(Requirements, AreNotMadeOfAComponentThatTakesThePlaceOfAnySolver) {
-  EXPECT_NO_THROW(
-      require_features({"Drag", "2", {"solver:external"}}, {"solver:lattice_boltzmann", "fields"}));
+TEST(Requirements, OfPhysicsAreMadeOfAnExternalSolverToo) {
+  EXPECT_NO_THROW(require_features({"Drag", "2", {"solver:external"}}, {"solver:lattice_boltzmann"}));
+  EXPECT_THROW(require_features({"Drag", "2", {"solver:external"}}, {"shape:capsule"}), Refused);
+}
+
+TEST(Requirements, ThatAComponentNeglectsAreReported) {
+  const auto notices =
+      require_features({"Drag", "2", {"neglects:boundary", "springz"}}, {"boundary:no_slip"});
+  EXPECT_EQ(notices, (std::vector<std::string>{
+                         "Drag 2 announces 'springz' (not a known feature). Did you mean 'springs'?",
+                         "Drag 2 neglects boundary:no_slip (the case uses it)."}));
 }
 
 TEST(SolverChoice, ChangesNothingElse) {
@@ -138,10 +149,10 @@ TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
   EXPECT_FALSE(required("bullet").contains("integrator:semi_implicit_euler"));
 }
 
-TEST(SolverChoice, AsksForContactsAcrossPeriodicFaces) {
+TEST(SolverChoice, AsksForNeighboursAcrossPeriodicFaces) {
   const auto required = [](const std::string& boundary) {
     const LoadedCase loaded = every_key({"services.body.command=[]", "fluid.boundaries.z=" + boundary});
-    return required_of_body(loaded.content, loaded.assembly).contains("periodic_contacts");
+    return required_of_body(loaded.content, loaded.assembly).contains("periodic");
   };
   EXPECT_TRUE(required("periodic"));
   EXPECT_FALSE(required("no_slip"));

@@ -162,7 +162,7 @@ TEST_F(Program, PlansACaseForTheDeployCommand) {
   EXPECT_EQ(plan["services"]["fluid"]["ranks"], 3);
   EXPECT_EQ(plan["services"]["fluid"]["command"], (json{"python3", "my fluid.py", "--fast"}));
   EXPECT_TRUE(plan["services"]["body"]["command"].is_null());
-  EXPECT_EQ(plan["requires"]["fluid"], json{"solver:vacuum"});
+  EXPECT_EQ(plan["requires"]["fluid"], (json{{"solver:vacuum", "method"}}));
   EXPECT_EQ(plan["case"]["run"]["steps"], 900);
   EXPECT_EQ(plan["warnings"].size(), 1U);  // 900 steps do not cover the stroke
   EXPECT_FALSE(plan["case_yaml"].get<std::string>().empty());

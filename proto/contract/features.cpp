@@ -1,0 +1,168 @@
+#include "contract/features.hpp"
+
+#include <algorithm>
+
+#include "contract/words.hpp"
+
+namespace copepod {
+namespace {
+
+using enum FeatureKind;
+
+/// "boundary" of "boundary:velocity"; a name without a colon is its own group.
+std::string group_of(const std::string& name) { return name.substr(0, name.find(':')); }
+
+template <typename E, std::size_t N>
+std::string feature(const char* group, const std::array<Choice<E>, N>& names, E value) {
+  return std::string(group) + ":" + name_of(names, value);
+}
+
+/// Every name that may be announced, the neglected ones included.
+const std::set<std::string>& announceable_names() {
+  static const std::set<std::string> names = [] {
+    std::set<std::string> result;
+    for (const Feature& feature : known_features()) {
+      result.insert(feature.name);
+      if (feature.kind != physics && feature.kind != run) continue;
+      result.insert("neglects:" + feature.name);
+      result.insert("neglects:" + group_of(feature.name));
+    }
+    return result;
+  }();
+  return names;
+}
+
+void require_lattice_features(const FluidSetup& setup, std::set<std::string>& required) {
+  required.insert(feature("collision", collision_names, setup.collision));
+  required.insert(feature("precision", precision_names, setup.precision));
+  if (!setup.bodies.empty()) {
+    required.insert(feature("moving_boundary", moving_boundary_names, setup.moving_boundary));
+    required.insert(feature("refill", refill_names, setup.refill));
+  }
+  for (const Boundary& boundary : setup.boundaries)
+    required.insert(feature("boundary", boundary_names, boundary.kind));
+  if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
+  if (!setup.body_force_N_per_m3.isZero(0.0)) required.insert("body_force");
+  if (setup.fields.every_steps > 0 || setup.fields.mean_stop > 0) required.insert("fields");
+}
+
+}  // namespace
+
+const std::vector<Feature>& known_features() {
+  static const std::vector<Feature> features{
+      {"solver:lattice_boltzmann", method, "flow of finite inertia in a domain of cells"},
+      {"solver:stokes", method, "flow without inertia, unbounded or above one plane"},
+      {"solver:vacuum", method, "no fluid: all loads are zero"},
+      {"solver:external", remark,
+       "replaces the solver named in the case: nothing of kind method is required"},
+      {"collision:bgk", method, "one relaxation time"},
+      {"collision:trt", method, "two relaxation times"},
+      {"precision:double", method, "populations in double precision"},
+      {"precision:single", method, "populations in single precision"},
+      {"moving_boundary:bounce_back", method, "bodies act on the fluid by halfway bounce-back"},
+      {"refill:equilibrium", method, "uncovered cells start from the equilibrium"},
+      {"boundary:no_slip", physics, "a face of the domain is a wall at rest"},
+      {"boundary:periodic", physics, "opposite faces are connected"},
+      {"boundary:free_slip", physics, "a face is a wall without friction"},
+      {"boundary:velocity", physics, "a face is a wall moving in its plane, or an inlet"},
+      {"boundary:pressure", physics, "a face is open at a given pressure"},
+      {"no_slip_plane", physics, "one wall in Stokes flow"},
+      {"symmetry_planes", physics, "the flow is mirrored about planes through the middle of the domain"},
+      {"body_force", physics, "a constant force per volume drives the fluid"},
+      {"shape:sphere", physics, "bodies that are spheres"},
+      {"shape:capsule", physics, "bodies that are capsules"},
+      {"motion:free", physics, "bodies with six degrees of freedom"},
+      {"motion:fixed", physics, "bodies that never move"},
+      {"motion:prescribed", physics, "bodies that keep their given velocities"},
+      {"motion:axis", physics, "bodies that move along, and rotate about, one axis"},
+      {"springs", physics, "springs with dampers between bodies"},
+      {"anchors", physics, "springs attached away from the centres of their bodies"},
+      {"gravity", physics, "weight and buoyancy of the bodies"},
+      {"periodic", physics, "bodies near opposite periodic faces are neighbours"},
+      {"integrator:semi_implicit_euler", method, "first order in the step"},
+      {"integrator:runge_kutta_4", method, "fourth order in the step"},
+      {"checkpoint", run, "saves its state and resumes from it"},
+      {"fields", run, "writes fields.h5 and fields.xdmf"},
+      {"mpi", remark, "runs as several MPI processes"},
+      {"estimate", remark, "--estimate: tells what a setup takes before a run starts"},
+      {"contacts", remark, "bodies that touch push each other apart"},
+      {"imposes:flow", remark, "the fluid is not at rest at the start"},
+      {"neglects:loads", remark, "exerts no loads on bodies, or ignores them"},
+      {"neglects:torques", remark, "exerts no torques on bodies, or ignores them"},
+  };
+  return features;
+}
+
+const Feature* find_feature(const std::string& name) {
+  const auto& features = known_features();
+  const auto found = std::ranges::find(features, name, &Feature::name);
+  return found == features.end() ? nullptr : &*found;
+}
+
+const char* name_of(FeatureKind kind) {
+  switch (kind) {
+    case physics:
+      return "physics";
+    case method:
+      return "method";
+    case run:
+      return "run";
+    case remark:
+      break;
+  }
+  return "remark";
+}
+
+std::set<std::string> required_features(const FluidSetup& setup) {
+  std::set<std::string> required{feature("solver", fluid_kind_names, setup.kind)};
+  if (setup.kind == FluidKind::vacuum) return required;
+  for (const Shape& shape : setup.bodies) required.insert(feature("shape", shape_names, shape.kind));
+  if (setup.kind == FluidKind::stokes && setup.no_slip_plane >= 0) required.insert("no_slip_plane");
+  if (setup.kind == FluidKind::lattice_boltzmann) require_lattice_features(setup, required);
+  return required;
+}
+
+std::set<std::string> required_features(const BodySetup& setup) {
+  std::set<std::string> required{feature("integrator", integrator_names, setup.integrator)};
+  for (const BodySpecification& body : setup.bodies) {
+    required.insert(feature("shape", shape_names, body.shape.kind));
+    required.insert(feature("motion", motion_names, body.motion));
+  }
+  for (const SpringSpecification& spring : setup.springs) {
+    required.insert("springs");
+    if (!spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0)) required.insert("anchors");
+  }
+  if (!setup.gravity_m_per_s2.isZero(0.0)) required.insert("gravity");
+  for (const double length_m : setup.periodic_length_m) {
+    if (length_m != 0.0) required.insert("periodic");
+  }
+  return required;
+}
+
+std::set<std::string> without_methods(std::set<std::string> required) {
+  std::erase_if(required, [](const std::string& name) {
+    const Feature* known = find_feature(name);
+    return known != nullptr && known->kind == method;
+  });
+  return required;
+}
+
+FeatureComparison compare_features(const std::set<std::string>& required,
+                                   const std::set<std::string>& announced) {
+  FeatureComparison comparison;
+  const bool replaces_solver = announced.contains("solver:external");
+  for (const std::string& name : replaces_solver ? without_methods(required) : required) {
+    if (announced.contains(name)) continue;
+    const bool neglected =
+        announced.contains("neglects:" + name) || announced.contains("neglects:" + group_of(name));
+    (neglected ? comparison.neglected : comparison.missing).push_back(name);
+  }
+  const std::set<std::string>& known = announceable_names();
+  for (const std::string& name : announced) {
+    if (!known.contains(name))
+      comparison.unknown.push_back({name, nearest_word(name, {known.begin(), known.end()})});
+  }
+  return comparison;
+}
+
+}  // namespace copepod

@@ -1,0 +1,239 @@
+#include "contract/features.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <regex>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "contract/words.hpp"
+#include "copepod/v1/setup.pb.h"
+
+namespace copepod {
+namespace {
+
+using Names = std::set<std::string>;
+
+FluidSetup fluid_setup() {
+  FluidSetup setup;
+  setup.bodies = {{ShapeKind::sphere, 1e-6, 0.0}};
+  return setup;
+}
+
+BodySetup body_setup() {
+  BodySetup setup;
+  setup.bodies.resize(2);
+  return setup;
+}
+
+TEST(RequiredFeatures, OfAFluidAreWhatItsSetupUses) {
+  EXPECT_EQ(required_features(fluid_setup()),
+            (Names{"solver:lattice_boltzmann", "collision:bgk", "precision:double", "refill:equilibrium",
+                   "moving_boundary:bounce_back", "boundary:no_slip", "shape:sphere"}));
+}
+
+TEST(RequiredFeatures, OfBodiesAreWhatTheirSetupUses) {
+  EXPECT_EQ(required_features(body_setup()),
+            (Names{"integrator:runge_kutta_4", "shape:sphere", "motion:free"}));
+}
+
+TEST(RequiredFeatures, DoNotNameALatticeInStokesFlow) {
+  FluidSetup setup = fluid_setup();
+  setup.kind = FluidKind::stokes;
+  EXPECT_EQ(required_features(setup), (Names{"solver:stokes", "shape:sphere"}));
+  setup.kind = FluidKind::vacuum;
+  EXPECT_EQ(required_features(setup), (Names{"solver:vacuum"}));
+}
+
+/// A field of a setup message, a way of using it, and the feature that must then be required.
+template <class Setup>
+struct Guard {
+  std::function<void(Setup&)> use;
+  std::string feature;
+};
+
+const std::map<std::string, Guard<FluidSetup>> fluid_guards{
+    {"kind", {[](FluidSetup& s) { s.kind = FluidKind::stokes; }, "solver:stokes"}},
+    {"boundaries",
+     {[](FluidSetup& s) { s.boundaries[3].kind = BoundaryKind::periodic; }, "boundary:periodic"}},
+    {"boundaries.kind",
+     {[](FluidSetup& s) { s.boundaries[3].kind = BoundaryKind::free_slip; }, "boundary:free_slip"}},
+    {"boundaries.velocity_m_per_s",
+     {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::velocity; }, "boundary:velocity"}},
+    {"boundaries.pressure_Pa",
+     {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::pressure; }, "boundary:pressure"}},
+    {"no_slip_plane",
+     {[](FluidSetup& s) { s.kind = FluidKind::stokes, s.no_slip_plane = 4; }, "no_slip_plane"}},
+    {"symmetry_planes", {[](FluidSetup& s) { s.symmetry_planes[1] = true; }, "symmetry_planes"}},
+    {"body_force_N_per_m3", {[](FluidSetup& s) { s.body_force_N_per_m3.z() = 1.0; }, "body_force"}},
+    {"collision", {[](FluidSetup& s) { s.collision = CollisionKind::trt; }, "collision:trt"}},
+    {"moving_boundary", {[](FluidSetup&) {}, "moving_boundary:bounce_back"}},
+    {"refill", {[](FluidSetup&) {}, "refill:equilibrium"}},
+    {"precision", {[](FluidSetup& s) { s.precision = Precision::single_precision; }, "precision:single"}},
+    {"bodies", {[](FluidSetup&) {}, "shape:sphere"}},
+    {"bodies.kind", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"bodies.length_m", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"fields", {[](FluidSetup& s) { s.fields.every_steps = 10; }, "fields"}},
+    {"fields.directory", {[](FluidSetup& s) { s.fields.every_steps = 10; }, "fields"}},
+    {"fields.every_steps", {[](FluidSetup& s) { s.fields.every_steps = 10; }, "fields"}},
+    {"fields.mean_start", {[](FluidSetup& s) { s.fields.mean_stop = 10; }, "fields"}},
+    {"fields.mean_stop", {[](FluidSetup& s) { s.fields.mean_stop = 10; }, "fields"}},
+    {"fields.mean_every_steps", {[](FluidSetup& s) { s.fields.mean_stop = 10; }, "fields"}},
+};
+
+const std::map<std::string, Guard<BodySetup>> body_guards{
+    {"integrator",
+     {[](BodySetup& s) { s.integrator = Integrator::semi_implicit_euler; },
+      "integrator:semi_implicit_euler"}},
+    {"gravity_m_per_s2", {[](BodySetup& s) { s.gravity_m_per_s2.z() = -9.81; }, "gravity"}},
+    {"fluid_density_kg_per_m3",
+     {[](BodySetup& s) { s.gravity_m_per_s2.z() = -9.81; }, "gravity"}},  // buoyancy
+    {"periodic_length_m", {[](BodySetup& s) { s.periodic_length_m[2] = 1e-4; }, "periodic"}},
+    {"bodies", {[](BodySetup&) {}, "shape:sphere"}},
+    {"bodies.shape", {[](BodySetup&) {}, "shape:sphere"}},
+    {"bodies.shape.kind",
+     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"bodies.shape.length_m",
+     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"bodies.motion", {[](BodySetup& s) { s.bodies[1].motion = MotionKind::fixed; }, "motion:fixed"}},
+    {"bodies.axis", {[](BodySetup& s) { s.bodies[1].motion = MotionKind::axis; }, "motion:axis"}},
+    {"springs", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
+    {"springs.body_A", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
+    {"springs.body_B", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
+    {"springs.stiffness_N_per_m", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
+    {"springs.damping_N_s_per_m", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
+    {"springs.rest_length_m", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
+    {"springs.anchor_A_m",
+     {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_A_m.x() = 1e-6; }, "anchors"}},
+    {"springs.anchor_B_m",
+     {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_B_m.x() = 1e-6; }, "anchors"}},
+};
+
+/// Fields that every solver of the role must read, so that no feature guards them; a source of our service or
+/// of the kit reads each of them under its name in the contract.
+const Names fluid_essentials{
+    "step_s",       "cell_size_m",     "density_kg_per_m3", "kinematic_viscosity_m2_per_s",
+    "domain_cells", "bodies.radius_m", "trace_directory"};
+const Names body_essentials{"step_s",
+                            "bodies.name",
+                            "bodies.shape.radius_m",
+                            "bodies.mass_kg",
+                            "bodies.position_m",
+                            "bodies.orientation_wxyz",
+                            "bodies.velocity_m_per_s",
+                            "bodies.angular_velocity_rad_per_s",
+                            "trace_directory"};
+
+/// Paths of all fields of a message, those of its nested messages included.
+void add_fields(const google::protobuf::Descriptor& message, const std::string& prefix, Names& paths) {
+  for (int i = 0; i < message.field_count(); ++i) {
+    const auto& field = *message.field(i);
+    const std::string path = prefix + field.name();
+    paths.insert(path);
+    if (field.message_type() != nullptr) add_fields(*field.message_type(), path + ".", paths);
+  }
+}
+
+/// All sources below a folder, in one text.
+std::string sources_of(const std::string& folder) {
+  std::ostringstream text;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(SOURCES "/" + folder)) {
+    if (entry.path().extension() == ".cpp" || entry.path().extension() == ".hpp")
+      text << std::ifstream(entry.path()).rdbuf();
+  }
+  return text.str();
+}
+
+template <class Setup>
+void expect_every_field_to_be_guarded(const google::protobuf::Descriptor& message, const Setup& plain,
+                                      const std::map<std::string, Guard<Setup>>& guards,
+                                      const Names& essentials, const std::string& service) {
+  const std::string sources = sources_of(service) + sources_of("proto/component");
+  Names fields;
+  add_fields(message, "", fields);
+  for (const std::string& field : fields) {
+    EXPECT_NE(guards.contains(field), essentials.contains(field))
+        << field << " must either be guarded by a feature (proto/contract/features.cpp) or be essential";
+  }
+  for (const auto& [field, guard] : guards) {
+    EXPECT_TRUE(fields.contains(field)) << field;
+    Setup setup = plain;
+    guard.use(setup);
+    EXPECT_TRUE(required_features(setup).contains(guard.feature)) << field;
+  }
+  for (const std::string& field : essentials) {
+    EXPECT_TRUE(fields.contains(field)) << field;
+    const std::string name = field.substr(field.rfind('.') + 1);
+    EXPECT_TRUE(std::regex_search(sources, std::regex("\\." + name + "\\b")))
+        << service << " does not read " << field;
+  }
+}
+
+TEST(EveryField, OfAFluidSetupIsGuardedByAFeatureOrReadByTheSolver) {
+  expect_every_field_to_be_guarded(*v1::FluidSetup::descriptor(), fluid_setup(), fluid_guards,
+                                   fluid_essentials, "fluid_service");
+}
+
+TEST(EveryField, OfABodySetupIsGuardedByAFeatureOrReadByTheSolver) {
+  expect_every_field_to_be_guarded(*v1::BodySetup::descriptor(), body_setup(), body_guards, body_essentials,
+                                   "body_service");
+}
+
+template <typename E, std::size_t N>
+void expect_known(const std::string& group, const std::array<Choice<E>, N>& words) {
+  for (const Choice<E>& word : words) {
+    const auto comparison = compare_features({}, {group + ":" + word.name});
+    EXPECT_TRUE(comparison.unknown.empty()) << group << ":" << word.name;
+  }
+}
+
+TEST(KnownFeatures, HoldEveryWordOfTheContract) {
+  expect_known("solver", fluid_kind_names);
+  expect_known("collision", collision_names);
+  expect_known("moving_boundary", moving_boundary_names);
+  expect_known("refill", refill_names);
+  expect_known("precision", precision_names);
+  expect_known("boundary", boundary_names);
+  expect_known("shape", shape_names);
+  expect_known("motion", motion_names);
+  expect_known("integrator", integrator_names);
+}
+
+TEST(CompareFeatures, NamesWhatIsMissing) {
+  const auto comparison = compare_features({"shape:capsule", "shape:sphere", "springs"}, {"shape:sphere"});
+  EXPECT_EQ(comparison.missing, (std::vector<std::string>{"shape:capsule", "springs"}));
+  EXPECT_TRUE(comparison.neglected.empty());
+}
+
+TEST(CompareFeatures, WaivesMethodsButNotPhysicsForAnExternalSolver) {
+  const auto comparison = compare_features(
+      {"solver:lattice_boltzmann", "collision:trt", "refill:equilibrium", "shape:capsule", "body_force"},
+      {"solver:external", "shape:sphere"});
+  EXPECT_EQ(comparison.missing, (std::vector<std::string>{"body_force", "shape:capsule"}));
+}
+
+TEST(CompareFeatures, ReportsWhatAComponentNeglects) {
+  const auto comparison =
+      compare_features({"boundary:no_slip", "boundary:velocity", "body_force", "symmetry_planes"},
+                       {"solver:external", "neglects:boundary", "neglects:symmetry_planes"});
+  EXPECT_EQ(comparison.neglected,
+            (std::vector<std::string>{"boundary:no_slip", "boundary:velocity", "symmetry_planes"}));
+  EXPECT_EQ(comparison.missing, (std::vector<std::string>{"body_force"}));
+  EXPECT_TRUE(comparison.unknown.empty());
+}
+
+TEST(CompareFeatures, ReportsUnknownNamesWithTheNearestOne) {
+  const auto comparison = compare_features({"springs"}, {"springz", "levitation"});
+  EXPECT_EQ(comparison.missing, (std::vector<std::string>{"springs"}));
+  ASSERT_EQ(comparison.unknown.size(), 2U);
+  EXPECT_EQ(comparison.unknown[0].name, "levitation");
+  EXPECT_EQ(comparison.unknown[0].nearest, "");
+  EXPECT_EQ(comparison.unknown[1].name, "springz");
+  EXPECT_EQ(comparison.unknown[1].nearest, "springs");
+}
+
+}  // namespace
+}  // namespace copepod
