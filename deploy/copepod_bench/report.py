@@ -29,7 +29,7 @@ def table(results):
             f"| {row['median_coupled_mlups']:.1f} | {row['median_fluid_mlups']:.1f} "
             f"| {row['median_ratio']:.3f} | {row['median_coupling_overhead']:.3f} |"
         )
-    lines += ["", "## Where a coupled step goes, rank 0, percent of the fluid's time", ""]
+    lines += ["", "## Phases of a coupled step, rank 0, percent of the fluid's time", ""]
     lines += _phase_table(results["coupled"])
     return "\n".join(lines)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Measures strong and weak scaling on this machine, fits the model of docs/results/scaling.md and tells what it says of many ranks.
+"""Measures strong and weak scaling, fits the model of docs/results/scaling.md and applies it to many ranks.
 
     tests/benchmark/scaling_model.py [--samples N]
 
@@ -7,10 +7,11 @@ Model of one step of a rank with n cells, f face cells towards other ranks, m me
 
     T = n / r + c f + m a + 2 ceil(log2 P) a + ceil(log2 P) (104 B + 48 B) / b
 
-r: cell updates per second of a rank whose neighbours compute as well; c: seconds per face cell (five values packed, moved, unpacked); a:
-latency of a message; the last terms are the broadcast of kinematics (13 doubles per body) and the sum of loads (6 integers), both trees. r is
-that of two halves of a domain, computed at the same time by ranks that do not talk; what two ranks need beyond that is fitted by c f + m a.
-b, the bandwidth of a network, cannot be measured on one machine, and is given.
+r: cell updates per second of a rank whose neighbours compute as well; c: seconds per face cell (five values packed,
+moved, unpacked); a: latency of a message. The last terms are the broadcast of kinematics (13 doubles per body) and the
+sum of loads (6 integers), both trees. r is measured with two halves of a domain, computed at the same time by ranks
+that do not communicate; c f + m a is fitted to the additional time of two communicating ranks. b, the bandwidth of a
+network, cannot be measured on one machine, and is given.
 """
 
 import argparse
@@ -57,7 +58,7 @@ def fit(rows):
 
 
 def step_s(cells, ranks, bodies, cell_s, face_s, latency_s, bandwidth):
-    """The model for cubic blocks with neighbours on all sides; 18 of them are told something in D3Q19."""
+    """The model for cubic blocks with neighbours on all sides; D3Q19 exchanges with 18 of them."""
     face_cells = 6 * round(cells ** (2 / 3))
     depth = math.ceil(math.log2(ranks)) if ranks > 1 else 0
     if ranks == 1:
@@ -73,7 +74,7 @@ def main():
     options = parser.parse_args()
 
     print(
-        "| domain | 1 rank, ms | 2 halves apart, ms | 2 ranks, ms | strong efficiency | lost to talking |\n|---|---|---|---|---|---|"
+        "| domain | 1 rank, ms | 2 halves apart, ms | 2 ranks, ms | strong efficiency | lost to communication |\n|---|---|---|---|---|---|"
     )
     rows = []
     for shape in SHAPES:
@@ -90,7 +91,7 @@ def main():
         )
     weak = [measured((100 * ranks, 100, 100), ranks, options.samples) for ranks in (1, 2)]
     print(
-        f"\nWeak scaling, 100×100×100 cells a rank: {1e3 * weak[0]:.2f} and {1e3 * weak[1]:.2f} ms, "
+        f"\nWeak scaling, 100×100×100 cells per rank: {1e3 * weak[0]:.2f} and {1e3 * weak[1]:.2f} ms, "
         f"efficiency {weak[0] / weak[1]:.2f}"
     )
 
@@ -98,13 +99,13 @@ def main():
     cell_s = rows[-1][1] / (math.prod(SHAPES[-1]) / 2)
     errors = [abs(apart + s[1] * s[2] * face_s + message_s - two) / two for s, apart, two in rows]
     print(
-        f"\nFitted: {1e9 * cell_s:.2f} ns a cell, {1e9 * face_s:.1f} ns a face cell, {1e6 * message_s:.1f} µs of messages a step; "
+        f"\nFitted: {1e9 * cell_s:.2f} ns per cell, {1e9 * face_s:.1f} ns per face cell, {1e6 * message_s:.1f} µs of messages per step; "
         f"relative error median {statistics.median(errors):.2f}, worst {max(errors):.2f}"
     )
 
-    print(f"\nAssumed network: {1e6 * NETWORK_LATENCY_S:.0f} µs, {NETWORK_B_PER_S / 1e9:.0f} GB/s a rank.\n")
+    print(f"\nAssumed network: {1e6 * NETWORK_LATENCY_S:.0f} µs, {NETWORK_B_PER_S / 1e9:.0f} GB/s per rank.\n")
     print(
-        "| ranks | cells a rank | bodies | cells, ms | halo, ms | collectives, ms | cells' share |\n|---|---|---|---|---|---|---|"
+        "| ranks | cells per rank | bodies | cells, ms | halo, ms | collectives, ms | cells' share |\n|---|---|---|---|---|---|---|"
     )
     for cells, bodies in ((100**3, 3), (32**3, 3), (100**3, 1000), (100**3, 100000)):
         for ranks in (1000, 10000, 100000):

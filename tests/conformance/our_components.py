@@ -118,10 +118,10 @@ def _page(columns):
     lines = [
         "# Conformance of our components",
         "",
-        "Number of checks of `copepod conformance` that each component passed (of how many, where it is not all of them). Made by",
-        "`tests/conformance/our_components.py build --page`; the test suite runs the same checks, for some components with `--quick`.",
-        "The components in `tests/conformance/broken`, each with one defect, fail in the checks that are about it and in no other",
-        "(`ctest -R conformance.broken_components`).",
+        "Number of checks of `copepod conformance` that each component passed (and the total, where some failed). Written by",
+        "`tests/conformance/our_components.py build --page`; the test suite runs the same checks, for some components with",
+        "`--quick`. The components in `tests/conformance/broken`, each with one defect, fail in the checks for that defect and in",
+        "no other (`ctest -R conformance.broken_components`).",
         "",
         "| | " + " | ".join(component.name.replace("_", " ") for component in columns) + " |",
         "|---|" + "---|" * len(columns),
@@ -138,7 +138,7 @@ def _page(columns):
         )
         + " |"
     )
-    lines += ["", "Left out, and why:", ""]
+    lines += ["", "Checks that do not apply:", ""]
     for component, column in columns.items():
         reasons = sorted({reason for counts in column.values() for reason in counts[2]})
         if reasons:

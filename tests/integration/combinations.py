@@ -34,29 +34,32 @@ _HEAD = """# Every fluid with every body component
 tests/integration/combinations.py        # writes this page
 ```
 
-`configs/quick/three_sphere.yaml`, complete; nothing changes but the component: `--set fluid.solver=stokes`, `--set fluid.solver=vacuum`,
-`--fluid "python3 proto/python/examples/stokes_drag_fluid.py"`, `--set body.solver=bullet`, `--body "python3
-proto/python/examples/point_masses.py"`. Speeds in cells per step. Δ: u_swim against our own bodies in the same fluid.
+`configs/quick/three_sphere.yaml` in full; only the component changes: `--set fluid.solver=stokes`,
+`--set fluid.solver=vacuum`, `--fluid "python3 proto/python/examples/stokes_drag_fluid.py"`, `--set body.solver=bullet`,
+`--body "python3 proto/python/examples/point_masses.py"`. Speeds are in cells per step. Δ compares u_swim with our own
+bodies in the same fluid.
 
 | fluid | bodies | u_swim | Δ | d₁ [cells] | d₂ [cells] | sin(φ₁ − φ₂) | u_GA | u_swim against u_GA | wall time | digest |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
 
 _TAIL = """
-What differs, and why:
+Differences and their causes:
 
-* **Between bodies, in one fluid.** Bullet and Python are both semi-implicit Euler, so their columns agree to rounding; our own is
-  Runge-Kutta 4 with driving forces sampled inside the step. Euler with forces of the step's start is off by half a step, ωh/2 = 8e-4 rad
-  of the stroke's phase; amplitudes and speed differ by parts in a thousand and less. Digests differ because the states that they hash do.
-* **Lattice against Stokes.** The same spheres and springs, 38 % faster: Stokes flow has neither inertia nor walls. At this short period the viscous
-  penetration depth √(2ν/ω) is {depth:.1f} cells, less than an arm, so the arms swing otherwise (d₁, phase), and the beads feel less of
-  each other; walls 20 cells away take their part. Per stroke, that is as u_swim/u_GA, the two are 10 % apart. [Stokes](stokes.md) compares them for
-  design (a), whose period is seven times longer.
-* **Stokes against u_GA.** The formula of Golestanian and Ajdari is the leading order of Stokes flow in a/l and d/l, both 1/4 here; the 10 %
-  go away as they should ([Stokes](stokes.md)).
-* **Vacuum.** No propulsion without a fluid: what u_swim shows is left from the start of the stroke, which only the springs' dampers
-  take away. u_GA is not zero there, since it knows arms only.
-* **Python fluid.** Stokes drag of each sphere by itself, without interaction: no propulsion at all.
+* **Between bodies, in one fluid.** Bullet and Python both use semi-implicit Euler, so their columns agree to rounding;
+  our own bodies use Runge-Kutta 4 with driving forces sampled inside the step. Euler with forces from the start of the
+  step is off by half a step, ωh/2 = 8e-4 rad of the stroke's phase; amplitudes and speed differ by parts in a thousand
+  or less. Digests differ because the hashed states differ.
+* **Lattice against Stokes.** With the same spheres and springs the swimmer is 38 % faster in Stokes flow, which has
+  neither inertia nor walls. At this short period the viscous penetration depth √(2ν/ω) is {depth:.1f} cells, less than an
+  arm, so the arms oscillate differently (d₁, phase), and the interaction of the beads is weaker; walls 20 cells away
+  contribute. Relative to the stroke, that is in u_swim/u_GA, the two are 10 % apart. [Stokes](stokes.md) compares them
+  for design (a), whose period is seven times longer.
+* **Stokes against u_GA.** The formula of Golestanian and Ajdari is the leading order of Stokes flow in a/l and d/l,
+  both 1/4 here; the 10 % vanish with them as expected ([Stokes](stokes.md)).
+* **Vacuum.** There is no propulsion without a fluid: u_swim is a remnant of the start of the stroke, which only the
+  springs' dampers remove. u_GA is not zero there, since it depends on the arms only.
+* **Python fluid.** It computes the Stokes drag of each sphere alone, without interaction, so there is no propulsion.
 """
 
 
