@@ -1,14 +1,21 @@
 #include <iostream>
-#include <string_view>
+#include <map>
+#include <string>
 
 #include "session/table_diagram.hpp"
 #include "session/table_text.hpp"
 
-/// Prints the transition table: `protocol_table --markdown`, `--mermaid` (a state diagram) or `--json`.
+/// Prints the transition table: `protocol_table --markdown`, `--mermaid` (a state diagram) or `--json`; or
+/// the features that components may announce: `--features` or `--features-json`.
 int main(int argc, char** argv) {
-  const std::string_view format = argc == 2 ? argv[1] : "";
-  if (format == "--markdown") std::cout << copepod::session::table_as_markdown();
-  if (format == "--mermaid") std::cout << copepod::session::table_as_mermaid();
-  if (format == "--json") std::cout << copepod::session::table_as_json();
-  return format == "--markdown" || format == "--mermaid" || format == "--json" ? 0 : 2;
+  using namespace copepod::session;
+  const std::map<std::string, std::string (*)()> formats{{"--markdown", table_as_markdown},
+                                                         {"--mermaid", table_as_mermaid},
+                                                         {"--json", table_as_json},
+                                                         {"--features", features_as_markdown},
+                                                         {"--features-json", features_as_json}};
+  const auto format = formats.find(argc == 2 ? argv[1] : "");
+  if (format == formats.end()) return 2;
+  std::cout << format->second();
+  return 0;
 }

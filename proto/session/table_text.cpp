@@ -3,6 +3,7 @@
 #include <sstream>
 #include <vector>
 
+#include "contract/features.hpp"
 #include "session/transition_table.hpp"
 
 namespace copepod::session {
@@ -79,6 +80,26 @@ std::string table_as_json() {
     text << ", " << field("work", name_of(transition.work));
     if (transition.reply != MessageKind::none) text << ", " << field("reply", name_of(transition.reply));
     text << "}";
+    separator = ",\n";
+  }
+  text << "\n]\n";
+  return text.str();
+}
+
+std::string features_as_markdown() {
+  std::ostringstream text;
+  text << "| feature | kind | meaning |\n|---|---|---|\n";
+  for (const Feature& feature : known_features())
+    text << "| `" << feature.name << "` | " << name_of(feature.kind) << " | " << feature.meaning << " |\n";
+  return text.str();
+}
+
+std::string features_as_json() {
+  std::ostringstream text;
+  const char* separator = "[\n";
+  for (const Feature& feature : known_features()) {
+    text << separator << "  {" << field("name", feature.name) << ", "
+         << field("kind", copepod::name_of(feature.kind)) << ", " << field("meaning", feature.meaning) << "}";
     separator = ",\n";
   }
   text << "\n]\n";

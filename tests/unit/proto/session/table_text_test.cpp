@@ -28,6 +28,11 @@ TEST(TableText, IsWhatTheDocumentationShows) {
       << "put the output of `protocol_table --markdown` between the two marks of docs/protocol.md";
 }
 
+TEST(FeatureTable, IsWhatTheDocumentationShows) {
+  EXPECT_EQ(shown_as("--features"), features_as_markdown())
+      << "put the output of `protocol_table --features` between the two marks of docs/protocol.md";
+}
+
 TEST(TableDiagram, IsWhatTheDocumentationShows) {
   EXPECT_EQ(shown_as("--mermaid"), table_as_mermaid())
       << "put the output of `protocol_table --mermaid` between the two marks of docs/protocol.md";
