@@ -2,9 +2,7 @@
 
 #include "config/checks/checks.hpp"
 #include "config/sections/sections.hpp"
-#include "config/setups.hpp"
 #include "config/yaml/document.hpp"
-#include "config/yaml/problems.hpp"
 
 namespace copepod::coupler {
 namespace {

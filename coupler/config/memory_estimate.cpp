@@ -72,7 +72,7 @@ std::int64_t lattice_bytes(const Extent& block, std::int64_t number_bytes) {
 }
 
 std::int64_t field_bytes(const Extent& block, const OutputCase& output) {
-  const std::int64_t copies = output.mean_over_steps[1] > 0 ? 3 : output.fields_every_steps > 0 ? 2 : 0;
+  const std::int64_t copies = output.fields.mean_stop > 0 ? 3 : output.fields.every_steps > 0 ? 2 : 0;
   return copies * 36 * block[0] * block[1] * block[2];
 }
 

@@ -12,12 +12,6 @@
 
 namespace copepod::coupler {
 
-/// Step of a lattice with the given relaxation time [s].
-///   Δt = c_s² (τ − 1/2) Δx² / ν,   c_s² = 1/3        [docs/theory.md]
-double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s);
-/// Its inverse: τ = 1/2 + ν Δt / (c_s² Δx²).
-double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s);
-
 /// @param field_directory  absolute path of the run directory
 FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
                             const std::string& field_directory);
@@ -33,10 +27,5 @@ std::set<std::string> required_of_body(const Case& the_case, const Assembly& ass
 /// @throws Refused naming the features that the component lacks
 std::vector<std::string> require_features(const Capabilities& capabilities,
                                           const std::set<std::string>& required);
-
-/// Cells that are computed: the whole domain, halved for every symmetry plane; 0 without a lattice.
-std::int64_t computed_cells(const FluidCase& fluid);
-/// 19 populations per computed cell [bytes].
-std::int64_t population_bytes(const FluidCase& fluid);
 
 }  // namespace copepod::coupler

@@ -6,13 +6,12 @@
 
 #include <spdlog/spdlog.h>
 
-#include "config/setups.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::coupler {
 
 MeanSampling mean_sampling(const OutputCase& output) {
-  return {output.mean_over_steps[0], output.mean_every_steps};
+  return {output.fields.mean_start, output.fields.mean_every_steps};
 }
 
 Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able,

@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "config/yaml/command_words.hpp"
+#include "config/yaml/reader.hpp"
 #include "contract/errors.hpp"
 #include "run/build_info.hpp"
 

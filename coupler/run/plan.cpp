@@ -6,8 +6,8 @@
 
 #include "analysis/swimmer_figures.hpp"
 #include "config/memory_estimate.hpp"
-#include "config/sections/names.hpp"
-#include "config/sections/resolved.hpp"
+#include "config/sections/case.hpp"
+#include "config/sections/sections.hpp"
 #include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/features.hpp"

@@ -2,8 +2,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "config/campaign.hpp"
 #include "config/load_case.hpp"
-#include "config/sections/campaign.hpp"
 
 namespace copepod::coupler {
 

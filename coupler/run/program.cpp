@@ -8,8 +8,8 @@
 #include <spdlog/spdlog.h>
 
 #include "config/load_case.hpp"
-#include "config/sections/resolved.hpp"
-#include "config/yaml/problems.hpp"
+#include "config/sections/sections.hpp"
+#include "config/yaml/document.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "run/events.hpp"
 #include "run/plan.hpp"

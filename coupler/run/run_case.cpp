@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include "config/sections/resolved.hpp"
+#include "config/sections/sections.hpp"
 #include "config/setups.hpp"
 #include "recording/timeline.hpp"
 #include "run/audience.hpp"
@@ -69,7 +69,7 @@ FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store) {
 /// A run may be resumed with another mean field; the fluid then starts its sums anew.
 void CaseRun::tell_of_missing_samples(const CouplerState& state) {
   const OutputCase& output = loaded_.content.output;
-  const bool has_begun = output.mean_over_steps[1] > 0 && output.mean_over_steps[0] < state.step;
+  const bool has_begun = output.fields.mean_stop > 0 && output.fields.mean_start < state.step;
   if (!has_begun || state.mean == mean_sampling(output)) return;
   const std::string text = "The mean field lacks its samples up to step " + std::to_string(state.step) +
                            " (the run before took others). Resume with its output.fields, or start anew.";

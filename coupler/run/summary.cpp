@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/sections/names.hpp"
+#include "config/sections/case.hpp"
 #include "contract/digest.hpp"
 
 namespace copepod::coupler {

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "config/load_case.hpp"
-#include "config/sections/resolved.hpp"
-#include "config/yaml/problems.hpp"
+#include "config/sections/sections.hpp"
+#include "config/yaml/document.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "run/plan.hpp"
 

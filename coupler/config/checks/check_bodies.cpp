@@ -3,7 +3,7 @@
 
 #include "config/checks/checks.hpp"
 #include "config/checks/geometry.hpp"
-#include "config/sections/names.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -72,34 +72,36 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
 }
 
 /// Shift of B to its image nearest to A.
-Eigen::Vector3d nearest_image(const FluidCase& fluid, const BodySpecification& A,
+Eigen::Vector3d nearest_image(const std::array<double, 3>& periodic_length_m, const BodySpecification& A,
                               const BodySpecification& B) {
-  const Eigen::Vector3d length = domain_length_m(fluid);
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const bool periodic = fluid.boundaries[static_cast<std::size_t>(2 * axis)].kind == BoundaryKind::periodic;
-    if (!periodic || length[axis] == 0.0) continue;
-    shift[axis] = length[axis] * std::round((A.position_m[axis] - B.position_m[axis]) / length[axis]);
+    const double length = periodic_length_m[static_cast<std::size_t>(axis)];
+    if (length > 0.0) shift[axis] = length * std::round((A.position_m[axis] - B.position_m[axis]) / length);
   }
   return shift;
 }
 
 void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
-  for (std::size_t a = 0; a < assembly.bodies.size(); ++a) {
-    for (std::size_t b = a + 1; b < assembly.bodies.size(); ++b) {
-      const BodySpecification& A = assembly.bodies[a];
-      const BodySpecification& B = assembly.bodies[b];
-      const double gap = surface_distance_m(A, B, nearest_image(fluid, A, B));
-      const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
-      if (gap < 0.0) {
-        problems.error(assembly.body_paths[b], pair + " overlap by " + shortest_text(-gap) +
-                                                   " m (solid bodies cannot). Move them apart.");
-      } else if (gap < fluid.cell_size_m) {
-        problems.warning(assembly.body_paths[b],
-                         pair +
-                             " are less than one cell apart (no fluid cell in between: a "
-                             "spurious force appears). Move them apart or use smaller cells.");
-      }
+  const Eigen::Vector3d length = domain_length_m(fluid);
+  std::array<double, 3> periodic_length_m{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic)
+      periodic_length_m[axis] = length[static_cast<Eigen::Index>(axis)];
+  }
+  for (const auto& [a, b] : near_pairs(assembly.bodies, periodic_length_m, fluid.cell_size_m)) {
+    const BodySpecification& A = assembly.bodies[a];
+    const BodySpecification& B = assembly.bodies[b];
+    const double gap = surface_distance_m(A, B, nearest_image(periodic_length_m, A, B));
+    const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
+    if (gap < 0.0) {
+      problems.error(assembly.body_paths[b], pair + " overlap by " + shortest_text(-gap) +
+                                                 " m (solid bodies cannot). Move them apart.");
+    } else if (gap < fluid.cell_size_m) {
+      problems.warning(assembly.body_paths[b],
+                       pair +
+                           " are less than one cell apart (no fluid cell in between: a "
+                           "spurious force appears). Move them apart or use smaller cells.");
     }
   }
 }
@@ -127,7 +129,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
     }
   }
   for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
-    require_body(the_case.forces[i].body, "forces." + std::to_string(i) + ".body");
+    require_body(the_case.forces[i].name, "forces." + std::to_string(i) + ".body");
   }
 }
 

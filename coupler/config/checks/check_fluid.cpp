@@ -3,8 +3,7 @@
 #include <cmath>
 
 #include "config/checks/checks.hpp"
-#include "config/sections/names.hpp"
-#include "config/setups.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 namespace {

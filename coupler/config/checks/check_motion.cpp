@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "config/checks/checks.hpp"
-#include "config/sections/names.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -121,9 +121,9 @@ void check_strokes(const Case& the_case, Problems& problems) {
   }
   for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
     const NamedForce& force = the_case.forces[i];
-    if (!force.stop_step || *force.stop_step > force.start_step) continue;
+    if (force.stop_step > force.start_step) continue;
     const std::string path = "forces." + std::to_string(i) + ".stop_step";
-    problems.error(path, path + " is " + std::to_string(*force.stop_step) + ", the force starts at " +
+    problems.error(path, path + " is " + std::to_string(force.stop_step) + ", the force starts at " +
                              std::to_string(force.start_step) +
                              " (it would never act). Stop later, or leave it out.");
   }
@@ -131,7 +131,7 @@ void check_strokes(const Case& the_case, Problems& problems) {
 
 void check_output(const Case& the_case, Problems& problems) {
   const OutputCase& output = the_case.output;
-  const auto [start, stop] = output.mean_over_steps;
+  const std::int64_t start = output.fields.mean_start, stop = output.fields.mean_stop;
   const std::string path = "output.fields.mean_over_steps";
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
@@ -142,7 +142,7 @@ void check_output(const Case& the_case, Problems& problems) {
     problems.error(path, path + " stops at " + std::to_string(stop) + ", the run after " +
                              std::to_string(the_case.steps) +
                              " steps (the mean would never be written). Run longer or stop earlier.");
-  } else if (output.mean_every_steps > stop - start) {
+  } else if (output.fields.mean_every_steps > stop - start) {
     problems.warning("output.fields.mean_every_steps",
                      "output.fields.mean_every_steps takes one sample in the whole window "
                      "(no mean). Use a smaller number.");

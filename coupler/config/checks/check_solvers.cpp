@@ -2,7 +2,7 @@
 
 #include "config/checks/checks.hpp"
 #include "config/checks/geometry.hpp"
-#include "config/sections/names.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 namespace {

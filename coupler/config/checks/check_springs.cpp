@@ -3,7 +3,7 @@
 
 #include "config/checks/checks.hpp"
 #include "config/checks/spring_stability.hpp"
-#include "config/sections/names.hpp"
+#include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 

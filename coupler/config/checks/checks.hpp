@@ -2,7 +2,7 @@
 
 #include "config/sections/case.hpp"
 #include "config/sections/expand.hpp"
-#include "config/yaml/problems.hpp"
+#include "config/yaml/document.hpp"
 
 namespace copepod::coupler {
 

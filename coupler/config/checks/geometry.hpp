@@ -1,5 +1,10 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "contract/body_setup.hpp"
@@ -15,9 +20,6 @@ Eigen::Vector3d body_axis(const BodySpecification& body);
 /// Half of the body's extent along each world axis [m]: r + |d_i| L/2 for a capsule along d.
 Eigen::Vector3d half_extents_m(const BodySpecification& body);
 
-/// Volume [m³]: 4/3 π r³ + π r² L.
-double volume_m3(const Shape& shape);
-
 /// Moments of inertia of a homogeneous body about its centre.
 struct Inertia {
   double along_kg_m2 = 0.0;   ///< about its own z axis
@@ -29,5 +31,13 @@ Inertia inertia_of(const Shape& shape, double mass_kg);
 /// Distance between the surfaces of two bodies, B shifted by `shift_m` [m]; negative where they overlap.
 double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
                           const Eigen::Vector3d& shift_m);
+
+/// All pairs (a, b), a < b, of bodies whose surfaces may be less than `reach_m` apart, and some more; sorted.
+/// The bodies are put into the cells of a grid that their boxes touch, so the effort grows with their number
+/// and not with its square.
+/// @param periodic_length_m  of the domain; 0: not periodic along this axis
+std::vector<std::pair<std::size_t, std::size_t>> near_pairs(const std::vector<BodySpecification>& bodies,
+                                                            const std::array<double, 3>& periodic_length_m,
+                                                            double reach_m);
 
 }  // namespace copepod::coupler

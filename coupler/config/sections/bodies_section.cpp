@@ -1,6 +1,5 @@
 #include <cmath>
 
-#include "config/sections/names.hpp"
 #include "config/sections/sections.hpp"
 
 namespace copepod::coupler {
@@ -19,6 +18,12 @@ Shape read_shape(Reader& reader) {
                                 "Remove it, or use shape: capsule.");
   }
   return shape;
+}
+
+void add_shape(Value& section, const Shape& shape) {
+  section.add("shape", word(shape_names, shape.kind));
+  section.add("radius_m", Value::of_number(shape.radius_m));
+  section.add("length_m", Value::of_number(shape.length_m));
 }
 
 Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eigen::Vector3d& otherwise) {
@@ -63,6 +68,19 @@ BodySpecification read_body(Reader body) {
   return result;
 }
 
+Value resolved_body(const BodySpecification& body) {
+  Value section = Value::mapping();
+  section.add("name", Value::of_text(body.name));
+  add_shape(section, body.shape);
+  section.add("mass_kg", Value::of_number(body.mass_kg));
+  section.add("position_m", Value::of_vector(body.position_m));
+  section.add("orientation_wxyz", Value::of_vector(body.orientation_wxyz));
+  section.add("velocity_m_per_s", Value::of_vector(body.velocity_m_per_s));
+  section.add("angular_velocity_rad_per_s", Value::of_vector(body.angular_velocity_rad_per_s));
+  section.add("motion", word(motion_names, body.motion));
+  return section.add("axis", Value::of_vector(body.axis));
+}
+
 NamedSpring read_spring(Reader spring) {
   NamedSpring result;
   const std::vector<std::string> bodies = spring.words("bodies");
@@ -85,26 +103,38 @@ NamedSpring read_spring(Reader spring) {
       return result;
     }
     const Value both = *spring.raw("anchors_m");
+    const std::array ends{&result.anchor_A_m, &result.anchor_B_m};
     for (std::size_t end = 0; end < 2; ++end) {
       // A list in a list has no keys of its own, so each anchor is read as if it were called after its
       // position.
       Value wrapped = Value::mapping();
       wrapped.add(std::to_string(end), both.items[end]);
       Reader anchor(&wrapped, spring.path_of("anchors_m"), spring.problems());
-      result.anchors_m[end] = anchor.numbers(std::to_string(end), 3);
+      *ends[end] = anchor.numbers(std::to_string(end), 3);
     }
   }
   return result;
 }
 
+Value resolved_spring(const NamedSpring& spring) {
+  Value section = Value::mapping();
+  section.add("bodies", Value::of_words({spring.bodies[0], spring.bodies[1]}));
+  section.add("stiffness_N_per_m", Value::of_number(spring.stiffness_N_per_m));
+  section.add("damping_N_s_per_m", Value::of_number(spring.damping_N_s_per_m));
+  section.add("rest_length_m", Value::of_number(spring.rest_length_m));
+  Value anchors = Value::sequence();
+  anchors.add(Value::of_vector(spring.anchor_A_m)).add(Value::of_vector(spring.anchor_B_m));
+  return section.add("anchors_m", std::move(anchors));
+}
+
 NamedForce read_force(Reader force) {
   NamedForce result;
-  result.body = force.text("body");
+  result.name = force.text("body");
   const bool constant = force.has("constant_N");
   const bool sinusoidal = force.has("sinusoidal");
   if (constant == sinusoidal) {
     force.problems().error(force.path_of("constant_N"),
-                           "a force on '" + result.body +
+                           "a force on '" + result.name +
                                "' needs exactly one of constant_N and sinusoidal "
                                "(it has both or none). Split it into two entries, or add the missing one.");
   }
@@ -122,6 +152,23 @@ NamedForce read_force(Reader force) {
   if (stop != nullptr && stop->text != "never")
     result.stop_step = force.integer("stop_step", Range::not_negative);
   return result;
+}
+
+Value resolved_force(const NamedForce& force) {
+  Value section = Value::mapping();
+  section.add("body", Value::of_text(force.name));
+  if (force.period_steps == 0) {
+    section.add("constant_N", Value::of_vector(force.amplitude_N));
+  } else {
+    Value wave = Value::mapping();
+    wave.add("amplitude_N", Value::of_vector(force.amplitude_N));
+    wave.add("period_steps", Value::of_integer(force.period_steps));
+    wave.add("phase_lag_steps", Value::of_integer(force.phase_lag_steps));
+    section.add("sinusoidal", std::move(wave));
+  }
+  section.add("start_step", Value::of_integer(force.start_step));
+  return section.add("stop_step", force.stop_step == DrivingTerm::never ? Value::of_text("never")
+                                                                        : Value::of_integer(force.stop_step));
 }
 
 }  // namespace copepod::coupler

@@ -12,6 +12,8 @@
 #include "contract/body_setup.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/shape.hpp"
+#include "contract/words.hpp"
+#include "driving/driving_protocol.hpp"
 
 namespace copepod::coupler {
 
@@ -25,30 +27,18 @@ inline bool computes_no_cells(FluidSolverChoice solver) {
   return solver == FluidSolverChoice::stokes || solver == FluidSolverChoice::vacuum;
 }
 
-/// Section `fluid` of the case; SI units, whole domain.
-struct FluidCase {
+/// Section `fluid` of the case: the setup that the component receives, as far as this section determines it
+/// (`make_fluid_setup` adds what other sections say), and how the case put it.
+struct FluidCase : FluidSetup {
   FluidSolverChoice solver = FluidSolverChoice::lattice_boltzmann;
-  std::vector<std::string> command;  ///< of solver: {command: …}
-  double density_kg_per_m3 = 0.0;
-  double kinematic_viscosity_m2_per_s = 0.0;
-  double cell_size_m = 0.0;               ///< 0: no lattice, then nothing is reported in cells
+  std::vector<std::string> command;       ///< of solver: {command: …}
   std::optional<double> relaxation_time;  ///< as given; absent where step_s was
-  std::array<std::int64_t, 3> domain_cells{};
-  std::array<Boundary, 6> boundaries{};  ///< x low, x high, y low, …
-  int no_slip_plane = -1;  ///< number of the face in `boundaries` that solver: stokes knows; −1: none
-  std::array<bool, 3> symmetry_planes{};
-  Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
-  CollisionKind collision = CollisionKind::bgk;
-  MovingBoundary moving_boundary = MovingBoundary::bounce_back;
-  Refill refill = Refill::equilibrium;
-  Precision precision = Precision::double_precision;
 };
 
-/// Section `body` of the case.
-struct BodyCase {
+/// Section `body` of the case and its gravity; `make_body_setup` adds the rest of the setup.
+struct BodyCase : BodySetup {
   BodySolverChoice solver = BodySolverChoice::own;
   std::vector<std::string> command;  ///< of solver: {command: …}
-  Integrator integrator = Integrator::runge_kutta_4;
 };
 
 struct Bead {
@@ -81,31 +71,20 @@ struct Swimmer {
   PublishedFigures published;
 };
 
-/// A spring of the case, its bodies by name.
-struct NamedSpring {
+/// A spring of the case, its bodies by name; `assemble` finds their numbers.
+struct NamedSpring : SpringSpecification {
   std::array<std::string, 2> bodies;
-  double stiffness_N_per_m = 0.0;
-  double damping_N_s_per_m = 0.0;
-  double rest_length_m = 0.0;
-  std::array<Eigen::Vector3d, 2> anchors_m{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
 };
 
-/// A driving force of the case: constant, or amplitude · sin(2π (t − φ)/T), acting in steps [start, stop).
-struct NamedForce {
-  std::string body;
-  Eigen::Vector3d amplitude_N = Eigen::Vector3d::Zero();
-  std::int64_t period_steps = 0;  ///< 0: constant
-  std::int64_t phase_lag_steps = 0;
-  std::int64_t start_step = 0;
-  std::optional<std::int64_t> stop_step;  ///< absent: never
+/// A driving force of the case, its body by name; `assemble` finds its number.
+struct NamedForce : DrivingTerm {
+  std::string name;  ///< of the body
 };
 
 struct OutputCase {
-  std::int64_t trajectory_every_steps = 0;        ///< 0: first and last step only
-  std::int64_t trajectory_from_step = 0;          ///< no samples before but the first step
-  std::int64_t fields_every_steps = 0;            ///< 0: no snapshots
-  std::array<std::int64_t, 2> mean_over_steps{};  ///< [start, stop); stop 0: no mean
-  std::int64_t mean_every_steps = 10;
+  std::int64_t trajectory_every_steps = 0;  ///< 0: first and last step only
+  std::int64_t trajectory_from_step = 0;    ///< no samples before but the first step
+  FieldOutput fields;                       ///< its directory is that of the run
   std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
   double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
   bool wire = false;                        ///< record every message
@@ -114,7 +93,7 @@ struct OutputCase {
 
 /// Whether the fluid's fields are to be written at all.
 inline bool wants_fields(const OutputCase& output) {
-  return output.fields_every_steps > 0 || output.mean_over_steps[1] > 0;
+  return output.fields.every_steps > 0 || output.fields.mean_stop > 0;
 }
 
 /// Value of services.transport for a run in one process.
@@ -143,7 +122,6 @@ struct Case {
   std::optional<double> given_step_s;  ///< absent where the relaxation time was given
   double step_s = 0.0;                 ///< given or derived
   BodyCase body;
-  Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
   std::vector<Swimmer> swimmers;
   std::vector<BodySpecification> bodies;  ///< those not of swimmers
   std::vector<NamedSpring> springs;
@@ -154,5 +132,49 @@ struct Case {
   ServicesCase services;
   std::optional<Sweep> sweep;  ///< absent in each of its members
 };
+
+/// Step of a lattice with the given relaxation time [s].
+///   Δt = c_s² (τ − 1/2) Δx² / ν,   c_s² = 1/3        [docs/theory.md]
+double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s);
+/// Its inverse: τ = 1/2 + ν Δt / (c_s² Δx²).
+double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s);
+
+/// Cells that are computed: the whole domain, halved for every symmetry plane; 0 without a lattice.
+std::int64_t computed_cells(const FluidCase& fluid);
+/// 19 populations per computed cell [bytes].
+std::int64_t population_bytes(const FluidCase& fluid);
+
+// The words of the case file for the coupler's own enumerators; those of the contract are in
+// contract/words.hpp.
+
+inline constexpr std::array solver_names{
+    Choice<FluidSolverChoice>{"lattice_boltzmann", FluidSolverChoice::lattice_boltzmann},
+    Choice<FluidSolverChoice>{"stokes", FluidSolverChoice::stokes},
+    Choice<FluidSolverChoice>{"vacuum", FluidSolverChoice::vacuum},
+    Choice<FluidSolverChoice>{"external", FluidSolverChoice::external}};
+
+inline constexpr std::array body_solver_names{
+    Choice<BodySolverChoice>{"own", BodySolverChoice::own},
+    Choice<BodySolverChoice>{"bullet", BodySolverChoice::bullet},
+    Choice<BodySolverChoice>{"external", BodySolverChoice::external}};
+
+inline constexpr std::array orientation_names{
+    Choice<BeadOrientation>{"parallel", BeadOrientation::parallel},
+    Choice<BeadOrientation>{"perpendicular", BeadOrientation::perpendicular}};
+
+inline constexpr std::array averaging_names{Choice<LoadAveraging>{"none", LoadAveraging::none},
+                                            Choice<LoadAveraging>{"two_step", LoadAveraging::two_step}};
+
+enum class SchemeKind { serial_explicit };
+inline constexpr std::array scheme_names{Choice<SchemeKind>{"serial_explicit", SchemeKind::serial_explicit}};
+
+inline constexpr std::array switch_names{Choice<bool>{"true", true}, Choice<bool>{"false", false}};
+
+inline constexpr std::array axis_names{"x", "y", "z"};
+
+/// Key path of a face by its number in the order of FluidSetup::boundaries.
+inline std::string face_path(std::size_t face) {
+  return std::string("fluid.boundaries.") + axis_names[face / 2] + (face % 2 == 0 ? ".low" : ".high");
+}
 
 }  // namespace copepod::coupler

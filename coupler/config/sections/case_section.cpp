@@ -1,10 +1,12 @@
 #include <algorithm>
 
-#include "config/sections/names.hpp"
 #include "config/sections/sections.hpp"
-#include "config/sections/solver_choice.hpp"
+#include "config/yaml/yaml_text.hpp"
+#include "contract/digest.hpp"
 
 namespace copepod::coupler {
+
+namespace {
 
 OutputCase read_output(Reader output) {
   OutputCase result;
@@ -15,11 +17,12 @@ OutputCase read_output(Reader output) {
   }
   {
     Reader fields = output.section("fields");
-    result.fields_every_steps = fields.integer("every_steps", Range::not_negative, 0);
+    result.fields.every_steps = fields.integer("every_steps", Range::not_negative, 0);
     const auto mean =
         fields.integers("mean_over_steps", 2, Range::not_negative, std::vector<std::int64_t>{0, 0});
-    result.mean_over_steps = {mean[0], mean[1]};
-    result.mean_every_steps = fields.integer("mean_every_steps", Range::positive, 10);
+    result.fields.mean_start = mean[0];
+    result.fields.mean_stop = mean[1];
+    result.fields.mean_every_steps = fields.integer("mean_every_steps", Range::positive, 10);
   }
   result.wire = output.choice("wire", switch_names, std::optional(false));
   result.trace = output.choice("trace", switch_names, std::optional(false));
@@ -27,6 +30,27 @@ OutputCase read_output(Reader output) {
   result.checkpoint_every_steps = checkpoint.integer("every_steps", Range::not_negative, 0);
   result.checkpoint_every_wall_s = checkpoint.number("every_wall_s", Range::not_negative, 600.0);
   return result;
+}
+
+Value resolved_output(const OutputCase& output) {
+  Value trajectory = Value::mapping();
+  trajectory.add("every_steps", Value::of_integer(output.trajectory_every_steps));
+  trajectory.add("from_step", Value::of_integer(output.trajectory_from_step));
+  Value fields = Value::mapping();
+  fields.add("every_steps", Value::of_integer(output.fields.every_steps));
+  Value mean = Value::sequence();
+  mean.add(Value::of_integer(output.fields.mean_start)).add(Value::of_integer(output.fields.mean_stop));
+  fields.add("mean_over_steps", std::move(mean));
+  fields.add("mean_every_steps", Value::of_integer(output.fields.mean_every_steps));
+  Value checkpoint = Value::mapping();
+  checkpoint.add("every_steps", Value::of_integer(output.checkpoint_every_steps));
+  checkpoint.add("every_wall_s", Value::of_number(output.checkpoint_every_wall_s));
+  Value section = Value::mapping();
+  section.add("trajectory", std::move(trajectory));
+  section.add("fields", std::move(fields));
+  section.add("checkpoint", std::move(checkpoint));
+  section.add("wire", word(switch_names, output.wire));
+  return section.add("trace", word(switch_names, output.trace));
 }
 
 ServicesCase read_services(Reader services) {
@@ -60,6 +84,20 @@ ServicesCase read_services(Reader services) {
   return result;
 }
 
+Value resolved_services(const ServicesCase& services) {
+  Value fluid = Value::mapping();
+  fluid.add("ranks", Value::of_integer(services.fluid_ranks));
+  fluid.add("command", Value::of_words(services.fluid_command));
+  Value body = Value::mapping();
+  body.add("command", Value::of_words(services.body_command));
+  Value section = Value::mapping();
+  section.add("fluid", std::move(fluid));
+  section.add("body", std::move(body));
+  section.add("transport", Value::of_text(services.transport));
+  section.add("connect_deadline_s", Value::of_number(services.connect_deadline_s));
+  return section.add("progress_deadline_s", Value::of_number(services.progress_deadline_s));
+}
+
 std::optional<Sweep> read_sweep(Reader& top) {
   if (!top.has("sweep")) return {};
   Reader sweep = top.section("sweep");
@@ -78,14 +116,19 @@ BodyCase read_body_solver(Reader body) {
   return result;
 }
 
-namespace {
-
 /// What the sections of fluid and bodies say about processes: a command in `services` (where --fluid and
 /// --body put theirs) goes before one in `solver`, and a solver that computes no cells has none to share out.
 void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase& services) {
   if (services.fluid_command.empty()) services.fluid_command = fluid.command;
   if (services.body_command.empty()) services.body_command = body.command;
   if (computes_no_cells(fluid.solver) && services.fluid_command.empty()) services.fluid_ranks = 1;
+}
+
+template <typename Item>
+Value list(const std::vector<Item>& items, Value (*resolve)(const Item&)) {
+  Value result = Value::sequence();
+  for (const Item& item : items) result.add(resolve(item));
+  return result;
 }
 
 }  // namespace
@@ -106,7 +149,7 @@ Case read_case(Reader top) {
     result.springs.push_back(read_spring(top.item("springs", i)));
   for (std::size_t i = 0; i < top.size("forces"); ++i)
     result.forces.push_back(read_force(top.item("forces", i)));
-  result.gravity_m_per_s2 = top.numbers("gravity_m_per_s2", 3, Eigen::VectorXd::Zero(3));
+  result.body.gravity_m_per_s2 = top.numbers("gravity_m_per_s2", 3, Eigen::VectorXd::Zero(3));
   {
     Reader coupling = top.section("coupling");
     coupling.choice("scheme", scheme_names, std::optional(SchemeKind::serial_explicit));
@@ -122,6 +165,42 @@ Case read_case(Reader top) {
   settle_services(result.fluid, result.body, result.services);
   result.sweep = read_sweep(top);
   return result;
+}
+
+Value resolved(const Case& the_case) {
+  Value top = Value::mapping();
+  top.add("case", Value::of_text(the_case.name));
+  if (!the_case.parameter_set.empty()) top.add("parameter_set", Value::of_text(the_case.parameter_set));
+  top.add("fluid", resolved_fluid(the_case.fluid));
+  if (the_case.given_step_s) top.add("step_s", Value::of_number(*the_case.given_step_s));
+  Value body = Value::mapping();
+  body.add("solver", word(body_solver_names, the_case.body.solver));
+  top.add("body", std::move(body.add("integrator", word(integrator_names, the_case.body.integrator))));
+  top.add("swimmers", list(the_case.swimmers, resolved_swimmer));
+  top.add("bodies", list(the_case.bodies, resolved_body));
+  top.add("springs", list(the_case.springs, resolved_spring));
+  top.add("forces", list(the_case.forces, resolved_force));
+  top.add("gravity_m_per_s2", Value::of_vector(the_case.body.gravity_m_per_s2));
+  Value coupling = Value::mapping();
+  coupling.add("scheme", word(scheme_names, SchemeKind::serial_explicit));
+  coupling.add("load_averaging", word(averaging_names, the_case.load_averaging));
+  top.add("coupling", std::move(coupling));
+  Value run = Value::mapping();
+  top.add("run", std::move(run.add("steps", Value::of_integer(the_case.steps))));
+  top.add("output", resolved_output(the_case.output));
+  return top.add("services", resolved_services(the_case.services));
+}
+
+std::string case_key(Case the_case) {
+  Digest digest;
+  for (Swimmer& swimmer : the_case.swimmers) swimmer.published.clear();
+  Value physics = resolved(the_case);
+  std::erase_if(physics.entries, [](const Value::Entry& entry) {
+    return entry.key == "run" || entry.key == "output" || entry.key == "services";
+  });
+  for (const char letter : to_yaml(physics))
+    digest.add(static_cast<std::uint64_t>(static_cast<unsigned char>(letter)));
+  return std::to_string(digest.value());
 }
 
 }  // namespace copepod::coupler

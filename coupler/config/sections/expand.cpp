@@ -1,6 +1,7 @@
 #include "config/sections/expand.hpp"
 
 #include <cmath>
+#include <unordered_map>
 
 namespace copepod::coupler {
 namespace {
@@ -61,40 +62,34 @@ void add_swimmer_springs(const Swimmer& swimmer, int first_body, const std::stri
   }
 }
 
-int body_index(const Assembly& assembly, const std::string& name) {
-  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
-    if (assembly.bodies[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
+using BodyNumbers = std::unordered_map<std::string, int>;
+
+/// Of two bodies with one name, an error, the first counts.
+BodyNumbers numbers_of(const std::vector<BodySpecification>& bodies) {
+  BodyNumbers numbers;
+  for (std::size_t i = 0; i < bodies.size(); ++i) numbers.emplace(bodies[i].name, static_cast<int>(i));
+  return numbers;
 }
 
-void add_case_springs(const Case& the_case, Assembly& assembly) {
+int number_of(const BodyNumbers& numbers, const std::string& name) {
+  const auto found = numbers.find(name);
+  return found == numbers.end() ? -1 : found->second;
+}
+
+void add_case_springs(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
   for (std::size_t i = 0; i < the_case.springs.size(); ++i) {
     const NamedSpring& named = the_case.springs[i];
-    SpringSpecification spring;
-    spring.body_A = body_index(assembly, named.bodies[0]);
-    spring.body_B = body_index(assembly, named.bodies[1]);
-    spring.stiffness_N_per_m = named.stiffness_N_per_m;
-    spring.damping_N_s_per_m = named.damping_N_s_per_m;
-    spring.rest_length_m = named.rest_length_m;
-    spring.anchor_A_m = named.anchors_m[0];
-    spring.anchor_B_m = named.anchors_m[1];
-    assembly.springs.push_back(spring);
+    SpringSpecification& spring = assembly.springs.emplace_back(named);
+    spring.body_A = number_of(numbers, named.bodies[0]);
+    spring.body_B = number_of(numbers, named.bodies[1]);
     assembly.spring_paths.push_back("springs." + std::to_string(i));
   }
 }
 
-void add_case_forces(const Case& the_case, Assembly& assembly) {
+void add_case_forces(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
   for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
     const NamedForce& named = the_case.forces[i];
-    DrivingTerm term;
-    term.body = body_index(assembly, named.body);
-    term.amplitude_N = named.amplitude_N;
-    term.period_steps = named.period_steps;
-    term.phase_lag_steps = named.phase_lag_steps;
-    term.start_step = named.start_step;
-    term.stop_step = named.stop_step.value_or(DrivingTerm::never);
-    assembly.driving.push_back(term);
+    assembly.driving.emplace_back(named).body = number_of(numbers, named.name);
     assembly.driving_paths.push_back("forces." + std::to_string(i));
   }
 }
@@ -139,8 +134,9 @@ Assembly assemble(const Case& the_case) {
     assembly.bodies.push_back(the_case.bodies[i]);
     assembly.body_paths.push_back("bodies." + std::to_string(i));
   }
-  add_case_springs(the_case, assembly);
-  add_case_forces(the_case, assembly);
+  const BodyNumbers numbers = numbers_of(assembly.bodies);
+  add_case_springs(the_case, numbers, assembly);
+  add_case_forces(the_case, numbers, assembly);
   return assembly;
 }
 

@@ -1,8 +1,6 @@
 #include <algorithm>
 
-#include "config/sections/names.hpp"
 #include "config/sections/sections.hpp"
-#include "config/sections/solver_choice.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -66,11 +64,48 @@ std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
   return planes;
 }
 
+FluidKind fluid_kind(FluidSolverChoice choice) {
+  switch (choice) {
+    case FluidSolverChoice::stokes:
+      return FluidKind::stokes;
+    case FluidSolverChoice::vacuum:
+      return FluidKind::vacuum;
+    case FluidSolverChoice::external:  // told everything that the case says about a lattice
+    case FluidSolverChoice::lattice_boltzmann:
+      break;
+  }
+  return FluidKind::lattice_boltzmann;
+}
+
+Value resolved_face(const Boundary& boundary) {
+  Value face = Value::mapping();
+  switch (boundary.kind) {
+    case BoundaryKind::velocity:
+      return face.add("velocity_m_per_s", Value::of_vector(boundary.velocity_m_per_s));
+    case BoundaryKind::pressure:
+      return face.add("pressure_Pa", Value::of_number(boundary.pressure_Pa));
+    default:
+      return word(boundary_names, boundary.kind);
+  }
+}
+
+Value resolved_boundaries(const FluidCase& fluid) {
+  Value boundaries = Value::mapping();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Value faces = Value::mapping();
+    faces.add("low", resolved_face(fluid.boundaries[2 * axis]));
+    faces.add("high", resolved_face(fluid.boundaries[2 * axis + 1]));
+    boundaries.add(axis_names[axis], std::move(faces));
+  }
+  return boundaries;
+}
+
 }  // namespace
 
 FluidCase read_fluid(Reader fluid) {
   FluidCase result;
   result.solver = read_solver<FluidSolverChoice>(fluid, solver_names, std::nullopt, result.command);
+  result.kind = fluid_kind(result.solver);
   const bool lattice = result.solver == FluidSolverChoice::lattice_boltzmann;
   const bool viscous = lattice || result.solver == FluidSolverChoice::stokes;
   const auto unless = [](bool required) { return required ? std::optional<double>() : std::optional(0.0); };
@@ -99,6 +134,52 @@ FluidCase read_fluid(Reader fluid) {
   result.refill = fluid.choice("refill", refill_names, std::optional(Refill::equilibrium));
   result.precision = fluid.choice("precision", precision_names, std::optional(Precision::double_precision));
   return result;
+}
+
+Value resolved_fluid(const FluidCase& fluid) {
+  Value section = Value::mapping();
+  section.add("solver", word(solver_names, fluid.solver));
+  section.add("density_kg_per_m3", Value::of_number(fluid.density_kg_per_m3));
+  section.add("kinematic_viscosity_m2_per_s", Value::of_number(fluid.kinematic_viscosity_m2_per_s));
+  section.add("cell_size_m", Value::of_number(fluid.cell_size_m));
+  if (fluid.relaxation_time) section.add("relaxation_time", Value::of_number(*fluid.relaxation_time));
+  Value cells = Value::sequence();
+  for (const std::int64_t count : fluid.domain_cells) cells.add(Value::of_integer(count));
+  section.add("domain_cells", std::move(cells));
+  section.add("boundaries", resolved_boundaries(fluid));
+  section.add("no_slip_plane", word(plane_names, fluid.no_slip_plane));
+  Value planes = Value::sequence();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (fluid.symmetry_planes[axis]) planes.add(Value::of_text(axis_names[axis]));
+  }
+  section.add("symmetry_planes", std::move(planes));
+  section.add("body_force_N_per_m3", Value::of_vector(fluid.body_force_N_per_m3));
+  section.add("collision", word(collision_names, fluid.collision));
+  section.add("moving_boundary", word(moving_boundary_names, fluid.moving_boundary));
+  section.add("refill", word(refill_names, fluid.refill));
+  return section.add("precision", word(precision_names, fluid.precision));
+}
+
+double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s) {
+  return (relaxation_time - 0.5) / 3.0 * cell_size_m * cell_size_m / viscosity_m2_per_s;
+}
+
+double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s) {
+  return 0.5 + 3.0 * viscosity_m2_per_s * step_s / (cell_size_m * cell_size_m);
+}
+
+std::int64_t computed_cells(const FluidCase& fluid) {
+  if (fluid.solver != FluidSolverChoice::lattice_boltzmann) return 0;
+  std::int64_t cells = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    cells *= fluid.symmetry_planes[axis] ? fluid.domain_cells[axis] / 2 : fluid.domain_cells[axis];
+  }
+  return cells;
+}
+
+std::int64_t population_bytes(const FluidCase& fluid) {
+  const std::int64_t bytes_per_number = fluid.precision == Precision::single_precision ? 4 : 8;
+  return computed_cells(fluid) * 19 * bytes_per_number;
 }
 
 }  // namespace copepod::coupler

@@ -5,23 +5,63 @@
 
 namespace copepod::coupler {
 
-// One function per section of the case; each reads its keys and reports what it cannot use to the reader's
-// problems.
+// One pair of functions per section of the case. `read_…` reads its keys and reports what it cannot use to
+// the reader's problems; `resolved_…` beside it writes the section with every default spelled out. Reading
+// what was written gives the same section, bit for bit.
 
 FluidCase read_fluid(Reader fluid);
-BodyCase read_body_solver(Reader body);
+Value resolved_fluid(const FluidCase& fluid);
+
 Shape read_shape(Reader& reader);
+void add_shape(Value& section, const Shape& shape);
+
 Swimmer read_swimmer(Reader swimmer);
+Value resolved_swimmer(const Swimmer& swimmer);
+
 BodySpecification read_body(Reader body);
+Value resolved_body(const BodySpecification& body);
+
 NamedSpring read_spring(Reader spring);
+Value resolved_spring(const NamedSpring& spring);
+
 NamedForce read_force(Reader force);
-OutputCase read_output(Reader output);
-ServicesCase read_services(Reader services);
+Value resolved_force(const NamedForce& force);
+
+/// Reads the whole case from its root.
+Case read_case(Reader top);
+/// A parameter set that was chosen stays as a label only: its values are written where they belong.
+Value resolved(const Case& the_case);
+
+/// What makes two runs the same physics: a digest of the resolved case without length of the run, output,
+/// services and published figures.
+std::string case_key(Case the_case);
 
 /// Unit vector along the given direction; reports a zero vector.
 Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eigen::Vector3d& otherwise);
 
-/// Reads the whole case from its root.
-Case read_case(Reader top);
+/// Reads the `solver` of a section: one of `names`, or `{command: …}`, a component of the user's own.
+/// @param command  set to the words of that command, left alone otherwise
+/// @return E::external for a component of the user's own
+template <typename E, std::size_t N>
+E read_solver(Reader& section, const std::array<Choice<E>, N>& names, std::optional<E> otherwise,
+              std::vector<std::string>& command) {
+  const Value* value = section.raw("solver");
+  if (value == nullptr || value->kind != Value::Kind::mapping)
+    return section.choice("solver", names, otherwise);
+  Reader solver = section.section("solver");
+  command = solver.command("command");
+  if (command.empty() && !solver.problems().any_under(solver.path_of("command"))) {
+    solver.problems().error(solver.path_of("command"),
+                            solver.path_of("command") +
+                                " is missing (a solver is a name, or the command of a component). Write "
+                                "{command: \"program argument …\"}.");
+  }
+  return E::external;
+}
+
+template <typename E, std::size_t N>
+Value word(const std::array<Choice<E>, N>& choices, E value) {
+  return Value::of_text(name_of(choices, value));
+}
 
 }  // namespace copepod::coupler

@@ -1,7 +1,6 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "config/sections/names.hpp"
 #include "config/sections/sections.hpp"
 
 namespace copepod::coupler {
@@ -64,6 +63,20 @@ PublishedFigures read_published(Reader published) {
   return figures;
 }
 
+Value resolved_published(const PublishedFigures& figures) {
+  const std::string of_bodies = "Re_bodies.";
+  Value section = Value::mapping();
+  Value bodies = Value::mapping();
+  for (const auto& [key, value] : figures) {
+    if (key.starts_with(of_bodies))
+      bodies.add(key.substr(of_bodies.size()), Value::of_number(value));
+    else
+      section.add(key, Value::of_number(value));
+  }
+  if (!bodies.entries.empty()) section.add("Re_bodies", std::move(bodies));
+  return section;
+}
+
 }  // namespace
 
 Swimmer read_swimmer(Reader swimmer) {
@@ -90,6 +103,34 @@ Swimmer read_swimmer(Reader swimmer) {
   result.stroke = read_stroke(swimmer.section("stroke"));
   result.published = read_published(swimmer.section("published"));
   return result;
+}
+
+Value resolved_swimmer(const Swimmer& swimmer) {
+  Value section = Value::mapping();
+  section.add("name", Value::of_text(swimmer.name));
+  section.add("center_m", Value::of_vector(swimmer.center_m));
+  section.add("axis", Value::of_vector(swimmer.axis));
+  Value beads = Value::sequence();
+  for (const Bead& bead : swimmer.beads) {
+    Value item = Value::mapping();
+    add_shape(item, bead.shape);
+    beads.add(std::move(item.add("orientation", word(orientation_names, bead.orientation))));
+  }
+  section.add("beads", std::move(beads));
+  section.add("bead_mass_kg", Value::of_number(swimmer.bead_mass_kg));
+  section.add("rest_gap_m", Value::of_vector(Eigen::Vector2d(swimmer.rest_gap_m[0], swimmer.rest_gap_m[1])));
+  Value spring = Value::mapping();
+  spring.add("stiffness_N_per_m", Value::of_number(swimmer.stiffness_N_per_m));
+  spring.add("damping_N_s_per_m", Value::of_number(swimmer.damping_N_s_per_m));
+  section.add("spring", std::move(spring));
+  Value stroke = Value::mapping();
+  stroke.add("amplitude_N", Value::of_number(swimmer.stroke.amplitude_N));
+  stroke.add("period_steps", Value::of_integer(swimmer.stroke.period_steps));
+  stroke.add("phase_lag_steps", Value::of_integer(swimmer.stroke.phase_lag_steps));
+  stroke.add("cycles", Value::of_integer(swimmer.stroke.cycles));
+  section.add("stroke", std::move(stroke));
+  if (!swimmer.published.empty()) section.add("published", resolved_published(swimmer.published));
+  return section;
 }
 
 }  // namespace copepod::coupler

@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include "config/yaml/problems.hpp"
+#include "config/yaml/document.hpp"
 #include "config/yaml/value.hpp"
 #include "contract/words.hpp"
 
@@ -86,5 +86,9 @@ E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices
   const std::size_t index = choose(key, names, !otherwise.has_value());
   return index < N ? choices[index].value : otherwise.value_or(choices[0].value);
 }
+
+/// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.
+/// @throws CaseError if a quote is not closed
+std::vector<std::string> split_command(const std::string& command);
 
 }  // namespace copepod::coupler

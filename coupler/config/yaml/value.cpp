@@ -41,6 +41,12 @@ Value Value::of_vector(const Eigen::VectorXd& vector) {
   return value;
 }
 
+Value Value::of_words(const std::vector<std::string>& words) {
+  Value value = sequence();
+  for (const std::string& word : words) value.add(of_text(word));
+  return value;
+}
+
 Value Value::sequence() {
   Value value;
   value.kind = Kind::sequence;

@@ -37,6 +37,7 @@ struct Value {
   static Value of_number(double number);  ///< shortest text that reads back to the same bits
   static Value of_integer(std::int64_t number);
   static Value of_vector(const Eigen::VectorXd& vector);
+  static Value of_words(const std::vector<std::string>& words);
   static Value sequence();
   static Value mapping();
 

@@ -5,7 +5,7 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include "config/yaml/problems.hpp"
+#include "config/yaml/document.hpp"
 #include "conversion/text.hpp"
 
 namespace copepod::coupler {

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "config/campaign.hpp"
 #include "config/load_case.hpp"
-#include "config/sections/campaign.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <csignal>
 
-#include "config/yaml/command_words.hpp"
+#include "config/yaml/reader.hpp"
 #include "run/program_fixture.hpp"
 
 namespace copepod::coupler {

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "config/load_case.hpp"
-#include "config/yaml/problems.hpp"
+#include "config/yaml/document.hpp"
 
 namespace copepod::coupler {
 namespace {

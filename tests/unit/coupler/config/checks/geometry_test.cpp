@@ -1,7 +1,8 @@
 #include "config/checks/geometry.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -33,8 +34,69 @@ TEST(Geometry, MeasuresHalfExtents) {
   EXPECT_TRUE(half_extents_m(capsule({0, 0, 0}, along_x, 1, 4)).isApprox(Eigen::Vector3d(3, 1, 1)));
 }
 
-TEST(Geometry, KnowsTheVolumeOfACapsule) {
-  EXPECT_DOUBLE_EQ(volume_m3({ShapeKind::capsule, 2.0, 3.0}), std::numbers::pi * (4.0 / 3.0 * 8 + 4 * 3));
+/// Bodies at pseudo-random places of a cube; every tenth is large.
+std::vector<BodySpecification> scattered(std::size_t count, double cube_m) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(0.0, cube_m);
+  std::vector<BodySpecification> bodies;
+  for (std::size_t i = 0; i < count; ++i)
+    bodies.push_back(
+        capsule({place(random), place(random), place(random)}, along_x, i % 10 == 0 ? 3.0 : 0.5, 1.0));
+  return bodies;
+}
+
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// Those of `candidates` whose surfaces are less than `reach` apart, seen across periodic faces.
+Pairs within(const std::vector<BodySpecification>& bodies, const Pairs& candidates, double period,
+             double reach) {
+  Pairs close;
+  for (const auto& [a, b] : candidates) {
+    Eigen::Vector3d shift = bodies[a].position_m - bodies[b].position_m;
+    if (period > 0.0)
+      shift = period * (shift / period).array().round();
+    else
+      shift.setZero();
+    if (surface_distance_m(bodies[a], bodies[b], shift) < reach) close.emplace_back(a, b);
+  }
+  return close;
+}
+
+TEST(NearPairs, MissNoneThatIsCloseEnough) {
+  const auto bodies = scattered(400, 60.0);
+  Pairs all;
+  for (std::size_t a = 0; a < bodies.size(); ++a) {
+    for (std::size_t b = a + 1; b < bodies.size(); ++b) all.emplace_back(a, b);
+  }
+  for (const double period : {0.0, 60.0}) {
+    const Pairs near = near_pairs(bodies, {period, period, period}, 0.7);
+    EXPECT_EQ(within(bodies, near, period, 0.7), within(bodies, all, period, 0.7)) << period;
+    EXPECT_LT(near.size(), all.size() / 10);
+  }
+}
+
+TEST(NearPairs, GrowWithTheNumberOfBodies) {
+  const auto count = [](std::size_t bodies, double cube_m) {
+    return static_cast<double>(near_pairs(scattered(bodies, cube_m), {0, 0, 0}, 0.0).size());
+  };
+  EXPECT_LT(count(8000, 200.0), 12.0 * count(1000, 100.0));  // 64 times as many pairs in all
+}
+
+TEST(NearPairs, BearOneBodyThatSpansTheDomain) {
+  auto bodies = scattered(1000, 100.0);
+  bodies.push_back(capsule({50, 50, 50}, upright, 1e6, 0.0));
+  const Pairs near = near_pairs(bodies, {0, 0, 0}, 0.0);
+  const auto with_large =
+      std::count_if(near.begin(), near.end(), [](const auto& pair) { return pair.second == 1000; });
+  EXPECT_EQ(with_large, 1000);
+}
+
+TEST(NearPairs, BearLengthsBeyondAnySense) {
+  std::vector<BodySpecification> bodies = scattered(2, 1.0);
+  bodies[0].shape.radius_m = 1e308;
+  bodies[1].shape.radius_m = 5e-324;
+  bodies[1].position_m.x() = -1e308;
+  EXPECT_LE(near_pairs(bodies, {1e300, 0, 1e-300}, 0.0).size(), 1U);
 }
 
 TEST(Geometry, KnowsTheInertiaOfSpheresAndOfLongCapsules) {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "config/yaml/problems.hpp"
 #include "config/yaml/yaml_text.hpp"
 
 namespace copepod::coupler {

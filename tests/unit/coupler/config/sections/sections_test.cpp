@@ -1,4 +1,4 @@
-#include "config/sections/resolved.hpp"
+#include "config/sections/sections.hpp"
 
 #include <filesystem>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "config/sections/campaign.hpp"
+#include "config/campaign.hpp"
 
 #include <algorithm>
 #include <array>

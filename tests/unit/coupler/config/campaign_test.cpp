@@ -1,8 +1,8 @@
-#include "config/sections/campaign.hpp"
+#include "config/campaign.hpp"
 
 #include <gtest/gtest.h>
 
-#include "config/yaml/problems.hpp"
+#include "config/yaml/document.hpp"
 
 namespace copepod::coupler {
 namespace {
