@@ -54,14 +54,6 @@ void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const ch
           name);
 }
 
-/// Copies a vector of fixed length.
-template <class Vector>
-Vector read_vector(const Doubles& field, const char* name) {
-  require_length(static_cast<std::size_t>(field.size()), Vector::RowsAtCompileTime, name);
-  require_finite(field.data(), field.size(), name);
-  return Eigen::Map<const Vector>(field.data());
-}
-
 inline double read_finite(double value, const char* name) {
   require_finite(&value, 1, name);
   return value;

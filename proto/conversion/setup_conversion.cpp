@@ -1,229 +1,340 @@
 #include "conversion/setup_conversion.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <type_traits>
 
+#include "contract/words.hpp"
 #include "conversion/arrays.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
+#include "copepod/v1/setup.pb.h"
 
 namespace copepod::conversion {
 
 namespace {
 
-void write_shape(const Shape& shape, v1::Shape& wire) {
-  wire.set_kind(to_wire<v1::ShapeKind>(shape.kind));
-  wire.set_radius_m(shape.radius_m);
-  wire.set_length_m(shape.length_m);
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+const FieldDescriptor* field_of(const Message& message, const char* name) {
+  const FieldDescriptor* field = message.GetDescriptor()->FindFieldByName(name);
+  if (field == nullptr) throw std::logic_error(message.GetTypeName() + " has no field " + name);
+  return field;
 }
 
-Shape read_shape(const v1::Shape& wire) {
-  return {from_wire(wire.kind(), ShapeKind::capsule, "shape kind"), read_finite(wire.radius_m(), "radius_m"),
-          read_finite(wire.length_m(), "length_m")};
+// The one description of each setup message: `describe` hands each field's name and value to a Writer or a
+// Reader. The words of an enumerator bound its values; indices are shifted so that −1 becomes 0 on the wire.
+
+/// The contract struct that a wire of type Wire fills or only reads.
+template <class Wire, class T>
+using Struct = std::conditional_t<Wire::fills, T, const T>;
+
+template <class Wire>
+void describe(Wire& wire, Struct<Wire, Shape>& shape) {
+  wire.choice("kind", shape.kind, shape_names);
+  wire.scalar("radius_m", shape.radius_m);
+  wire.scalar("length_m", shape.length_m);
 }
 
-void write_boundary(const Boundary& boundary, v1::Boundary& wire) {
-  wire.set_kind(to_wire<v1::BoundaryKind>(boundary.kind));
-  assign(*wire.mutable_velocity_m_per_s(), boundary.velocity_m_per_s);
-  wire.set_pressure_pa(boundary.pressure_Pa);
+template <class Wire>
+void describe(Wire& wire, Struct<Wire, Boundary>& boundary) {
+  wire.choice("kind", boundary.kind, boundary_names);
+  wire.array("velocity_m_per_s", boundary.velocity_m_per_s);
+  wire.scalar("pressure_Pa", boundary.pressure_Pa);
 }
 
-Boundary read_boundary(const v1::Boundary& wire) {
-  return {from_wire(wire.kind(), BoundaryKind::pressure, "boundary kind"),
-          read_vector<Eigen::Vector3d>(wire.velocity_m_per_s(), "boundary velocity_m_per_s"),
-          read_finite(wire.pressure_pa(), "pressure_Pa")};
+template <class Wire>
+void describe(Wire& wire, Struct<Wire, FieldOutput>& fields) {
+  wire.scalar("directory", fields.directory);
+  wire.scalar("every_steps", fields.every_steps);
+  wire.scalar("mean_start", fields.mean_start);
+  wire.scalar("mean_stop", fields.mean_stop);
+  wire.scalar("mean_every_steps", fields.mean_every_steps);
 }
 
-void write_fields(const FieldOutput& fields, v1::FieldOutput& wire) {
-  wire.set_directory(fields.directory);
-  wire.set_every_steps(fields.every_steps);
-  wire.set_mean_start(fields.mean_start);
-  wire.set_mean_stop(fields.mean_stop);
-  wire.set_mean_every_steps(fields.mean_every_steps);
+template <class Wire>
+void describe(Wire& wire, Struct<Wire, FluidSetup>& setup) {
+  wire.choice("kind", setup.kind, fluid_kind_names);
+  wire.scalar("step_s", setup.step_s);
+  wire.scalar("cell_size_m", setup.cell_size_m);
+  wire.scalar("density_kg_per_m3", setup.density_kg_per_m3);
+  wire.scalar("kinematic_viscosity_m2_per_s", setup.kinematic_viscosity_m2_per_s);
+  wire.array("domain_cells", setup.domain_cells);
+  wire.messages("boundaries", setup.boundaries);
+  wire.index("no_slip_plane", setup.no_slip_plane, 1);
+  wire.array("symmetry_planes", setup.symmetry_planes);
+  wire.array("body_force_N_per_m3", setup.body_force_N_per_m3);
+  wire.choice("collision", setup.collision, collision_names);
+  wire.choice("moving_boundary", setup.moving_boundary, moving_boundary_names);
+  wire.choice("refill", setup.refill, refill_names);
+  wire.choice("precision", setup.precision, precision_names);
+  wire.messages("bodies", setup.bodies, kLimits.bodies);
+  wire.message("fields", setup.fields);
+  wire.scalar("trace_directory", setup.trace_directory);
 }
 
-const std::string& read_path(const std::string& path, const char* name) {
-  require_at_most(path.size(), kLimits.string_bytes, name);
-  return path;
+template <class Wire>
+void describe(Wire& wire, Struct<Wire, BodySpecification>& body) {
+  wire.scalar("name", body.name);
+  wire.message("shape", body.shape);
+  wire.scalar("mass_kg", body.mass_kg);
+  wire.choice("motion", body.motion, motion_names);
+  wire.array("axis", body.axis);
+  wire.array("position_m", body.position_m);
+  wire.array("orientation_wxyz", body.orientation_wxyz);
+  wire.array("velocity_m_per_s", body.velocity_m_per_s);
+  wire.array("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s);
 }
 
-std::int64_t read_count(std::int64_t count, const char* name) {
-  if (count < 0) throw MalformedMessage(std::string(name) + " is " + std::to_string(count) + ", less than 0");
-  return count;
+template <class Wire>
+void describe(Wire& wire, Struct<Wire, SpringSpecification>& spring) {
+  wire.index("body_A", spring.body_A, 0);
+  wire.index("body_B", spring.body_B, 0);
+  wire.scalar("stiffness_N_per_m", spring.stiffness_N_per_m);
+  wire.scalar("damping_N_s_per_m", spring.damping_N_s_per_m);
+  wire.scalar("rest_length_m", spring.rest_length_m);
+  wire.array("anchor_A_m", spring.anchor_A_m);
+  wire.array("anchor_B_m", spring.anchor_B_m);
 }
 
-/// @throws MalformedMessage too if a mean is wanted of no step
-FieldOutput read_fields(const v1::FieldOutput& wire) {
-  const FieldOutput fields{
-      read_path(wire.directory(), "fields.directory"), read_count(wire.every_steps(), "fields.every_steps"),
-      read_count(wire.mean_start(), "fields.mean_start"), read_count(wire.mean_stop(), "fields.mean_stop"),
-      read_count(wire.mean_every_steps(), "fields.mean_every_steps")};
-  if (fields.mean_stop == 0) return fields;
+template <class Wire>
+void describe(Wire& wire, Struct<Wire, BodySetup>& setup) {
+  wire.scalar("step_s", setup.step_s);
+  wire.choice("integrator", setup.integrator, integrator_names);
+  wire.array("gravity_m_per_s2", setup.gravity_m_per_s2);
+  wire.scalar("fluid_density_kg_per_m3", setup.fluid_density_kg_per_m3);
+  wire.array("periodic_length_m", setup.periodic_length_m);
+  wire.messages("bodies", setup.bodies, kLimits.bodies);
+  wire.messages("springs", setup.springs, kLimits.springs);
+  wire.scalar("trace_directory", setup.trace_directory);
+}
+
+/// Contract struct -> message.
+class Writer {
+ public:
+  static constexpr bool fills = false;
+  explicit Writer(Message& message) : message_(message), reflection_(*message.GetReflection()) {}
+
+  void scalar(const char* name, double value) { reflection_.SetDouble(&message_, field(name), value); }
+  void scalar(const char* name, std::int64_t value) { reflection_.SetInt64(&message_, field(name), value); }
+  void scalar(const char* name, const std::string& text) {
+    reflection_.SetString(&message_, field(name), text);
+  }
+  template <class E, std::size_t N>
+  void choice(const char* name, E value, const std::array<Choice<E>, N>&) {
+    reflection_.SetEnumValue(&message_, field(name), to_wire<int>(value));
+  }
+  void index(const char* name, int value, int shift) {
+    reflection_.SetUInt32(&message_, field(name), static_cast<std::uint32_t>(value + shift));
+  }
+  template <class Array>
+  void array(const char* name, const Array& values) {
+    const FieldDescriptor* target = field(name);
+    for (const auto value : values) add(target, value);
+  }
+  template <class T>
+  void message(const char* name, const T& value) {
+    Writer inner(*reflection_.MutableMessage(&message_, field(name)));
+    describe(inner, value);
+  }
+  template <class List>
+  void messages(const char* name, const List& list, std::size_t = 0) {
+    const FieldDescriptor* target = field(name);
+    for (const auto& item : list) {
+      Writer inner(*reflection_.AddMessage(&message_, target));
+      describe(inner, item);
+    }
+  }
+
+ private:
+  [[nodiscard]] const FieldDescriptor* field(const char* name) const { return field_of(message_, name); }
+  void add(const FieldDescriptor* target, double value) { reflection_.AddDouble(&message_, target, value); }
+  void add(const FieldDescriptor* target, std::int64_t value) {
+    reflection_.AddInt64(&message_, target, value);
+  }
+  void add(const FieldDescriptor* target, bool value) { reflection_.AddBool(&message_, target, value); }
+
+  Message& message_;
+  const Reflection& reflection_;
+};
+
+/// Message -> contract struct; throws MalformedMessage naming the field.
+class Reader {
+ public:
+  static constexpr bool fills = true;
+  Reader(const Message& message, std::string path)
+      : message_(message), reflection_(*message.GetReflection()), path_(std::move(path)) {}
+
+  void scalar(const char* name, double& value) {
+    value = reflection_.GetDouble(message_, field(name));
+    check(name, value);
+  }
+  void scalar(const char* name, std::int64_t& value) {
+    value = reflection_.GetInt64(message_, field(name));
+    check(name, value);
+  }
+  void scalar(const char* name, std::string& text) {
+    text = reflection_.GetString(message_, field(name));
+    require_at_most(text.size(), kLimits.string_bytes, (path_ + name).c_str());
+  }
+  template <class E, std::size_t N>
+  void choice(const char* name, E& value, const std::array<Choice<E>, N>& words) {
+    value = from_wire(reflection_.GetEnumValue(message_, field(name)), words.back().value,
+                      (path_ + name).c_str());
+  }
+  void index(const char* name, int& value, int shift) {
+    const std::int64_t number = std::int64_t{reflection_.GetUInt32(message_, field(name))} - shift;
+    if (number != static_cast<int>(number)) fail(name, "is " + std::to_string(number));
+    value = static_cast<int>(number);
+  }
+  template <class Array>
+  void array(const char* name, Array& values) {
+    const FieldDescriptor* source = field(name);
+    require_size(name, source, static_cast<int>(values.size()));
+    int i = 0;
+    for (auto& value : values) {
+      get(source, i++, value);
+      check(name, value);
+    }
+  }
+  template <class T>
+  void message(const char* name, T& value) {
+    Reader inner(reflection_.GetMessage(message_, field(name)), path_ + name + ".");
+    describe(inner, value);
+  }
+  template <class T, std::size_t N>
+  void messages(const char* name, std::array<T, N>& items) {
+    require_size(name, field(name), N);
+    read_items(name, items);
+  }
+  template <class T>
+  void messages(const char* name, std::vector<T>& items, std::size_t limit) {
+    const auto size = static_cast<std::size_t>(reflection_.FieldSize(message_, field(name)));
+    require_at_most(size, limit, (path_ + name).c_str());
+    items.assign(size, T{});
+    read_items(name, items);
+  }
+
+ private:
+  [[nodiscard]] const FieldDescriptor* field(const char* name) const { return field_of(message_, name); }
+  [[noreturn]] void fail(const char* name, const std::string& problem) const {
+    throw MalformedMessage(path_ + name + " " + problem);
+  }
+  void check(const char* name, double value) const {
+    if (!all_finite(&value, 1)) fail(name, "holds a number that is not finite");
+  }
+  void check(const char* name, std::int64_t count) const {
+    if (count < 0) fail(name, "is " + std::to_string(count) + ", less than 0");
+  }
+  void check(const char*, bool) const {}
+  void get(const FieldDescriptor* source, int i, double& value) const {
+    value = reflection_.GetRepeatedDouble(message_, source, i);
+  }
+  void get(const FieldDescriptor* source, int i, std::int64_t& value) const {
+    value = reflection_.GetRepeatedInt64(message_, source, i);
+  }
+  void get(const FieldDescriptor* source, int i, bool& value) const {
+    value = reflection_.GetRepeatedBool(message_, source, i);
+  }
+  void require_size(const char* name, const FieldDescriptor* source, int size) const {
+    const int found = reflection_.FieldSize(message_, source);
+    if (found != size) fail(name, "has " + std::to_string(found) + " entries, not " + std::to_string(size));
+  }
+  template <class List>
+  void read_items(const char* name, List& items) {
+    const FieldDescriptor* source = field(name);
+    int i = 0;
+    for (auto& item : items) {
+      Reader inner(reflection_.GetRepeatedMessage(message_, source, i++), path_ + name + ".");
+      describe(inner, item);
+    }
+  }
+
+  const Message& message_;
+  const Reflection& reflection_;
+  std::string path_;  ///< before a field's name in messages: "fields."
+};
+
+// What the fields of a setup must fulfil together.
+
+void check(const FieldOutput& fields) {
+  if (fields.mean_stop == 0) return;
   if (fields.mean_start >= fields.mean_stop) {
     throw MalformedMessage("fields.mean_start is " + std::to_string(fields.mean_start) +
                            ", not before mean_stop " + std::to_string(fields.mean_stop));
   }
   if (fields.mean_every_steps == 0) throw MalformedMessage("fields.mean_every_steps of a mean is 0");
-  return fields;
 }
 
-/// @throws MalformedMessage too if their number is beyond counting
-std::array<std::int64_t, 3> read_cells(const v1::FluidSetup& wire) {
-  std::array<std::int64_t, 3> cells{};
-  double product = 1.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    cells[static_cast<std::size_t>(axis)] = read_count(wire.domain_cells(axis), "domain_cells");
-    product *= std::max(1.0, static_cast<double>(wire.domain_cells(axis)));
+void check(const FluidSetup& setup) {
+  double cells = 1.0;
+  for (const std::int64_t along : setup.domain_cells) cells *= std::max(1.0, static_cast<double>(along));
+  if (cells > kLimits.cells) throw MalformedMessage("domain_cells are more than 10^12 cells");
+  if (setup.no_slip_plane > 5) {
+    throw MalformedMessage("no_slip_plane is face " + std::to_string(setup.no_slip_plane) +
+                           ", a domain has faces 0 to 5");
   }
-  if (product > kLimits.cells) throw MalformedMessage("domain_cells are more than 10^12 cells");
-  return cells;
+  check(setup.fields);
 }
 
-void require_three(int size, const char* name) {
-  if (size != 3)
-    throw MalformedMessage(std::string(name) + " has " + std::to_string(size) + " entries, not 3");
-}
-
-void write_body(const BodySpecification& body, v1::BodySpecification& wire) {
-  wire.set_name(body.name);
-  write_shape(body.shape, *wire.mutable_shape());
-  wire.set_mass_kg(body.mass_kg);
-  wire.set_motion(to_wire<v1::MotionKind>(body.motion));
-  assign(*wire.mutable_axis(), body.axis);
-  assign(*wire.mutable_position_m(), body.position_m);
-  assign(*wire.mutable_orientation_wxyz(), body.orientation_wxyz);
-  assign(*wire.mutable_velocity_m_per_s(), body.velocity_m_per_s);
-  assign(*wire.mutable_angular_velocity_rad_per_s(), body.angular_velocity_rad_per_s);
-}
-
-BodySpecification read_body(const v1::BodySpecification& wire) {
-  require_at_most(wire.name().size(), kLimits.string_bytes, "body name");
-  BodySpecification body;
-  body.name = wire.name();
-  body.shape = read_shape(wire.shape());
-  body.mass_kg = read_finite(wire.mass_kg(), "mass_kg");
-  body.motion = from_wire(wire.motion(), MotionKind::axis, "motion kind");
-  body.axis = read_vector<Eigen::Vector3d>(wire.axis(), "axis");
-  body.position_m = read_vector<Eigen::Vector3d>(wire.position_m(), "position_m");
-  body.orientation_wxyz = read_vector<Eigen::Vector4d>(wire.orientation_wxyz(), "orientation_wxyz");
-  body.velocity_m_per_s = read_vector<Eigen::Vector3d>(wire.velocity_m_per_s(), "velocity_m_per_s");
-  body.angular_velocity_rad_per_s =
-      read_vector<Eigen::Vector3d>(wire.angular_velocity_rad_per_s(), "angular_velocity_rad_per_s");
-  return body;
-}
-
-void write_spring(const SpringSpecification& spring, v1::SpringSpecification& wire) {
-  wire.set_body_a(static_cast<std::uint32_t>(spring.body_A));
-  wire.set_body_b(static_cast<std::uint32_t>(spring.body_B));
-  wire.set_stiffness_n_per_m(spring.stiffness_N_per_m);
-  wire.set_damping_n_s_per_m(spring.damping_N_s_per_m);
-  wire.set_rest_length_m(spring.rest_length_m);
-  assign(*wire.mutable_anchor_a_m(), spring.anchor_A_m);
-  assign(*wire.mutable_anchor_b_m(), spring.anchor_B_m);
-}
-
-SpringSpecification read_spring(const v1::SpringSpecification& wire, std::size_t bodies) {
-  if (wire.body_a() >= bodies || wire.body_b() >= bodies) {
-    throw MalformedMessage("a spring joins bodies " + std::to_string(wire.body_a()) + " and " +
-                           std::to_string(wire.body_b()) + " of " + std::to_string(bodies));
+void check(const BodySetup& setup) {
+  const auto exists = [&](int body) { return static_cast<std::size_t>(body) < setup.bodies.size(); };
+  for (const SpringSpecification& spring : setup.springs) {
+    if (exists(spring.body_A) && exists(spring.body_B)) continue;
+    throw MalformedMessage("a spring joins bodies " + std::to_string(spring.body_A) + " and " +
+                           std::to_string(spring.body_B) + " of " + std::to_string(setup.bodies.size()));
   }
-  SpringSpecification spring;
-  spring.body_A = static_cast<int>(wire.body_a());
-  spring.body_B = static_cast<int>(wire.body_b());
-  spring.stiffness_N_per_m = read_finite(wire.stiffness_n_per_m(), "stiffness_N_per_m");
-  spring.damping_N_s_per_m = read_finite(wire.damping_n_s_per_m(), "damping_N_s_per_m");
-  spring.rest_length_m = read_finite(wire.rest_length_m(), "rest_length_m");
-  spring.anchor_A_m = read_vector<Eigen::Vector3d>(wire.anchor_a_m(), "anchor_A_m");
-  spring.anchor_B_m = read_vector<Eigen::Vector3d>(wire.anchor_b_m(), "anchor_B_m");
-  return spring;
+}
+
+template <class Setup, class Wire>
+void write_setup(const Setup& setup, Wire& wire) {
+  wire.Clear();
+  Writer writer(wire);
+  describe(writer, setup);
+}
+
+template <class Setup, class Wire>
+void read_setup(const Wire& wire, Setup& setup) {
+  Reader reader(wire, "");
+  describe(reader, setup);
+  check(setup);
+}
+
+template <class Wire, class Setup>
+std::string bytes_of(const Setup& setup) {
+  Wire wire;
+  write(setup, wire);
+  return wire.SerializeAsString();
+}
+
+template <class Wire, class Setup>
+Setup setup_from(std::string_view bytes) {
+  Wire wire;
+  if (bytes.size() > kLimits.message_bytes ||
+      !wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
+    throw MalformedMessage("the bytes are not a " + wire.GetTypeName());
+  Setup setup;
+  read(wire, setup);
+  return setup;
 }
 
 }  // namespace
 
-void write(const FluidSetup& setup, v1::FluidSetup& wire) {
-  wire.Clear();
-  wire.set_kind(to_wire<v1::FluidKind>(setup.kind));
-  wire.set_step_s(setup.step_s);
-  wire.set_cell_size_m(setup.cell_size_m);
-  wire.set_density_kg_per_m3(setup.density_kg_per_m3);
-  wire.set_kinematic_viscosity_m2_per_s(setup.kinematic_viscosity_m2_per_s);
-  for (const std::int64_t cells : setup.domain_cells) wire.add_domain_cells(cells);
-  for (const Boundary& boundary : setup.boundaries) write_boundary(boundary, *wire.add_boundaries());
-  wire.set_no_slip_plane(static_cast<std::uint32_t>(1 + setup.no_slip_plane));
-  for (const bool mirrored : setup.symmetry_planes) wire.add_symmetry_planes(mirrored);
-  assign(*wire.mutable_body_force_n_per_m3(), setup.body_force_N_per_m3);
-  wire.set_collision(to_wire<v1::CollisionKind>(setup.collision));
-  wire.set_moving_boundary(to_wire<v1::MovingBoundary>(setup.moving_boundary));
-  wire.set_refill(to_wire<v1::Refill>(setup.refill));
-  wire.set_precision(to_wire<v1::Precision>(setup.precision));
-  for (const Shape& shape : setup.bodies) write_shape(shape, *wire.add_bodies());
-  write_fields(setup.fields, *wire.mutable_fields());
-  wire.set_trace_directory(setup.trace_directory);
-}
+void write(const FluidSetup& setup, v1::FluidSetup& wire) { write_setup(setup, wire); }
+void write(const BodySetup& setup, v1::BodySetup& wire) { write_setup(setup, wire); }
+void read(const v1::FluidSetup& wire, FluidSetup& setup) { read_setup(wire, setup); }
+void read(const v1::BodySetup& wire, BodySetup& setup) { read_setup(wire, setup); }
 
-void read(const v1::FluidSetup& wire, FluidSetup& setup) {
-  require_three(wire.domain_cells_size(), "domain_cells");
-  require_three(wire.symmetry_planes_size(), "symmetry_planes");
-  if (wire.boundaries_size() != 6) {
-    throw MalformedMessage("boundaries has " + std::to_string(wire.boundaries_size()) + " entries, not 6");
-  }
-  require_at_most(static_cast<std::size_t>(wire.bodies_size()), kLimits.bodies, "bodies");
-  setup.kind = from_wire(wire.kind(), FluidKind::vacuum, "fluid kind");
-  setup.step_s = read_finite(wire.step_s(), "step_s");
-  setup.cell_size_m = read_finite(wire.cell_size_m(), "cell_size_m");
-  setup.density_kg_per_m3 = read_finite(wire.density_kg_per_m3(), "density_kg_per_m3");
-  setup.kinematic_viscosity_m2_per_s =
-      read_finite(wire.kinematic_viscosity_m2_per_s(), "kinematic_viscosity_m2_per_s");
-  setup.domain_cells = read_cells(wire);
-  for (int axis = 0; axis < 3; ++axis) {
-    setup.symmetry_planes[static_cast<std::size_t>(axis)] = wire.symmetry_planes(axis);
-  }
-  for (int face = 0; face < 6; ++face) {
-    setup.boundaries[static_cast<std::size_t>(face)] = read_boundary(wire.boundaries(face));
-  }
-  if (wire.no_slip_plane() > 6) {
-    throw MalformedMessage("no_slip_plane is " + std::to_string(wire.no_slip_plane()) +
-                           ", a domain has 6 faces");
-  }
-  setup.no_slip_plane = static_cast<int>(wire.no_slip_plane()) - 1;
-  setup.body_force_N_per_m3 = read_vector<Eigen::Vector3d>(wire.body_force_n_per_m3(), "body_force_N_per_m3");
-  setup.collision = from_wire(wire.collision(), CollisionKind::trt, "collision kind");
-  setup.moving_boundary = from_wire(wire.moving_boundary(), MovingBoundary::bounce_back, "moving_boundary");
-  setup.refill = from_wire(wire.refill(), Refill::equilibrium, "refill");
-  setup.precision = from_wire(wire.precision(), Precision::single_precision, "precision");
-  setup.bodies.clear();
-  for (const v1::Shape& shape : wire.bodies()) setup.bodies.push_back(read_shape(shape));
-  setup.fields = read_fields(wire.fields());
-  setup.trace_directory = read_path(wire.trace_directory(), "trace_directory");
-}
+std::string to_bytes(const FluidSetup& setup) { return bytes_of<v1::FluidSetup>(setup); }
+std::string to_bytes(const BodySetup& setup) { return bytes_of<v1::BodySetup>(setup); }
 
-void write(const BodySetup& setup, v1::BodySetup& wire) {
-  wire.Clear();
-  wire.set_step_s(setup.step_s);
-  wire.set_integrator(to_wire<v1::Integrator>(setup.integrator));
-  assign(*wire.mutable_gravity_m_per_s2(), setup.gravity_m_per_s2);
-  wire.set_fluid_density_kg_per_m3(setup.fluid_density_kg_per_m3);
-  for (const double length : setup.periodic_length_m) wire.add_periodic_length_m(length);
-  for (const BodySpecification& body : setup.bodies) write_body(body, *wire.add_bodies());
-  for (const SpringSpecification& spring : setup.springs) write_spring(spring, *wire.add_springs());
-  wire.set_trace_directory(setup.trace_directory);
+FluidSetup fluid_setup_from_bytes(std::string_view bytes) {
+  return setup_from<v1::FluidSetup, FluidSetup>(bytes);
 }
-
-void read(const v1::BodySetup& wire, BodySetup& setup) {
-  require_at_most(static_cast<std::size_t>(wire.bodies_size()), kLimits.bodies, "bodies");
-  require_at_most(static_cast<std::size_t>(wire.springs_size()), kLimits.springs, "springs");
-  setup.step_s = read_finite(wire.step_s(), "step_s");
-  setup.integrator = from_wire(wire.integrator(), Integrator::runge_kutta_4, "integrator");
-  setup.gravity_m_per_s2 = read_vector<Eigen::Vector3d>(wire.gravity_m_per_s2(), "gravity_m_per_s2");
-  setup.fluid_density_kg_per_m3 = read_finite(wire.fluid_density_kg_per_m3(), "fluid_density_kg_per_m3");
-  const auto lengths = read_vector<Eigen::Vector3d>(wire.periodic_length_m(), "periodic_length_m");
-  setup.periodic_length_m = {lengths[0], lengths[1], lengths[2]};
-  setup.bodies.clear();
-  for (const v1::BodySpecification& body : wire.bodies()) setup.bodies.push_back(read_body(body));
-  setup.springs.clear();
-  for (const v1::SpringSpecification& spring : wire.springs()) {
-    setup.springs.push_back(read_spring(spring, setup.bodies.size()));
-  }
-  setup.trace_directory = read_path(wire.trace_directory(), "trace_directory");
+BodySetup body_setup_from_bytes(std::string_view bytes) {
+  return setup_from<v1::BodySetup, BodySetup>(bytes);
 }
 
 }  // namespace copepod::conversion

@@ -1,8 +1,15 @@
 #pragma once
 
+#include <string>
+#include <string_view>
+
 #include "contract/body_setup.hpp"
 #include "contract/fluid_setup.hpp"
-#include "copepod/v1/setup.pb.h"
+
+namespace copepod::v1 {
+class BodySetup;
+class FluidSetup;
+}  // namespace copepod::v1
 
 namespace copepod::conversion {
 
@@ -13,5 +20,13 @@ void write(const BodySetup& setup, v1::BodySetup& wire);
 /// range
 void read(const v1::FluidSetup& wire, FluidSetup& setup);
 void read(const v1::BodySetup& wire, BodySetup& setup);
+
+/// The message alone, as bytes: for the ranks of a component, and for `--estimate`.
+std::string to_bytes(const FluidSetup& setup);
+std::string to_bytes(const BodySetup& setup);
+
+/// @throws MalformedMessage as `read`, and for bytes that are not such a message
+FluidSetup fluid_setup_from_bytes(std::string_view bytes);
+BodySetup body_setup_from_bytes(std::string_view bytes);
 
 }  // namespace copepod::conversion

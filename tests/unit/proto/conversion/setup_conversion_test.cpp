@@ -1,0 +1,44 @@
+#include "conversion/setup_conversion.hpp"
+
+#include <gtest/gtest.h>
+
+#include "conversion/malformed_message.hpp"
+#include "copepod/v1/setup.pb.h"
+#include "samples.hpp"
+
+namespace copepod::conversion {
+namespace {
+
+/// Every field of the message differs from what a message without fields would give.
+void expect_every_field_set(const google::protobuf::Message& message) {
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const auto& field = *message.GetDescriptor()->field(i);
+    EXPECT_TRUE(field.is_repeated() ? message.GetReflection()->FieldSize(message, &field) > 0
+                                    : message.GetReflection()->HasField(message, &field))
+        << field.full_name();
+  }
+}
+
+TEST(SetupBytes, HoldEveryFieldAndReadBackToTheSameBytes) {
+  FluidSetup fluid = sample_fluid_setup();
+  fluid.trace_directory = "/trace";
+  v1::FluidSetup fluid_wire;
+  write(fluid, fluid_wire);
+  expect_every_field_set(fluid_wire);
+  EXPECT_EQ(to_bytes(fluid_setup_from_bytes(to_bytes(fluid))), fluid_wire.SerializeAsString());
+  BodySetup body = sample_body_setup();
+  body.trace_directory = "/trace";
+  v1::BodySetup body_wire;
+  write(body, body_wire);
+  expect_every_field_set(body_wire);
+  EXPECT_EQ(to_bytes(body_setup_from_bytes(to_bytes(body))), body_wire.SerializeAsString());
+}
+
+TEST(SetupBytes, OfAnotherMessageAreRefused) {
+  EXPECT_THROW(fluid_setup_from_bytes("not a setup"), MalformedMessage);
+  EXPECT_THROW(fluid_setup_from_bytes(""), MalformedMessage);
+  EXPECT_THROW(body_setup_from_bytes(to_bytes(sample_fluid_setup())), MalformedMessage);
+}
+
+}  // namespace
+}  // namespace copepod::conversion
