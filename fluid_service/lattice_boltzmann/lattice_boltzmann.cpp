@@ -5,12 +5,9 @@
 #include <string>
 
 #include "component/progress.hpp"
-#include "contract/digest.hpp"
 #include "contract/errors.hpp"
-#include "lattice_boltzmann/boundary/origin.hpp"
-#include "lattice_boltzmann/kernel/equilibrium.hpp"
-#include "lattice_boltzmann/kernel/relaxation.hpp"
-#include "lattice_boltzmann/lattice/moments_of_cell.hpp"
+#include "lattice_boltzmann/boundary/mirror.hpp"
+#include "lattice_boltzmann/output/population_file.hpp"
 
 namespace copepod::fluid {
 
@@ -39,10 +36,13 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
                                         units_.body_force_lu(setup.body_force_N_per_m3))),
       has_force_(!setup.body_force_N_per_m3.isZero(0.0)),
       stream_collide_(choose_stream_collide<T>().update),
-      ghosts_(domain_, partition_, layout_, communicator, units_.body_force_lu(setup.body_force_N_per_m3)),
+      halo_(domain_, partition_, layout_, communicator),
+      moving_walls_(domain_, layout_),
+      pressure_faces_(domain_, layout_, units_.body_force_lu(setup.body_force_N_per_m3)),
       map_(domain_, layout_, make_bodies(setup, units_)),
-      links_(map_, layout_, ghosts_.interior()),
-      refill_(domain_, partition_, layout_, communicator),
+      links_(map_, layout_, halo_.interior()),
+      refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
+      exchange_momentum_(choose_momentum_exchange<T>(setup.moving_boundary)),
       reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size()),
       load_sum_halves_(2 * load_components * setup.bodies.size()),
@@ -64,15 +64,15 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   mapped_ = kinematics;
   map_bodies(kinematics);
   timer_.book(Phase::map);
-  refill_(populations_.data(), placement_, map_);
+  (*refill_)(populations_.data(), placement_, map_);
   map_.accept_fresh_cells();
   timer_.book(Phase::refill);
 
   std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum<T>(populations_.data(), layout_, placement_, domain_, map_.bodies()[b],
-                         links_.of_body(b), load_sums_[b], reflected_);
+    exchange_momentum_(populations_.data(), layout_, placement_, domain_, map_.bodies()[b], links_.of_body(b),
+                       load_sums_[b], reflected_);
   timer_.book(Phase::momentum);
   sum_loads_to_leader();
   report_loads(kinematics, loads);
@@ -93,28 +93,21 @@ void LatticeBoltzmann<T>::sum_loads_to_leader() {
     }
 }
 
-/// Sums to SI units. A body that a symmetry plane cuts was seen only in part: what the plane's symmetry
-/// forbids is zero (force normal to it, torque along it), the rest counts twice.
+/// Sums to SI units, for whole bodies.
 template <class T>
 void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& loads) {
   loads.step = kinematics.step;
   loads.resize(kinematics.bodies());
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
-    const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(b)];
-    double force_factor[3] = {1.0, 1.0, 1.0};
-    double torque_factor[3] = {1.0, 1.0, 1.0};
-    for (int plane = 0; plane < 3; ++plane) {
-      if (!domain_.cut_by_symmetry_plane(body.position, plane)) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        force_factor[axis] *= axis == plane ? 0.0 : 2.0;
-        torque_factor[axis] *= axis == plane ? 2.0 : 0.0;
-      }
-    }
+    WholeBody whole;
+    for (int plane = 0; plane < 3; ++plane)
+      if (domain_.cut_by_symmetry_plane(map_.bodies()[static_cast<std::size_t>(b)].position, plane))
+        whole.cut(static_cast<std::size_t>(plane));
     const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[axis]) * force_factor[axis]);
+      loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[axis]) * whole.force[axis]);
       loads.torque_N_m(axis, b) =
-          units_.torque_N_m(fixed_point::to_double(sums[3 + axis]) * torque_factor[axis]);
+          units_.torque_N_m(fixed_point::to_double(sums[3 + axis]) * whole.torque[axis]);
     }
   }
 }
@@ -133,7 +126,7 @@ void LatticeBoltzmann<T>::update(const Box& region) {
 /// Plane by plane, so that what the bodies put in place is still in the cache when the update reads it.
 template <class T>
 void LatticeBoltzmann<T>::update_interior() {
-  const Box& interior = ghosts_.interior();
+  const Box& interior = halo_.interior();
   for (std::int64_t x = 0; x < layout_.block().extent(0); ++x) {
     apply(reflected_.interior[static_cast<std::size_t>(x)]);
     if (x >= interior.low[0] && x < interior.high[0])
@@ -144,17 +137,20 @@ void LatticeBoltzmann<T>::update_interior() {
 template <class T>
 void LatticeBoltzmann<T>::advance() {
   timer_.start();
-  ghosts_.start(populations_.data(), placement_);
+  halo_.start(populations_.data(), placement_);
+  // Before walls: it needs the moments of populations that no wall has changed.
+  pressure_faces_.apply(populations_.data(), placement_);
+  moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
   update_interior();
   timer_.book(Phase::bulk);
-  ghosts_.wait();
+  halo_.wait();
   timer_.book(Phase::wait);
-  ghosts_.finish(populations_.data(), placement_);
+  halo_.finish(populations_.data(), placement_);
   timer_.book(Phase::halo);
   apply(reflected_.border);
   timer_.book(Phase::reflect);
-  for (const Box& slab : ghosts_.border()) update(slab);
+  for (const Box& slab : halo_.border()) update(slab);
   placement_ = other(placement_);
   ++step_;
   timer_.book(Phase::bulk);
@@ -241,21 +237,18 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
   return result;
 }
 
-/// Sum modulo 2^64 of a digest per fluid cell, each seeded with the cell's domain index.
 template <class T>
-std::uint64_t LatticeBoltzmann<T>::digest_of_block() const {
+std::uint64_t LatticeBoltzmann<T>::digest_of_fluid_cells() const {
   const Box& block = layout_.block();
-  const Cell& cells = domain_.cells();
   std::uint64_t sum = 0;
   for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
       for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const Site cell = layout_.site(Cell{x, y, z});
-        if (map_.owner(cell.index) != BodyMap::fluid) continue;
-        Digest digest(static_cast<std::uint64_t>((x * cells[1] + y) * cells[2] + z));
-        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-          digest.add(populations_[static_cast<std::size_t>(layout_.location(cell, alpha, placement_))]);
-        sum += digest.value();
+        const Site site = layout_.site(Cell{x, y, z});
+        if (map_.owner(site.index) != BodyMap::fluid) continue;
+        sum += digest_of_cell(domain_.cells(), {x, y, z}, [&](int alpha) {
+          return populations_[static_cast<std::size_t>(layout_.location(site, alpha, placement_))];
+        });
       }
     report_progress();
   }
@@ -266,13 +259,59 @@ template <class T>
 SolverSummary LatticeBoltzmann<T>::summarise() {
   check_all_rows();
   SolverSummary summary;
-  auto digest = static_cast<std::int64_t>(digest_of_block());
+  auto digest = static_cast<std::int64_t>(digest_of_fluid_cells());
   communicator_.sum_to_leader({&digest, 1});
   summary.digest = static_cast<std::uint64_t>(digest);
   summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
   summary.ranks = communicator_.size();
   summary.seconds = timer_.seconds();
   return summary;
+}
+
+// A checkpoint holds populations by cell and direction, wherever the step's parity stored them, and the
+// kinematics of the last exchange: which cells were covered decides which are uncovered next.
+
+template <class T>
+template <class Visit>
+void LatticeBoltzmann<T>::for_each_population(const Box& piece, Placement placement,
+                                              const Visit& visit) const {
+  for (std::int64_t x = piece.low[0]; x < piece.high[0]; ++x)
+    for (std::int64_t y = piece.low[1]; y < piece.high[1]; ++y)
+      for (std::int64_t z = piece.low[2]; z < piece.high[2]; ++z)
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          visit(static_cast<std::size_t>(layout_.location(layout_.site(Cell{x, y, z}), alpha, placement)));
+}
+
+template <class T>
+void LatticeBoltzmann<T>::save(const std::string& path) {
+  check_all_rows();
+  const auto get = [this](const Box& piece, std::span<T> populations) {
+    auto next = populations.begin();
+    for_each_population(piece, placement_, [&](std::size_t location) { *next++ = populations_[location]; });
+  };
+  save_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), step_}, layout_.block(), get,
+                      {mapped_, output_.mean(), output_.sampling()});
+}
+
+template <class T>
+void LatticeBoltzmann<T>::restore(const std::string& path) {
+  const auto placement_after = [](std::int64_t step) {
+    return step % 2 == 0 ? Placement::home : Placement::streamed;
+  };
+  const auto take = [&](const PopulationHeader& header, const Box& piece, std::span<const T> populations) {
+    auto next = populations.begin();
+    for_each_population(piece, placement_after(header.step),
+                        [&](std::size_t location) { populations_[location] = *next++; });
+  };
+  FluidState state;
+  step_ = restore_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), 0},
+                                 layout_.block(), take, state)
+              .step;
+  placement_ = placement_after(step_);
+  output_.restore(step_, state.sampling, std::move(state.mean));
+  mapped_ = state.kinematics;
+  map_bodies(mapped_);
+  map_.accept_fresh_cells();
 }
 
 template class LatticeBoltzmann<float>;

@@ -1,22 +1,53 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "contract/fluid_solver.hpp"
-#include "lattice_boltzmann/bodies/boundary_links.hpp"
 #include "lattice_boltzmann/bodies/momentum_exchange.hpp"
 #include "lattice_boltzmann/bodies/refill.hpp"
-#include "lattice_boltzmann/boundary/ghost_exchange.hpp"
-#include "lattice_boltzmann/kernel/equilibrium.hpp"
+#include "lattice_boltzmann/boundary/halo_exchange.hpp"
+#include "lattice_boltzmann/boundary/pressure.hpp"
+#include "lattice_boltzmann/boundary/wall.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
-#include "lattice_boltzmann/lattice/moments_of_cell.hpp"
+#include "lattice_boltzmann/lattice/moments.hpp"
 #include "lattice_boltzmann/output/field_schedule.hpp"
-#include "lattice_boltzmann/phase_timer.hpp"
+#include "recording/timeline.hpp"
 
 namespace copepod::fluid {
+
+/// Phases of a step, in the order in which they happen.
+enum class Phase { map, refill, momentum, reduce, halo, wait, reflect, bulk, check, output };
+
+/// Wall time per phase: each call books the time since the previous one, and tells the process's timeline.
+class PhaseTimer {
+ public:
+  void start() { last_ = Clock::now(); }
+  void book(Phase phase) {
+    const auto now = Clock::now();
+    seconds_[static_cast<int>(phase)] += std::chrono::duration<double>(now - last_).count();
+    recording::timeline().add(names[static_cast<int>(phase)], last_, now);
+    last_ = now;
+  }
+  [[nodiscard]] std::map<std::string, double> seconds() const {
+    std::map<std::string, double> result;
+    for (int i = 0; i < phases; ++i) result[names[i]] = seconds_[i];
+    return result;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int phases = static_cast<int>(Phase::output) + 1;
+  static constexpr const char* names[phases] = {"map",  "refill",  "momentum", "reduce", "halo",
+                                                "wait", "reflect", "bulk",     "check",  "output"};
+  Clock::time_point last_ = Clock::now();
+  double seconds_[phases] = {};
+};
 
 /// One rank's share of the lattice Boltzmann fluid. Every method is collective: called on all ranks with the
 /// same arguments; loads and summaries are valid on rank 0. A flow that diverged is a SolverError: from
@@ -24,7 +55,7 @@ namespace copepod::fluid {
 ///
 /// One step, with populations stored in place (lattice/population_layout.hpp):
 ///   exchange: map bodies -> refill uncovered cells -> links -> momentum exchange -> sum the loads
-///   advance:  ghost populations -> reflected populations -> stream and collide
+///   advance:  domain faces, other ranks' populations -> reflected populations -> stream and collide
 template <class T>
 class LatticeBoltzmann final : public FluidSolver {
  public:
@@ -59,7 +90,7 @@ class LatticeBoltzmann final : public FluidSolver {
   void check_all_rows() const;
   void check_row(std::int64_t x, std::int64_t y) const;
   [[nodiscard]] CellMoments checked_moments(const Cell& cell) const;
-  [[nodiscard]] std::uint64_t digest_of_block() const;
+  [[nodiscard]] std::uint64_t digest_of_fluid_cells() const;
 
   FluidSetup setup_;
   Communicator& communicator_;
@@ -71,10 +102,13 @@ class LatticeBoltzmann final : public FluidSolver {
   CollisionConstants<T> constants_;
   bool has_force_;
   StreamCollide<T> stream_collide_;
-  GhostExchange<T> ghosts_;
+  HaloExchange<T> halo_;
+  MovingWalls moving_walls_;
+  PressureFaces pressure_faces_;
   BodyMap map_;
   BoundaryLinks links_;
-  Refill<T> refill_;
+  std::unique_ptr<Refiller<T>> refill_;
+  MomentumExchange<T> exchange_momentum_;
   ReflectedPopulations<T> reflected_;
   std::vector<LoadSums> load_sums_;            ///< by body
   std::vector<std::int64_t> load_sum_halves_;  ///< of all of them

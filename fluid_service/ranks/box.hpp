@@ -14,9 +14,11 @@ struct Box {
 
   [[nodiscard]] constexpr std::int64_t extent(int axis) const { return high[axis] - low[axis]; }
   [[nodiscard]] constexpr std::int64_t volume() const { return extent(0) * extent(1) * extent(2); }
+  [[nodiscard]] constexpr bool contains_along(int axis, std::int64_t index) const {
+    return index >= low[axis] && index < high[axis];
+  }
   [[nodiscard]] constexpr bool contains(const Cell& cell) const {
-    return cell[0] >= low[0] && cell[0] < high[0] && cell[1] >= low[1] && cell[1] < high[1] &&
-           cell[2] >= low[2] && cell[2] < high[2];
+    return contains_along(0, cell[0]) && contains_along(1, cell[1]) && contains_along(2, cell[2]);
   }
   bool operator==(const Box&) const = default;
 };

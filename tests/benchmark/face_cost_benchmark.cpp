@@ -7,7 +7,7 @@
 #include "lattice_boltzmann/lattice/population_layout.hpp"
 
 // What a face cell of a block costs, by the direction of its normal, beside the memory traffic of a cell
-// update: the ratios behind step_cost in partition/block_partition.cpp. Time per item is time per cell.
+// update: the ratios behind step_cost in ranks/block_partition.cpp. Time per item is time per cell.
 
 namespace {
 

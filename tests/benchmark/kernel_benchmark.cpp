@@ -4,7 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include "benchmark/memory_rates.hpp"
-#include "lattice_boltzmann/kernel/relaxation.hpp"
+#include "lattice_boltzmann/kernel/collision.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
+#include "lattice_boltzmann/boundary/periodic.hpp"
 
 namespace copepod::fluid {
 
@@ -116,21 +117,17 @@ void BodyMap::for_each_image(const Cell& unwrapped, const Visit& visit) const {
     const std::int64_t cells = domain_.cells()[axis];
     const auto add = [&](std::int64_t index) {
       if (index < block.low[axis] - 1 || index > block.high[axis]) return;
-      // Beyond a wall there is nothing to cover.
-      const bool outside = index < 0 || index >= cells;
-      if (outside && domain_.face(axis, index >= cells).kind != FaceKind::periodic &&
-          domain_.face(axis, index >= cells).kind != FaceKind::mirror)
-        return;
+      if (!domain_.image(axis, index)) return;  // beyond a wall there is nothing to cover
       images[axis][count[axis]++] = index;
     };
     if (domain_.periodic(axis)) {
-      const std::int64_t wrapped = ((unwrapped[axis] % cells) + cells) % cells;
-      for (const std::int64_t shift : {-cells, std::int64_t{0}, cells}) add(wrapped + shift);
+      for (const std::int64_t shift : {-cells, std::int64_t{0}, cells})
+        add(wrapped(unwrapped[axis], cells) + shift);
     } else if (unwrapped[axis] >= 0 && unwrapped[axis] < cells) {
       add(unwrapped[axis]);
       // The ghost behind a mirror is covered when the cell before it is.
-      if (unwrapped[axis] == 0 && domain_.face(axis, false).kind == FaceKind::mirror) add(-1);
-      if (unwrapped[axis] == cells - 1 && domain_.face(axis, true).kind == FaceKind::mirror) add(cells);
+      for (const std::int64_t ghost : {std::int64_t{-1}, cells})
+        if (domain_.image(axis, ghost) == unwrapped[axis]) add(ghost);
     }
   }
   for (int i = 0; i < count[0]; ++i)

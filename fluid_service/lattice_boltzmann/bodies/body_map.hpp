@@ -4,9 +4,7 @@
 #include <vector>
 
 #include "lattice_boltzmann/bodies/lattice_body.hpp"
-#include "lattice_boltzmann/bodies/row_interval.hpp"
 #include "lattice_boltzmann/boundary/domain.hpp"
-#include "lattice_boltzmann/lattice/population_layout.hpp"
 
 namespace copepod::fluid {
 

@@ -13,7 +13,7 @@ struct BoundaryCell {
   Site site;
   Cell position{};               ///< domain cell, of this rank
   std::uint32_t directions = 0;  ///< bit α set: x_f + e_α is covered by the body
-  bool border = false;           ///< touches another rank's populations (GhostExchange::interior)
+  bool border = false;           ///< touches another rank's populations (HaloExchange::interior)
 };
 
 /// Links of each body: lists of boundary cells, kept up to date around cells that change hands.

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <algorithm>
+#include <cstdint>
 
 #include <Eigen/Geometry>
 
 #include "contract/exchange.hpp"
 #include "contract/shape.hpp"
+#include "lattice_boltzmann/lattice/d3q19.hpp"
 #include "lattice_boltzmann/lattice/lattice_units.hpp"
 
 namespace copepod::fluid {
@@ -36,14 +37,6 @@ struct LatticeBody {
     }
   }
 
-  /// Signed distance of a point to the surface, negative inside.
-  /// @param r  from the centre of mass to the point
-  [[nodiscard]] double signed_distance(const Eigen::Vector3d& r) const {
-    if (kind == ShapeKind::sphere) return r.norm() - radius;
-    const double along = std::clamp(r.dot(axis), -half_length, half_length);
-    return (r - along * axis).norm() - radius;
-  }
-
   /// Half extents of the axis-aligned bounding box.
   [[nodiscard]] Eigen::Vector3d half_extents() const {
     return Eigen::Vector3d::Constant(radius) + half_length * axis.cwiseAbs();
@@ -54,5 +47,27 @@ struct LatticeBody {
     return velocity + angular_velocity.cross(r);
   }
 };
+
+/// Half-open range of cells [low, high) along z, in cells counted without wrapping; empty if low ≥ high.
+struct RowInterval {
+  std::int64_t low = 0;
+  std::int64_t high = 0;
+
+  [[nodiscard]] bool empty() const { return low >= high; }
+  bool operator==(const RowInterval&) const = default;
+};
+
+/// Cells of row (x, y) whose centres lie inside a body: bodies are convex, so they form one interval.
+///
+/// A sphere cuts the row's line at z = Z ± √(R² − dx² − dy²). A capsule is the convex hull of its two end
+/// spheres: the interval reaches from the lowest to the highest point of the line in the two spheres and in
+/// the cylinder between.
+RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y);
+
+/// Where the link x_f → x_f + e crosses the surface: q in [0, 1], with the wall at x_f + q e. Exact:
+///   |r + q e − c|² = R², with c = 0 for the sphere and the centres of the end spheres for the capsule;
+///   |(r + q e)⊥|² = R² for the capsule's cylinder, ⊥ normal to its axis.
+/// @param r  from the body's centre to x_f, outside the body; r + e is inside
+double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, const d3q19::Direction& e);
 
 }  // namespace copepod::fluid

@@ -5,7 +5,8 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "lattice_boltzmann/lattice/moments_of_cell.hpp"
+#include "lattice_boltzmann/bodies/link_formula.hpp"
+#include "lattice_boltzmann/lattice/moments.hpp"
 
 namespace copepod::fluid {
 
@@ -33,13 +34,11 @@ void prefetch(const T* populations, const PopulationLayout& layout, Placement pl
       "coupling.load_averaging: two_step for light bodies.");
 }
 
-}  // namespace
-
-template <class T>
+template <class Formula, class T>
 void exchange_momentum(const T* populations, const PopulationLayout& layout, Placement placement,
                        const Domain& domain, const LatticeBody& body, std::span<const BoundaryCell> cells,
                        LoadSums& loads, ReflectedPopulations<T>& reflected) {
-  LoadSums sums = loads;  // nobody else's memory: they need not be stored for every cell
+  LoadSums sums = loads;  // a local copy, which need not be stored for every cell
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (i + prefetch_distance < cells.size())
       prefetch(populations, layout, placement, cells[i + prefetch_distance]);
@@ -53,11 +52,13 @@ void exchange_momentum(const T* populations, const PopulationLayout& layout, Pla
     for (std::uint32_t bits = boundary.directions; bits != 0; bits &= bits - 1) {
       const int alpha = std::countr_zero(bits);
       const auto& e = d3q19::e[alpha];
-      const T leaving = populations[layout.location(boundary.site, alpha, placement)];
-      const double eu = e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
-      const T returning =
-          static_cast<T>(static_cast<double>(leaving) - 6.0 * d3q19::weight(alpha) * density * eu);
-      const double exchanged = static_cast<double>(leaving) + static_cast<double>(returning);
+      Link link{.direction = alpha,
+                .leaving = populations[layout.location(boundary.site, alpha, placement)],
+                .density = density,
+                .e_dot_u_w = e[0] * u[0] + e[1] * u[1] + e[2] * u[2]};
+      if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
+      const T returning = static_cast<T>(Formula::returning(link));
+      const double exchanged = link.leaving + static_cast<double>(returning);
       if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
       const std::int64_t fixed = fixed_point::from_double(exchanged);
       for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
@@ -74,11 +75,18 @@ void exchange_momentum(const T* populations, const PopulationLayout& layout, Pla
   loads = sums;
 }
 
-template void exchange_momentum<float>(const float*, const PopulationLayout&, Placement, const Domain&,
-                                       const LatticeBody&, std::span<const BoundaryCell>, LoadSums&,
-                                       ReflectedPopulations<float>&);
-template void exchange_momentum<double>(const double*, const PopulationLayout&, Placement, const Domain&,
-                                        const LatticeBody&, std::span<const BoundaryCell>, LoadSums&,
-                                        ReflectedPopulations<double>&);
+}  // namespace
+
+template <class T>
+MomentumExchange<T> choose_momentum_exchange(MovingBoundary formula) {
+  switch (formula) {
+    case MovingBoundary::bounce_back:
+      return &exchange_momentum<BounceBack, T>;
+  }
+  throw CaseError("unknown moving_boundary (a newer coupler?). Use bounce_back.");
+}
+
+template MomentumExchange<float> choose_momentum_exchange(MovingBoundary);
+template MomentumExchange<double> choose_momentum_exchange(MovingBoundary);
 
 }  // namespace copepod::fluid

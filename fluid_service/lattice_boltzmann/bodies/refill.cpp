@@ -3,107 +3,150 @@
 #include <algorithm>
 #include <map>
 #include <span>
+#include <tuple>
+#include <vector>
 
-#include "lattice_boltzmann/kernel/equilibrium.hpp"
-#include "lattice_boltzmann/lattice/moments_of_cell.hpp"
+#include "contract/errors.hpp"
+#include "lattice_boltzmann/bodies/refill_formula.hpp"
 
 namespace copepod::fluid {
 
-template <class T>
-std::int64_t Refill<T>::linear(const Cell& cell) const {
-  const Cell& cells = domain_.cells();
-  return (cell[0] * cells[1] + cell[1]) * cells[2] + cell[2];
-}
+namespace {
 
-template <class T>
-void Refill<T>::operator()(T* populations, Placement placement, const BodyMap& map) {
-  uncovered_.clear();
-  needed_.clear();
-  offered_.clear();
-  if (map.uncovered().empty()) return;
-  look_around(populations, placement, map);
-  exchange_densities();
-  for (Uncovered& site : uncovered_) fill(populations, placement, map, site);
-}
+template <class Formula, class T>
+class RefillerBy final : public Refiller<T> {
+ public:
+  RefillerBy(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
+             Communicator& communicator)
+      : domain_(domain), partition_(partition), layout_(layout), communicator_(communicator) {}
 
-/// Collects the densities that this rank knows, those that it needs, and those that others need from it.
-template <class T>
-void Refill<T>::look_around(const T* populations, Placement placement, const BodyMap& map) {
-  const Box& block = layout_.block();
-  for (const BodyMap::ChangedCell& uncovered : map.uncovered()) {
-    const bool ours = block.contains(uncovered.cell);
-    const Cell domain_cell = domain_.canonical(uncovered.cell).value();
-    const int rank = partition_.owner(domain_cell);
-    if (!ours && rank == communicator_.rank())
-      continue;  // an image of a cell of ours, which is in the list itself
-    if (ours) uncovered_.push_back({&uncovered, linear(domain_cell), {}});
-    for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
-      const auto& e = d3q19::e[alpha];
-      const Cell neighbour = {uncovered.cell[0] + e[0], uncovered.cell[1] + e[1], uncovered.cell[2] + e[2]};
-      const bool neighbour_ours = block.contains(neighbour);
-      if (!ours && !neighbour_ours) continue;
-      const auto source = domain_.canonical(neighbour);
-      if (!source || map.owner(layout_.cell(neighbour)) != BodyMap::fluid) continue;
-      const int source_rank = partition_.owner(*source);
-      if (!ours) {
-        offered_.push_back(
-            {rank, linear(domain_cell), linear(*source), layout_.cell(neighbour),
-             excess_density_of_cell(populations, layout_, layout_.site(neighbour), placement)});
-      } else if (source_rank != communicator_.rank()) {
-        needed_.push_back({source_rank, linear(domain_cell), linear(*source), 0, 0.0});
-      } else {
-        uncovered_.back().densities.push_back(
-            excess_density_of_cell(populations, layout_, layout_.site(*source), placement));
+  void operator()(T* populations, Placement placement, const BodyMap& map) override {
+    if (map.uncovered().empty()) return;
+    look_around(populations, placement, map);
+    exchange_neighbours();
+    for (Uncovered& uncovered : uncovered_) fill(populations, placement, map, uncovered);
+  }
+
+ private:
+  using Neighbour = typename Formula::Neighbour;
+
+  struct Uncovered {
+    const BodyMap::ChangedCell* cell = nullptr;
+    std::vector<Neighbour> neighbours;
+  };
+  /// A neighbour that one rank offers and another one needs.
+  struct Request {
+    int rank = 0;
+    std::int64_t uncovered = 0;  ///< linear index of the uncovered domain cell
+    std::int64_t neighbour = 0;  ///< linear index of the domain cell beside it
+    std::size_t place = 0;       ///< in uncovered_, where it is needed
+    Neighbour value{};
+    bool operator<(const Request& other) const {
+      return std::tie(rank, uncovered, neighbour) < std::tie(other.rank, other.uncovered, other.neighbour);
+    }
+  };
+
+  [[nodiscard]] std::int64_t linear(const Cell& cell) const {
+    const Cell& cells = domain_.cells();
+    return (cell[0] * cells[1] + cell[1]) * cells[2] + cell[2];
+  }
+
+  /// Collects the neighbours that this rank has, those that it needs, and those that others need from it.
+  void look_around(const T* populations, Placement placement, const BodyMap& map) {
+    uncovered_.clear();
+    needed_.clear();
+    offered_.clear();
+    const auto describe = [&](const Cell& cell) {
+      const Site site = layout_.site(cell);
+      return Formula::describe(
+          [&](int alpha) { return populations[layout_.location(site, alpha, placement)]; });
+    };
+    const Box& block = layout_.block();
+    for (const BodyMap::ChangedCell& uncovered : map.uncovered()) {
+      const bool ours = block.contains(uncovered.cell);
+      const Cell domain_cell = domain_.canonical(uncovered.cell).value();
+      const int rank = partition_.owner(domain_cell);
+      if (!ours && rank == communicator_.rank())
+        continue;  // an image of a cell of ours, which is in the list itself
+      if (ours) uncovered_.push_back({&uncovered, {}});
+      for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
+        const auto& e = d3q19::e[alpha];
+        const Cell neighbour = {uncovered.cell[0] + e[0], uncovered.cell[1] + e[1], uncovered.cell[2] + e[2]};
+        if (!ours && !block.contains(neighbour)) continue;
+        const auto source = domain_.canonical(neighbour);
+        if (!source || map.owner(layout_.cell(neighbour)) != BodyMap::fluid) continue;
+        const int source_rank = partition_.owner(*source);
+        if (!ours) {
+          offered_.push_back({rank, linear(domain_cell), linear(*source), 0, describe(neighbour)});
+        } else if (source_rank != communicator_.rank()) {
+          needed_.push_back({source_rank, linear(domain_cell), linear(*source), uncovered_.size() - 1, {}});
+        } else {
+          uncovered_.back().neighbours.push_back(describe(*source));
+        }
       }
     }
   }
-}
 
-template <class T>
-void Refill<T>::exchange_densities() {
-  if (needed_.empty() && offered_.empty()) return;
-  std::sort(needed_.begin(), needed_.end());
-  std::sort(offered_.begin(), offered_.end());
-  struct Buffers {
-    std::vector<double> send;
-    std::vector<double> receive;
-  };
-  std::map<int, Buffers> peers;
-  for (const Request& request : offered_) peers[request.rank].send.push_back(request.density);
-  for (const Request& request : needed_) peers[request.rank].receive.push_back(0.0);
-  std::vector<Communicator::Message> messages;
-  messages.reserve(peers.size());
-  for (auto& [rank, buffers] : peers)
-    messages.push_back(
-        {rank, std::as_bytes(std::span(buffers.send)), std::as_writable_bytes(std::span(buffers.receive))});
-  communicator_.start_exchange(messages)();
+  void exchange_neighbours() {
+    if (needed_.empty() && offered_.empty()) return;
+    std::sort(needed_.begin(), needed_.end());
+    std::sort(offered_.begin(), offered_.end());
+    struct Buffers {
+      std::vector<Neighbour> send;
+      std::vector<Neighbour> receive;
+    };
+    std::map<int, Buffers> peers;
+    for (const Request& request : offered_) peers[request.rank].send.push_back(request.value);
+    for (const Request& request : needed_) peers[request.rank].receive.push_back({});
+    std::vector<Communicator::Message> messages;
+    messages.reserve(peers.size());
+    for (auto& [rank, buffers] : peers)
+      messages.push_back(
+          {rank, std::as_bytes(std::span(buffers.send)), std::as_writable_bytes(std::span(buffers.receive))});
+    communicator_.start_exchange(messages)();
 
-  std::map<int, std::size_t> next;
-  for (const Request& request : needed_) {
-    const double density = peers[request.rank].receive[next[request.rank]++];
-    for (Uncovered& site : uncovered_)
-      if (site.linear == request.uncovered) site.densities.push_back(density);
+    std::map<int, std::size_t> next;
+    for (const Request& request : needed_)
+      uncovered_[request.place].neighbours.push_back(peers[request.rank].receive[next[request.rank]++]);
   }
-}
+
+  void fill(T* populations, Placement placement, const BodyMap& map, Uncovered& uncovered) const {
+    std::sort(uncovered.neighbours.begin(), uncovered.neighbours.end());
+    const auto& [cell, body_index] = *uncovered.cell;
+    const LatticeBody& body = map.bodies()[static_cast<std::size_t>(body_index)];
+    const Populations filled = Formula::fill(
+        uncovered.neighbours, body.surface_velocity(domain_.from_position(body.position, cell)));
+    const Site site = layout_.site(cell);
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      populations[layout_.location(site, alpha, placement)] =
+          static_cast<T>(filled[static_cast<std::size_t>(alpha)]);
+  }
+
+  const Domain& domain_;
+  const BlockPartition& partition_;
+  const PopulationLayout& layout_;
+  Communicator& communicator_;
+  std::vector<Uncovered> uncovered_;
+  std::vector<Request> needed_;
+  std::vector<Request> offered_;
+};
+
+}  // namespace
 
 template <class T>
-void Refill<T>::fill(T* populations, Placement placement, const BodyMap& map, Uncovered& site) const {
-  // Sorted, so that the sum depends neither on the decomposition nor on which mirror image it is.
-  std::sort(site.densities.begin(), site.densities.end());
-  double excess_density = 0.0;
-  for (const double density : site.densities) excess_density += density;
-  if (!site.densities.empty()) excess_density /= static_cast<double>(site.densities.size());
-
-  const LatticeBody& body = map.bodies()[static_cast<std::size_t>(site.cell->body)];
-  const Eigen::Vector3d u = body.surface_velocity(domain_.from_position(body.position, site.cell->cell));
-  const double velocity[3] = {u[0], u[1], u[2]};
-  const Site cell = layout_.site(site.cell->cell);
-  for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    populations[layout_.location(cell, alpha, placement)] =
-        static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));
+std::unique_ptr<Refiller<T>> make_refiller(Refill formula, const Domain& domain,
+                                           const BlockPartition& partition, const PopulationLayout& layout,
+                                           Communicator& communicator) {
+  switch (formula) {
+    case Refill::equilibrium:
+      return std::make_unique<RefillerBy<EquilibriumRefill, T>>(domain, partition, layout, communicator);
+  }
+  throw CaseError("unknown refill (a newer coupler?). Use equilibrium.");
 }
 
-template class Refill<float>;
-template class Refill<double>;
+template std::unique_ptr<Refiller<float>> make_refiller(Refill, const Domain&, const BlockPartition&,
+                                                        const PopulationLayout&, Communicator&);
+template std::unique_ptr<Refiller<double>> make_refiller(Refill, const Domain&, const BlockPartition&,
+                                                         const PopulationLayout&, Communicator&);
 
 }  // namespace copepod::fluid

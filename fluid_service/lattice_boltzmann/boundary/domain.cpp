@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "contract/errors.hpp"
-#include "lattice_boltzmann/lattice/d3q19.hpp"
+#include "lattice_boltzmann/boundary/mirror.hpp"
+#include "lattice_boltzmann/boundary/periodic.hpp"
+#include "lattice_boltzmann/boundary/wall.hpp"
 
 namespace copepod::fluid {
 
@@ -61,23 +63,27 @@ Domain::Domain(const FluidSetup& setup, const LatticeUnits& units)
   }
 }
 
+std::optional<std::int64_t> Domain::image(int axis, std::int64_t index) const {
+  const std::int64_t cells = cells_[axis];
+  if (index >= 0 && index < cells) return index;
+  switch (face(axis, index >= cells).kind) {
+    case FaceKind::periodic:
+      return wrapped(index, cells);
+    case FaceKind::mirror:
+      return reflected(index, cells);
+    case FaceKind::wall:
+    case FaceKind::pressure:
+      break;
+  }
+  return std::nullopt;
+}
+
 std::optional<Cell> Domain::canonical(const Cell& cell) const {
-  Cell result = cell;
+  Cell result;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t cells = cells_[axis];
-    if (result[axis] >= 0 && result[axis] < cells) continue;
-    const bool high = result[axis] >= cells;
-    switch (face(axis, high).kind) {
-      case FaceKind::periodic:
-        result[axis] += high ? -cells : cells;
-        break;
-      case FaceKind::mirror:
-        result[axis] = high ? 2 * cells - 1 - result[axis] : -1 - result[axis];
-        break;
-      case FaceKind::wall:
-      case FaceKind::pressure:
-        return std::nullopt;
-    }
+    const auto index = image(axis, cell[axis]);
+    if (!index) return std::nullopt;
+    result[axis] = *index;
   }
   return result;
 }
@@ -86,54 +92,59 @@ Eigen::Vector3d Domain::from_position(const Eigen::Vector3d& position_lu, const 
   Eigen::Vector3d r;
   for (int axis = 0; axis < 3; ++axis) {
     r[axis] = (static_cast<double>(cell[axis]) + 0.5) - position_lu[axis];
-    if (periodic(axis)) {
-      const auto length = static_cast<double>(cells_[axis]);
-      r[axis] -= length * std::round(r[axis] / length);
-    }
+    if (periodic(axis)) r[axis] = to_nearest_image(r[axis], static_cast<double>(cells_[axis]));
   }
   return r;
 }
 
 GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction) {
+  using Kind = GhostSource::Kind;
   GhostSource source{.cell = ghost, .direction = direction};
-  bool wall = false;
-  bool pressure = false;
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t cells = domain.cells()[axis];
     if (ghost[axis] >= 0 && ghost[axis] < cells) continue;
-    const bool high = ghost[axis] >= cells;
-    const Face& face = domain.face(axis, high);
-    switch (face.kind) {
-      case FaceKind::periodic:
-        source.cell[axis] += high ? -cells : cells;
-        break;
-      case FaceKind::mirror:
-        source.cell[axis] = high ? 2 * cells - 1 - ghost[axis] : -1 - ghost[axis];
-        source.direction = d3q19::mirrored(source.direction, axis);
-        break;
-      case FaceKind::wall: {
-        wall = true;
-        // f_ᾱ(x_f) = f̃_α(x_f) + 6 w_α ρ_w e_ᾱ·u_w with ρ_w = 1             [paper, moving-wall bounce-back]
-        const auto& e = d3q19::e[direction];
-        source.addition +=
-            6.0 * d3q19::weight(direction) *
-            (e[0] * face.velocity_lu[0] + e[1] * face.velocity_lu[1] + e[2] * face.velocity_lu[2]);
-        break;
-      }
-      case FaceKind::pressure:
-        pressure = true;
-        source.excess_density = face.excess_density_lu;
-        break;
+    const Face& face = domain.face(axis, ghost[axis] >= cells);
+    if (face.kind == FaceKind::wall) {
+      source.kind = Kind::wall;
+      source.addition += moving_wall_addition(direction, face.velocity_lu);
+    } else if (face.kind == FaceKind::pressure) {
+      if (source.kind == Kind::image) source.kind = Kind::pressure;
+      source.excess_density = face.excess_density_lu;
+    } else {
+      source.cell[axis] = *domain.image(axis, ghost[axis]);
+      if (face.kind == FaceKind::mirror) source.direction = d3q19::mirrored(source.direction, axis);
     }
   }
-  if (!wall && !pressure) return source;
-  // Walls win over everything else that meets them in an edge: the population bounces back to where it came
-  // from.
+  if (source.kind == Kind::image) return source;
   const auto& e = d3q19::e[direction];
   source.cell = {ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]};
   source.direction = d3q19::opposite(direction);
-  source.kind = wall ? GhostSource::Kind::copy : GhostSource::Kind::pressure;
   return source;
+}
+
+OriginRule origin_rule(const Domain& domain, const Box& block) {
+  return [&domain, block](Faces faces, int direction) {
+    // A cell on these faces, and the one behind it where the population comes through a face of the domain.
+    Cell entered = block.low;
+    Cell ghost = block.low;
+    std::array<bool, 3> through{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const int e = d3q19::e[direction][axis];
+      const bool high = e < 0;
+      if (e == 0 || (faces & face_bit(axis, high)) == 0) continue;
+      entered[axis] = high ? block.high[axis] - 1 : block.low[axis];
+      through[axis] = !domain.box().contains_along(axis, entered[axis] - e);
+      ghost[axis] = through[axis] ? entered[axis] - e : entered[axis];
+    }
+    const GhostSource source = ghost_source(domain, ghost, direction);
+    if (source.kind != GhostSource::Kind::image) return Origin{{0, 0, 0}, source.direction};
+    Origin origin = straight(direction);
+    origin.direction = source.direction;
+    for (int axis = 0; axis < 3; ++axis)
+      if (through[axis] && block.contains_along(axis, source.cell[axis]))
+        origin.offset[axis] = source.cell[axis] - entered[axis];
+    return origin;
+  };
 }
 
 }  // namespace copepod::fluid

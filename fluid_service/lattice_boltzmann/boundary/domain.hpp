@@ -6,18 +6,20 @@
 
 #include <Eigen/Core>
 
+#include "component/progress.hpp"
 #include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/lattice/lattice_units.hpp"
+#include "lattice_boltzmann/lattice/population_layout.hpp"
 #include "ranks/box.hpp"
 
 namespace copepod::fluid {
 
-/// What lies beyond a face of the computed domain.
+/// What lies beyond a face of the computed domain; each kind has its file.
 enum class FaceKind {
-  periodic,
-  mirror,    ///< symmetry plane or free slip: the fluid's own mirror image; the plane lies on cell faces
-  wall,      ///< half-way bounce-back, resting or moving tangentially or normally
-  pressure,  ///< anti-bounce-back at a given density
+  periodic,  ///< periodic.hpp
+  mirror,    ///< mirror.hpp: symmetry plane or free slip
+  wall,      ///< wall.hpp: at rest or moving, in any direction
+  pressure,  ///< pressure.hpp: open, at a given density
 };
 
 struct Face {
@@ -37,6 +39,7 @@ constexpr std::size_t face_index(int axis, bool high) {
 /// upper face becomes a mirror.
 class Domain {
  public:
+  /// @throws CaseError if the domain has no cells, one periodic face only, or a symmetry plane inside a cell
   Domain(const FluidSetup& setup, const LatticeUnits& units);
 
   [[nodiscard]] const Cell& cells() const { return cells_; }  ///< computed
@@ -51,8 +54,10 @@ class Domain {
   }
   [[nodiscard]] Box box() const { return {{0, 0, 0}, cells_}; }
 
-  /// The domain cell that `cell`, at most one cell outside, stands for: wrapped at periodic faces, reflected
-  /// at mirrors. Empty beyond walls and pressure faces.
+  /// The index that `index`, at most one cell outside, stands for along an axis: wrapped at periodic faces,
+  /// reflected at mirrors. Empty beyond walls and open faces.
+  [[nodiscard]] std::optional<std::int64_t> image(int axis, std::int64_t index) const;
+  /// The same for a cell.
   [[nodiscard]] std::optional<Cell> canonical(const Cell& cell) const;
 
   /// Vector from `position_lu` to the centre of `cell`, to the nearest periodic image.
@@ -66,15 +71,46 @@ class Domain {
 
 /// Where the population comes from that leaves ghost cell g in direction α towards the domain.
 struct GhostSource {
-  enum class Kind { copy, pressure } kind = Kind::copy;
+  enum class Kind {
+    image,     ///< another cell, or the mirror image of one
+    wall,      ///< the entered cell itself, bounced back
+    pressure,  ///< the same, replaced by anti-bounce-back
+  } kind = Kind::image;
   Cell cell{};                  ///< a cell of the computed domain, perhaps of another block
   int direction = 0;            ///< f̃ of that cell in this direction …
-  double addition = 0.0;        ///< … plus this
-  double excess_density = 0.0;  ///< for Kind::pressure
+  double addition = 0.0;        ///< … plus this, at moving walls
+  double excess_density = 0.0;  ///< of an open face
 };
 
+/// Where several faces meet in an edge, walls win over open faces, and both over all others.
 /// @param ghost      cell outside the domain or the block, at most by one
 /// @param direction  α such that ghost + e_α is in the domain
 GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction);
+
+/// Where populations enter the cells on the faces of a block from: another rank's come from ghost cells, at
+/// periodic faces from the other end, at mirrors from the cell's own plane, at walls and open faces from the
+/// cell itself.
+OriginRule origin_rule(const Domain& domain, const Box& block);
+
+/// Calls visit(ghost, direction) for every ghost cell and direction that enters `block`, in a fixed order.
+template <class Visit>
+void for_each_entering(const Box& block, const Visit& visit) {
+  for (int direction = 1; direction < d3q19::directions; ++direction) {
+    const auto& e = d3q19::e[direction];
+    for (std::int64_t x = block.low[0] - e[0]; x < block.high[0] - e[0]; ++x) {
+      for (std::int64_t y = block.low[1] - e[1]; y < block.high[1] - e[1]; ++y) {
+        const bool row_inside =
+            x >= block.low[0] && x < block.high[0] && y >= block.low[1] && y < block.high[1];
+        if (!row_inside) {
+          for (std::int64_t z = block.low[2] - e[2]; z < block.high[2] - e[2]; ++z)
+            visit(Cell{x, y, z}, direction);
+        } else if (e[2] != 0) {
+          visit(Cell{x, y, e[2] > 0 ? block.low[2] - 1 : block.high[2]}, direction);
+        }
+      }
+      report_progress();
+    }
+  }
+}
 
 }  // namespace copepod::fluid

@@ -5,11 +5,10 @@
 #include <cstdio>
 #include <vector>
 
-#include "contract/digest.hpp"
+#include "component/progress.hpp"
 #include "contract/errors.hpp"
 #include "files/shared_file.hpp"
 #include "files/sync_file.hpp"
-#include "lattice_boltzmann/output/state_digest.hpp"
 #include "ranks/fluid_setup_packing.hpp"
 #include "ranks/packing.hpp"
 #include "ranks/pieces.hpp"
@@ -71,6 +70,54 @@ void for_each_piece_of_populations(const Box& box, const Visit& visit) {
     populations.resize(static_cast<std::size_t>(19 * piece.volume()));
     visit(piece, std::span<T>(populations));
   });
+}
+
+/// Sum of the digests of all cells of `box`. Shows progress.
+template <class T>
+std::uint64_t digest_of_populations(const Cell& cells, const Box& box, std::span<const T> populations) {
+  std::uint64_t sum = 0;
+  auto next = populations.begin();
+  for (std::int64_t x = box.low[0]; x < box.high[0]; ++x) {
+    for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
+      for (std::int64_t z = box.low[2]; z < box.high[2]; ++z)
+        sum += digest_of_cell(cells, {x, y, z}, [&](int) { return *next++; });
+    report_progress();
+  }
+  return sum;
+}
+
+/// The same for the sums of a mean field; 0 without samples.
+std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean) {
+  if (mean.samples() == 0) return 0;
+  const FieldBlock& sums = mean.sums();
+  const auto samples = static_cast<std::uint64_t>(mean.samples());
+  std::uint64_t sum = 0;
+  std::size_t cell = 0;
+  for (std::int64_t x = sums.box.low[0]; x < sums.box.high[0]; ++x) {
+    for (std::int64_t y = sums.box.low[1]; y < sums.box.high[1]; ++y)
+      for (std::int64_t z = sums.box.low[2]; z < sums.box.high[2]; ++z, ++cell) {
+        Digest digest(static_cast<std::uint64_t>((x * cells[1] + y) * cells[2] + z));
+        digest.add(samples);
+        digest.add(sums.density_kg_per_m3[cell]);
+        for (std::size_t axis = 0; axis < 3; ++axis) digest.add(sums.velocity_m_per_s[3 * cell + axis]);
+        digest.add(static_cast<std::uint64_t>(sums.body[cell]));
+        sum += digest.value();
+      }
+    report_progress();
+  }
+  return sum;
+}
+
+std::uint64_t digest_of_kinematics(const Kinematics& kinematics) {
+  Digest digest(static_cast<std::uint64_t>(kinematics.step));
+  const auto add = [&](const auto& matrix) {
+    for (Eigen::Index i = 0; i < matrix.size(); ++i) digest.add(matrix.data()[i]);
+  };
+  add(kinematics.position_m);
+  add(kinematics.orientation_wxyz);
+  add(kinematics.velocity_m_per_s);
+  add(kinematics.angular_velocity_rad_per_s);
+  return digest.value();
 }
 
 /// Checksum of everything in the file, the same on all ranks.

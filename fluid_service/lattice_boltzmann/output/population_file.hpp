@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "contract/digest.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/output/mean_field.hpp"
@@ -29,6 +30,17 @@ struct FluidState {
   MeanField mean;         ///< this rank's share; may have no samples
   Sampling sampling;      ///< of the mean
 };
+
+/// Digest of a cell's populations, seeded with the cell's index in the domain: sums of it modulo 2^64 are the
+/// same for every decomposition.
+/// @param populations  called with α = 0 … 18
+template <class Populations>
+std::uint64_t digest_of_cell(const Cell& domain_cells, const Cell& cell, const Populations& populations) {
+  Digest digest(
+      static_cast<std::uint64_t>((cell[0] * domain_cells[1] + cell[1]) * domain_cells[2] + cell[2]));
+  for (int alpha = 0; alpha < 19; ++alpha) digest.add(populations(alpha));
+  return digest.value();
+}
 
 /// Populations travel in pieces of the rank's block, so that no second copy of all of them is ever needed.
 /// Arrays are post-collision f_α − w_α, shape (x, y, z, 19) of the piece, 19 fastest.

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "lattice_boltzmann/kernel/equilibrium.hpp"
-#include "lattice_boltzmann/kernel/relaxation.hpp"
+#include "lattice_boltzmann/kernel/collision.hpp"
+#include "lattice_boltzmann/lattice/moments.hpp"
 
 namespace copepod::fluid {
 namespace {

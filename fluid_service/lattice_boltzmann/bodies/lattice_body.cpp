@@ -1,4 +1,4 @@
-#include "lattice_boltzmann/bodies/row_interval.hpp"
+#include "lattice_boltzmann/bodies/lattice_body.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,6 +58,15 @@ void include_cylinder(Span& span, double dx, double dy, const LatticeBody& body)
   if (low < high) span.include(low, high);
 }
 
+/// First root of |r + q e|² = R² along a link that starts outside; infinity if the line misses.
+double entry(const Eigen::Vector3d& r, const Eigen::Vector3d& e, double radius) {
+  const double linear = -r.dot(e);
+  const double constant = r.squaredNorm() - radius * radius;
+  const double discriminant = linear * linear - e.squaredNorm() * constant;
+  if (linear <= 0.0 || constant < 0.0 || discriminant < 0.0) return std::numeric_limits<double>::infinity();
+  return constant / (linear + std::sqrt(discriminant));  // without cancellation where q is small
+}
+
 }  // namespace
 
 RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y) {
@@ -76,6 +85,20 @@ RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t 
   const double first = std::floor(body.position[2] + span.low - 0.5) + 1.0;
   const double last = std::ceil(body.position[2] + span.high - 0.5);
   return {static_cast<std::int64_t>(first), static_cast<std::int64_t>(last)};
+}
+
+double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, const d3q19::Direction& e) {
+  const Eigen::Vector3d link(e[0], e[1], e[2]);
+  const Eigen::Vector3d end = body.half_length * body.axis;
+  double q = std::min(entry(r - end, link, body.radius), entry(r + end, link, body.radius));
+  if (body.half_length > 0.0) {
+    const auto across = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+      return v - v.dot(body.axis) * body.axis;
+    };
+    const double side = entry(across(r), across(link), body.radius);
+    if (side < q && std::abs((r + side * link).dot(body.axis)) <= body.half_length) q = side;
+  }
+  return std::min(q, 1.0);  // a centre that is covered by rounding only
 }
 
 }  // namespace copepod::fluid

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "lattice_boltzmann/boundary/domain.hpp"
+#include "lattice_boltzmann/boundary/runs.hpp"
+#include "lattice_boltzmann/lattice/population_layout.hpp"
+
+// Walls at the faces of the domain, at rest or moving: half-way bounce-back. A population that meets the wall
+// returns to the cell that it left, in the opposite direction. A wall at rest costs no time
+// (PopulationLayout); a moving one adds its momentum, in place, before the update.
+
+namespace copepod::fluid {
+
+/// What a moving wall adds to the population that it sends back in direction ᾱ:
+///   f_ᾱ(x_f) = f̃_α(x_f) + 6 w_α ρ_w e_ᾱ·u_w,   ρ_w = 1                   [paper, moving-wall bounce-back]
+/// @param direction  ᾱ, into the fluid
+inline double moving_wall_addition(int direction, const Eigen::Vector3d& u_w) {
+  const auto& e = d3q19::e[direction];
+  return 6.0 * d3q19::weight(direction) * (e[0] * u_w[0] + e[1] * u_w[1] + e[2] * u_w[2]);
+}
+
+/// The moving walls beside one block.
+class MovingWalls {
+ public:
+  MovingWalls(const Domain& domain, const PopulationLayout& layout) {
+    for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
+      if (domain.box().contains(ghost)) return;
+      const GhostSource source = ghost_source(domain, ghost, direction);
+      if (source.addition == 0.0) return;
+      if (links_.empty() || links_.back().addition != source.addition)
+        links_.push_back({source.addition, {}});
+      for (const Placement placement : {Placement::home, Placement::streamed})
+        links_.back().entries[static_cast<std::size_t>(placement)].add(
+            layout.entry(layout.site(source.cell), direction, placement));
+    });
+  }
+
+  template <class T>
+  void apply(T* populations, Placement placement) const {
+    for (const Links& links : links_)
+      links.entries[static_cast<std::size_t>(placement)].for_each(
+          populations, [addition = static_cast<T>(links.addition)](T& entering) { entering += addition; });
+  }
+
+ private:
+  /// Links with the same addition.
+  struct Links {
+    double addition = 0.0;
+    std::array<Runs, 2> entries;  ///< where the populations that return are read, by placement
+  };
+  std::vector<Links> links_;
+};
+
+}  // namespace copepod::fluid

@@ -1,0 +1,202 @@
+#include "lattice_boltzmann/bodies/momentum_exchange.hpp"
+
+#include <gtest/gtest.h>
+
+#include "contract/errors.hpp"
+#include "lattice_boltzmann/bodies/link_formula.hpp"
+#include "lattice_boltzmann/lattice/moments.hpp"
+
+namespace copepod::fluid {
+namespace {
+
+TEST(BounceBack, SendsBackWhatMeetsAWallAtRest) {
+  EXPECT_EQ(BounceBack::returning({.direction = 5, .leaving = 0.0123, .density = 1.1}), 0.0123);
+}
+
+TEST(BounceBack, AMovingWallTakesMomentumFromWhatFollowsIt) {
+  const Link axis{.direction = 1, .leaving = 0.01, .density = 1.1, .e_dot_u_w = 0.05};
+  EXPECT_NEAR(BounceBack::returning(axis), 0.01 - 6.0 / 18.0 * 1.1 * 0.05, 1e-17);
+  const Link diagonal{.direction = 7, .leaving = 0.01, .density = 1.1, .e_dot_u_w = 0.05};
+  EXPECT_NEAR(BounceBack::returning(diagonal), 0.01 - 6.0 / 36.0 * 1.1 * 0.05, 1e-17);
+}
+
+/// A sphere or capsule in a periodic box on one rank, and populations at hand.
+struct Box16 {
+  explicit Box16(Shape shape = {ShapeKind::sphere, 3.3, 0.0}) {
+    setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
+    setup.domain_cells = {16, 16, 16};
+    for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
+    setup.bodies = {shape};
+    units.emplace(setup);
+    domain.emplace(setup, *units);
+    layout.emplace(domain->box(), 8, origin_rule(*domain, domain->box()));
+    map.emplace(*domain, *layout, std::vector<LatticeBody>{{shape, *units}});
+    links.emplace(*map, *layout, Box{{0, 0, 0}, {16, 16, 16}});
+    populations.resize(static_cast<std::size_t>(layout->values()));
+    body().position = {8.2, 7.9, 8.1};
+    move();
+  }
+
+  LatticeBody& body() { return map->bodies()[0]; }
+  void move() {
+    map->update();
+    map->accept_fresh_cells();
+    links->update();
+  }
+
+  double& f(const Cell& cell, int alpha) {
+    return populations[static_cast<std::size_t>(
+        layout->location(layout->site(cell), alpha, Placement::home))];
+  }
+  /// The same equilibrium everywhere.
+  void flow(double excess_density, const Eigen::Vector3d& u) {
+    const double velocity[3] = {u[0], u[1], u[2]};
+    for (std::int64_t x = 0; x < 16; ++x)
+      for (std::int64_t y = 0; y < 16; ++y)
+        for (std::int64_t z = 0; z < 16; ++z)
+          for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+            f({x, y, z}, alpha) = equilibrium_deviation(alpha, excess_density, velocity);
+  }
+
+  void exchange(std::span<const BoundaryCell> cells) {
+    sums = {};
+    reflected.clear();
+    choose_momentum_exchange<double>(MovingBoundary::bounce_back)(
+        populations.data(), *layout, Placement::home, *domain, body(), cells, sums, reflected);
+  }
+  void exchange() { exchange(links->of_body(0)); }
+  [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
+  [[nodiscard]] Eigen::Vector3d torque() const { return vector(3); }
+  [[nodiscard]] Eigen::Vector3d vector(std::size_t first) const {
+    return {fixed_point::to_double(sums[first]), fixed_point::to_double(sums[first + 1]),
+            fixed_point::to_double(sums[first + 2])};
+  }
+
+  FluidSetup setup;
+  std::optional<LatticeUnits> units;
+  std::optional<Domain> domain;
+  std::optional<PopulationLayout> layout;
+  std::optional<BodyMap> map;
+  std::optional<BoundaryLinks> links;
+  std::vector<double> populations;
+  LoadSums sums{};
+  ReflectedPopulations<double> reflected{16};
+};
+
+// One cell at (12, 8, 8), r = (4.3, 0.6, 0.4) from the centre, with one link along −x.
+TEST(MomentumExchange, OfOneLinkIsTwiceThePopulationThatIsReflected) {
+  Box16 box;
+  const Cell cell = {12, 8, 8};
+  const int to_body = d3q19::index_of({-1, 0, 0});
+  box.f(cell, to_body) = 0.25;
+  const BoundaryCell link{box.layout->site(cell), cell, 1U << to_body, false};
+  box.exchange({&link, 1});
+  const Eigen::Vector3d force(-0.5, 0.0, 0.0);
+  EXPECT_LT((box.force() - force).norm(), 1e-14);
+  EXPECT_LT((box.torque() - Eigen::Vector3d(4.3, 0.6, 0.4).cross(force)).norm(), 1e-14);
+  ASSERT_EQ(box.reflected.interior[12].size(), 1U);
+  EXPECT_EQ(box.reflected.interior[12][0].value, 0.25);
+  EXPECT_EQ(box.reflected.interior[12][0].location,
+            box.layout->entry(box.layout->site(cell), d3q19::opposite(to_body), Placement::home));
+}
+
+// e·u_w with u_w = U + Ω × r = (0.01, 0.02 · 4.3, 0) in the plane of the link, ρ_w = 1.25.
+TEST(MomentumExchange, UsesTheVelocityOfTheSurfaceAndTheDensityOfTheCell) {
+  Box16 box;
+  const Cell cell = {12, 8, 8};
+  const int alpha = d3q19::index_of({-1, 1, 0});
+  box.body().velocity = {0.022, 0.0, 0.0};
+  box.body().angular_velocity = {0.0, 0.0, 0.02};
+  box.f(cell, 0) = 0.25;
+  const BoundaryCell link{box.layout->site(cell), cell, 1U << alpha, false};
+  box.exchange({&link, 1});
+  const double e_dot_u = -(0.022 - 0.02 * 0.6) + 0.02 * 4.3;
+  const double returning = -6.0 / 36.0 * 1.25 * e_dot_u;
+  EXPECT_NEAR(box.reflected.interior[12][0].value, returning, 1e-16);
+  EXPECT_LT((box.force() - returning * Eigen::Vector3d(-1.0, 1.0, 0.0)).norm(), 1e-14);
+}
+
+TEST(MomentumExchange, FluidAtRestPushesABodyNowhereWhateverItsPressure) {
+  Box16 box({ShapeKind::capsule, 2.7, 4.0});
+  box.body().axis = Eigen::Vector3d(1.0, 2.0, 0.5).normalized();
+  box.move();
+  box.flow(0.02, Eigen::Vector3d::Zero());
+  box.exchange();
+  EXPECT_LT(box.force().norm(), 1e-13);
+  EXPECT_LT(box.torque().norm(), 1e-12);
+}
+
+// What is left is even in e_α and cancels over the closed surface.
+TEST(MomentumExchange, ABodyThatMovesWithAUniformFlowFeelsNoForce) {
+  const Eigen::Vector3d u(0.06, -0.048, 0.064);
+  Box16 moving;
+  moving.body().velocity = u;
+  moving.flow(0.01, u);
+  moving.exchange();
+  EXPECT_LT(moving.force().norm(), 1e-13);
+  Box16 resting;
+  resting.flow(0.01, u);
+  resting.exchange();
+  EXPECT_GT(resting.force().norm(), 1.0);
+  EXPECT_GT(resting.force().normalized().dot(u.normalized()), 0.99);
+}
+
+TEST(MomentumExchange, AddsUpToTheSameBitsWhateverTheOrderAndTheShares) {
+  Box16 box;
+  for (std::size_t i = 0; i < box.populations.size(); ++i)
+    box.populations[i] = 1e-3 * std::sin(static_cast<double>(i * i % 1013));
+  box.body().angular_velocity = {0.01, 0.02, -0.01};
+  box.exchange();
+  const LoadSums whole = box.sums;
+  std::vector<BoundaryCell> cells(box.links->of_body(0).begin(), box.links->of_body(0).end());
+  std::reverse(cells.begin(), cells.end());
+  box.exchange(cells);
+  EXPECT_EQ(box.sums, whole);
+  const auto half = std::span(cells).first(cells.size() / 3);
+  box.exchange(half);
+  LoadSums parts = box.sums;
+  box.exchange(std::span(cells).subspan(half.size()));
+  for (std::size_t i = 0; i < parts.size(); ++i) parts[i] += box.sums[i];
+  EXPECT_EQ(parts, whole);
+}
+
+TEST(MomentumExchange, NamesTheCellWhereTheFlowDiverged) {
+  Box16 box;
+  const BoundaryCell first = box.links->of_body(0)[0];
+  for (int alpha = 1; alpha < d3q19::directions; ++alpha) box.f(first.position, alpha) = std::nan("");
+  EXPECT_THROW(box.exchange(), SolverError);
+}
+
+}  // namespace
+
+namespace fixed_point {
+namespace {
+
+TEST(FixedPoint, RoundsToTheUnitAndKeepsTheSign) {
+  EXPECT_EQ(to_double(sum_from_double(1.0 + 0.4 * unit)), 1.0);
+  EXPECT_EQ(to_double(sum_from_double(-0.6 * unit)), -unit);
+  for (const double value : {4095.5, 4096.0, 8192.0, 1e6 / 3.0, 1e16}) {
+    EXPECT_EQ(to_double(sum_from_double(value)), value);
+    EXPECT_EQ(to_double(sum_from_double(-value)), -value);
+  }
+}
+
+TEST(FixedPoint, SumsBeyondTheRangeOf64Bits) {
+  Sum sum = 0;
+  for (int link = 0; link < 1000; ++link) sum += sum_from_double(-8191.25);
+  EXPECT_EQ(to_double(sum), -8191250.0);
+}
+
+TEST(FixedPoint, AddsUpHalvesOfRanksOfEitherSign) {
+  for (const double value : {0.0, 3.0 * unit, -unit, 1e5 / 7.0, -1e5 / 7.0, -1e14}) {
+    const Halves first = halves(sum_from_double(value));
+    const Halves second = halves(sum_from_double(-12345.0));
+    EXPECT_GE(first[0], 0);
+    EXPECT_EQ(from_halves(first[0] + second[0], first[1] + second[1]),
+              sum_from_double(value) + sum_from_double(-12345.0));
+  }
+}
+
+}  // namespace
+}  // namespace fixed_point
+}  // namespace copepod::fluid
