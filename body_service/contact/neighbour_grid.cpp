@@ -67,7 +67,7 @@ void NeighbourGrid::add_level(std::vector<int> balls, double largest_radius_m) {
 }
 
 NeighbourGrid::Cell NeighbourGrid::cell_of(const Level& level, const Eigen::Vector3d& point_m) const {
-  // Further out than this a double no longer tells neighbouring cells apart, and an integer would overflow.
+  // Further out than this a double does not resolve neighbouring cells, and an integer would overflow.
   constexpr double furthest = 1e15;
   Cell cell;
   for (int direction = 0; direction < 3; ++direction) {

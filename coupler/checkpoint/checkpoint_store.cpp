@@ -30,7 +30,7 @@ std::string name_of_step(std::int64_t step) {
   return name.data();
 }
 
-/// Step in a checkpoint's name, −1 if it is no such name.
+/// Step in a checkpoint's name, −1 if it is not the name of one.
 std::int64_t step_of_name(const std::string& name) {
   const std::string start = name_start;
   std::int64_t step = -1;

@@ -27,7 +27,7 @@ std::vector<std::string> read_settings(Reader& entry) {
     entry.problems().error(
         entry.path_of("set"),
         entry.path_of("set") +
-            " is no mapping (it changes keys of the case). Write it as {key.path: value}.");
+            " is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
   }
   for (const Value::Entry& setting : set->entries)
     settings.push_back(setting.key + "=" + to_json(setting.value).dump());

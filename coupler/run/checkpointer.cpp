@@ -56,21 +56,21 @@ void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExpli
   schedule_.written(scheme.step(), CheckpointSchedule::Clock::now());
   // Who asked while it was written has it, too.
   if (signals_.checkpoint.exchange(0) == SIGTERM) {
-    throw is_written ? Interrupted(SIGTERM, scheme.step(), "Go on from its checkpoint with --resume.")
+    throw is_written ? Interrupted(SIGTERM, scheme.step(), "Continue from its checkpoint with --resume.")
                      : Interrupted(SIGTERM, scheme.step());
   }
   events_.phase("running");
 }
 
-/// Looks at the disk first, to leave some room for others; a disk that fills up meanwhile is told by the
-/// solvers.
+/// Checks the disk first, to leave some room for other programs; if it fills up meanwhile, the solvers
+/// report that.
 void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
                           Audience& audience) {
   const std::uintmax_t needed = std::max(store_.newest_bytes(), expected_bytes_) + (std::uintmax_t{1} << 20);
   if (const std::uintmax_t available = free_bytes(store_.folder().parent_path()); available < needed) {
     throw StorageError(std::to_string(available) + " bytes are free where a checkpoint takes about " +
                        std::to_string(needed) +
-                       " (the disk is nearly full). Free some space; the run goes on.");
+                       " (the disk is nearly full). Free some space; the run continues.");
   }
   audience.sync_files();
   store_.prepare(fluid, body, {scheme.step(), scheme.previous_loads(), audience.sums(), mean_});

@@ -31,7 +31,7 @@ void Events::finished(const std::string& summary_path) {
 void Events::notice(const std::string& text) { write({{"event", "notice"}, {"text", text}}); }
 
 void Events::write(const nlohmann::ordered_json& event) {
-  // A reason may hold bytes of a peer that are no UTF-8; they must not end the coupler.
+  // A reason may contain bytes of a peer that are not UTF-8; they must not end the coupler.
   stream_ << event.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n'
           << std::flush;
 }

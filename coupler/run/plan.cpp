@@ -25,7 +25,7 @@ void note(ordered_json& notes, const std::string& what, double value) {
   notes.push_back({{"what", what}, {"value", shortest_text(value)}});
 }
 
-/// Figures that a person wants to see before a long run.
+/// Figures of interest before a long run.
 ordered_json make_notes(const Case& the_case) {
   ordered_json notes = ordered_json::array();
   note(notes, "step [s]", the_case.step_s);

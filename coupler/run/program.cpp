@@ -35,7 +35,7 @@ void start_log(const std::string& file) {
   spdlog::set_default_logger(logger);
 }
 
-/// What an exception says about who failed, where and why.
+/// The component, place and cause of a failure, from an exception.
 FailureReport report_of(const Error& error, std::int64_t step) {
   FailureReport report;
   if (const auto* peer = dynamic_cast<const PeerFailed*>(&error)) {

@@ -46,7 +46,7 @@ void watch_signals() {
   handle(SIGINT, on_stop);
   handle(SIGTERM, on_sigterm);
   handle(SIGUSR1, on_checkpoint);
-  // Nobody reads our events any more: the run goes on, its files are what counts.
+  // The reader of our events is gone: the run continues, since its files matter.
   std::signal(SIGPIPE, SIG_IGN);
 }
 

@@ -55,7 +55,7 @@ std::string hdf5_reason() {
   };
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first, &reason);
   H5Eclear2(H5E_DEFAULT);
-  return reason.empty() ? "HDF5 does not say why" : reason;
+  return reason.empty() ? "HDF5 gives no reason" : reason;
 }
 
 hid_t open_file(const std::string& path, Hdf5File::Access kind) {

@@ -148,7 +148,7 @@ void SharedFile::write_bytes(std::int64_t offset, const Hdf5File::Extent& shape,
   }
 }
 
-/// Piece by piece first, since fsync says nothing for as long as the disk takes.
+/// Piece by piece first, since fsync reports no progress while it waits for the disk.
 void SharedFile::sync() {
   struct stat status {};
   if (fstat(file_, &status) != 0) fail("look at it");

@@ -55,7 +55,7 @@ void DistributedFluid::advance() {
   advance_due_ = false;
 }
 
-/// A full disk is thrown on all ranks alike, which are in step and go on.
+/// A full disk is thrown on all ranks alike, which are in step and continue.
 void DistributedFluid::save(const std::string& path) {
   std::optional<StorageError> problem;
   on_all_ranks([&] {

@@ -61,7 +61,7 @@ class Follower {
     solver_->advance();
   }
 
-  /// A full disk is thrown on all ranks alike: rank 0 tells the coupler, and all go on.
+  /// A full disk is thrown on all ranks alike: rank 0 reports it to the coupler, and all continue.
   void save() {
     try {
       solver_->save(command_.path);

@@ -211,13 +211,13 @@ class MpiCommunicator::PendingExchange {
 
 std::function<void()> MpiCommunicator::start_exchange(std::span<const Message> messages) {
   throw_if_failed();
-  // std::function wants a copyable target, hence shared ownership of a single owner's object.
+  // std::function requires a copyable target, hence shared ownership despite a single owner.
   const auto pending = std::make_shared<PendingExchange>(*this, messages);
   return [pending] { pending->finish(); };
 }
 
 void MpiCommunicator::report_failure(const FailureReport& report) {
-  if (failure_) return;  // everybody knows already, or will from that rank
+  if (failure_) return;  // all ranks have the first report already, or will get it from that rank
   failure_ = report;
   if (size_ == 1) return;
   static FailurePacket packet;  // outlives the sends, whatever becomes of this object

@@ -14,7 +14,7 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr unsigned farewell_s = 10;     ///< how long rank 0 may take to tell the coupler about a failure
+constexpr unsigned farewell_s = 10;     ///< time for rank 0 to report a failure to the coupler
 constexpr unsigned last_resort_s = 15;  ///< a rank that hangs must not keep the others from ending for longer
 
 /// Dies with mpirun: it starts the ranks of its machine itself, and kill -9 leaves it no time to stop them.
@@ -41,7 +41,7 @@ MpiSession::MpiSession() : exit_code_(static_cast<int>(ExitCode::solver_failed))
 MpiSession::~MpiSession() {
   alarm(last_resort_s);
   if (communicator_->broken()) {
-    // Rank 0 has told the coupler why before it comes here; the others leave it the time to do so.
+    // Rank 0 has reported the cause to the coupler before this point; the others leave it the time to do so.
     if (communicator_->rank() != 0) sleep(farewell_s);
     MPI_Abort(MPI_COMM_WORLD, exit_code_);
   }

@@ -31,7 +31,7 @@ PulseBoard::PulseBoard(MPI_Comm ranks) {
   void* memory = nullptr;
   MPI_Win_allocate_shared(sizeof(Pulse), 1, MPI_INFO_NULL, machine, &memory, &window_);
   own_ = new (memory) Pulse;
-  MPI_Barrier(machine);  // everybody's place is in order before anybody looks
+  MPI_Barrier(machine);  // all entries are initialised before rank 0 reads them
   if (rank == 0) find_others(machine, ranks);
   MPI_Comm_free(&machine);
   if (rank != 0) thread_ = std::thread([this] { beat(); });

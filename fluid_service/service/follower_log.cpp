@@ -25,14 +25,14 @@ component::Options log_options(int argc, char** argv, int rank) {
     return {};  // rank 0 complains about it
   }
   if (options.log_file.empty()) {
-    options.log_level = "warning";  // rank 0 alone speaks to the terminal
+    options.log_level = "warning";  // only rank 0 writes to the terminal
   } else {
     options.log_file += ".rank" + std::to_string(rank);
   }
   return options;
 }
 
-/// A log that cannot be opened is no reason to leave the other ranks waiting.
+/// A log that cannot be opened must not leave the other ranks waiting.
 std::shared_ptr<spdlog::logger> open_or_do_without(const component::Options& options, int rank,
                                                    const std::shared_ptr<component::Vitals>& vitals) {
   try {

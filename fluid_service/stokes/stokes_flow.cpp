@@ -19,7 +19,7 @@ StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator
   for (const Shape& shape : setup.bodies) {
     if (shape.kind != ShapeKind::sphere)
       throw CaseError(
-          "a body is not a sphere (solver: stokes knows the mobility of spheres only). Use solver: "
+          "a body is not a sphere (solver: stokes has the mobility of spheres only). Use solver: "
           "lattice_boltzmann.");
     radius_m_.push_back(shape.radius_m);
   }

@@ -105,7 +105,7 @@ class Conversation {
     stop_request().compare_exchange_strong(none, static_cast<int>(code));
   }
 
-  /// The solver may be deep in a computation or in MPI; nobody waits for its result any more.
+  /// The solver may be deep in a computation or in MPI; its result is no longer needed.
   void enforce_stop() {
     if (stop_request().load() == 0) return;
     if (stopping_since_s_ < 0) stopping_since_s_ = now_s();

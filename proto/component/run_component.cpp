@@ -40,7 +40,7 @@ session::Hello introduce(session::Role role, const Capabilities& capabilities, i
   return hello;
 }
 
-/// Names by which the coupler's socket tells the lanes of all components apart.
+/// Unique name of a lane at the coupler's socket.
 std::string lane_name(const session::Hello& hello, session::Lane lane) {
   return std::string(name_of(hello.role)) + "-" + std::to_string(hello.instance) + "-" +
          std::string(name_of(lane));

@@ -18,7 +18,7 @@ namespace {
 void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
   if (kinematics.bodies() != bodies) {
     throw SolverError("The body solver returned " + std::to_string(kinematics.bodies()) +
-                          " bodies (there are " + std::to_string(bodies) + "). Mend its step().",
+                          " bodies (there are " + std::to_string(bodies) + "). Fix step().",
                       0, kinematics.step);
   }
   using conversion::all_finite;

@@ -19,7 +19,7 @@ namespace {
 void require_finite(const Loads& loads, Eigen::Index bodies) {
   if (loads.force_N.cols() != bodies || loads.torque_N_m.cols() != bodies) {
     throw SolverError("The fluid solver returned loads on " + std::to_string(loads.bodies()) +
-                          " bodies (there are " + std::to_string(bodies) + "). Mend its exchange().",
+                          " bodies (there are " + std::to_string(bodies) + "). Fix exchange().",
                       0, loads.step);
   }
   if (conversion::all_finite(loads.force_N) && conversion::all_finite(loads.torque_N_m)) return;

@@ -38,10 +38,10 @@ Phase phase_of(Work work) {
   }
 }
 
-/// @throws Refused if the coupler wants to speak a minor version that our Hello did not offer
+/// @throws Refused if the coupler requests a minor version that our Hello did not offer
 void require_offered(std::uint32_t minor, const session::VersionRange& offered) {
   if (offered.minor_min <= minor && minor <= offered.minor_max) return;
-  throw Refused("The coupler wants to speak protocol " + std::to_string(offered.major) + "." +
+  throw Refused("The coupler requests protocol " + std::to_string(offered.major) + "." +
                 std::to_string(minor) + " (this component offered " + to_text(offered) +
                 "). Build both from the same release.");
 }
@@ -77,14 +77,14 @@ ExitCode Server::run() noexcept {
   return exit_code_;
 }
 
-/// Where no coupler hears of it, standard error is the only way to tell.
+/// Without a connected coupler, the error is reported on standard error.
 void Server::give_up(ExitCode code, const char* reason) {
   exit_code_ = code;
   log_.error("{}", reason);
   if (session_.session_id == 0) std::cerr << "error: " << reason << std::endl;
 }
 
-/// Repeats the Hello, since it is the one message that nobody is waiting for yet.
+/// Repeats the Hello, since the coupler does not wait for it yet and would not ask again.
 void Server::greet() {
   const auto start = Clock::now();
   const auto deadline = start + std::chrono::duration<double>(connect_deadline_s_);
@@ -113,8 +113,8 @@ void Server::serve() {
   }
 }
 
-/// The goodbye may get lost, and the coupler ask again; it closes the connection once it has heard it. One
-/// that broke comes back at once.
+/// The last reply may get lost, and the coupler may ask again; it closes the connection after receiving it. A
+/// broken connection comes back at once.
 void Server::stay_for_repeated_goodbyes() {
   const auto end = Clock::now() + kFarewell;
   auto last_connected = Clock::now();
@@ -208,7 +208,7 @@ void Server::do_work(const Action& action) {
   enter(Phase::waiting);
 }
 
-/// Tells the control lane, and the timeline how long the phase before took.
+/// Informs the control lane, and records the duration of the previous phase in the timeline.
 void Server::enter(Phase phase) {
   const auto now = recording::Clock::now();
   recording::timeline().add(name_of(vitals_.phase.load()), phase_since_, now);
@@ -229,7 +229,7 @@ FailureReport Server::report(ExitCode code, const std::string& reason, int rank,
           rank, step >= 0 ? step : current_step,     reason};
 }
 
-/// Tells the coupler and ends. A stop request that made the solver throw is no failure of the solver.
+/// Reports to the coupler and ends. An exception due to a stop request is not a failure of the solver.
 void Server::fail(const FailureReport& report) {
   const bool stopping = stop_request().load() != 0;
   exit_code_ = stopping ? static_cast<ExitCode>(stop_request().load()) : report.code;

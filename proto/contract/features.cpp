@@ -84,7 +84,7 @@ const std::vector<Feature>& known_features() {
       {"checkpoint", run, "saves its state and resumes from it"},
       {"fields", run, "writes fields.h5 and fields.xdmf"},
       {"mpi", remark, "runs as several MPI processes"},
-      {"estimate", remark, "--estimate: tells what a setup takes before a run starts"},
+      {"estimate", remark, "--estimate: computes the memory for a setup before a run starts"},
       {"contacts", remark, "bodies that touch push each other apart"},
       {"imposes:flow", remark, "the fluid is not at rest at the start"},
       {"neglects:loads", remark, "exerts no loads on bodies, or ignores them"},

@@ -178,7 +178,7 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
   const auto found = find_arrays(content);
   const Bytes rest = found ? content.first(found->begin) : content;
   if (!envelope.ParseFromArray(rest.data(), static_cast<int>(rest.size()))) {
-    throw MalformedMessage(std::to_string(bytes.size()) + " bytes are no Envelope");
+    throw MalformedMessage(std::to_string(bytes.size()) + " bytes are not an Envelope");
   }
   buffers_->arrays = found ? found->arrays : arrays_of(envelope);
   const MessageKind kind =

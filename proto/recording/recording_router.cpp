@@ -21,7 +21,7 @@ bool RecordingRouter::send(const std::string& peer, transport::Bytes bytes) {
   return true;
 }
 
-/// A peer says who it is in its Hello; before it, and without one, nobody knows.
+/// A peer is identified by its Hello; until then it is unknown.
 const RecordingRouter::Speaker& RecordingRouter::speaker_of(const std::string& peer, transport::Bytes bytes) {
   static const Speaker nobody;
   for (const Speaker& speaker : speakers_) {

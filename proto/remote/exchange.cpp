@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kSlice{50};  ///< how soon signals and broken connections are noticed
 
-/// The names of lanes are no secret; whoever takes one over must hold its role's key.
+/// The names of lanes are public; a connection that takes one over must hold its role's key.
 void require_entitlement(const Party& party, const transport::Frame& frame) {
   if (session::is_entitled(frame.identity, party.session.role)) return;
   throw Refused("A message in the name of the " + std::string(name_of(party.session.role)) +

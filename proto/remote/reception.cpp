@@ -57,8 +57,8 @@ void Reception::handle(const transport::Frame& frame, double now_s) {
   if (!verdict.is_stranger && hello->lane == Lane::data) throw Refused(verdict.reason);
 }
 
-/// Both lanes of a component carry the same instance number; whoever comes second with another one is another
-/// component.
+/// Both lanes of a component carry the same instance number; a later lane with another number is
+/// another component.
 bool Reception::is_role_taken(const Hello& hello) const {
   const Party& party = parties_.of(hello.role);
   const bool is_known = !party.data_peer.empty() || !party.control_peer.empty();

@@ -32,7 +32,7 @@ HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation
   const auto minor = negotiate(expectation.versions, hello.versions);
   if (!minor) {
     return {std::nullopt,
-            who + " was refused (it speaks protocol " + to_text(hello.versions) + ", the coupler " +
+            who + " was refused (it supports protocol " + to_text(hello.versions) + ", the coupler " +
                 to_text(expectation.versions) + "). Build both from the same release.",
             false};
   }

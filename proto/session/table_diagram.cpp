@@ -30,7 +30,7 @@ std::string label_of(const Transition& transition) {
   return label.str();
 }
 
-/// Work that ends where it began is no arrow of its own: the arrow of the request is that already.
+/// Work that ends in its initial state is not a separate arrow: it is the arrow of the request.
 bool is_shown(const Transition& transition) {
   return !(transition.stays && transition.trigger.is_local()) && transition.from != while_running;
 }

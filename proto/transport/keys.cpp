@@ -38,7 +38,7 @@ Words read_lines(const std::string& path) {
   Words lines;
   std::ifstream file(path);
   for (std::string name, key; file >> name >> key;) {
-    if (!is_key(key)) refuse(path, "what it calls " + name + " is no key");
+    if (!is_key(key)) refuse(path, "its entry " + name + " is not a key");
     lines[name] = key;
   }
   return lines;

@@ -28,7 +28,7 @@ class ConnectionBook {
 
   void closed(int descriptor) {
     standing_.erase(descriptor);
-    // The kernel will give the number away again: nobody may seem connected by it.
+    // The kernel will reuse the number: no peer may seem connected by it.
     for (auto& [peer, last] : last_) {
       if (last == descriptor) last = -1;
     }
@@ -65,8 +65,9 @@ class ZeroMqRouter final : public Router {
     if (keys) use(*keys);
     socket_.set(zmq::sockopt::linger, kLingerMs);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
-    socket_.set(zmq::sockopt::router_mandatory, true);  // sending to nobody is an error, not a silent loss
-    socket_.set(zmq::sockopt::router_handover, true);   // a peer that comes back keeps its name
+    socket_.set(zmq::sockopt::router_mandatory,
+                true);  // sending to an absent peer is an error, not a silent loss
+    socket_.set(zmq::sockopt::router_handover, true);  // a peer that comes back keeps its name
     socket_.set(zmq::sockopt::sndtimeo, 1000);
     try {
       socket_.bind(endpoint);
@@ -114,7 +115,7 @@ class ZeroMqRouter final : public Router {
     socket_.set(zmq::sockopt::curve_secretkey, keys.secret);
   }
 
-  /// Takes frames (peer, message); whatever has another shape is no message of ours.
+  /// Takes frames (peer, message); anything of another shape is not a message of the protocol.
   bool take(Frame& frame) {
     if (!peer_.more()) return false;
     static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));

@@ -50,9 +50,10 @@ void check_time(const Case& the_case, Problems& problems) {
     problems.error(time_key(the_case),
                    found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
   } else if (tau > 2.0) {
-    problems.warning(time_key(the_case), found +
-                                             " (walls lose their place above about 2, with bgk most). "
-                                             "Use a smaller step or a larger cell.");
+    problems.warning(time_key(the_case),
+                     found +
+                         " (bounce-back walls shift noticeably above about 2, most with bgk). "
+                         "Use a smaller step or a larger cell.");
   }
 }
 

@@ -48,16 +48,17 @@ void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& pro
 /// at most.
 void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
   if (!fluid.body_force_N_per_m3.isZero(0.0)) {
-    problems.warning("fluid.body_force_N_per_m3",
-                     "fluid.body_force_N_per_m3 drives a flow (solver: stokes knows none but that of the "
-                     "bodies). It is left out.");
+    problems.warning(
+        "fluid.body_force_N_per_m3",
+        "fluid.body_force_N_per_m3 drives a flow (solver: stokes computes only the flow due to the "
+        "bodies). It is ignored.");
   }
   for (std::size_t face = 0; face < 6; ++face) {
     const BoundaryKind kind = fluid.boundaries[face].kind;
     if (kind != BoundaryKind::velocity && kind != BoundaryKind::pressure) continue;
     problems.warning(face_path(face), face_path(face) +
-                                          " drives a flow (solver: stokes knows none but that of the "
-                                          "bodies). It is left out.");
+                                          " drives a flow (solver: stokes computes only the flow due to the "
+                                          "bodies). It is ignored.");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) continue;
@@ -68,7 +69,7 @@ void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
   }
 }
 
-/// What a case written for the lattice says that a solver without cells leaves out.
+/// Keys of a case written for the lattice that a solver without cells ignores.
 void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   const std::string solver = std::string("solver: ") + name_of(solver_names, fluid.solver);
@@ -79,9 +80,8 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   if (fluid.solver != FluidSolverChoice::stokes) return;
   warn_of_flows_left_out(fluid, problems);
   if (fluid.domain_cells[0] > 0 && fluid.no_slip_plane < 0) {
-    problems.warning("fluid.solver",
-                     "the fluid is taken as unbounded (" + solver +
-                         " knows none of the domain's walls). Give fluid.no_slip_plane for one.");
+    problems.warning("fluid.solver", "the fluid is taken as unbounded (" + solver +
+                                         " ignores the domain's walls). Give fluid.no_slip_plane for one.");
   }
 }
 

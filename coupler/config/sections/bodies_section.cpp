@@ -105,8 +105,7 @@ NamedSpring read_spring(Reader spring) {
     const Value both = *spring.raw("anchors_m");
     const std::array ends{&result.anchor_A_m, &result.anchor_B_m};
     for (std::size_t end = 0; end < 2; ++end) {
-      // A list in a list has no keys of its own, so each anchor is read as if it were called after its
-      // position.
+      // A list in a list has no keys, so the position of each anchor serves as its key.
       Value wrapped = Value::mapping();
       wrapped.add(std::to_string(end), both.items[end]);
       Reader anchor(&wrapped, spring.path_of("anchors_m"), spring.problems());

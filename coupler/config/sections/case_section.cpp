@@ -116,8 +116,8 @@ BodyCase read_body_solver(Reader body) {
   return result;
 }
 
-/// What the sections of fluid and bodies say about processes: a command in `services` (where --fluid and
-/// --body put theirs) goes before one in `solver`, and a solver that computes no cells has none to share out.
+/// Processes of fluid and bodies: a command in `services` (where --fluid and --body put theirs) takes
+/// precedence over one in `solver`, and a solver without cells runs on one rank.
 void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase& services) {
   if (services.fluid_command.empty()) services.fluid_command = fluid.command;
   if (services.body_command.empty()) services.body_command = body.command;

@@ -70,7 +70,7 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
       return FluidKind::stokes;
     case FluidSolverChoice::vacuum:
       return FluidKind::vacuum;
-    case FluidSolverChoice::external:  // told everything that the case says about a lattice
+    case FluidSolverChoice::external:  // receives everything that the case specifies for a lattice
     case FluidSolverChoice::lattice_boltzmann:
       break;
   }

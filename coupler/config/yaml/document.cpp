@@ -66,7 +66,8 @@ Override parse_override(const std::string& text) {
   if (equals == std::string::npos || equals == 0) {
     const std::string what =
         equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
-    throw CaseInvalid(origin, "'" + text + "' is no assignment (" + what + "). Write --set key.path=value.");
+    throw CaseInvalid(origin,
+                      "'" + text + "' is not an assignment (" + what + "). Write --set key.path=value.");
   }
   Override result{text.substr(0, equals),
                   parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
@@ -92,7 +93,7 @@ Document Document::parse(const std::string& text, const std::string& source,
   Document document(parse_yaml(text, source, LineNumbers::kept));
   if (document.root_.kind != Value::Kind::mapping) {
     throw CaseInvalid(Origin{source, 1},
-                      "the case is no mapping (it must consist of `key: value` lines). "
+                      "the case is not a mapping (it must consist of `key: value` lines). "
                       "Start it with `case: name`.");
   }
   std::vector<Override> assignments;

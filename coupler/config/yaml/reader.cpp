@@ -196,7 +196,7 @@ std::vector<std::string> Reader::words(const std::string& key) {
   }
   if (value->kind != Value::Kind::sequence || result.size() != value->items.size()) {
     problems_.error(path_of(key), path_of(key) +
-                                      " is no list of words (each entry must be one word). "
+                                      " is not a list of words (each entry must be one word). "
                                       "Write it in brackets: [a, b].");
   }
   return result;

@@ -65,7 +65,7 @@ class Conversion {
     if (conversion::as_utf8(node.Scalar(), node.Scalar().size()) == node.Scalar()) return node.Scalar();
     throw CaseInvalid(
         origin(node.Mark()),
-        "a word here is not UTF-8 text (the file was saved in another encoding, or is no text). "
+        "a word here is not UTF-8 text (the file was saved in another encoding, or is not text). "
         "Save it as UTF-8.");
   }
 

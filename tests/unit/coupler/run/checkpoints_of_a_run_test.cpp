@@ -80,7 +80,7 @@ TEST_F(Program, TellsHowToGoOnFromTheCheckpointOfSigterm) {
   };
   EXPECT_EQ(run(), 143);
   const auto reason = events().back()["reason"].get<std::string>();
-  EXPECT_NE(reason.find("Go on from its checkpoint with --resume"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("Continue from its checkpoint with --resume"), std::string::npos) << reason;
 }
 
 TEST_F(Program, ASignalDuringACheckpointGetsThatOne) {

@@ -26,7 +26,7 @@ TEST(Handshake, RefusesVersionsThatDoNotOverlapAndNamesBoth) {
   EXPECT_FALSE(old.accepted());
   EXPECT_FALSE(old.is_stranger);
   EXPECT_EQ(old.reason,
-            "The fluid component on node7 was refused (it speaks protocol 1.0 to 1.1, the coupler 1.2 to "
+            "The fluid component on node7 was refused (it supports protocol 1.0 to 1.1, the coupler 1.2 to "
             "1.4). Build both "
             "from the same release.");
   EXPECT_FALSE(judge_hello(hello_with({2, 0, 9}), kExpectation).accepted());

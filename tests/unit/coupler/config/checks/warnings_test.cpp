@@ -17,7 +17,7 @@ struct Doubtful {
 };
 
 const std::vector<Doubtful> doubtful_cases{
-    {"large_relaxation_time", {"fluid.relaxation_time=2.5"}, "walls lose their place"},
+    {"large_relaxation_time", {"fluid.relaxation_time=2.5"}, "walls shift noticeably"},
     {"bead_close_to_a_wall",
      {"swimmers.0.center_m=[24.0e-6, 24.0e-6, 21.0e-6]", "swimmers.0.rest_gap_m=[8.5e-6, 8.0e-6]"},
      "less than one cell from the z face"},
@@ -34,7 +34,7 @@ const std::vector<Doubtful> doubtful_cases{
      {"run.steps=11000", "output.fields.mean_over_steps=[0, 0]"},
      "Run longer for a result table"},
     {"mean_of_one_sample", {"output.fields.mean_every_steps=5000"}, "one sample in the whole window"},
-    {"stokes_in_a_channel", {"fluid.solver=stokes"}, "knows none of the domain's walls"},
+    {"stokes_in_a_channel", {"fluid.solver=stokes"}, "ignores the domain's walls"},
     {"body_force_on_stokes_flow",
      {"fluid.solver=stokes", "fluid.no_slip_plane=x_low", "fluid.body_force_N_per_m3=[0, 0, 1]"},
      "fluid.body_force_N_per_m3 drives a flow"},
