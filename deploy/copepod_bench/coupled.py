@@ -7,9 +7,8 @@ import tempfile
 from pathlib import Path
 
 from copepod_bench import pure
-from copepod_run import exit_codes
 from copepod_run.checkout import ROOT
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 
 _CELL_M = 1e-6
 _RADIUS_CELLS = 4
@@ -99,7 +98,7 @@ def bead_positions(domain, beads):
     grid = [(x, y, z) for x in places[0] for y in places[1] for z in places[2]]
     if len(grid) < beads:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). " "Use fewer.",
         )
     stride = len(grid) / beads

@@ -5,9 +5,8 @@ import os
 import statistics
 import subprocess
 
-from copepod_run import exit_codes
 from copepod_run.checkout import program
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 
 _OPEN_MPI = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
@@ -40,7 +39,7 @@ def measure(domain, ranks, precision="double", collision="bgk", samples=5, steps
     done = subprocess.run(command, capture_output=True, text=True, env={**_OPEN_MPI, **os.environ})
     if done.returncode != 0:
         raise Stop(
-            exit_codes.SOLVER_FAILED,
+            ExitCode.SOLVER_FAILED,
             f"{' '.join(command)} failed ({done.stderr.strip()[-500:]}). " "Check that mpirun works on this machine.",
         )
     result = json.loads(done.stdout)

@@ -9,14 +9,14 @@ from copepod_campaign import display, programs, results
 from copepod_campaign.entry import State, entries_of
 from copepod_campaign.job import RESTARTS
 from copepod_campaign.pool import Pool
-from copepod_run import build, exit_codes
+from copepod_run import build
 from copepod_run.checkout import called_as
 from copepod_run.destinations import make_folder
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import request_campaign
 from copepod_run.run_directory import RunDirectory, folder_name
 from copepod_run.signals import SignalRecorder
-from copepod_run.stages import say
+from copepod_run.messages import say
 
 
 _NOT_FOR_SWEEPS = {
@@ -38,10 +38,10 @@ def run_sweep(options, plan):
     """`copepod run` of a case with a sweep: a campaign of its members, which goes on where it stopped."""
     for name in ("ranks", "fluid", "body"):
         if getattr(options, name) is not None:
-            raise Stop(exit_codes.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
+            raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
     for name, reason in _NOT_FOR_SWEEPS.items():
         if getattr(options, name) not in (False, 0, "auto"):
-            raise Stop(exit_codes.BAD_CASE, f"--{name} is not for sweeps ({reason}). Leave it out.")
+            raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps ({reason}). Leave it out.")
     item = {"name": plan.name, "file": options.case, "set": options.set}
     settings = "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
     options.rerun_other_builds = False
@@ -84,7 +84,7 @@ def _tell_beginning(name, entries, shown):
 
 def _ending(entries, signals, shown, again):
     if signals.received:
-        code = exit_codes.INTERRUPTED if signals.received[0] == 2 else exit_codes.TERMINATED
+        code = ExitCode.INTERRUPTED if signals.received[0] == 2 else ExitCode.TERMINATED
         raise Stop(code, f"stopped by a signal; nothing is lost. Go on with the same command: {again}")
     failed = [entry for entry in entries if entry.state is State.FAILED]
     print(results.text(entries))
@@ -102,4 +102,4 @@ def _ending(entries, signals, shown, again):
             f"{len(others)} results are of another build ({', '.join(others)}). "
             "To have all of this one: --rerun-other-builds"
         )
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED

@@ -6,7 +6,7 @@ import time
 
 from copepod_campaign.entry import State
 from copepod_run.progress import clock_text
-from copepod_run.stages import elapsed_text, write
+from copepod_run.messages import elapsed_text, write
 
 _LINE_EVERY_S = 60.0
 

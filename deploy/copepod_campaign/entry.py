@@ -7,11 +7,10 @@ import os
 import shutil
 import time
 
-from copepod_run import exit_codes
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import plan_of, resolved_case
 from copepod_run.run_directory import has_checkpoint
-from copepod_run.stages import say
+from copepod_run.messages import say
 
 _ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
 
@@ -54,7 +53,7 @@ class Entry:
         self.plan = plan
         self.state = State.NEW
         self.remark = ""
-        self.exit_code = exit_codes.FINISHED
+        self.exit_code = ExitCode.FINISHED
         self._this_build = build
 
     @property
@@ -114,7 +113,7 @@ class Entry:
             while not _lock(descriptor):
                 if time.monotonic() > deadline:
                     raise Stop(
-                        exit_codes.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
+                        ExitCode.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
                     )
                 if not told:
                     say(f"{self.name}: waits for the run that is still there to end")

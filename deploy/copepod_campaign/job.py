@@ -7,8 +7,8 @@ import sys
 
 from copepod_campaign.entry import State
 from copepod_run.checkout import ROOT
-from copepod_run.events import EventReader
-from copepod_run.process import end_with_parent
+from copepod_run.progress import EventReader
+from copepod_run.local_launcher import end_with_parent
 
 RESTARTS = 3  # by itself, when a component is lost
 

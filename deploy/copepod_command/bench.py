@@ -5,9 +5,10 @@ import os
 import subprocess
 from pathlib import Path
 
-from copepod_run import build, destinations, exit_codes
+from copepod_run.errors import ExitCode
+from copepod_run import build, destinations
 from copepod_run.checkout import PROGRAMS, program
-from copepod_run.stages import Stage, say
+from copepod_run.messages import Stage, say
 
 _PAPER = (100, 100, 200)
 _DOMAINS = ((48, 48, 48), _PAPER, (160, 160, 160))
@@ -27,7 +28,7 @@ def bench(options):
     if options.out:
         Path(options.out).write_text(json.dumps(results, indent=1) + "\n")
         say(f"all samples are in {options.out}")
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED
 
 
 def _pure(options):

@@ -1,15 +1,15 @@
 """`copepod check`: everything about a case that can be known before it runs."""
 
 import os
-import shlex
+from argparse import Namespace
 
-from copepod_run import build, capabilities, components, exit_codes, speed
-from copepod_run.errors import Stop
-from copepod_run.plan import request_plan
-from copepod_run.stages import elapsed_text
+from copepod_run import build, components, estimate
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import elapsed_text
+from copepod_run.plan import Plan, request_plan
 
 
-def check(options):
+def check(options: Namespace) -> int:
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
     build.ensure_programs()
     plan = components.settled(request_plan(options), options)
@@ -21,16 +21,16 @@ def check(options):
         print(f"  {name:<{width}}{value}")
     for warning in [*plan.warnings, *_resource_warnings(plan)]:
         print(warning)
-    problems = _problems_of_components(plan)
+    problems = components.problems_of_components(plan)
     for problem in problems:
         print(f"error: {problem}")
     if problems:
-        raise Stop(exit_codes.BAD_CASE)
+        raise Stop(ExitCode.BAD_CASE)
     print("ok")
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED
 
 
-def _estimate_rows(plan):
+def _estimate_rows(plan: Plan) -> list[tuple[str, str]]:
     """Memory and time of the run."""
     rows = []
     memory = plan.estimate.get("memory_bytes")
@@ -39,21 +39,18 @@ def _estimate_rows(plan):
     updates = plan.estimate.get("cell_updates")
     if updates:
         precision = plan.case.get("fluid", {}).get("precision", "double")
-        mlups = speed.remembered(precision, plan.fluid_ranks)
-        rows.append(
-            (
-                "time",
-                f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last "
-                f"{precision} run on {plan.fluid_ranks} rank(s)"
-                if mlups
-                else f"unknown: no {precision} run on {plan.fluid_ranks} rank(s) was made here yet",
-            )
-        )
+        mlups = estimate.remembered(precision, plan.fluid_ranks)
+        of_what = f"{precision} run on {plan.fluid_ranks} rank(s)"
+        if mlups:
+            time = f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last {of_what}"
+        else:
+            time = f"unknown: no {of_what} has finished on this machine yet"
+        rows.append(("time", time))
     return rows
 
 
-def _shares(memory_of):
-    """How the memory is shared out, in brackets; nothing where the coupler does not tell."""
+def _shares(memory_of: dict[str, int]) -> str:
+    """How the memory is shared out, in brackets; nothing where the coupler does not report it."""
     shares = []
     if memory_of.get("fluid_rank_bytes"):
         shares.append(f"fluid {memory_of['fluid_ranks']} × {memory_of['fluid_rank_bytes'] / 2**20:.0f}")
@@ -65,7 +62,7 @@ def _shares(memory_of):
     return f" ({', '.join(shares)})" if shares else ""
 
 
-def _resource_warnings(plan):
+def _resource_warnings(plan: Plan) -> list[str]:
     warnings = []
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if plan.estimate.get("memory_bytes", 0) > 0.9 * memory:
@@ -80,40 +77,3 @@ def _resource_warnings(plan):
             f"Use --ranks {cores}."
         )
     return warnings
-
-
-def _problems_of_components(plan):
-    """What keeps the two components from taking part in the run, as sentences."""
-    return [
-        problem
-        for role, own, command in (
-            ("fluid", plan.fluid_command is None, components.fluid_program(plan)),
-            ("body", plan.body_command is None, components.body_program(plan)),
-        )
-        for problem in _problems_of(role, own, command, plan.requires.get(role, {}))
-    ]
-
-
-def _problems_of(role, own, command, required):
-    """What the component says about itself is nothing, of another role, or less than the case needs."""
-    announced = capabilities.announced(command)
-    if announced is None and own:  # a folder of programs for runs in one process need not hold it
-        return
-    if announced is None:
-        yield (
-            f"the {role} component {shlex.join(command)} is none (it does not answer --capabilities with JSON). "
-            "Give the command of a component, see docs/adding_a_component.md."
-        )
-        return
-    if announced.get("role", role) != role:
-        yield f"{announced.get('name', shlex.join(command))} is no {role} component (it says so). Use --{announced['role']}."
-        return
-    features = announced.get("features", [])
-    for feature, kind in required.items():
-        waived = kind == "method" and "solver:external" in features
-        neglected = f"neglects:{feature}" in features or f"neglects:{feature.partition(':')[0]}" in features
-        if not (feature in features or waived or neglected):
-            yield (
-                f"the case needs «{feature}» ({announced.get('name', role)} cannot do it). "
-                f"Change the case, or use another --{role} component."
-            )

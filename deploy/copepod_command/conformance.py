@@ -4,10 +4,10 @@ import os
 import time
 from pathlib import Path
 
-from copepod_run import build, components, destinations, exit_codes
-from copepod_run.errors import Stop
-from copepod_run.guarded_folder import guarded_folder
-from copepod_run.stages import Stage
+from copepod_run import build, components, destinations
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.scratch import guarded_folder
+from copepod_run.messages import Stage
 
 _JOBS_PER_CORE = 2  # components mostly wait
 
@@ -16,7 +16,7 @@ def conformance(options):
     """Prints the table, writes JUnit XML to --junit; exit code 0 only if nothing failed."""
     if not options.component:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             "which component? Give its command after --, for example: "
             "copepod conformance --role fluid -- build/bin/fluid_service",
         )
@@ -38,7 +38,7 @@ def _check(options, environment, folder):
     unknown = set(options.only or ()) - set(groups())
     if unknown:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"there is no group {', '.join(unknown)} of checks. Choose from: {', '.join(groups())}.",
         )
     with zmq.Context() as context:
@@ -56,7 +56,7 @@ def _check(options, environment, folder):
     print(report.table(subject, results, options.verbose))
     if options.junit:
         Path(options.junit).write_bytes(report.junit(subject, results, time.monotonic() - start))
-    return exit_codes.NOT_CONFORMANT if report.counts(results)["failed"] else exit_codes.FINISHED
+    return ExitCode.FAILED if report.counts(results)["failed"] else ExitCode.FINISHED
 
 
 def _cores():

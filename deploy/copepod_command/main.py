@@ -3,10 +3,10 @@
 import signal
 import sys
 
-from copepod_run import destinations, exit_codes
+from copepod_run import destinations
 from copepod_command.command_line import parse
-from copepod_run.errors import Stop
-from copepod_run.stages import say, silence
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import say, silence
 
 
 def main(arguments):
@@ -18,15 +18,15 @@ def main(arguments):
         return code
     except KeyboardInterrupt:
         say("stopped by Ctrl-C.")
-        return exit_codes.INTERRUPTED
+        return ExitCode.INTERRUPTED
     except BrokenPipeError:  # the reader of our results went away, as in `copepod check … | head`
         _flush_or_silence_stdout()
-        return exit_codes.PREPARATION_FAILED
+        return ExitCode.FAILED
     except OSError as problem:
         where = problem.filename or "the output"
         say(f"{where} cannot be used ({problem.strerror or problem}). {destinations.advice(problem)}")
         _flush_or_silence_stdout()
-        return exit_codes.STORAGE_FAILED
+        return ExitCode.STORAGE_FAILED
 
 
 def _carry_out(arguments):

@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from copepod_run import destinations, exit_codes
-from copepod_run.errors import Stop
-from copepod_run.stages import say
+from copepod_run import destinations
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import say
 
 
 def recording(options):
@@ -19,7 +19,7 @@ def _open(path):
     try:
         return Recording(path)
     except (OSError, UnreadableRecording) as problem:
-        raise Stop(exit_codes.STORAGE_FAILED, str(problem)) from None
+        raise Stop(ExitCode.STORAGE_FAILED, str(problem)) from None
 
 
 def _wire(options):
@@ -35,7 +35,7 @@ def _list(options):
     for line in lines(recorded):
         print(line)
     _say_where_it_ends([recorded])
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED
 
 
 def _count(options):
@@ -48,7 +48,7 @@ def _count(options):
         print(f"{component:10} {direction:4} {name:20} {number:10d} {size:14d}")
     print(f"{'all':36} {sum(row[3] for row in rows):10d} {sum(row[4] for row in rows):14d}")
     _say_where_it_ends([recorded])
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED
 
 
 def _trace(options):
@@ -66,9 +66,7 @@ def _trace(options):
     timelines = trace.read(processes)
     shown = trace.window(timelines, options.steps)
     if not any(timeline.phases for timeline in shown):
-        raise Stop(
-            exit_codes.BAD_CASE, f"there is nothing to draw ({_what_there_is(timelines)}). Choose other --steps."
-        )
+        raise Stop(ExitCode.BAD_CASE, f"there is nothing to draw ({_what_there_is(timelines)}). Choose other --steps.")
     out.write_text(json.dumps(trace.as_json(shown, wire)))
     print(f"{out}: open it with https://ui.perfetto.dev or chrome://tracing")
     figures = shadow.figures(timelines)
@@ -80,7 +78,7 @@ def _trace(options):
         picture.draw(shown, options.picture)
         print(options.picture)
     _say_where_it_ends(processes)
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED
 
 
 def _require_picture(path):
@@ -88,7 +86,7 @@ def _require_picture(path):
     destinations.require_file(path, "--picture")
     if path and Path(path).suffix.lower() not in (".png", ".svg"):
         raise Stop(
-            exit_codes.BAD_CASE, f"--picture {path} is neither PNG nor SVG (the name tells). Use FILE.png or FILE.svg."
+            ExitCode.BAD_CASE, f"--picture {path} is neither PNG nor SVG (the name tells). Use FILE.png or FILE.svg."
         )
 
 

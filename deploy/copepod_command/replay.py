@@ -9,12 +9,12 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from copepod_run import build, components, exit_codes
+from copepod_run import build, components
 from copepod_run.checkout import ROOT
-from copepod_run.errors import Stop
-from copepod_run.guarded_folder import guarded_folder
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.scratch import guarded_folder
 from copepod_run.plan import plan_of
-from copepod_run.stages import say
+from copepod_run.messages import say
 
 _SHOWN = 10  # differences
 
@@ -57,16 +57,16 @@ def _replay(options, path, role, folder):
             code = process.wait(timeout=30)
     except Failed as problem:
         found.print()
-        raise Stop(exit_codes.SOLVER_FAILED, f"the {role} component failed: {problem}") from None
+        raise Stop(ExitCode.SOLVER_FAILED, f"the {role} component failed: {problem}") from None
     except subprocess.TimeoutExpired:
         raise Stop(
-            exit_codes.COMPONENT_LOST, f"the {role} component did not end after Finish. Look at its output."
+            ExitCode.COMPONENT_LOST, f"the {role} component did not end after Finish. Look at its output."
         ) from None
     finally:
         _end(process)
     _say_where_it_ends(recording)
     if code != 0:
-        raise Stop(exit_codes.COMPONENT_LOST, f"the {role} component ended with exit code {code} after Finish.")
+        raise Stop(ExitCode.COMPONENT_LOST, f"the {role} component ended with exit code {code} after Finish.")
     return found.verdict(compared, options.tolerance)
 
 
@@ -76,9 +76,7 @@ def _script(recording, role):
 
     script = script_of(recording, role)
     if not script.exchanges:
-        raise Stop(
-            exit_codes.BAD_CASE, f"{recording.path} has no requests to the {role} component. Record a longer run."
-        )
+        raise Stop(ExitCode.BAD_CASE, f"{recording.path} has no requests to the {role} component. Record a longer run.")
     return script
 
 
@@ -87,7 +85,7 @@ def _require_checkpoint(script, path):
     start = script.restore
     if start is not None and not Path(start.path).parent.exists():
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"{path.stem} cannot be replayed (it went on from {Path(start.path).parent}, which is gone: a run keeps its "
             "last checkpoints only). Replay an earlier --attempt, or record a run that is not resumed.",
         )
@@ -113,10 +111,10 @@ class Differences:
         how = f"within a relative difference of {tolerance:g}" if tolerance else "bit by bit"
         if self._number == 0:
             print(f"{compared} replies agree {how}")
-            return exit_codes.FINISHED
+            return ExitCode.FINISHED
         self.print()
         raise Stop(
-            exit_codes.SOLVER_FAILED,
+            ExitCode.SOLVER_FAILED,
             f"{self._number} values in {compared} replies differ from the recording (compared {how}; the first "
             f"{min(self._number, _SHOWN)} above). Another build or solver? --tolerance allows for rounding.",
         )
@@ -128,7 +126,7 @@ def _open(path):
     try:
         return Recording(path)
     except (OSError, UnreadableRecording) as problem:
-        raise Stop(exit_codes.STORAGE_FAILED, str(problem)) from None
+        raise Stop(ExitCode.STORAGE_FAILED, str(problem)) from None
 
 
 def _say_where_it_ends(recording):
@@ -160,7 +158,7 @@ def _stand_in(options, path, folder):
     start = _script(_open(path), options.stand_in).restore
     if start is not None:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"{path.stem} cannot play the {options.stand_in} component (it went on from a checkpoint, a run that is "
             "played starts at step 0). Use --attempt 1, or --fluid or --body to replay it.",
         )

@@ -1,6 +1,7 @@
 """`copepod report`: hands run directories to copepod_report."""
 
-from copepod_run import build, exit_codes
+from copepod_run.errors import ExitCode
+from copepod_run import build
 from copepod_run.plan import plan_of
 
 
@@ -11,7 +12,7 @@ def report(options):
 
     out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
     print(write_report(options.directories, out, read_case))
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED
 
 
 def read_case(path):

@@ -1,20 +1,24 @@
 """`copepod run`: plan, folder, three processes, watching, result; restarts if asked for."""
 
 import shlex
+from argparse import Namespace
 
 from copepod_campaign import campaign
-from copepod_run import build, components, exit_codes, run_directory, speed
+from copepod_run import build, components, estimate, run_directory
 from copepod_run.attempt import Attempt
 from copepod_run.checkout import called_as
-from copepod_run.errors import Stop
-from copepod_run.plan import request_plan
-from copepod_run.stages import say, speak_json
-from copepod_run.table import result_table
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.figures import result_table
+from copepod_run.messages import say, speak_json
+from copepod_run.outcome import Failure
+from copepod_run.plan import Plan, case_arguments, request_plan
+from copepod_run.run_directory import RunDirectory
 
-_WORTH_A_RESTART = (exit_codes.COMPONENT_LOST, exit_codes.DEADLINE_PASSED)
+_WORTH_A_RESTART = (ExitCode.COMPONENT_LOST, ExitCode.DEADLINE_PASSED)
+_SIGNALS = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}
 
 
-def run(options):
+def run(options: Namespace) -> int:
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
     if options.progress == "json":
         speak_json()
@@ -23,6 +27,8 @@ def run(options):
     if plan.sweep:
         return campaign.run_sweep(options, plan)
     plan = components.settled(plan, options)
+    for problem in components.problems_of_components(plan, only_replaced=True):
+        raise Stop(ExitCode.BAD_CASE, problem)
     for warning in plan.warnings:
         say(warning)
     if options.resume:
@@ -35,62 +41,48 @@ def run(options):
         directory.close()
 
 
-def _attempts(options, plan, directory):
+def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
     """One attempt, and up to --restarts more as long as a component is lost."""
     resume = options.resume
     for left in range(options.restarts, -1, -1):
+        start = directory.last_step_on_disk() if resume else -1
         ending = Attempt(options, plan, directory, resume).run()
         if ending.summary:
             summary = directory.summary()
             if summary is None:
                 raise Stop(
-                    exit_codes.STORAGE_FAILED,
-                    f"{ending.summary} cannot be read (the disk is full?). Make room and run again.",
+                    ExitCode.STORAGE_FAILED,
+                    f"{ending.summary} cannot be read (is the disk full?). Free some space and run again.",
                 )
-            speed.remember(summary)
+            estimate.remember(summary)
             print(result_table(summary, directory.shown), flush=True)
-            return exit_codes.FINISHED
-        if ending.signal:
-            raise _stopped_by(ending.signal, options, directory)
-        if left == 0 or ending.failure.code not in _WORTH_A_RESTART:
-            raise Stop(
-                ending.failure.code,
-                f"{ending.failure.sentence()} {_advice_after(ending.failure, resume, options, directory)}",
-            )
+            return ExitCode.FINISHED
+        if ending.failure is None:
+            code = ExitCode.INTERRUPTED if ending.signal == 2 else ExitCode.TERMINATED
+            how = f"stopped by {_SIGNALS[ending.signal]}. Logs: {directory.shown}/logs."
+            raise Stop(code, f"{how} {_way_to_continue(options, directory)}")
+        failure = ending.failure
+        if left == 0 or failure.code not in _WORTH_A_RESTART:
+            raise Stop(failure.code, f"{failure.sentence()}{_advice(failure, start, options, directory)}")
         resume = directory.has_checkpoint()
-        say(ending.failure.sentence())
+        say(failure.sentence())
         say(f"starting again {'from the last checkpoint' if resume else 'from the beginning'}, {left} restart(s) left")
+    raise AssertionError("the last attempt returns or raises")
 
 
-def _stopped_by(number, options, directory):
-    name = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}[number]
-    code = exit_codes.INTERRUPTED if number == 2 else exit_codes.TERMINATED
-    return Stop(code, f"stopped by {name}. {_advice(code, options, directory)}")
-
-
-def _advice_after(failure, resumed, options, directory):
-    if (
-        resumed and failure.code == exit_codes.STORAGE_FAILED and failure.step < 0
-    ):  # of the checkpoint: it says what to do
-        return f"Logs: {directory.shown}/logs."
-    return _advice(failure.code, options, directory)
-
-
-def _advice(code, options, directory):
-    """How to go on after a run that did not finish."""
-    logs = f"Logs: {directory.shown}/logs."
-    if code in (exit_codes.BAD_CASE, exit_codes.REFUSED, exit_codes.SOLVER_FAILED):
+def _advice(failure: Failure, start: int, options: Namespace, directory: RunDirectory) -> str:
+    """How to continue after a failure; `start`: step of the checkpoint that the attempt resumed from, -1 if none."""
+    logs = "" if failure.log else f" Logs: {directory.shown}/logs."
+    if failure.code in (ExitCode.BAD_CASE, ExitCode.REFUSED, ExitCode.SOLVER_FAILED):
         return logs
-    if directory.has_checkpoint():
-        return f"{logs} Go on from the last checkpoint: {_resume_command(options, directory)}"
-    return f"{logs} There is no checkpoint: run again from the start."
+    if start >= 0 and failure.step <= start and not failure.was_killed:  # the same command would fail in the same way
+        return logs
+    return f"{logs} {_way_to_continue(options, directory)}"
 
 
-def _resume_command(options, directory):
-    words = [called_as(), "run", options.case, "--out", directory.shown]
-    for setting in options.set:
-        words += ["--set", setting]
-    for name in ("ranks", "fluid", "body"):
-        if getattr(options, name) is not None:
-            words += [f"--{name}", str(getattr(options, name))]
-    return shlex.join([*words, "--resume"])
+def _way_to_continue(options: Namespace, directory: RunDirectory) -> str:
+    if not directory.has_checkpoint():
+        return "There is no checkpoint: run again from the start."
+    case, *changes = case_arguments(options)
+    command = [called_as(), "run", case, "--out", directory.shown, *changes, "--resume"]
+    return f"Continue from the last checkpoint: {shlex.join(command)}"

@@ -1,6 +1,7 @@
 """`copepod setup`: prepares the machine and builds, and does nothing else; for containers and continuous integration."""
 
-from copepod_run import build, exit_codes, packages
+from copepod_run.errors import ExitCode
+from copepod_run import build, packages
 
 
 def setup(options):
@@ -10,4 +11,4 @@ def setup(options):
         packages.ensure()
     else:
         build.ensure_everything()
-    return exit_codes.FINISHED
+    return ExitCode.FINISHED

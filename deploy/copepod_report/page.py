@@ -5,7 +5,7 @@ from html import escape
 from pathlib import Path
 
 from copepod_run.figures import number_text
-from copepod_run.table import run_rows, swimmer_rows
+from copepod_run.figures import run_rows, swimmer_rows
 from copepod_report import resonance
 from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
 

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from copepod_run import exit_codes
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 from copepod_report.trajectory import Trajectory
 
 BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
@@ -24,7 +23,7 @@ class RunRecord:
         for name in ("summary.json", "case.yaml", "trajectory.csv"):
             if not (self.directory / name).exists():
                 raise Stop(
-                    exit_codes.BAD_CASE,
+                    ExitCode.BAD_CASE,
                     f"{directory} has no {name} (no run, or one that did not finish). "
                     "Give run directories of finished runs.",
                 )
@@ -53,7 +52,7 @@ def _read(path, reader):
         return reader(path)
     except (ValueError, KeyError) as problem:
         raise Stop(
-            exit_codes.STORAGE_FAILED, f"{path} cannot be read (cut off or damaged: {problem}). Run the case again."
+            ExitCode.STORAGE_FAILED, f"{path} cannot be read (cut off or damaged: {problem}). Run the case again."
         ) from None
 
 

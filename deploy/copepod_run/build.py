@@ -15,10 +15,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from copepod_run import exit_codes, packages
+from copepod_run import packages
 from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
-from copepod_run.errors import Stop
-from copepod_run.stages import Stage, elapsed_text
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import Stage, elapsed_text
 
 _BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40
@@ -27,8 +27,7 @@ _LOOK_EVERY_S = 0.2  # at a build that another process has under way
 _ALL = "all"  # in the stamp, for a build of every target
 _STAMP = BUILD / "up_to_date.json"  # the sources and packages of the last build, and the targets that it made
 _LOG = BUILD / "build.log"
-_SOURCES = ("CMakeLists.txt", "CMakePresets.json", "cmake", "proto", "fluid_service", "body_service", "coupler")
-_SOURCES += ("in_process", "tests")
+_SOURCES = "CMakeLists.txt CMakePresets.json cmake proto fluid_service body_service coupler in_process tests".split()
 _COUNTER = re.compile(rb"^\[(\d+)/(\d+)\]", re.MULTILINE)  # ninja's
 
 
@@ -43,13 +42,13 @@ def ensure_everything() -> None:
 
 
 def ensure_targets(targets: Sequence[str]) -> None:
-    """Builds `targets` (none: all), unless they are up to date. Raises Stop(1) with the compiler's errors if it fails."""
+    """Builds `targets` (none: all) unless they are up to date. Raises Stop(1) with the compiler's errors if it fails."""
     if chosen_programs() or _only_its_owner_builds() or _is_up_to_date(targets):
         return
     packages.ensure()
     if not shutil.which("ninja") or not shutil.which("cmake"):
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             "cmake and ninja are not in PATH (not a Debian machine?). Install them, g++ 12 "
             "and these libraries' equivalents: " + " ".join(packages.BUILD_AND_RUN),
         )
@@ -78,7 +77,7 @@ def _only_its_owner_builds() -> bool:
     if all(program(name).exists() for name in PROGRAMS):
         return True
     raise Stop(
-        exit_codes.BAD_CASE,
+        ExitCode.BAD_CASE,
         f"{folder} belongs to another user and holds no complete build (you may not write there). "
         f"Ask its owner to run: {ROOT}/deploy/copepod setup",
     )
@@ -229,7 +228,7 @@ def _configure() -> None:
             stderr=subprocess.STDOUT,
         ).returncode
         if code:
-            raise Stop(exit_codes.PREPARATION_FAILED, _failure("cmake could not configure the build"))
+            raise Stop(ExitCode.FAILED, _failure("cmake could not configure the build"))
 
 
 def _build(targets: Sequence[str]) -> None:
@@ -251,7 +250,7 @@ def _build(targets: Sequence[str]) -> None:
         with Stage(f"building (log: {_LOG})") as stage:
             _follow(beginning, ninja.stdout, stage)
             if ninja.wait() != 0:
-                raise Stop(exit_codes.PREPARATION_FAILED, _failure("the build failed"))
+                raise Stop(ExitCode.FAILED, _failure("the build failed"))
     finally:
         if ninja.poll() is None:
             ninja.terminate()

@@ -9,23 +9,23 @@ BUILD = ROOT / "build"
 PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
 
 
-def chosen_programs():
+def chosen_programs() -> Path | None:
     """Folder of ready-made programs named by COPEPOD_BIN_DIR, or None; with it nothing is installed or built."""
     folder = os.environ.get("COPEPOD_BIN_DIR")
     return Path(folder).resolve() if folder else None
 
 
-def program(name):
+def program(name: str) -> Path:
     """Path of one of PROGRAMS."""
     return (chosen_programs() or BUILD / "bin") / name
 
 
-def present_programs():
+def present_programs() -> list[str]:
     """Those of PROGRAMS that are there; a folder that the user has put together may lack some."""
     return [name for name in PROGRAMS if program(name).exists()]
 
 
-def build_digest():
+def build_digest() -> str:
     """First 16 digits of the digest of all programs: the same programs, the same build."""
     digest = hashlib.sha256()
     for name in present_programs():
@@ -33,6 +33,6 @@ def build_digest():
     return digest.hexdigest()[:16]
 
 
-def called_as():
-    """How the user called this command, for messages that tell what to type next."""
+def called_as() -> str:
+    """How the user called this command, for messages that suggest what to type next."""
     return os.environ.get("COPEPOD_CALLED_AS", "deploy/copepod")

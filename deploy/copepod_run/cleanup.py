@@ -1,16 +1,27 @@
-"""Finding every process of a run by its mark and ending it, politely first."""
+"""Finding every process of a run by its mark and ending it; also from a process that outlives a killed command.
+
+    cleanup.py MARK FOLDER…     stdin: a pipe that closes when the command ends
+
+This file alone is the guard's program: it imports nothing of ours.
+"""
 
 import os
 import shutil
 import signal
+import subprocess
+import sys
 import time
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
+COMPONENT = "COPEPOD_COMPONENT"  # in the environment too: which component the process belongs to
 POLITE_S = 0.5  # between SIGTERM and SIGKILL
 FINAL_S = 2.0  # after SIGKILL; longer only in uninterruptible sleep, where nothing can be done
+_DISMISSED = b"done"
 
 
-def marked_processes(mark):
+def marked_processes(mark: str) -> list[int]:
     """Process ids whose environment holds `mark` («NAME=value»), zombies left out."""
     wanted = mark.encode()
     found = []
@@ -19,30 +30,13 @@ def marked_processes(mark):
             try:
                 if wanted in Path("/proc", entry, "environ").read_bytes().split(b"\0"):
                     found.append(int(entry))
-            except OSError:  # gone meanwhile, or somebody else's
+            except OSError:  # it has ended, or belongs to another user
                 pass
     return found
 
 
-def process_state(pid):
-    """One letter as in ps: R, S, D, T (stopped by a signal), Z; None if there is no such process."""
-    try:
-        return Path("/proc", str(pid), "stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return None
-
-
-def environment_of(pid):
-    """Environment of a process as a dictionary; empty if it cannot be read."""
-    try:
-        pairs = Path("/proc", str(pid), "environ").read_bytes().decode(errors="replace").split("\0")
-    except OSError:
-        return {}
-    return dict(pair.split("=", 1) for pair in pairs if "=" in pair)
-
-
-def end_marked(mark, patience_s=POLITE_S):
-    """SIGTERM to all marked processes, SIGKILL to those that stay; returns how many would not go.
+def end_marked(mark: str, patience_s: float = POLITE_S) -> int:
+    """SIGTERM to all marked processes, SIGKILL to those that remain; returns how many could not be ended.
 
     A process that is stopped (SIGSTOP) obeys SIGTERM only when it is continued.
     """
@@ -50,10 +44,10 @@ def end_marked(mark, patience_s=POLITE_S):
     return _signal_until_gone(mark, (signal.SIGKILL,), FINAL_S)
 
 
-def _signal_until_gone(mark, numbers, patience_s):
+def _signal_until_gone(mark: str, numbers: Iterable[int], patience_s: float) -> int:
     """Sends the signals to every marked process once, newcomers too, until none is left or patience ends."""
     deadline = time.monotonic() + patience_s
-    signalled = set()
+    signalled: set[int] = set()
     while True:
         alive = marked_processes(mark)
         for pid in alive:
@@ -65,7 +59,7 @@ def _signal_until_gone(mark, numbers, patience_s):
         time.sleep(0.02)
 
 
-def _send(pid, numbers):
+def _send(pid: int, numbers: Iterable[int]) -> None:
     try:
         for number in numbers:
             os.kill(pid, number)
@@ -73,15 +67,45 @@ def _send(pid, numbers):
         pass
 
 
-def reap_orphans():
-    """Collects adopted orphans that have ended; to be called once our own processes have been waited for."""
-    try:
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
-    except ChildProcessError:
-        pass
-
-
-def remove_folders(folders):
+def remove_folders(folders: Iterable[str | Path]) -> None:
     for folder in folders:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+class Guard:
+    """A process that cleans up after a run if the command itself is killed (kill -9), and is dismissed otherwise.
+
+    It keeps the lock of the run directory until it is done, so that no other run starts there too early.
+    """
+
+    def __init__(self, mark: str, folders: Sequence[Path], lock: int | None = None) -> None:
+        """`lock`: descriptor that locks the run directory, if there is one."""
+        self._process = subprocess.Popen(
+            [sys.executable, "-S", __file__, mark, *map(str, folders)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            pass_fds=[] if lock is None else [lock],
+            cwd="/",
+        )
+
+    def dismiss(self) -> None:
+        try:
+            self._process.communicate(_DISMISSED, timeout=2)
+        except (OSError, subprocess.TimeoutExpired):
+            self._process.kill()
+            self._process.wait()
+
+
+def _stand_guard(mark: str, folders: Sequence[str]) -> None:
+    """Waits for the pipe to close; unless dismissed, ends what is marked and removes the folders."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    if os.read(0, len(_DISMISSED)) != _DISMISSED:
+        end_marked(mark)
+        remove_folders(folders)
+
+
+if __name__ == "__main__":
+    _stand_guard(sys.argv[1], sys.argv[2:])

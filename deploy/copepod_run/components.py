@@ -1,24 +1,28 @@
-"""Command line and environment of the three processes of a run."""
+"""The three processes of a run: command lines, environment, and what a component announces about itself."""
 
+import json
 import os
 import shlex
 import shutil
+import subprocess
+from argparse import Namespace
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from copepod_run import capabilities, exit_codes
+from copepod_run.cleanup import MARK
 from copepod_run.checkout import build_digest, program
-from copepod_run.component_settings import component_settings
-from copepod_run.errors import Stop
-from copepod_run.plan import case_arguments
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.plan import Plan, case_arguments
+from copepod_run.scratch import Scratch
 
-MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
 IN_PROCESS = "in_process"  # services.transport of a run without services
-COMPONENT = "COPEPOD_COMPONENT"  # says which one it belongs to
 
 _BODY_SERVICES = {"own": "body_service", "external": "body_service", "bullet": "bullet_body_service"}
 _MOST_RANKS_PER_CORE = 32
 _STARTERS = ("mpirun", "mpiexec", "srun")
+_ANSWER_WITHIN_S = 20
 
 
 @dataclass(frozen=True)
@@ -27,118 +31,166 @@ class Connection:
 
     endpoint: str
     session: str  # token
-    keys: dict  # role to key file; empty: none are needed
+    keys: Mapping[str, Path]  # key file by role; empty: none are needed
     logs: Path  # folder
 
-    def arguments(self, name):
+    def arguments(self, name: str) -> list[str]:
         """The options that every process of a run takes."""
         keys = ["--keys", str(self.keys[name])] if self.keys else []
-        return [
-            "--endpoint",
-            self.endpoint,
-            "--session",
-            self.session,
-            *keys,
-            "--log-file",
-            str(self.logs / f"{name}.log"),
-        ]
+        log = str(self.logs / f"{name}.log")
+        return ["--endpoint", self.endpoint, "--session", self.session, *keys, "--log-file", log]
 
 
-def coupler_command(options, plan, directory, connection, resume):
-    command = [
-        str(program("in_process_run" if plan.transport == IN_PROCESS else "coupler")),
-        "--run",
-        *case_arguments(options),
-        "--out",
-        str(directory),
-        *connection.arguments("coupler"),
-        "--build",
-        build_digest(),
-    ]
-    return command + (["--resume"] if resume else [])
+def coupler_command(options: Namespace, plan: Plan, directory: Path, connection: Connection, resume: bool) -> list[str]:
+    coupler = str(program("in_process_run" if plan.transport == IN_PROCESS else "coupler"))
+    command = [coupler, "--run", *case_arguments(options), "--out", str(directory), *connection.arguments("coupler")]
+    return [*command, "--build", build_digest(), *(["--resume"] if resume else [])]
 
 
-def fluid_program(plan):
+def fluid_command(plan: Plan, connection: Connection) -> list[str]:
+    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid"))
+
+
+def body_command(plan: Plan, connection: Connection) -> list[str]:
+    return body_program(plan) + connection.arguments("body")
+
+
+def fluid_program(plan: Plan) -> list[str]:
     """Our fluid service, or the command that replaces it."""
     return plan.fluid_command or [str(program("fluid_service"))]
 
 
-def body_program(plan):
+def body_program(plan: Plan) -> list[str]:
     """The body service of the chosen solver, or the command that replaces it."""
     return plan.body_command or [str(program(_BODY_SERVICES[plan.body_solver]))]
 
 
-def needs_mpirun(plan):
+def with_ranks(plan: Plan, command: list[str]) -> list[str]:
+    """The command of a fluid, behind mpirun where that is needed."""
+    return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command] if _needs_mpirun(plan) else command
+
+
+def _needs_mpirun(plan: Plan) -> bool:
     """Our fluid service always, one that replaces it if it is to have several ranks and brings no starter."""
     return plan.fluid_command is None or (plan.fluid_ranks > 1 and not _brings_starter(plan.fluid_command))
 
 
-def with_ranks(plan, command):
-    """The command of a fluid, behind mpirun where that is needed."""
-    return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command] if needs_mpirun(plan) else command
-
-
-def fluid_command(plan, connection):
-    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid"))
-
-
-def body_command(plan, connection):
-    return body_program(plan) + connection.arguments("body")
-
-
-def settled(plan, options):
-    """The plan as it can be carried out: a component that replaces our fluid is started once unless it knows MPI.
-
-    Raises Stop(2) if a program is missing or the ranks would bring the machine down, before anything is started.
-    """
-    _check_services(plan)
-    own = plan.fluid_command
-    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks or capabilities.can(own, "mpi")):
-        return replace(plan, fluid_ranks=1)
-    _check_ranks(plan)
-    return plan
-
-
-def _check_ranks(plan):
-    cores = len(os.sched_getaffinity(0))
-    if needs_mpirun(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
-        raise Stop(
-            exit_codes.BAD_CASE,
-            f"{plan.fluid_ranks} fluid ranks (each is a process, and {cores} core(s) of this machine are to run them "
-            f"all). Use --ranks {cores}, or start ranks on several machines yourself: --fluid 'mpirun …'.",
-        )
-
-
-def _brings_starter(command):
+def _brings_starter(command: Sequence[str]) -> bool:
     return Path(command[0]).name in _STARTERS
 
 
-def require_program(role, command):
-    """Raises Stop(2) if the first word of a component's command is no program."""
+def settled(plan: Plan, options: Namespace) -> Plan:
+    """The plan as it can be carried out: a component that replaces our fluid is started once unless it announces MPI.
+
+    Raises Stop(2) if a program is missing or the ranks would exhaust the machine, before anything is started.
+    """
+    _require_programs(plan)
+    own = plan.fluid_command
+    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks):
+        if "mpi" not in (announced(own) or {}).get("features", []):
+            return replace(plan, fluid_ranks=1)
+    cores = len(os.sched_getaffinity(0))
+    if _needs_mpirun(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
+        raise Stop(
+            ExitCode.BAD_CASE,
+            f"{plan.fluid_ranks} fluid ranks are too many (each is a process, and this machine has {cores} core(s)). "
+            f"Use --ranks {cores}, or start ranks on several machines yourself: --fluid 'mpirun …'.",
+        )
+    return plan
+
+
+def _require_programs(plan: Plan) -> None:
+    if plan.body_command is None and plan.body_solver == "bullet" and not Path(body_program(plan)[0]).exists():
+        raise Stop(
+            ExitCode.BAD_CASE,
+            "body.solver is bullet (this build has no bullet_body_service: the library was missing when it was "
+            "configured). Install libbullet-dev, remove the build folder, and run again.",
+        )
+    for role, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
+        if command is not None:
+            require_program(role, command)
+
+
+def require_program(role: str, command: Sequence[str]) -> None:
+    """Raises Stop(2) if the first word of a component's command is not a program."""
     if shutil.which(command[0]) is None:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"the {role} component {shlex.join(command)} cannot be started (no such program). "
             "Give its path, or put it in PATH.",
         )
 
 
-def _check_services(plan):
-    if plan.body_command is None and plan.body_solver == "bullet" and not Path(body_program(plan)[0]).exists():
-        raise Stop(
-            exit_codes.BAD_CASE,
-            "body.solver is bullet (this build has no bullet_body_service: the library was missing when it was "
-            "configured). Install libbullet-dev, remove the build folder, and run again.",
+def announced(command: Sequence[str]) -> dict[str, Any] | None:
+    """What `COMMAND --capabilities` prints, a dictionary with `name` and `features`; None if that cannot be read.
+
+    Raises Stop(2) if the command cannot be started.
+    """
+    try:
+        answer = subprocess.run(
+            [*command, "--capabilities"],
+            env={**_component_settings(), **os.environ},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            timeout=_ANSWER_WITHIN_S,
         )
-    for key, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
-        if command is not None:
-            require_program(key, command)
+        read, _ = json.JSONDecoder().raw_decode(answer.stdout.lstrip())  # under mpirun every rank may print it
+    except OSError as problem:
+        raise Stop(
+            ExitCode.BAD_CASE, f"a component cannot be started ({problem}). Check this command: {shlex.join(command)}"
+        ) from None
+    except (ValueError, subprocess.TimeoutExpired):
+        return None
+    return read if isinstance(read, dict) else None
 
 
-def environment(mark, scratch, ranks):
+def problems_of_components(plan: Plan, only_replaced: bool = False) -> list[str]:
+    """What keeps the two components from taking part in the run; `only_replaced`: without our own services."""
+    roles = (("fluid", plan.fluid_command, fluid_program(plan)), ("body", plan.body_command, body_program(plan)))
+    return [
+        problem
+        for role, replacement, command in roles
+        if replacement or not only_replaced
+        for problem in _problems_of(role, replacement is None, command, plan.requires.get(role, {}))
+    ]
+
+
+def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Mapping[str, str]) -> Iterator[str]:
+    """The component does not answer, has another role, or can do less than the case needs.
+
+    `required`: feature to its kind, physics or method. A component that replaces the solver of the case may use other
+    methods; it announces what else it neglects.
+    """
+    if is_ours and not Path(command[0]).exists():  # a folder of programs for runs in one process need not hold it
+        return
+    answer = announced(command)
+    if answer is None:
+        yield (
+            f"{shlex.join(command)} cannot be used as {role} component (it does not answer --capabilities with "
+            "JSON). Give the command of a component, see docs/adding_a_component.md."
+        )
+        return
+    name = answer.get("name", shlex.join(command))
+    if answer.get("role", role) != role:
+        yield f"{name} cannot be used as {role} component (it is a {answer['role']} component). Use --{answer['role']}."
+        return
+    features = answer.get("features", [])
+    for feature, kind in required.items():
+        waived = kind == "method" and "solver:external" in features
+        neglected = f"neglects:{feature}" in features or f"neglects:{feature.partition(':')[0]}" in features
+        if not (feature in features or waived or neglected):
+            yield (
+                f"the case needs «{feature}» ({name} does not announce it). Change the case, or use another "
+                f"--{role} component."
+            )
+
+
+def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
     """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
     settings = {
-        **component_settings(),
+        **_component_settings(),
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
@@ -149,3 +201,12 @@ def environment(mark, scratch, ranks):
         settings["OMPI_MCA_hwloc_base_binding_policy"] = "none"
         settings["OMPI_MCA_mpi_yield_when_idle"] = "1"
     return {**settings, **os.environ, MARK: mark}
+
+
+def _component_settings() -> dict[str, str]:
+    """Without these a component may not start at all: message classes for Python, and mpirun as root."""
+    return {
+        "COPEPOD_BUILD_PYTHON": str(program("coupler").parent.parent / "python"),
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    }

@@ -1,18 +1,18 @@
-"""Where results are to go, looked at before the work that makes them."""
+"""Where results are to be written, checked before the work that makes them."""
 
 import errno
 import os
 from pathlib import Path
 
-from copepod_run import exit_codes
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 
 
-def require_file(path, option):
-    """Raises Stop(73) unless a file can be written at `path`, which `option` of the command line named; None is fine."""
-    if path is None:
+def require_file(file: str | Path | None, option: str) -> None:
+    """Raises Stop(73) unless `file`, which `option` of the command line named, can be written; None is fine."""
+    if file is None:
         return
-    path = Path(path)
+    path = Path(file)
+    problem: str | None
     try:
         if path.is_dir():
             problem = "that is a folder"
@@ -24,10 +24,10 @@ def require_file(path, option):
     except OSError as refusal:  # a name that is too long
         problem = refusal.strerror
     if problem:
-        raise Stop(exit_codes.STORAGE_FAILED, f"{path} cannot be written ({problem}). Choose another {option}.")
+        raise Stop(ExitCode.STORAGE_FAILED, f"{path} cannot be written ({problem}). Choose another {option}.")
 
 
-def make_folder(path, exist_ok=True):
+def make_folder(path: Path, exist_ok: bool = True) -> None:
     """Makes a folder and those above it. Raises Stop(73), and FileExistsError unless `exist_ok`."""
     try:
         path.mkdir(parents=True, exist_ok=exist_ok)
@@ -35,11 +35,11 @@ def make_folder(path, exist_ok=True):
         if isinstance(problem, FileExistsError) and not exist_ok:
             raise
         raise Stop(
-            exit_codes.STORAGE_FAILED, f"{path} cannot be made ({problem.strerror}). Choose another --out."
+            ExitCode.STORAGE_FAILED, f"{path} cannot be made ({problem.strerror}). Choose another --out."
         ) from None
 
 
-def advice(problem):
+def advice(problem: OSError) -> str:
     """What to do about an OSError, as the last sentence of a message."""
     if problem.errno in (errno.ENOSPC, errno.EDQUOT):
         return "Free space on that disk and run again."

@@ -1,10 +1,27 @@
-"""The one exception that ends the command with a message of ours."""
+"""Exit codes of every Copepod process, and the one exception that ends the command with a message of ours."""
+
+import enum
+
+
+class ExitCode(enum.IntEnum):
+    """The same numbers as in proto/contract/exit_code.hpp."""
+
+    FINISHED = 0
+    FAILED = 1  # of this command alone: the build failed, or a component is not conformant
+    BAD_CASE = 2  # bad case file or command line, missing packages
+    REFUSED = 65  # refused by the peer: version, role, key, capability
+    COMPONENT_LOST = 69  # a component died, froze or hung
+    SOLVER_FAILED = 70  # diverged, NaN
+    STORAGE_FAILED = 73  # output or checkpoint could not be written or read
+    DEADLINE_PASSED = 74  # no answer in time
+    INTERRUPTED = 130  # SIGINT
+    TERMINATED = 143  # SIGTERM
 
 
 class Stop(Exception):
     """Ends the command: exit code and, if there is one, the last line on stderr («problem (why). What to do.»)."""
 
-    def __init__(self, code, message=""):
+    def __init__(self, code: int, message: str = "") -> None:
         super().__init__(message)
         self.code = code
         self.message = message

@@ -1,6 +1,11 @@
-"""A swimmer's figures beside those that somebody else published."""
+"""The figures of summary.json: a swimmer's beside published ones, and the result table at the end of a run."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from copepod_run.messages import elapsed_text
 
 # key in a swimmer's summary, heading
 FIGURES = {
@@ -21,19 +26,19 @@ FIGURES = {
 
 @dataclass(frozen=True)
 class Figure:
-    """Ours is evaluated in the publication's way where there is a published value and such an evaluation."""
+    """Our value is evaluated in the publication's way where there is a published value and such an evaluation."""
 
-    ours: float
-    published: float = None
+    ours: float | None
+    published: float | None = None
 
     @property
-    def deviation_percent(self):
+    def deviation_percent(self) -> float | None:
         if self.ours is None or not self.published:
             return None
         return 100.0 * (self.ours - self.published) / abs(self.published)
 
 
-def compared(swimmer):
+def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
     """{key: Figure} of an analysed swimmer's summary; empty if it was not analysed."""
     figures = {}
     for key in FIGURES:
@@ -46,7 +51,7 @@ def compared(swimmer):
     return figures
 
 
-def at(mapping, path):
+def at(mapping: Any, path: str) -> Any:
     """Value at «a.b» in nested mappings, or None."""
     for key in path.split("."):
         if not isinstance(mapping, dict):
@@ -55,7 +60,7 @@ def at(mapping, path):
     return mapping
 
 
-def number_text(value):
+def number_text(value: Any) -> str:
     """Numbers as people read them: four significant digits."""
     if isinstance(value, (list, tuple)):
         return " ".join(number_text(item) for item in value)
@@ -64,6 +69,94 @@ def number_text(value):
     return "-" if value is None else str(value)
 
 
-def percent_text(value):
+def percent_text(value: float | None) -> str:
     """«+1.3 %», «−0.4 %»; empty for None."""
     return "" if value is None else f"{value:+.1f} %".replace("-", "−")
+
+
+# key of a swimmer's summary, what to call it, unit
+_SWIMMER_ROWS = (
+    ("u_swim_lattice", "swimming speed u_swim", "cells/step"),
+    ("u_swim_m_per_s", "", "m/s"),
+    ("u_GA_lattice", "theory u_GA (Golestanian, Ajdari)", "cells/step"),
+    ("error_percent", "difference to theory", "%"),
+    ("d1_cells", "amplitude of arm 1, d1", "cells"),
+    ("d2_cells", "amplitude of arm 2, d2", "cells"),
+    ("sin_dphi", "sin(phi1 - phi2)", ""),
+    ("mean_arm_cells", "mean arms", "cells"),
+    ("K", "geometry factor K", "1/cell"),
+    ("efficiency", "efficiency", ""),
+    ("Re_swim", "Re of the swimmer", ""),
+    ("Re_bodies.B2", "Re of B2, trailing", ""),
+    ("Re_bodies.B1", "Re of B1, middle", ""),
+    ("Re_bodies.B3", "Re of B3, leading", ""),
+)
+
+# columns beside our own: key of a swimmer's summary, heading
+_OTHER_COLUMNS = (("as_in_paper", "paper's way"), ("published", "published"))
+_COLUMN = 13
+
+
+def result_table(summary: Mapping[str, Any], directory: str | Path) -> str:
+    """The whole table as text, one line per row, no line wider than 100 columns."""
+    lines = [f"{summary.get('case', 'run')}: {summary.get('status', 'finished')}, results in {directory}", ""]
+    lines += [f"  {name:<20}{value}" for name, value in run_rows(summary)]
+    for swimmer in summary.get("swimmers") or []:
+        lines += ["", *_swimmer_lines(swimmer)]
+    return "\n".join(lines)
+
+
+def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """(name, value) of everything that is not about a swimmer."""
+    wall_s = summary.get("wall_s") or 0.0
+    rows = [
+        ("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"),
+        ("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s"),
+    ]
+    if summary.get("mlups"):
+        ranks = "1 rank" if summary.get("ranks", 1) == 1 else f"{summary['ranks']} ranks"
+        rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, {ranks}"))
+    rows += _timing_rows(summary.get("timing") or {}, has_fluid=bool(summary.get("mlups")))
+    if summary.get("digest") is not None:
+        rows.append(("digest", str(summary["digest"])))
+    return rows
+
+
+def swimmer_rows(swimmer: Mapping[str, Any]) -> list[tuple[str, str, Any, dict[str, Any]]]:
+    """(name, unit, value, {heading: value}) of all figures that a swimmer has."""
+    rows = []
+    for key, name, unit in _SWIMMER_ROWS:
+        value = at(swimmer, key)
+        if value is not None:
+            others = {
+                heading: at(swimmer.get(column), key) for column, heading in _OTHER_COLUMNS if swimmer.get(column)
+            }
+            rows.append((name, unit, value, others))
+    return rows
+
+
+def _timing_rows(timing: Mapping[str, float], has_fluid: bool) -> list[tuple[str, str]]:
+    """Time spent by the three processes, and what the coupling cost on top of the fluid where there is one."""
+    rows = []
+    names = {"fluid_s": "fluid", "body_s": "bodies", "coupler_s": "coupler", "exchange_wait_s": "waiting"}
+    parts = [f"{name} {timing[key]:.2f} s" for key, name in names.items() if timing.get(key) is not None]
+    if parts:
+        rows.append(("time spent", ", ".join(parts)))
+    if has_fluid and timing.get("coupling_overhead") is not None:
+        rows.append(("coupling overhead", f"{100 * timing['coupling_overhead']:.2f} %"))
+    return rows
+
+
+def _swimmer_lines(swimmer: Mapping[str, Any]) -> list[str]:
+    rows = swimmer_rows(swimmer)
+    name = swimmer.get("name", "swimmer")
+    if not rows:
+        return [f"  {name}: not analysed, the run ended before the last period of its stroke did"]
+    headings = list(rows[0][3])
+    lines = [f"  {name:<36}{'this run':>{_COLUMN}}" + "".join(f"{heading:>{_COLUMN}}" for heading in headings)]
+    for label, unit, value, others in rows:
+        beside = "".join(
+            f"{number_text(others[heading]) if others[heading] is not None else '':>{_COLUMN}}" for heading in headings
+        )
+        lines.append(f"    {label:<34}{number_text(value):>{_COLUMN}}{beside}  {unit}".rstrip())
+    return lines

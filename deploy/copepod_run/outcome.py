@@ -1,12 +1,15 @@
-"""How a run ended: weighs what the coupler said against how the processes died. No processes in here, only judgement."""
+"""How a run ended: the coupler's report weighed against how the processes ended. No processes here, only judgement."""
 
 import re
 import signal
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from copepod_run import exit_codes
+from copepod_run.errors import ExitCode
+from copepod_run.progress import Event
 
 COMPONENTS = {"coupler": "coupler", "fluid": "fluid service", "body": "body service"}
+_CODES_OF_COMPONENTS = {code for code in ExitCode if code is ExitCode.BAD_CASE or 64 < code < 128}
 
 
 @dataclass(frozen=True)
@@ -16,20 +19,23 @@ class Failure:
     code: int
     component: str
     host: str
-    rank: str  # "0", or "0-3" where all ranks went together
+    rank: str  # "0", or "0-3" where all ranks ended together
     step: int  # -1: before the first, or unknown
     reason: str
+    log: str = ""  # file to look into, if the reason is not all that is known
+    was_killed: bool = False  # by a signal from outside
 
-    def sentence(self):
+    def sentence(self) -> str:
         """Component, host, rank, step and reason on one line."""
         name = COMPONENTS.get(self.component, self.component)
         place = f"at step {self.step}" if self.step >= 0 else "before the first step"
-        return f"{name} on host {self.host}, rank {self.rank}, {place}: {self.reason}"
+        see = f" See its log {self.log}." if self.log else ""
+        return f"{name} on host {self.host}, rank {self.rank}, {place}: {self.reason}{see}"
 
 
 @dataclass(frozen=True)
 class Exit:
-    """End of a component's process; `output` and `log` are what it wrote last on stdout and stderr, and to its log."""
+    """End of a component's process; `output`, `log`: the ends of what it wrote on stdout and stderr, and to its log."""
 
     component: str
     code: int = 0  # exit code, if no signal ended it
@@ -38,43 +44,43 @@ class Exit:
     host: str = ""
     output: str = ""
     log: str = ""
+    log_file: str = ""
 
 
 _RANK_KILLED = re.compile(r"process rank (\d+) with PID \d+ on node\s+(\S+)\s+exited on\s+signal (\d+)", re.DOTALL)
-_LOGGED_ERROR = re.compile(
-    r"^\S+ \S+ (?:error|critical) \[.*?\](?: \[step -?\d+\])? (.+)$", re.MULTILINE | re.IGNORECASE
-)
 _RANK_FAILED = re.compile(r"Process name: \[\[\d+,\d+\],(\d+)\]\s+Exit code:\s+(\d+)", re.DOTALL)
+_LOG_LINE = re.compile(r"^\S+ \S+ (?P<level>\w+) \[.*?\](?: \[step -?\d+\])? (?P<text>.+)$")
 
 
-def told_by_mpirun(output, host):
-    """Exit of the rank that ended the fluid as mpirun tells it, or None if it has not told."""
+def reported_by_mpirun(output: str, host: str) -> Exit | None:
+    """Exit of the rank that ended the fluid, if mpirun has reported it."""
     words = re.sub(r"\s+", " ", output)
-    killed = _RANK_KILLED.search(words)
-    if killed:
+    if killed := _RANK_KILLED.search(words):
         return Exit("fluid", signal=int(killed[3]), rank=killed[1], host=killed[2], output=output)
-    failed = _RANK_FAILED.search(words)
-    return Exit("fluid", code=int(failed[2]), rank=failed[1], host=host, output=output) if failed else None
+    if failed := _RANK_FAILED.search(words):
+        return Exit("fluid", code=int(failed[2]), rank=failed[1], host=host, output=output)
+    return None
 
 
-def describe_exit(component, returncode, output, host, ranks, log=""):
-    """Exit from subprocess' return code; for mpirun its message tells which rank went how."""
+def describe_exit(
+    component: str, returncode: int, output: str, host: str, ranks: int, log: str = "", log_file: str = ""
+) -> Exit:
+    """Exit from subprocess' return code; mpirun's message names the rank and how it ended."""
     if component == "fluid" and returncode != 0:
-        told = told_by_mpirun(output, host)
-        if told is not None:
-            return replace(told, log=log)
-        if returncode > 128:  # a rank that was killed before it knew MPI
+        if reported := reported_by_mpirun(output, host):
+            return replace(reported, log=log, log_file=log_file)
+        if returncode > 128:  # a rank that was killed before it had started MPI
             returncode = 128 - returncode
-    rank = f"0-{ranks - 1}" if component == "fluid" and ranks > 1 else "0"
+    every_rank = f"0-{ranks - 1}" if component == "fluid" and ranks > 1 else "0"
     if returncode < 0:
-        return Exit(component, signal=-returncode, rank=rank, host=host, output=output)
-    return Exit(component, code=returncode, rank=rank if returncode == 0 else "0", host=host, output=output, log=log)
+        return Exit(component, 0, -returncode, every_rank, host, output, log, log_file)
+    return Exit(component, returncode, 0, every_rank if returncode == 0 else "0", host, output, log, log_file)
 
 
-def failure_of_event(event, host):
+def failure_of_event(event: Event, host: str) -> Failure:
     """Failure from the coupler's failure event."""
     return Failure(
-        code=int(event.get("code", exit_codes.SOLVER_FAILED)),
+        code=int(event.get("code", ExitCode.SOLVER_FAILED)),
         component=event.get("component", "coupler"),
         host=event.get("host") or host,
         rank=str(event.get("rank", 0)),
@@ -83,79 +89,74 @@ def failure_of_event(event, host):
     )
 
 
-def judge(reported, exits, last_step, host):
+def judge(reported: Failure | None, exits: Sequence[Exit], last_step: int, host: str) -> Failure:
     """The failure of a run that did not finish.
 
-    @param reported   Failure that the coupler reported, or None
+    @param reported   Failure that the coupler reported
     @param exits      Exits in the order in which they were seen
-    @param last_step  last step that the coupler told of, -1 if none
+    @param last_step  last step in the coupler's events, -1 if none
     """
     killed = next((exit for exit in exits if exit.signal), None)
     if reported is not None:
-        step = reported.step if reported.step >= 0 else last_step
-        if killed and reported.code == exit_codes.COMPONENT_LOST:
-            return replace(_of_killed(killed, step), code=exit_codes.COMPONENT_LOST)
-        return replace(reported, step=step)
+        reported = replace(reported, step=reported.step if reported.step >= 0 else last_step)
+        return _with_cause(reported, killed, exits, host)
     if killed and not _is_consequence(killed, exits):
         return _of_killed(killed, last_step)
     if exits:
         return _of_exit(exits[0], last_step, host)
-    return Failure(
-        exit_codes.COMPONENT_LOST,
-        "coupler",
-        host,
-        "0",
-        last_step,
-        "it closed its output without a word (a defect). Look into its log, and report it.",
-    )
+    reason = "closed its output without reporting an error (a defect). See its log, and report it."
+    return Failure(ExitCode.COMPONENT_LOST, "coupler", host, "0", last_step, reason)
 
 
-def _is_consequence(killed, exits):
+def _with_cause(reported: Failure, killed: Exit | None, exits: Sequence[Exit], host: str) -> Failure:
+    """The coupler sees only that a component is lost; the end of its process is the cause."""
+    if reported.code != ExitCode.COMPONENT_LOST:
+        return reported
+    if killed:
+        return _of_killed(killed, reported.step)
+    for exit in exits:
+        if exit.component == reported.component != "coupler" and exit.code != ExitCode.COMPONENT_LOST:
+            return replace(_of_exit(exit, reported.step, host), code=reported.code)
+    return reported
+
+
+def _is_consequence(killed: Exit, exits: Sequence[Exit]) -> bool:
     """Whether another component had failed by itself before `killed` was killed."""
     first = exits[0]
-    return first is not killed and first.code not in (0, exit_codes.COMPONENT_LOST)
+    return first is not killed and first.code not in (0, ExitCode.COMPONENT_LOST)
 
 
-def _of_killed(exit, step):
+def _of_killed(exit: Exit, step: int) -> Failure:
     name = signal.Signals(exit.signal).name if exit.signal in set(signal.Signals) else "unknown"
-    reason = f"killed by signal {exit.signal}, {name} ({_likely_cause(exit.signal)})."
-    return Failure(exit_codes.COMPONENT_LOST, exit.component, exit.host, exit.rank, step, reason)
+    is_defect = exit.signal in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
+    cause = "a defect in the program" if is_defect else "sent by a user or another program"
+    if exit.signal == signal.SIGKILL:
+        cause = "sent by a user, or by the system for lack of memory"
+    reason = f"killed by signal {exit.signal}, {name} ({cause})."
+    log = exit.log_file if is_defect else ""
+    return Failure(ExitCode.COMPONENT_LOST, exit.component, exit.host, exit.rank, step, reason, log, not is_defect)
 
 
-def _likely_cause(number):
-    if number == signal.SIGKILL:
-        return "by somebody, or by the system for lack of memory"
-    if number in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL):
-        return "a defect in the program"
-    return "by somebody"
+def _of_exit(exit: Exit, step: int, host: str) -> Failure:
+    """Failure known by an exit code alone."""
+    if exit.code == ExitCode.COMPONENT_LOST and exit.component != "coupler":
+        reason = f"it no longer answers (reported by the {COMPONENTS[exit.component]}, which stopped waiting for it)."
+        return Failure(exit.code, "coupler", host, "0", step, reason)
+    code = exit.code if exit.code in _CODES_OF_COMPONENTS else ExitCode.COMPONENT_LOST
+    when = " before the run ended" if exit.code == 0 else ""
+    last_line = _last_line(exit.output, exit.log)
+    how = f"; the last it wrote: «{last_line}»." if last_line else " without reporting an error."
+    reason = f"exited with code {exit.code}{when}{how}"
+    return Failure(code, exit.component, exit.host, exit.rank, step, reason, exit.log_file)
 
 
-def _of_exit(exit, step, host):
-    """Failure told by an exit code alone."""
-    if exit.code == exit_codes.COMPONENT_LOST and exit.component != "coupler":
-        return Failure(
-            exit.code,
-            "coupler",
-            host,
-            "0",
-            step,
-            f"it does not answer any more (says the {COMPONENTS[exit.component]}, which gave up).",
-        )
-    code = exit.code if exit.code in exit_codes.OF_COMPONENTS else exit_codes.COMPONENT_LOST
-    words = _last_words(exit.output, exit.log)
-    if exit.code == 0:
-        return Failure(code, exit.component, exit.host, exit.rank, step, f"it ended before the run did{words}.")
-    return Failure(code, exit.component, exit.host, exit.rank, step, f"it ended with exit code {exit.code}{words}.")
+def _last_line(output: str, log: str) -> str:
+    """The last error in its log, or else the last line of its own that is neither mpirun's nor a note in the log."""
+    parsed = [(line, _LOG_LINE.match(line)) for line in _lines(log)]
+    errors = [match["text"] for _, match in parsed if match and match["level"].lower() in ("error", "critical")]
+    lines = errors or _lines(output.split("-----------------")[0]) or [line for line, match in parsed if not match]
+    return lines[-1][:300].rstrip(".") if lines else ""
 
 
-def _last_words(output, log):
-    """In brackets: the last error of its log, or else the last line of its own and not mpirun's talk."""
-    errors = _LOGGED_ERROR.findall(log)
-    lines = errors or _lines(output.split("-----------------")[0]) or _lines(log)
-    if lines:
-        return f" (its last words: «{lines[-1][:300].rstrip('.')}»)"
-    return "" if output.strip() else " (it wrote nothing)"
-
-
-def _lines(text):
+def _lines(text: str) -> list[str]:
     return [line.strip() for line in text.splitlines() if line.strip()]

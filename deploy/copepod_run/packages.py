@@ -3,12 +3,13 @@
 import os
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
-from copepod_run import exit_codes
 from copepod_run.checkout import BUILD
-from copepod_run.errors import Stop
-from copepod_run.stages import Stage
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import Stage
 
 BUILD_AND_RUN = (
     "g++",
@@ -53,7 +54,7 @@ CONTINUOUS_INTEGRATION = (
 )
 
 
-def missing(names):
+def missing(names: Sequence[str]) -> list[str]:
     """The packages of `names` that are not installed, in their order; none where there is no dpkg."""
     if not shutil.which("dpkg-query"):
         return []
@@ -67,7 +68,7 @@ def missing(names):
     return [name for name in names if name not in installed]
 
 
-def ensure(names=BUILD_AND_RUN):
+def ensure(names: Sequence[str] = BUILD_AND_RUN) -> None:
     """Installs what is missing of `names`; quiet when nothing is.
 
     Raises Stop(2) with the exact command to run if we are not root, and if apt-get fails.
@@ -77,7 +78,7 @@ def ensure(names=BUILD_AND_RUN):
         return
     if os.geteuid() != 0:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"{len(wanted)} Debian packages are missing (only root can install them). "
             f"Run: sudo apt-get install -y {' '.join(wanted)}",
         )
@@ -87,7 +88,7 @@ def ensure(names=BUILD_AND_RUN):
         _install(wanted, log)
 
 
-def _install(wanted, log):
+def _install(wanted: Sequence[str], log: BinaryIO) -> None:
     """apt-get install; package lists are fetched first where there are none, or when the first try fails."""
     if not any(Path("/var/lib/apt/lists").glob("*_Packages*")):
         _apt_get(["update"], log)
@@ -96,12 +97,12 @@ def _install(wanted, log):
     _apt_get(["update"], log)
     if _apt_get(["install", "-y", "--no-install-recommends", *wanted], log) != 0:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"apt-get could not install the packages (see {log.name}). Try: apt-get install -y {' '.join(wanted)}",
         )
 
 
-def _apt_get(arguments, log):
+def _apt_get(arguments: Sequence[str], log: BinaryIO) -> int:
     """Exit code of one apt-get call that asks nothing and waits for another one to end."""
     environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
     return subprocess.run(

@@ -2,13 +2,15 @@
 
 import json
 import subprocess
+from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import SimpleNamespace
+from pathlib import Path
+from typing import Any
 
-from copepod_run import exit_codes
 from copepod_run.checkout import program
-from copepod_run.errors import Stop
-from copepod_run.stages import say_lines
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import say_lines
 
 
 @dataclass(frozen=True)
@@ -17,21 +19,21 @@ class Plan:
 
     name: str
     steps: int
-    case: dict
+    case: dict[str, Any]
     case_yaml: str
     fluid_ranks: int
-    fluid_command: list  # what replaces our fluid service, or None
+    fluid_command: list[str] | None  # replaces our fluid service
     body_solver: str  # "own", "bullet" or "external"
-    body_command: list  # what replaces the body service, or None
+    body_command: list[str] | None  # replaces the body service
     transport: str  # "ipc" or "tcp://host:port"
-    requires: dict
-    estimate: dict
-    warnings: list
-    notes: list
-    sweep: dict  # key and members (value, settings) of a case that is several, or None
+    requires: dict[str, dict[str, str]]  # role: feature: physics or method
+    estimate: dict[str, Any]
+    warnings: list[str]
+    notes: list[dict[str, str]]
+    sweep: dict[str, Any] | None  # key and members (value, settings) of a case that is several
 
 
-def case_arguments(options):
+def case_arguments(options: Namespace) -> list[str]:
     """Arguments that the coupler needs to see the case as the user wants it."""
     arguments = [options.case]
     for setting in options.set:
@@ -42,22 +44,22 @@ def case_arguments(options):
     return arguments
 
 
-def request_plan(options):
+def request_plan(options: Namespace) -> Plan:
     """Asks the coupler. Raises Stop(2) after passing on its list of errors if the case is bad."""
     return parse_plan(_ask_coupler(["--plan", *case_arguments(options)]))
 
 
-def plan_of(file, settings=()):
+def plan_of(file: str | Path, settings: Sequence[str] = ()) -> Plan:
     """Plan of a case file. Raises Stop(2) if it is bad or missing."""
-    return request_plan(SimpleNamespace(case=str(file), set=settings, ranks=None, fluid=None, body=None))
+    return request_plan(Namespace(case=str(file), set=settings, ranks=None, fluid=None, body=None))
 
 
-def request_campaign(file):
+def request_campaign(file: str) -> dict[str, Any]:
     """Name, jobs and cases of a campaign file. Raises Stop(2) after passing on the errors if it is bad."""
     return json.loads(_ask_coupler(["--campaign", file]))
 
 
-def resolved_case(file):
+def resolved_case(file: str | Path) -> dict[str, Any] | None:
     """The resolved case in `file` as the present coupler reads it, or None if there is none that it can read."""
     answer = subprocess.run(
         [str(program("coupler")), "--plan", str(file)],
@@ -69,7 +71,7 @@ def resolved_case(file):
     return parse_plan(answer.stdout).case if answer.returncode == 0 else None
 
 
-def _ask_coupler(arguments):
+def _ask_coupler(arguments: Sequence[str]) -> str:
     """What the coupler prints; its list of errors is passed on."""
     try:
         answer = subprocess.run(
@@ -82,23 +84,23 @@ def _ask_coupler(arguments):
         )
     except OSError as problem:
         raise Stop(
-            exit_codes.PREPARATION_FAILED,
-            f"{program('coupler')} cannot be started ({problem.strerror}). If it is being built just now, wait for "
-            "that; otherwise run: copepod setup",
+            ExitCode.FAILED,
+            f"{program('coupler')} cannot be started ({problem.strerror}). If a build is under way, wait for it; "
+            "otherwise run: copepod setup",
         ) from None
     say_lines(answer.stderr)
-    if answer.returncode == exit_codes.BAD_CASE:
-        raise Stop(exit_codes.BAD_CASE)
+    if answer.returncode == ExitCode.BAD_CASE:
+        raise Stop(ExitCode.BAD_CASE)
     if answer.returncode != 0:
         raise Stop(
-            exit_codes.SOLVER_FAILED,
+            ExitCode.SOLVER_FAILED,
             f"coupler {arguments[0]} ended with code {answer.returncode} "
-            "(a defect: it should name what is wrong with the file). Please report it.",
+            "(a defect: it should have named the error in the file). Please report it.",
         )
     return answer.stdout
 
 
-def parse_plan(text):
+def parse_plan(text: str) -> Plan:
     """Plan from the coupler's JSON. Raises Stop(70) if it is not what the coupler promises."""
     try:
         plan = json.loads(text)
@@ -121,7 +123,7 @@ def parse_plan(text):
         )
     except (ValueError, KeyError, TypeError) as problem:
         raise Stop(
-            exit_codes.SOLVER_FAILED,
+            ExitCode.SOLVER_FAILED,
             f"the answer of coupler --plan cannot be read ({problem!r}; is it of "
             "another version?). Build coupler and command from one checkout.",
         ) from None

@@ -1,10 +1,14 @@
-"""How far a run is: a bar that is redrawn on a terminal, a plain line every few seconds elsewhere."""
+"""How far a run is: the coupler's events, shown as a bar on a terminal and as lines every few seconds elsewhere."""
 
 import json
 import os
 import time
+from collections.abc import Callable
+from typing import Any, Protocol, TextIO
 
-from copepod_run.stages import notice, write
+from copepod_run.messages import notice, write
+
+Event = dict[str, Any]
 
 LINE_EVERY_S = 5.0
 _WIDEST_BAR = 40
@@ -12,7 +16,47 @@ _NARROWEST_BAR = 10
 _PLACES = (12, 22)  # columns of time left and speed, so that the bar does not shake
 
 
-def for_stream(stream, cells):
+class EventReader:
+    """Parses what the coupler writes on its stdout, and a run on its stderr: one JSON object per line."""
+
+    def __init__(self, on_other: Callable[[bytes], None] = lambda line: None) -> None:
+        """`on_other(line)`: called for every line that is not an event."""
+        self._rest = b""
+        self._on_other = on_other
+
+    def feed(self, received: bytes) -> list[Event]:
+        """Events that `received` completes."""
+        *lines, self._rest = (self._rest + received).split(b"\n")
+        events = []
+        for line in lines:
+            try:
+                event = json.loads(line)
+            except ValueError:
+                event = None
+            if isinstance(event, dict) and "event" in event:
+                events.append(event)
+            else:
+                self._on_other(line)
+        return events
+
+
+class Progress(Protocol):
+    """A display of one run."""
+
+    def phase(self, name: str) -> None:
+        ...
+
+    def step(self, event: Event) -> None:
+        ...
+
+    def notice(self, text: str) -> None:
+        ...
+
+    def close(self) -> None:
+        ...
+
+
+def for_stream(stream: TextIO, cells: int) -> Progress:
     """The display that suits `stream`; `cells` is the number of cells per step, for the speed in MLUPS."""
     if stream.isatty() and os.environ.get("TERM", "dumb") != "dumb":
         return TerminalProgress(stream, cells)
@@ -22,45 +66,45 @@ def for_stream(stream, cells):
 class EventProgress:
     """Phases and steps as JSON lines, for a program that shows them in its own way."""
 
-    def __init__(self, stream):
+    def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
-    def phase(self, name):
+    def phase(self, name: str) -> None:
         self._write({"event": "phase", "phase": name})
 
-    def step(self, event):
+    def step(self, event: Event) -> None:
         self._write(event)
 
-    def notice(self, text):
+    def notice(self, text: str) -> None:
         write(self._stream, notice(text))
 
-    def close(self):
+    def close(self) -> None:
         pass
 
-    def _write(self, event):
+    def _write(self, event: Event) -> None:
         write(self._stream, json.dumps(event) + "\n")
 
 
-def speed_text(steps_per_s, cells):
+def speed_text(steps_per_s: float, cells: int) -> str:
     """«412 steps/s, 101 MLUPS» (million lattice cell updates per second)."""
     text = f"{_three_digits(steps_per_s)} steps/s"
     return f"{text}, {_three_digits(steps_per_s * cells / 1e6)} MLUPS" if cells else text
 
 
-def _three_digits(value):
+def _three_digits(value: float) -> str:
     if value >= 100:
         return f"{value:.0f}"
     return f"{value:.1f}" if value >= 10 else f"{value:.2f}"
 
 
-def figures(event, cells):
-    """What there is to say about a progress event beside the step; nothing before there is a rate."""
+def figures(event: Event, cells: int) -> list[str]:
+    """Time left and speed of a progress event; nothing before there is a rate."""
     if not event["steps_per_s"]:
         return []
     return [f"{clock_text(event['remaining_s'])} left", speed_text(event["steps_per_s"], cells)]
 
 
-def clock_text(seconds):
+def clock_text(seconds: float) -> str:
     """Time left: «0:07», «12:31», «3:04:00»."""
     seconds = int(max(seconds, 0) + 0.5)
     hours, minutes = seconds // 3600, seconds % 3600 // 60
@@ -70,16 +114,16 @@ def clock_text(seconds):
 class PlainProgress:
     """Lines for logs and pipes: every phase, a step line every few seconds and for the last step."""
 
-    def __init__(self, stream, cells, clock=time.monotonic):
+    def __init__(self, stream: TextIO, cells: int, clock: Callable[[], float] = time.monotonic) -> None:
         self._stream = stream
         self._cells = cells
         self._clock = clock
         self._next = 0.0
 
-    def phase(self, name):
+    def phase(self, name: str) -> None:
         self._write(name)
 
-    def step(self, event):
+    def step(self, event: Event) -> None:
         now = self._clock()
         if now < self._next and event["step"] != event["steps"]:
             return
@@ -88,43 +132,43 @@ class PlainProgress:
         words = [f"step {event['step']} of {event['steps']} ({percent:.0f} %)", *figures(event, self._cells)]
         self._write(", ".join(words))
 
-    def notice(self, text):
+    def notice(self, text: str) -> None:
         self._write(text)
 
-    def close(self):
+    def close(self) -> None:
         pass
 
-    def _write(self, text):
+    def _write(self, text: str) -> None:
         write(self._stream, f"copepod: {text}\n")
 
 
 class TerminalProgress:
     """One line, redrawn in place, never wider than the terminal."""
 
-    def __init__(self, stream, cells):
+    def __init__(self, stream: TextIO, cells: int) -> None:
         self._stream = stream
         self._cells = cells
         unicode_works = (stream.encoding or "").lower().replace("-", "") == "utf8"
         self._full, self._empty = ("━", "╌") if unicode_works else ("#", ".")
         self._drawn = False
 
-    def phase(self, name):
+    def phase(self, name: str) -> None:
         if not self._drawn:  # once there is a bar it stays
             self._draw(f"copepod: {name} …")
 
-    def step(self, event):
+    def step(self, event: Event) -> None:
         self._drawn = True
         self._draw(self.line(event, self._width()))
 
-    def notice(self, text):
+    def notice(self, text: str) -> None:
         """A line of its own, above the bar."""
         write(self._stream, f"\r\033[Kcopepod: {text}\n")
 
-    def close(self):
+    def close(self) -> None:
         """Leaves the last state of the bar standing."""
         write(self._stream, "\n")
 
-    def line(self, event, width):
+    def line(self, event: Event, width: int) -> str:
         """The bar with its figures in at most `width` columns; what does not fit is left out from the right."""
         steps = str(event["steps"])
         share = min(event["step"] / max(event["steps"], 1), 1.0)
@@ -138,11 +182,11 @@ class TerminalProgress:
         full = int(share * columns)
         return (head + self._full * full + self._empty * (columns - full) + tail)[:width].rstrip()
 
-    def _width(self):
+    def _width(self) -> int:
         try:
             return os.get_terminal_size(self._stream.fileno()).columns - 1
         except OSError:
             return 79
 
-    def _draw(self, text):
+    def _draw(self, text: str) -> None:
         write(self._stream, f"\r{text[:self._width()]}\033[K")

@@ -1,17 +1,19 @@
 """The folder of a run: chosen without ever overwriting one, locked while it is in use."""
 
+import datetime
 import errno
 import fcntl
 import json
 import os
 import re
 import time
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from copepod_run import exit_codes
 from copepod_run.destinations import make_folder
-from copepod_run.errors import Stop
-
+from copepod_run.errors import ExitCode, Stop
 
 _LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned up after
 
@@ -19,8 +21,8 @@ _LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned u
 class RunDirectory:
     """A run's folder, held by this command; the lock lives on the folder itself and leaves no file."""
 
-    def __init__(self, path, must_be_empty=False):
-        """Raises Stop(2) if another command holds the folder, its name is no text, or it is not empty as it `must_be`.
+    def __init__(self, path: Path, must_be_empty: bool = False) -> None:
+        """Raises Stop(2) if another command holds the folder, its name is not text, or it is not empty as it `must_be`.
 
         Raises Stop(73) if nothing can be written there.
         """
@@ -30,7 +32,7 @@ class RunDirectory:
         try:
             if not _is_locked(self.lock, _LOCK_PATIENCE_S):
                 raise Stop(
-                    exit_codes.BAD_CASE,
+                    ExitCode.BAD_CASE,
                     f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
                 )
             if must_be_empty:  # known only now: another command may have run there while we waited
@@ -40,61 +42,102 @@ class RunDirectory:
             os.close(self.lock)
             raise
 
-    def close(self):
+    def close(self) -> None:
         os.close(self.lock)
 
     @property
-    def shown(self):
+    def shown(self) -> str:
         """The path as text, relative to the current directory if that is shorter."""
         relative = os.path.relpath(self.path)
         return relative if len(relative) < len(str(self.path)) else str(self.path)
 
-    def summary(self):
+    def summary(self) -> dict[str, Any] | None:
         """summary.json, or None if there is none that can be read."""
         try:
             return json.loads((self.path / "summary.json").read_text())
         except (OSError, ValueError):
             return None
 
-    def has_checkpoint(self):
+    def has_checkpoint(self) -> bool:
         return has_checkpoint(self.path)
 
+    def last_step_on_disk(self) -> int:
+        """Step of the last complete checkpoint, -1 if there is none."""
+        return max((int(path.parent.name.removeprefix("step_")) for path in _checkpoints(self.path)), default=-1)
 
-def has_checkpoint(path):
-    """Whether there is a complete one; a folder has this name, and its manifest, only once all of it is written."""
-    return any((path / "checkpoints").glob("step_*/manifest.json"))
+    def record_exit(self, code: int, reason: str) -> None:
+        """Adds to provenance.json how the run ended, for a coupler that could not do so itself. Never raises.
+
+        Sets status, exit_code, exit_reason and, if missing, end; does nothing if the coupler wrote no provenance.
+        """
+        path = self.path / "provenance.json"
+        try:
+            provenance = json.loads(path.read_text())
+        except (OSError, ValueError):
+            return
+        provenance |= {"status": "failed", "exit_code": code, "exit_reason": reason}
+        if not provenance.get("end"):
+            provenance["end"] = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+        _replace(path, json.dumps(provenance, indent=2) + "\n")
 
 
-def _opened(path):
-    """Descriptor of the folder. Raises Stop(73) if it is not ours to write to."""
+def _replace(path: Path, text: str) -> None:
+    """At once; on a full disk in the blocks that the file has. What cannot be written is lost: the run's own failure
+    matters more."""
+    fresh = path.with_suffix(".json.new")
+    try:
+        fresh.write_text(text)
+        fresh.replace(path)
+    except OSError:
+        with suppress(OSError):
+            fresh.unlink()
+        with suppress(OSError), open(path, "r+b") as file:
+            content = text.encode()
+            if len(content) <= os.fstat(file.fileno()).st_blocks * 512:
+                file.write(content)
+                file.truncate()
+
+
+def has_checkpoint(path: Path) -> bool:
+    """Whether there is a complete one."""
+    return any(_checkpoints(path))
+
+
+def _checkpoints(path: Path) -> Iterator[Path]:
+    """Manifests; a folder has this name, and its manifest, only once all of it is written."""
+    return (path / "checkpoints").glob("step_*/manifest.json")
+
+
+def _opened(path: Path) -> int:
+    """Descriptor of the folder. Raises Stop(73) if this user may not write there."""
     try:
         if not os.access(path, os.R_OK | os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError as problem:
         raise Stop(
-            exit_codes.STORAGE_FAILED,
-            f"{path} cannot be written to ({problem.strerror}). Choose another --out; to go on with somebody else's run, "
-            "copy its folder first.",
+            ExitCode.STORAGE_FAILED,
+            f"{path} cannot be written to ({problem.strerror}). Choose another --out; to resume another user's run, copy "
+            "its folder first.",
         ) from None
 
 
-def _require_empty(path, shown):
-    """Raises Stop(2) if there is anything at `path` but an empty folder; Stop(73) if that cannot be told."""
+def _require_empty(path: Path, shown: Path | str) -> None:
+    """Raises Stop(2) if there is anything at `path` but an empty folder; Stop(73) if it cannot be read."""
     try:
         if not path.exists() or path.is_dir() and not any(path.iterdir()):
             return
     except OSError as problem:
         raise Stop(
-            exit_codes.STORAGE_FAILED, f"{shown} cannot be read ({problem.strerror}). Choose another --out."
+            ExitCode.STORAGE_FAILED, f"{shown} cannot be read ({problem.strerror}). Choose another --out."
         ) from None
     raise Stop(
-        exit_codes.BAD_CASE,
-        f"{shown} exists already (a run is never overwritten). Go on with it by --resume, or choose another --out.",
+        ExitCode.BAD_CASE,
+        f"{shown} exists already (a run is never overwritten). Continue it with --resume, or choose another --out.",
     )
 
 
-def _is_locked(descriptor, patience_s):
+def _is_locked(descriptor: int, patience_s: float) -> bool:
     """Whether the lock became ours in time."""
     deadline = time.monotonic() + patience_s
     while True:
@@ -107,7 +150,7 @@ def _is_locked(descriptor, patience_s):
             time.sleep(0.05)
 
 
-def create(name, out):
+def create(name: str, out: str | None) -> RunDirectory:
     """New folder: `out` if given, else runs/<name>, runs/<name>-2, … in the current directory.
 
     Raises Stop(2) if `out` exists and is not empty.
@@ -126,57 +169,57 @@ def create(name, out):
             return RunDirectory(path)
         except FileExistsError:
             continue
-    raise Stop(exit_codes.BAD_CASE, f"runs/ holds 100000 runs of {name} (no free number). Remove some.")
+    raise Stop(ExitCode.BAD_CASE, f"runs/ holds 100000 runs of {name} (no free number). Remove some.")
 
 
-def reopen(name, out):
-    """Folder of the run to go on with: `out`, or the latest runs/<name>-N. Raises Stop(2) if it cannot be resumed."""
+def reopen(name: str, out: str | None) -> RunDirectory:
+    """Folder of the run to continue: `out`, or the latest runs/<name>-N. Raises Stop(2) if it cannot be resumed."""
     path = Path(out) if out is not None else _latest(name)
     if path is None or not _holds_case(path):
         where = out if out is not None else f"runs/{name}"
-        raise Stop(exit_codes.BAD_CASE, f"{where} holds no run (no case.yaml). Start it without --resume.")
+        raise Stop(ExitCode.BAD_CASE, f"{where} does not hold a run (no case.yaml). Start it without --resume.")
     directory = RunDirectory(path)
     if not directory.has_checkpoint():
         directory.close()
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"{path} cannot be resumed (it holds no checkpoint). Start again without --resume; that makes a new folder.",
         )
     return directory
 
 
-def _require_utf8(path):
-    """Raises Stop(2) for a path that no message can carry: texts of Protocol Buffers are UTF-8."""
+def _require_utf8(path: Path) -> None:
+    """Raises Stop(2) for a path that messages cannot carry: texts of Protocol Buffers are UTF-8."""
     name = os.fsencode(Path(path).absolute())
     try:
         name.decode("utf-8")
     except UnicodeDecodeError:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"{name.decode('utf-8', 'backslashreplace')} cannot be the folder of a run (its name is not UTF-8 text). "
             "Choose another --out, or rename it.",
         ) from None
 
 
-def _holds_case(path):
+def _holds_case(path: Path) -> bool:
     try:
         return (path / "case.yaml").exists()
     except OSError as problem:
         raise Stop(
-            exit_codes.STORAGE_FAILED, f"{path} cannot be read ({problem.strerror}). Choose another --out."
+            ExitCode.STORAGE_FAILED, f"{path} cannot be read ({problem.strerror}). Choose another --out."
         ) from None
 
 
-def folder_name(case_name):
-    """The case's name without what has a meaning in paths."""
+def folder_name(case_name: str) -> str:
+    """The case's name without characters that have a meaning in paths."""
     return re.sub(r"[^\w.+=-]+", "_", case_name).lstrip(".") or "run"
 
 
-def _numbered(name, number):
+def _numbered(name: str, number: int) -> str:
     return name if number == 1 else f"{name}-{number}"
 
 
-def _latest(name):
+def _latest(name: str) -> Path | None:
     """Highest numbered runs/<name>-N that holds a case."""
     name = folder_name(name)
     pattern = re.compile(re.escape(name) + r"(?:-(\d+))?")

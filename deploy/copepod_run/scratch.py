@@ -1,23 +1,29 @@
-"""Folders that live as long as a run: the sockets, the keys, and the temporary files of MPI."""
+"""Private folders that live as long as a run: the sockets, the keys, and the temporary files of MPI."""
 
 import os
+import secrets
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_run.keys import write_keys
+from copepod_run import cleanup
+from copepod_run.cleanup import MARK
 
 LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
+_ROLES = ("coupler", "fluid", "body")
 
 
 class Scratch:
     """Private folders (0700) of one run.
 
-    MPI gets folders of its own, for when mpirun is killed it cannot remove what it left in /tmp and /dev/shm.
+    MPI gets folders of its own: a killed mpirun cannot remove what it left in /tmp and /dev/shm.
     """
 
-    def __init__(self, run_path):
-        self.folders = []
+    def __init__(self, run_path: Path) -> None:
+        self.folders: list[Path] = []
         self._run_path = Path(run_path)
         self.sockets = Path(run_path) / ".sockets"
         if len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH:
@@ -29,25 +35,66 @@ class Scratch:
         self.mpi_files = self._private_folder("/tmp")
         self.shared_memory = self._private_folder("/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp")
 
-    def keys(self, transport):
-        """Key file per role where messages go over tcp, else none. The run directory is what other hosts can see too."""
+    def keys(self, transport: str) -> dict[str, Path]:
+        """Key file by role if messages use tcp, else none. They are in the run directory, which other hosts see too.
+
+        CURVE (ZeroMQ's encryption, Curve25519): a process without a key cannot listen, and the key of one role is not
+        accepted for another. Keys are made for every run and removed with it; no command line contains one.
+        """
         if not transport.startswith("tcp://"):
             return {}
+        import zmq  # needed by runs over tcp only
+
         folder = self._run_path / ".keys"
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(mode=0o700)
         self.folders.append(folder)
-        return write_keys(folder)
+        pairs = {role: [key.decode() for key in zmq.curve_keypair()] for role in _ROLES}
+        files = {}
+        for role in _ROLES:
+            peers = ("fluid", "body") if role == "coupler" else ("coupler",)  # whose public keys it needs
+            lines = {"secret": pairs[role][1], **{peer: pairs[peer][0] for peer in peers}}
+            files[role] = _write_private(folder / f"{role}.key", lines)
+        return files
 
-    def endpoint(self, transport):
+    def endpoint(self, transport: str) -> str:
         """Where the coupler listens: a socket in our folder, or the planned tcp address."""
         return f"ipc://{self.sockets}/coupler.ipc" if transport == "ipc" else transport
 
-    def remove(self):
-        for folder in self.folders:
-            shutil.rmtree(folder, ignore_errors=True)
-
-    def _private_folder(self, where):
+    def _private_folder(self, where: str) -> Path:
         folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))
         self.folders.append(folder)
         return folder
+
+
+def _write_private(path: Path, lines: dict[str, str]) -> Path:
+    """A key file (proto/transport/keys.hpp describes it) that only its owner can read."""
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "w") as file:
+        file.writelines(f"{name} {key}\n" for name, key in lines.items())
+    return path
+
+
+@dataclass
+class GuardedFolder:
+    """`mark`: value of COPEPOD_RUN in the environment of every process that is to end with the command."""
+
+    path: Path
+    scratch: Scratch
+    mark: str
+    is_kept: bool = False  # set it to keep the folder, though nothing else
+
+
+@contextmanager
+def guarded_folder() -> Iterator[GuardedFolder]:
+    """A private folder and marked processes of a command without a run directory: nothing of them remains."""
+    path = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir="/tmp"))  # a short path: it holds sockets
+    folder = GuardedFolder(path, Scratch(path), secrets.token_hex(16))
+    mark = f"{MARK}={folder.mark}"
+    guard = cleanup.Guard(mark, [path, *folder.scratch.folders])
+    try:
+        yield folder
+    finally:
+        cleanup.end_marked(mark)
+        cleanup.remove_folders(folder.scratch.folders if folder.is_kept else [path, *folder.scratch.folders])
+        guard.dismiss()

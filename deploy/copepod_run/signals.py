@@ -2,6 +2,7 @@
 
 import os
 import signal
+from types import FrameType
 
 
 class SignalRecorder:
@@ -10,11 +11,11 @@ class SignalRecorder:
     SIGUSR1 asks for a checkpoint and does not end anything.
     """
 
-    def __init__(self):
-        self.received = []
+    def __init__(self) -> None:
+        self.received: list[int] = []
         self.checkpoint_wanted = False
 
-    def __enter__(self):
+    def __enter__(self) -> "SignalRecorder":
         self.descriptor, self._writing_end = os.pipe()
         for end in (self.descriptor, self._writing_end):
             os.set_blocking(end, False)
@@ -26,22 +27,22 @@ class SignalRecorder:
         self._former[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, self._want_checkpoint)
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         for number, handler in self._former.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(self._former_wakeup)
         os.close(self.descriptor)
         os.close(self._writing_end)
 
-    def drain(self):
+    def drain(self) -> None:
         """Empties the descriptor."""
         try:
             os.read(self.descriptor, 4096)
         except BlockingIOError:
             pass
 
-    def _note(self, number, frame):
+    def _note(self, number: int, frame: FrameType | None) -> None:
         self.received.append(number)
 
-    def _want_checkpoint(self, number, frame):
+    def _want_checkpoint(self, number: int, frame: FrameType | None) -> None:
         self.checkpoint_wanted = True

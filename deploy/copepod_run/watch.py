@@ -4,22 +4,26 @@ import os
 import selectors
 import signal
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from copepod_run import exit_codes
-from copepod_run.events import EventReader
-from copepod_run.family import LOOK_EVERY_S, FamilyWatch
-from copepod_run.outcome import Failure, describe_exit, failure_of_event, judge, told_by_mpirun
+from copepod_run.errors import ExitCode
+from copepod_run.launcher import Launcher, Process
+from copepod_run.local_launcher import LOOK_EVERY_S
+from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge, reported_by_mpirun
+from copepod_run.progress import Event, EventReader, Progress
+from copepod_run.signals import SignalRecorder
 
-# How long to wait for a second opinion once something went wrong; together with the three seconds that stopping
-# may take, everything is over within five.
+# How long to wait for further evidence once something has failed; with the three seconds that stopping may take,
+# everything is over within five.
 _AFTER_KILL_S = 0.3  # the coupler may know the step
 _AFTER_EXIT_S = 1.5  # the coupler has, or is about to get, the component's own Failure
 _AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
-_AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still tell which rank died, and how
-_FOR_MPIRUN_S = 1.0  # longer, if a rank has ended and mpirun has no time to tell: others use the processors
-_AFTER_FINISH_S = 10.0  # services say goodbye
-_AFTER_TELLING_S = 0.7  # mpirun has told how a rank ended, and now ends itself
+_AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still report which rank died, and how
+_FOR_MPIRUN_S = 1.0  # longer, if a rank has ended and mpirun had no time to report it: others use the processors
+_AFTER_FINISH_S = 10.0  # services end by themselves
+_AFTER_MPIRUN_REPORT_S = 0.7  # mpirun has reported how a rank ended, and now ends itself
 
 
 @dataclass(frozen=True)
@@ -27,41 +31,49 @@ class Ending:
     """Exactly one of the three is set."""
 
     summary: str = ""
-    failure: Failure = None
+    failure: Failure | None = None
     signal: int = 0
 
 
 class Watch:
     """One attempt of a run, from the start of its processes to its ending."""
 
-    def __init__(self, processes, events, signals, display, ranks):
-        """`processes`: started Process objects; `events`: descriptor of the coupler's stdout."""
-        self._host = os.uname().nodename
+    def __init__(
+        self,
+        launcher: Launcher,
+        processes: Sequence[Process],
+        events: int,
+        signals: SignalRecorder,
+        display: Progress,
+        ranks: int,
+    ) -> None:
+        """`processes`: started by `launcher`; `events`: descriptor of the coupler's stdout."""
+        self._launcher = launcher
+        self._host = processes[0].host  # the coupler's
         self._signals = signals
         self._display = display
         self._ranks = ranks
-        self._family = FamilyWatch(processes)
         self._next_look = time.monotonic() + LOOK_EVERY_S
-        self._mpirun_told_at = None
+        self._mpirun_reported_at: float | None = None
         self._waited_for_mpirun = False
         self._reader = EventReader()
         self._alive = {process.name: process for process in processes}
-        self._exits = []
-        self._reported = None
+        self._exits: list[Exit] = []
+        self._reported: Failure | None = None
         self._summary = ""
-        self._deadline = None
+        self._deadline: float | None = None
         self._output_open = True
         self.phase = ""
         self.last_step = -1
         self._selector = selectors.DefaultSelector()
-        self._selector.register(events, selectors.EVENT_READ, self._read_events)
-        self._selector.register(signals.descriptor, selectors.EVENT_READ, lambda _: self._read_signals())
+        self._selector.register(events, selectors.EVENT_READ, lambda: self._read_events(events))
+        self._selector.register(signals.descriptor, selectors.EVENT_READ, self._read_signals)
         for process in processes:
             self._selector.register(
-                process.descriptor, selectors.EVENT_READ, lambda _, process=process: self._note_exit(process)
+                process.descriptor, selectors.EVENT_READ, lambda process=process: self._note_exit(process)
             )
 
-    def wait(self):
+    def wait(self) -> Ending:
         """Ending of the run; processes may still be alive then."""
         while True:
             ending = self._ending()
@@ -70,7 +82,7 @@ class Watch:
             self._look_at_processes()
             self._turn(self._time_left())
 
-    def wait_for_coupler(self, patience_s, checkpoint_patience_s):
+    def wait_for_coupler(self, patience_s: float, checkpoint_patience_s: float) -> None:
         """After a signal: until the coupler has closed its files, longer if it writes a checkpoint."""
         start = time.monotonic()
         signals_so_far = len(self._signals.received)
@@ -81,79 +93,78 @@ class Watch:
                 return
             self._turn(min(left, 0.1))
 
-    def close(self):
+    def close(self) -> None:
         self._selector.close()
 
-    def _turn(self, timeout_s):
+    def _turn(self, timeout_s: float) -> None:
         for key, _ in self._selector.select(timeout_s):
-            key.data(key.fileobj)
+            key.data()
 
-    def _time_left(self):
+    def _time_left(self) -> float:
         """Until the next look, or the decision if that comes first."""
         next_turn = self._next_look if self._deadline is None else min(self._next_look, self._deadline)
         return max(0.0, next_turn - time.monotonic())
 
-    def _look_at_processes(self):
+    def _look_at_processes(self) -> None:
         if time.monotonic() < self._next_look:
             return
-        trouble = self._family.look()
+        trouble = self._launcher.look()
         self._end_mpirun_that_is_stuck()
         self._next_look = time.monotonic() + LOOK_EVERY_S
         if trouble is None or self._signals.received:
             return
         step = self.last_step if self._reported is None else self._reported.step
         self._reported = Failure(
-            exit_codes.COMPONENT_LOST, trouble.component, self._host, trouble.rank, step, trouble.reason
+            ExitCode.COMPONENT_LOST, trouble.component, trouble.host, trouble.rank, step, trouble.reason
         )
         self._decide_within(0.0)
 
-    def _end_mpirun_that_is_stuck(self):
-        """mpirun whose rank was killed while MPI started tells so, and may then lock up in PMIx_server_finalize."""
-        if self._told_by_living_mpirun() is None:
+    def _end_mpirun_that_is_stuck(self) -> None:
+        """An mpirun whose rank was killed while MPI started reports that, and may then hang in PMIx_server_finalize."""
+        if self._reported_by_living_mpirun() is None:
             return
         now = time.monotonic()
-        self._mpirun_told_at = self._mpirun_told_at or now
-        if now - self._mpirun_told_at >= _AFTER_TELLING_S:
-            self._alive["fluid"].send(signal.SIGKILL)  # its exit is noted as it told it
+        self._mpirun_reported_at = self._mpirun_reported_at or now
+        if now - self._mpirun_reported_at >= _AFTER_MPIRUN_REPORT_S:
+            self._alive["fluid"].send(signal.SIGKILL)  # its exit is taken from its report
 
-    def _told_by_living_mpirun(self):
-        """Exit of the rank whose end mpirun tells while it has not ended itself, or None."""
+    def _reported_by_living_mpirun(self) -> Exit | None:
+        """Exit of the rank whose end mpirun has reported while it has not ended itself."""
         fluid = self._alive.get("fluid")
-        return None if fluid is None else told_by_mpirun(fluid.tail(), self._host)
+        return None if fluid is None else reported_by_mpirun(fluid.tail(), fluid.host)
 
-    def _decide_within(self, seconds):
+    def _decide_within(self, seconds: float) -> None:
         deadline = time.monotonic() + seconds
         self._deadline = deadline if self._deadline is None else min(self._deadline, deadline)
 
-    def _ending(self):
+    def _ending(self) -> Ending | None:
         if self._signals.received:
             return Ending(signal=self._signals.received[0])
         if self._summary and not self._alive and all(exit.code == 0 and not exit.signal for exit in self._exits):
             return Ending(summary=self._summary)
         if self._deadline is None or time.monotonic() < self._deadline:
             return None
-        if self._mpirun_may_still_tell():
+        if self._mpirun_may_still_report():
             self._waited_for_mpirun = True
             self._deadline += _FOR_MPIRUN_S
             return None
         return Ending(failure=self._failure())
 
-    def _mpirun_may_still_tell(self):
+    def _mpirun_may_still_report(self) -> bool:
         return (
             not self._waited_for_mpirun
-            and self._reported is not None
             and self._is_loss_without_cause()
-            and self._family.has_ended_rank()
-            and self._told_by_living_mpirun() is None
+            and self._launcher.has_ended_rank()
+            and self._reported_by_living_mpirun() is None
         )
 
-    def _read_signals(self):
+    def _read_signals(self) -> None:
         self._signals.drain()
         if self._signals.checkpoint_wanted and self.phase and "coupler" in self._alive:  # it expects the signal
             self._alive["coupler"].send(signal.SIGUSR1)
         self._signals.checkpoint_wanted = False
 
-    def _read_events(self, descriptor):
+    def _read_events(self, descriptor: int) -> None:
         received = os.read(descriptor, 65536)
         if not received:
             self._selector.unregister(descriptor)
@@ -163,7 +174,7 @@ class Watch:
         for event in self._reader.feed(received):
             self._take(event)
 
-    def _take(self, event):
+    def _take(self, event: Event) -> None:
         kind = event["event"]
         if kind == "phase":
             self.phase = event["phase"]
@@ -181,22 +192,25 @@ class Watch:
         elif kind == "finished":
             self._summary = event["summary"]
 
-    def _is_loss_without_cause(self):
-        """Whether the coupler only knows that the fluid went silent, while mpirun's exit may tell more."""
+    def _is_loss_without_cause(self) -> bool:
+        """Whether the coupler has only noticed that the fluid went silent, while mpirun's exit may give the cause."""
         return (
-            self._reported.code == exit_codes.COMPONENT_LOST
+            self._reported is not None
+            and self._reported.code == ExitCode.COMPONENT_LOST
             and self._reported.component == "fluid"
             and self._reported.component not in [exit.component for exit in self._exits]
             and not any(exit.signal for exit in self._exits)
         )
 
-    def _note_exit(self, process):
+    def _note_exit(self, process: Process) -> None:
         returncode = process.returncode
         if returncode is None:
             return
         self._selector.unregister(process.descriptor)
         del self._alive[process.name]
-        exit = describe_exit(process.name, returncode, process.tail(), self._host, self._ranks, process.log_tail())
+        log = process.log_tail()
+        log_file = _shown(process.log if log else process.output)
+        exit = describe_exit(process.name, returncode, process.tail(), process.host, self._ranks, log, log_file)
         self._exits.append(exit)
         if self._summary and not exit.signal and not exit.code:
             self._decide_within(_AFTER_FINISH_S)
@@ -208,24 +222,24 @@ class Watch:
         elif exit.code or process.name == "coupler" or self.phase != "finishing":
             self._decide_within(_AFTER_EXIT_S if self._output_open else _AFTER_REPORT_S)
 
-    def _failure(self):
+    def _failure(self) -> Failure:
         if self._summary:
             return self._failure_after_finish()
-        told = self._told_by_living_mpirun()
-        exits = self._exits if told is None else [*self._exits, told]
+        last = self._reported_by_living_mpirun()
+        exits = self._exits if last is None else [*self._exits, last]
         return judge(self._reported, exits, self.last_step, self._host)
 
-    def _failure_after_finish(self):
+    def _failure_after_finish(self) -> Failure:
         bad = next((exit for exit in self._exits if exit.code or exit.signal), None)
-        if self._reported is not None:  # frozen on its way out
+        if self._reported is not None:  # frozen while it ended
             return self._reported
         if bad is not None:
             return judge(None, [bad], self.last_step, self._host)
-        return Failure(
-            exit_codes.COMPONENT_LOST,
-            next(iter(self._alive)),
-            self._host,
-            "0",
-            self.last_step,
-            f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished.",
-        )
+        late = next(iter(self._alive.values()))
+        reason = f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished."
+        return Failure(ExitCode.COMPONENT_LOST, late.name, late.host, "0", self.last_step, reason)
+
+
+def _shown(path: Path) -> str:
+    """Relative to the current directory if that is shorter."""
+    return min(os.path.relpath(path), str(path), key=len)

@@ -69,15 +69,8 @@ class RunLifecycle(CommandTest):
 
     def test_log_of_a_component_that_ended_is_quoted(self):
         words = "a fluid component already takes part (only one can). Start one component per role."
-        script = self.folder / "body.sh"
-        script.write_text(
-            f"""#!/bin/bash
-[ "$1" = --capabilities ] && exec {FAKES}/body_service --capabilities
-echo "2026-11-21 10:00:00 error [body rank 0] [step -1] {words}" > runs/tiny/logs/body.log
-exit 65
-"""
-        )
-        script.chmod(0o755)
+        error = f"2026-11-21 10:00:00 error [body rank 0] [step -1] {words}"
+        script = self.component(f'echo "{error}" > runs/tiny/logs/body.log; exit 65')
         session = self.start("run", self.case(reports=False), "--body", script)
         self.assert_ends(session, 65)
         self.assertIn("already takes part", session.last_line)
@@ -87,6 +80,29 @@ exit 65
         session = self.start("run", self.case(fail=73), "--resume")
         self.assert_ends(session, 73)
         self.assertNotIn("--resume", session.last_line)
+
+    def test_resume_that_fails_where_it_starts_is_not_advised_again(self):
+        self.assert_ends(self.start("run", self.case(steps=1, checkpoint_at=1)), 0)
+        script = self.component("exit 3")
+        session = self.start("run", self.case(reports=False), "--body", script, "--resume")
+        self.assert_ends(session, 69)
+        self.assertIn("exited with code 3 without reporting an error. See its log runs/tiny/logs/", session.last_line)
+        self.assertNotIn("--resume", session.last_line)
+
+    def test_component_of_the_other_role_is_refused_before_the_run(self):
+        session = self.start("run", self.case(), "--body", f"{FAKES}/fluid_service")
+        self.assert_ends(session, 2)
+        self.assertIn("cannot be used as body component (it is a fluid component). Use --fluid.", session.last_line)
+        self.assertFalse((self.folder / "runs").exists())
+
+    def component(self, commands):
+        """A body component that answers --capabilities, and otherwise carries out `commands` of bash."""
+        script = self.folder / "body.sh"
+        script.write_text(
+            f'#!/bin/bash\n[ "$1" = --capabilities ] && exec {FAKES}/body_service --capabilities\n{commands}\n'
+        )
+        script.chmod(0o755)
+        return script
 
     def assert_loss(self, session, component, rank):
         self.assert_ends(session, 69)
@@ -248,7 +264,7 @@ exit 65
     def test_resume_of_nothing_is_an_error(self):
         session = self.start("run", self.case(), "--resume")
         self.assert_ends(session, 2)
-        self.assertIn("holds no run", session.last_line)
+        self.assertIn("does not hold a run", session.last_line)
 
     def test_resume_without_a_checkpoint_is_an_error_and_changes_nothing(self):
         self.assert_ends(self.start("run", self.case(steps=1)), 0)
@@ -357,9 +373,12 @@ exit 65
         for arguments, words in (
             (
                 ("--fluid", "/bin/true"),
-                "error: the fluid component /bin/true is none (it does not answer --capabilities",
+                "error: /bin/true cannot be used as fluid component (it does not answer --capabilities",
             ),
-            (("--body", f"{FAKES}/fluid_service"), "error: fake fluid is no body component (it says so). Use --fluid."),
+            (
+                ("--body", f"{FAKES}/fluid_service"),
+                "error: fake fluid cannot be used as body component (it is a fluid component). Use --fluid.",
+            ),
         ):
             session = self.start("check", self.case(), *arguments)
             self.assertEqual(session.end(), 2)

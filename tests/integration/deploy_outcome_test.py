@@ -67,6 +67,27 @@ class Judge(unittest.TestCase):
     def test_lost_connection_stands_when_nobody_was_killed(self):
         self.assertEqual(judge(LOST_FLUID, [Exit("coupler", code=69)], 120, "here"), LOST_FLUID)
 
+    def test_exit_code_is_more_precise_than_a_lost_connection(self):
+        lost = Failure(69, "body", "sea", "0", 700, "is gone (its connection broke).")
+        own = Exit("body", code=3, host="sea", log="10:00 10:01 info [body rank 0] ready\n", log_file="logs/body.log")
+        verdict = judge(lost, [own, Exit("coupler", code=69)], 699, "here")
+        self.assertEqual(verdict.code, 69)
+        self.assertEqual(
+            verdict.sentence(),
+            "body service on host sea, rank 0, at step 700: exited with code 3 without reporting an error. "
+            "See its log logs/body.log.",
+        )
+
+    def test_service_that_lost_the_coupler_is_not_the_cause_of_its_own_loss(self):
+        lost = Failure(69, "body", "sea", "0", 700, "is frozen.")
+        self.assertEqual(judge(lost, [Exit("coupler", code=69), Exit("body", code=69)], 699, "here"), lost)
+
+    def test_segmentation_fault_is_named_with_the_reported_step(self):
+        lost = Failure(69, "body", "sea", "0", 700, "is gone (its connection broke).")
+        verdict = judge(lost, [Exit("body", signal=11, host="sea", log_file="logs/body.log")], 697, "here")
+        self.assertIn("at step 700: killed by signal 11, SIGSEGV (a defect in the program).", verdict.sentence())
+        self.assertIn("See its log logs/body.log.", verdict.sentence())
+
     def test_report_without_a_step_gets_the_last_known_one(self):
         verdict = judge(Failure(70, "body", "sea", "0", -1, "overlap."), [], 17, "here")
         self.assertEqual(verdict.step, 17)
@@ -107,7 +128,7 @@ class Judge(unittest.TestCase):
         ):
             for output in ("", "a warning on stderr"):
                 verdict = judge(None, [describe_exit("body", 65, output, "here", 1, log)], -1, "here")
-                self.assertIn("(its last words: «a fluid component already takes part. Start one»)", verdict.reason)
+                self.assertIn("; the last it wrote: «a fluid component already takes part. Start one».", verdict.reason)
         verdict = judge(None, [describe_exit("body", 1, "", "here", 1, "no such licence\n")], -1, "here")
         self.assertIn("no such licence", verdict.reason)
 

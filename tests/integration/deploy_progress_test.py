@@ -4,8 +4,7 @@ import io
 import unittest
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_run.events import EventReader
-from copepod_run.progress import PlainProgress, TerminalProgress, clock_text, for_stream
+from copepod_run.progress import EventReader, PlainProgress, TerminalProgress, clock_text, for_stream
 
 EVENT = {"event": "progress", "step": 500, "steps": 1000, "steps_per_s": 123.4, "remaining_s": 4.05}
 

@@ -3,7 +3,7 @@
 import unittest
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_run.table import number_text, result_table
+from copepod_run.figures import number_text, result_table
 
 SWIMMER = {
     "name": "swimmer",

@@ -2,8 +2,7 @@
 
 import json
 
-from copepod_run import exit_codes
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 from copepod_conformance.body_case import BodyCase
 from copepod_conformance.component_process import run_to_end
 from copepod_conformance.fluid_case import FluidCase
@@ -41,13 +40,13 @@ class Subject:
                 raise ValueError("it is no object")
         except (OSError, ValueError) as error:
             raise Stop(
-                exit_codes.BAD_CASE,
+                ExitCode.BAD_CASE,
                 f"{' '.join(asked)} does not print what the component can do as JSON ({error}). "
                 "See docs/adding_a_component.md.",
             ) from error
         if capabilities.get("role") in _CASES and capabilities["role"] != self.role:
             raise Stop(
-                exit_codes.BAD_CASE,
+                ExitCode.BAD_CASE,
                 f"{' '.join(self.command)} is a {capabilities['role']} component. "
                 f"Use --role {capabilities['role']}.",
             )

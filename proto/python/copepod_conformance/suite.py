@@ -5,7 +5,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 from copepod_run import cleanup
-from copepod_run.components import MARK
+from copepod_run.cleanup import MARK
 from copepod_conformance.checks import (
     body_physics,
     checkpoints,

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from copepod_run import exit_codes
-from copepod_run.errors import Stop
+from copepod_run.errors import ExitCode, Stop
 
 
 def wire_file(run_directory, attempt=None):
@@ -22,7 +21,7 @@ def _chosen(folder, pattern, attempt, key):
         found = [path for path in found if path.stem == f"attempt_{attempt:03d}"]
     if not found:
         raise Stop(
-            exit_codes.BAD_CASE,
+            ExitCode.BAD_CASE,
             f"{folder} holds no recording{f' of attempt {attempt}' if attempt else ''} (the run was not recorded). "
             f"Run the case with --set output.{key}=true.",
         )

@@ -1,13 +1,15 @@
 """Remembers how fast this machine ran, for the time estimates of `copepod check`."""
 
 import json
+from collections.abc import Mapping
+from typing import Any
 
 from copepod_run.checkout import BUILD
 
 _FILE = BUILD / "measured_speed.json"
 
 
-def remember(summary):
+def remember(summary: Mapping[str, Any]) -> None:
     """Keeps MLUPS by precision and ranks of a finished run."""
     mlups = summary.get("mlups")
     if not mlups:
@@ -20,12 +22,12 @@ def remember(summary):
         pass
 
 
-def remembered(precision, ranks):
+def remembered(precision: str, ranks: int) -> float | None:
     """MLUPS of the last run with this precision and number of ranks, or None."""
     return _read().get(precision, {}).get(str(ranks))
 
 
-def _read():
+def _read() -> dict[str, dict[str, float]]:
     try:
         return json.loads(_FILE.read_text())
     except (OSError, ValueError):
