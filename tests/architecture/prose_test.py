@@ -50,7 +50,7 @@ class PlantedProse(unittest.TestCase):
         for phrase in ("'x' is no sphere", "ranks are no bodies", "nobody reads it", "Somebody else starts it", "whoever calls it",
                        "the case says so", "the page tells why", "the body service knows nothing", "the coupler wants it",
                        "the run goes on", "so small a domain", "it belongs into advance", "Passed over: threads",
-                       "closed without a word", "in whose shadow it works", "walls shift noticeably", "time must go on",
+                       "closed without a word", "in whose shadow it works", "walls lose their place", "time must go on",
                        "Mend its exchange", "kits do the speaking", "as if it had not been asked", "in one sitting"):
             with self.subTest(phrase):
                 self.expect_one("docs/page.md", f"# A page\n\nHere {phrase}.\n", 3, "not plain English")
