@@ -5,14 +5,14 @@
 
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
-#include "model/case_digest.hpp"
+#include "request_checks.hpp"
 #include "storage/state_file.hpp"
 
 namespace copepod::body {
 
 namespace {
 
-/// Bodies that are integrated together: their state and work arrays fit into a core's second-level cache.
+/// Bodies that are integrated together: their state and work arrays fit in a core's second-level cache.
 constexpr Eigen::Index preferred_block_bodies = 256;
 
 using Clock = std::chrono::steady_clock;
@@ -21,8 +21,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Zero times a sum of products is NaN as soon as one number is inf or NaN, and vectorises where a test does
-/// not.
+/// Zero times inf or NaN is NaN; unlike a test of every number, this vectorises.
 template <typename Columns>
 bool all_finite(const Columns& columns) {
   return (columns * 0.0).sum() == 0.0;
@@ -48,11 +47,6 @@ void check_finite(const BodyBlock& block, const BodyModel& model, const MotionSt
   }
 }
 
-void check_step(double step_s) {
-  if (step_s > 0.0 && std::isfinite(step_s)) return;
-  throw CaseError("step_s " + std::to_string(step_s) + " (time must go on). Use a positive step.");
-}
-
 }  // namespace
 
 Capabilities rigid_body_capabilities() {
@@ -68,9 +62,10 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup)
       equations_(setup, preferred_block_bodies),
       integrator_(make_time_integrator(setup.integrator, equations_, setup.step_s)),
       driving_nodes_(static_cast<Eigen::Index>(integrator_->driving_nodes().size())),
-      overlap_check_(equations_.model(), setup.periodic_length_m),
+      near_pairs_(equations_.model(), setup.periodic_length_m),
+      overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_),
       state_(equations_.model().initial_state()) {
-  check_step(setup.step_s);
+  require_positive_step(setup.step_s);
   overlap_check_.check(state_, step_);
 }
 
@@ -89,7 +84,7 @@ void RigidBodySolver::kinematics(Kinematics& kinematics) {
 }
 
 void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
-  check_loads(applied);
+  require_matching_loads(applied, step_, state_.bodies(), driving_nodes_);
   const auto start = Clock::now();
   integrate(applied);
   ++step_;
@@ -99,22 +94,6 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   overlap_check_.check(state_, step_);
   contact_s_ += seconds_since(integrated);
   kinematics(next);
-}
-
-void RigidBodySolver::check_loads(const AppliedLoads& applied) const {
-  const auto bodies = state_.bodies();
-  if (applied.hydrodynamic.step != step_) {
-    throw SolverError("loads of step " + std::to_string(applied.hydrodynamic.step) + " arrived in step " +
-                          std::to_string(step_) + " (steps must follow each other). Send them in order.",
-                      0, step_);
-  }
-  if (applied.hydrodynamic.force_N.cols() != bodies || applied.hydrodynamic.torque_N_m.cols() != bodies ||
-      applied.driving_N.cols() != driving_nodes_ * bodies) {
-    throw SolverError("loads have the wrong shape (expected forces and torques of " + std::to_string(bodies) +
-                          " bodies and driving forces at " + std::to_string(driving_nodes_) +
-                          " nodes). Send one column per body, and per node and body.",
-                      0, step_);
-  }
 }
 
 void RigidBodySolver::integrate(const AppliedLoads& applied) {

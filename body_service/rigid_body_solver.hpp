@@ -18,7 +18,7 @@ Capabilities rigid_body_capabilities();
 /// Rigid spheres and capsules with springs, gravity and constraints; the theory is in docs/theory_bodies.md.
 class RigidBodySolver final : public BodySolver {
  public:
-  /// @throws CaseError if the setup makes no sense, SolverError if bodies overlap at the start
+  /// @throws CaseError if the setup is not valid, SolverError if bodies overlap at the start
   explicit RigidBodySolver(const BodySetup& setup);
 
   [[nodiscard]] std::vector<double> driving_nodes() const override;
@@ -29,13 +29,13 @@ class RigidBodySolver final : public BodySolver {
   SolverSummary summarise() override;
 
  private:
-  void check_loads(const AppliedLoads& applied) const;
   void integrate(const AppliedLoads& applied);
 
   std::uint64_t case_digest_;  ///< of the setup: a saved state fits this case only
   EquationsOfMotion equations_;
   std::unique_ptr<TimeIntegrator> integrator_;
-  Eigen::Index driving_nodes_;  ///< how many
+  Eigen::Index driving_nodes_;  ///< number of driving samples per step
+  NearPairs near_pairs_;
   OverlapCheck overlap_check_;
   MotionState state_;
   std::int64_t step_ = 0;

@@ -1,30 +1,19 @@
 #include "bullet/bullet_body_solver.hpp"
 
 #include <chrono>
-#include <cmath>
 
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
-#include "forces/spring_network.hpp"
-#include "model/case_digest.hpp"
+#include "request_checks.hpp"
 #include "storage/state_file.hpp"
 
 namespace copepod::body {
 
 namespace {
 
-/// The setup after the checks of all body solvers of ours.
 const BodySetup& checked(const BodySetup& setup) {
-  if (!(setup.step_s > 0.0) || !std::isfinite(setup.step_s))
-    throw CaseError("step_s " + std::to_string(setup.step_s) + " (time must go on). Use a positive step.");
-  const SpringNetwork springs(setup);
+  require_positive_step(setup.step_s);
   return setup;
-}
-
-/// Bullet's state in the form in which states are stored and digested; the last columns hold angular
-/// velocities.
-MotionState as_motion_state(const BulletState& state) {
-  return {state.position_m, state.orientation_wxyz, state.velocity_m_per_s, state.angular_velocity_rad_per_s};
 }
 
 bool all_finite(const BulletState& state) {
@@ -44,6 +33,7 @@ Capabilities bullet_capabilities() {
 BulletBodySolver::BulletBodySolver(const BodySetup& setup)
     : case_digest_(mix_bits(case_digest(setup))),
       model_(checked(setup)),
+      weight_(setup),
       world_(setup, model_),
       state_(initial_state(model_)) {}
 
@@ -55,30 +45,16 @@ void BulletBodySolver::kinematics(Kinematics& kinematics) {
   kinematics.angular_velocity_rad_per_s = state_.angular_velocity_rad_per_s;
 }
 
-void BulletBodySolver::check_loads(const AppliedLoads& applied) const {
-  const Eigen::Index bodies = model_.bodies();
-  if (applied.hydrodynamic.step != step_)
-    throw SolverError("loads of step " + std::to_string(applied.hydrodynamic.step) + " arrived in step " +
-                          std::to_string(step_) + " (steps must follow each other). Send them in order.",
-                      0, step_);
-  if (applied.hydrodynamic.force_N.cols() != bodies || applied.hydrodynamic.torque_N_m.cols() != bodies ||
-      applied.driving_N.cols() != bodies)
-    throw SolverError("loads have the wrong shape (expected forces, torques and driving forces of " +
-                          std::to_string(bodies) + " bodies). Send one column per body.",
-                      0, step_);
-}
-
 void BulletBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
-  check_loads(applied);
+  require_matching_loads(applied, step_, model_.bodies(), 1);
   const auto start = std::chrono::steady_clock::now();
-  const Eigen::Matrix3Xd force_N = applied.hydrodynamic.force_N + applied.driving_N + model_.weight();
+  const Eigen::Matrix3Xd force_N = applied.hydrodynamic.force_N + applied.driving_N + weight_.force_N();
   const bool usable = force_N.allFinite() && applied.hydrodynamic.torque_N_m.allFinite();
   if (usable) world_.advance(state_, force_N, applied.hydrodynamic.torque_N_m);
   if (!usable || !all_finite(state_))
     throw SolverError(
         "the motion of a body is not finite (its loads are not, or the step is too long for its springs). "
-        "Look at the "
-        "loads of the last steps, or use a shorter step.",
+        "Look at the loads of the last steps, or use a shorter step.",
         0, step_);
   ++step_;
   integration_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -4,6 +4,7 @@
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
+#include "forces/weight.hpp"
 #include "model/body_model.hpp"
 
 namespace copepod::body {
@@ -12,15 +13,15 @@ namespace copepod::body {
 Capabilities bullet_capabilities();
 
 /// Spheres and capsules moved by the Bullet library, in double precision: springs and joints are rows of its
-/// constraint solver, bodies that touch are kept apart (no friction, no bounce) where RigidBodySolver ends
-/// the run.
+/// constraint solver. Bodies that touch are kept apart, without friction or rebound, where RigidBodySolver
+/// ends the run.
 ///
 /// First order in the step: against the exact motion, positions are off by half a step's way, h v/2, plus
 /// what the integrator's frequency error adds up to, (ω h)²/24 of the phase; docs/decisions/bullet_bodies.md
-/// has the derivation. Contacts across periodic faces are not seen.
+/// has the derivation. Contacts across periodic faces are not detected.
 class BulletBodySolver final : public BodySolver {
  public:
-  /// @throws CaseError if the setup makes no sense
+  /// @throws CaseError if the setup is not valid
   explicit BulletBodySolver(const BodySetup& setup);
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0}; }
@@ -31,10 +32,9 @@ class BulletBodySolver final : public BodySolver {
   SolverSummary summarise() override;
 
  private:
-  void check_loads(const AppliedLoads& applied) const;
-
   std::uint64_t case_digest_;  ///< of the setup, and of Bullet: states of the other solver do not fit
   BodyModel model_;
+  Weight weight_;
   BulletWorld world_;
   BulletState state_;
   std::int64_t step_ = 0;

@@ -2,16 +2,13 @@
 
 #include <Eigen/Geometry>
 
-#include "contract/errors.hpp"
-#include "model/mass_properties.hpp"
 #include "model/rotation.hpp"
 
 namespace copepod::body {
 
 namespace {
 
-constexpr int solver_iterations =
-    50;  // of projected Gauss-Seidel; it ends earlier where nothing changes any more
+constexpr int solver_iterations = 50;  // of projected Gauss-Seidel, at most
 
 /// The pools of contacts that Bullet sets aside; more are allocated one by one.
 btDefaultCollisionConstructionInfo small_pools() {
@@ -53,11 +50,16 @@ BulletState initial_state(const BodyModel& model) {
   return state;
 }
 
+MotionState as_motion_state(const BulletState& state) {
+  return {state.position_m, state.orientation_wxyz, state.velocity_m_per_s, state.angular_velocity_rad_per_s};
+}
+
 BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model)
     : model_(model),
       units_(bullet_units(model, setup.step_s)),
       configuration_(small_pools()),
-      dispatcher_(&configuration_) {
+      dispatcher_(&configuration_),
+      springs_(setup) {
   const BulletState start = initial_state(model);
   for (Eigen::Index body = 0; body < model.bodies(); ++body) {
     add_body(body);
@@ -65,14 +67,8 @@ BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model)
     if (model.motion(body) == MotionKind::axis) add_joint(body, start);
   }
   for (const SpringSpecification& spring : setup.springs) {
-    springs_.push_back(
-        {spring.body_A,
-         spring.body_B,
-         {spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m},
-         spring.anchor_A_m,
-         spring.anchor_B_m,
-         std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
-                                            *bodies_[static_cast<std::size_t>(spring.body_B)])});
+    pulls_.push_back(std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
+                                                        *bodies_[static_cast<std::size_t>(spring.body_B)]));
   }
 }
 
@@ -86,7 +82,7 @@ void BulletWorld::add_body(Eigen::Index body) {
   }
   const bool moves = moves_freely(model_.motion(body));
   const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
-  const Eigen::Vector3d inertia = mass_properties(shape, mass_kg).inertia_kg_m2.diagonal();
+  const Eigen::Vector3d inertia = inertia_tensor_kg_m2(shape, mass_kg).diagonal();
   const double inertia_unit = units_.mass_kg * units_.length_m * units_.length_m;
   btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr,
                                                 shapes_.back().get(), to_bullet(inertia, inertia_unit));
@@ -125,34 +121,12 @@ void BulletWorld::place(Eigen::Index body, const BulletState& state) {
   placed.setWorldTransform(pose);
   placed.setLinearVelocity(velocity);
   placed.setAngularVelocity(angular_velocity);
-  // Of a body that nothing moves, Bullet derives the velocity from the pose that it thinks was the last one.
+  // Bullet derives the velocity of a kinematic body from its interpolated (previous) pose.
   btTransform last;
   btTransformUtil::integrateTransform(pose, -velocity, -angular_velocity, 1.0, last);
   placed.setInterpolationWorldTransform(last);
   placed.updateInertiaTensor();
   placed.clearForces();
-}
-
-void BulletWorld::pull(Spring& spring, const BulletState& state) const {
-  const int A = spring.body_A;
-  const int B = spring.body_B;
-  const Eigen::Vector3d arm_A_m = rotation_matrix(state.orientation_wxyz.col(A)) * spring.anchor_A_m;
-  const Eigen::Vector3d arm_B_m = rotation_matrix(state.orientation_wxyz.col(B)) * spring.anchor_B_m;
-  const auto velocity = [&state](int body, const Eigen::Vector3d& arm_m) -> Eigen::Vector3d {
-    return state.velocity_m_per_s.col(body) +
-           state.angular_velocity_rad_per_s.col(body).head<3>().cross(arm_m);
-  };
-  const Eigen::Vector3d d_AB_m = (state.position_m.col(B) - state.position_m.col(A)) + (arm_B_m - arm_A_m);
-  if (d_AB_m.isZero(0.0)) {
-    throw SolverError(
-        "the ends of the spring between bodies '" + model_.name(A) + "' and '" + model_.name(B) +
-        "' coincide (its force has no direction). Give it a longer rest length or start its ends apart.");
-  }
-  const Eigen::Vector3d force_N =
-      spring_force(spring.law, d_AB_m, velocity(B, arm_B_m) - velocity(A, arm_A_m));
-  const Eigen::Vector3d direction = d_AB_m.normalized();
-  spring.constraint->set_pull(force_N.dot(direction) / units_.force_N(), to_bullet(direction, 1.0),
-                              to_bullet(arm_A_m, units_.length_m), to_bullet(arm_B_m, units_.length_m));
 }
 
 void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N,
@@ -168,9 +142,13 @@ void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N,
     bodies_[i]->applyTorque(to_bullet(torque_N_m.col(body), units_.force_N() * units_.length_m));
     world.addRigidBody(bodies_[i].get());
   }
-  for (Spring& spring : springs_) {
-    pull(spring, state);
-    world.addConstraint(spring.constraint.get());
+  const MotionState motion = as_motion_state(state);
+  for (std::size_t i = 0; i < pulls_.size(); ++i) {
+    const Springs::Pull pull = springs_.pull(i, 0, motion, state.angular_velocity_rad_per_s);
+    const Eigen::Vector3d direction = pull.d_AB_W_m.normalized();
+    pulls_[i]->set_pull(pull.f_A_W_N.dot(direction) / units_.force_N(), to_bullet(direction, 1.0),
+                        to_bullet(pull.r_A_W_m, units_.length_m), to_bullet(pull.r_B_W_m, units_.length_m));
+    world.addConstraint(pulls_[i].get());
   }
   for (const auto& joint : joints_) world.addConstraint(joint.get());
   world.stepSimulation(1.0, 0);  // one step of one unit of time
@@ -180,7 +158,7 @@ void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N,
 void BulletWorld::read(Eigen::Index body, BulletState& state) const {
   auto q = state.orientation_wxyz.col(body);
   auto x = state.position_m.col(body);
-  if (!moves_freely(model_.motion(body))) {  // keeps its velocities, of which Bullet knows no path
+  if (!moves_freely(model_.motion(body))) {  // keeps its velocities; Bullet does not move it
     x += units_.time_s * state.velocity_m_per_s.col(body);
     q = rotated(units_.time_s * state.angular_velocity_rad_per_s.col(body), q).normalized();
     return;

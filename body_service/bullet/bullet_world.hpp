@@ -9,7 +9,7 @@
 #include "bullet/bullet_units.hpp"
 #include "bullet/spring_constraint.hpp"
 #include "contract/body_setup.hpp"
-#include "forces/spring.hpp"
+#include "forces/springs.hpp"
 #include "model/body_model.hpp"
 
 namespace copepod::body {
@@ -37,19 +37,9 @@ class BulletWorld {
   void advance(BulletState& state, const Eigen::Matrix3Xd& force_N, const Eigen::Matrix3Xd& torque_N_m);
 
  private:
-  struct Spring {
-    int body_A;
-    int body_B;
-    SpringLaw law;
-    Eigen::Vector3d anchor_A_m;
-    Eigen::Vector3d anchor_B_m;
-    std::unique_ptr<SpringConstraint> constraint;
-  };
-
   void add_body(Eigen::Index body);
   void add_joint(Eigen::Index body, const BulletState& start);
   void place(Eigen::Index body, const BulletState& state);
-  void pull(Spring& spring, const BulletState& state) const;
   void read(Eigen::Index body, BulletState& state) const;
 
   const BodyModel& model_;
@@ -59,10 +49,15 @@ class BulletWorld {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<std::unique_ptr<btTypedConstraint>> joints_;  ///< of bodies with motion: axis
-  std::vector<Spring> springs_;
+  Springs springs_;
+  std::vector<std::unique_ptr<SpringConstraint>> pulls_;  ///< of the springs, in their order
 };
 
 /// State in which a case starts.
 BulletState initial_state(const BodyModel& model);
+
+/// Bullet's state in the form in which states are stored, digested and passed to force elements; the last
+/// columns hold angular velocities.
+MotionState as_motion_state(const BulletState& state);
 
 }  // namespace copepod::body

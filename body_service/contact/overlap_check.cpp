@@ -6,35 +6,11 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "model/mass_properties.hpp"
 #include "model/rotation.hpp"
 
 namespace copepod::body {
 
 namespace {
-
-/// Share of its radius by which a body may move before the candidates are listed anew.
-constexpr double margin_per_radius = 0.25;
-
-std::vector<double> margins_m(const BodyModel& model) {
-  std::vector<double> margins;
-  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
-    margins.push_back(margin_per_radius * model.shape(body).radius_m);
-  }
-  return margins;
-}
-
-std::vector<double> bounding_radii_m(const BodyModel& model) {
-  std::vector<double> radii;
-  for (Eigen::Index body = 0; body < model.bodies(); ++body)
-    radii.push_back(bounding_radius_m(model.shape(body)));
-  return radii;
-}
-
-std::vector<double> sums(std::vector<double> first, const std::vector<double>& second) {
-  for (std::size_t i = 0; i < first.size(); ++i) first[i] += second[i];
-  return first;
-}
 
 std::string in_metres(double length_m) {
   std::array<char, 32> text{};
@@ -44,19 +20,9 @@ std::string in_metres(double length_m) {
 
 }  // namespace
 
-OverlapCheck::OverlapCheck(const BodyModel& model, const std::array<double, 3>& periodic_length_m)
-    : model_(model),
-      periodic_length_m_(periodic_length_m),
-      margin_m_(margins_m(model)),
-      bounding_radius_m_(bounding_radii_m(model)),
-      grid_(sums(bounding_radius_m_, margin_m_), periodic_length_m) {
-  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
-    const double extent_m = 2.0 * bounding_radius_m_[body];
-    const bool longer = std::any_of(periodic_length_m.begin(), periodic_length_m.end(),
-                                    [&](double length_m) { return length_m > 0.0 && extent_m > length_m; });
-    if (longer) longer_than_the_box_.push_back(static_cast<int>(body));
-  }
-}
+OverlapCheck::OverlapCheck(const BodyModel& model, const std::array<double, 3>& periodic_length_m,
+                           NearPairs& near_pairs)
+    : model_(model), periodic_length_m_(periodic_length_m), near_pairs_(near_pairs) {}
 
 CoreSegment OverlapCheck::core(Eigen::Index body, const MotionState& state) const {
   const double half_length_m = core_half_length_m(model_.shape(body));
@@ -65,26 +31,8 @@ CoreSegment OverlapCheck::core(Eigen::Index body, const MotionState& state) cons
 }
 
 void OverlapCheck::check(const MotionState& state, std::int64_t step) {
-  if (moved_beyond_margin(state)) list_candidates(state);
-  for (const auto& [A, B] : candidates_) check_pair(A, B, state, step);
-  for (const int body : longer_than_the_box_) check_pair(body, body, state, step);
-}
-
-bool OverlapCheck::moved_beyond_margin(const MotionState& state) const {
-  if (listed_centre_m_.cols() != state.bodies()) return true;
-  // Turning does not matter: the bounding balls, by which candidates are listed, turn into themselves.
-  for (Eigen::Index body = 0; body < state.bodies(); ++body) {
-    const double shift_m2 = (state.position_m.col(body) - listed_centre_m_.col(body)).squaredNorm();
-    if (shift_m2 > margin_m_[body] * margin_m_[body]) return true;
-  }
-  return false;
-}
-
-void OverlapCheck::list_candidates(const MotionState& state) {
-  listed_centre_m_ = state.position_m;
-  grid_.find_pairs(state.position_m, candidates_);
-  // Ascending order: bodies that are neighbours in the setup are neighbours in memory.
-  std::sort(candidates_.begin(), candidates_.end());
+  for (const auto& [A, B] : near_pairs_.at(state.position_m)) check_pair(A, B, state, step);
+  for (const int body : near_pairs_.longer_than_the_box()) check_pair(body, body, state, step);
 }
 
 void OverlapCheck::check_pair(int A, int B, const MotionState& state, std::int64_t step) const {
@@ -95,11 +43,12 @@ void OverlapCheck::check_pair(int A, int B, const MotionState& state, std::int64
 double OverlapCheck::smallest_gap_m(int A, int B, const MotionState& state) const {
   const CoreSegment first{Eigen::Vector3d::Zero(), core(A, state).half_W_m};
   CoreSegment second = core(B, state);
-  const Eigen::Vector3d nearest_m = grid_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
+  const Eigen::Vector3d nearest_m =
+      near_pairs_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
 
   // The image with the nearest centre need not be the nearest image of bodies that are longer than half the
   // box.
-  const double reach_m = bounding_radius_m_[A] + bounding_radius_m_[B];
+  const double reach_m = bounding_radius_m(model_.shape(A)) + bounding_radius_m(model_.shape(B));
   std::array<int, 3> images{};
   for (int direction = 0; direction < 3; ++direction) {
     const double length_m = periodic_length_m_[direction];

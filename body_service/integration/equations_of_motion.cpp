@@ -3,14 +3,27 @@
 #include <algorithm>
 
 #include "constraints/motion_constraint.hpp"
+#include "forces/springs.hpp"
+#include "forces/weight.hpp"
 #include "model/rotation.hpp"
 
 namespace copepod::body {
 
-// The order of the members matters: model and springs check the setup before it is cut into blocks.
+namespace {
+
+std::vector<std::unique_ptr<const ForceElement>> make_force_elements(const BodySetup& setup) {
+  std::vector<std::unique_ptr<const ForceElement>> elements;
+  elements.push_back(std::make_unique<Weight>(setup));
+  elements.push_back(std::make_unique<Springs>(setup));
+  return elements;
+}
+
+}  // namespace
+
+// The order of the members matters: model and force elements check the setup before it is cut into blocks.
 EquationsOfMotion::EquationsOfMotion(const BodySetup& setup, Eigen::Index preferred_block_bodies)
     : model_(setup),
-      springs_(setup),
+      elements_(make_force_elements(setup)),
       blocks_(independent_blocks(model_.bodies(), setup.springs, preferred_block_bodies)) {
   angular_velocity_rad_per_s_.resize(3, longest_block());
 }
@@ -30,14 +43,14 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   auto& torque_N_m = rate.angular_momentum_N_m_s;
 
   force_N.leftCols(bodies) = applied.hydrodynamic.force_N.middleCols(first, bodies) +
-                             applied.driving_N.middleCols(node * model_.bodies() + first, bodies) +
-                             model_.weight().middleCols(first, bodies);
+                             applied.driving_N.middleCols(node * model_.bodies() + first, bodies);
   torque_N_m.leftCols(bodies) = applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
   for (Eigen::Index i = 0; i < bodies; ++i) {
     angular_velocity_rad_per_s_.col(i) = model_.angular_velocity_rad_per_s(
         first + i, state.orientation_wxyz.col(i), state.angular_momentum_N_m_s.col(i));
   }
-  springs_.add_loads(block, state, angular_velocity_rad_per_s_, force_N, torque_N_m);
+  const Stage stage{block, state, angular_velocity_rad_per_s_};
+  for (const auto& element : elements_) element->add_loads(stage, force_N, torque_N_m);
 
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
   for (Eigen::Index i = 0; i < bodies; ++i) {

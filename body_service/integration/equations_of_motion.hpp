@@ -1,11 +1,12 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "contract/exchange.hpp"
-#include "forces/spring_network.hpp"
+#include "forces/force_element.hpp"
 #include "model/body_block.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"
@@ -14,7 +15,7 @@ namespace copepod::body {
 
 /// The Newton-Euler equations of all bodies, evaluated block by block:
 ///   dx/dt = v,   m dv/dt = F,   dq/dt = 1/2 (0, ω) ⊗ q,   dL/dt = τ                        (B9), (B10)
-/// with F and τ the sums of hydrodynamic load, driving force, weight and springs, less what constraints
+/// with F and τ the sums of hydrodynamic load, driving force and force elements, less what constraints
 /// balance.
 class EquationsOfMotion {
  public:
@@ -31,13 +32,13 @@ class EquationsOfMotion {
   /// @param node   which of the driving samples applies
   /// @param state  of the block's bodies, column 0 is body block.first
   /// @param rate   overwritten, same columns
-  /// @throws SolverError if the ends of a spring coincide
+  /// @throws SolverError if a force element does
   void evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node,
                 const MotionState& state, MotionState& rate);
 
  private:
   BodyModel model_;
-  SpringNetwork springs_;
+  std::vector<std::unique_ptr<const ForceElement>> elements_;
   std::vector<BodyBlock> blocks_;
   Eigen::Matrix3Xd angular_velocity_rad_per_s_;  ///< of the bodies of the block in work
 };

@@ -21,9 +21,8 @@ class TimeIntegrator {
   /// See BodySolver::driving_nodes.
   [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
 
-  /// @param state  of all bodies; the block's columns are advanced by one step, the others neither read nor
-  /// written
-  /// @throws SolverError if the ends of a spring coincide
+  /// @param state  of all bodies; only the columns of the block are read and written
+  /// @throws SolverError if a force is not defined in a state on the way
   virtual void advance(const BodyBlock& block, const AppliedLoads& applied, MotionState& state) = 0;
 };
 

@@ -4,8 +4,6 @@
 
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
-#include "forces/weight.hpp"
-#include "model/mass_properties.hpp"
 
 namespace copepod::body {
 
@@ -18,11 +16,11 @@ namespace {
 void check(const BodySpecification& body) {
   if (!(body.mass_kg > 0.0) || !std::isfinite(body.mass_kg)) {
     reject(body, "mass_kg " + std::to_string(body.mass_kg) +
-                     " (nothing moves without a mass). Use a positive mass.");
+                     " (a body needs a finite mass > 0). Use a positive mass.");
   }
   if (!(body.shape.radius_m > 0.0) || !std::isfinite(body.shape.radius_m)) {
     reject(body, "radius_m " + std::to_string(body.shape.radius_m) +
-                     " (a shape needs an extent). Use a positive one.");
+                     " (a shape needs a finite extent > 0). Use a positive radius.");
   }
   if (body.shape.kind == ShapeKind::capsule &&
       (!(body.shape.length_m >= 0.0) || !std::isfinite(body.shape.length_m))) {
@@ -35,19 +33,19 @@ void check(const BodySpecification& body) {
   }
   if (!body.position_m.allFinite() || !body.velocity_m_per_s.allFinite() ||
       !body.angular_velocity_rad_per_s.allFinite()) {
-    reject(body, "its initial state is not finite (some number is inf or NaN). Give numbers.");
+    reject(body, "its initial state is not finite (a number is inf or NaN). Use finite numbers.");
   }
 }
 
 /// Diagonal of the inverse inertia with which the body answers to torques, see MotionState.
 Eigen::Vector3d inverse_inertia(const BodySpecification& body, const Eigen::Vector4d& q_WB) {
-  const Eigen::Matrix3d inertia_B = mass_properties(body.shape, body.mass_kg).inertia_kg_m2;
+  const Eigen::Matrix3d inertia_B = inertia_tensor_kg_m2(body.shape, body.mass_kg);
   switch (body.motion) {
     case MotionKind::free:
       return inertia_B.diagonal().cwiseInverse();
     case MotionKind::axis: {
-      // Turning about an axis through the centre of mass leaves aᵀ I a as it is, so one number serves for the
-      // run.
+      // Turning about an axis through the centre of mass does not change aᵀ I a: one number serves for the
+      // whole run.
       const Eigen::Vector3d axis_B = rotation_matrix(q_WB).transpose() * body.axis.normalized();
       return Eigen::Vector3d::Constant(1.0 / axis_B.dot(inertia_B * axis_B));
     }
@@ -60,6 +58,11 @@ Eigen::Vector3d inverse_inertia(const BodySpecification& body, const Eigen::Vect
 
 }  // namespace
 
+Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg) {
+  const MomentsOfInertia moments = moments_of_inertia(shape, mass_kg);
+  return Eigen::Vector3d(moments.across_kg_m2, moments.across_kg_m2, moments.along_kg_m2).asDiagonal();
+}
+
 BodyModel::BodyModel(const BodySetup& setup) {
   const auto bodies = static_cast<Eigen::Index>(setup.bodies.size());
   names_.reserve(setup.bodies.size());
@@ -69,12 +72,11 @@ BodyModel::BodyModel(const BodySetup& setup) {
   axis_.resize(3, bodies);
   inverse_mass_per_kg_.resize(bodies);
   inverse_inertia_.resize(3, bodies);
-  weight_N_.resize(3, bodies);
   initial_.resize(bodies);
-  for (Eigen::Index body = 0; body < bodies; ++body) add(body, setup.bodies[body], setup);
+  for (Eigen::Index body = 0; body < bodies; ++body) add(body, setup.bodies[body]);
 }
 
-void BodyModel::add(Eigen::Index body, const BodySpecification& specification, const BodySetup& setup) {
+void BodyModel::add(Eigen::Index body, const BodySpecification& specification) {
   check(specification);
   const BodyVelocities velocities = constrained_velocities(specification);
   const Eigen::Vector4d q_WB = specification.orientation_wxyz.normalized();
@@ -86,8 +88,6 @@ void BodyModel::add(Eigen::Index body, const BodySpecification& specification, c
   inverse_mass_per_kg_[body] = 1.0 / specification.mass_kg;
   inverse_inertia_.col(body) = inverse_inertia(specification, q_WB);
   isotropic_.push_back((inverse_inertia_.col(body).array() == inverse_inertia_(0, body)).all() ? 1 : 0);
-  weight_N_.col(body) = buoyant_weight(specification.mass_kg, volume_m3(specification.shape),
-                                       setup.fluid_density_kg_per_m3, setup.gravity_m_per_s2);
 
   initial_.position_m.col(body) = specification.position_m;
   initial_.orientation_wxyz.col(body) = q_WB;

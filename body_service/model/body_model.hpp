@@ -12,6 +12,9 @@
 
 namespace copepod::body {
 
+/// Inertia tensor I_B of a uniformly filled shape about its centre of mass, body frame.
+Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg);
+
 /// What does not change about the bodies during a run; SI units, one entry or column per body.
 class BodyModel {
  public:
@@ -24,9 +27,6 @@ class BodyModel {
   [[nodiscard]] MotionKind motion(Eigen::Index body) const { return motions_[body]; }
   [[nodiscard]] Eigen::Vector3d axis(Eigen::Index body) const { return axis_.col(body); }
   [[nodiscard]] double inverse_mass_per_kg(Eigen::Index body) const { return inverse_mass_per_kg_[body]; }
-
-  /// Gravity less buoyancy of every body [N], shape (3, bodies).
-  [[nodiscard]] const Eigen::Matrix3Xd& weight() const { return weight_N_; }
 
   /// Angular velocity that belongs to an angular momentum,
   ///   ω = R I_B⁻¹ Rᵀ L                                                                 (B11)
@@ -42,7 +42,7 @@ class BodyModel {
   [[nodiscard]] const MotionState& initial_state() const { return initial_; }
 
  private:
-  void add(Eigen::Index body, const BodySpecification& specification, const BodySetup& setup);
+  void add(Eigen::Index body, const BodySpecification& specification);
 
   std::vector<std::string> names_;
   std::vector<Shape> shapes_;
@@ -51,7 +51,6 @@ class BodyModel {
   Eigen::Matrix3Xd axis_;
   Eigen::VectorXd inverse_mass_per_kg_;
   Eigen::Matrix3Xd inverse_inertia_;  ///< diagonal of I_B⁻¹ [1/(kg m²)]
-  Eigen::Matrix3Xd weight_N_;
   MotionState initial_;
 };
 

@@ -25,15 +25,4 @@ struct MotionState {
   }
 };
 
-/// Force and torque on every body of a row; world frame, one column per body.
-struct BodyLoads {
-  Eigen::Matrix3Xd force_N;
-  Eigen::Matrix3Xd torque_N_m;
-
-  void resize(Eigen::Index bodies) {
-    force_N.resize(3, bodies);
-    torque_N_m.resize(3, bodies);
-  }
-};
-
 }  // namespace copepod::body

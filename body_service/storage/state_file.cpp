@@ -4,16 +4,14 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
-#include <filesystem>
+#include <fstream>
 #include <span>
-#include <unistd.h>
 #include <vector>
 
 #include "component/progress.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
-#include "system/write_all.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::body {
 
@@ -27,32 +25,21 @@ constexpr std::uint64_t magic = 0x59444f4245504f43ULL;  // "COPEBODY"
 constexpr std::uint64_t version = 1;
 constexpr std::size_t header_words = 5;
 constexpr std::size_t words_per_body = 13;
-constexpr std::size_t piece_bytes = 1 << 20;  ///< at most so much between two signs of progress
+constexpr std::size_t piece_bytes = 1 << 20;  ///< read between two progress reports
+
+template <typename Matrix>
+void add_numbers(Digest& digest, const Matrix& numbers) {
+  for (Eigen::Index i = 0; i < numbers.size(); ++i) digest.add(numbers.data()[i]);
+}
+
+void add_text(Digest& digest, const std::string& text) {
+  digest.add(std::uint64_t{text.size()});
+  for (const char c : text) digest.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+}
 
 [[noreturn]] void fail(const std::string& path, const std::string& problem, const std::string& remedy) {
   throw StorageError("body state '" + path + "' " + problem + ". " + remedy);
 }
-
-[[noreturn]] void fail_with_errno(const std::string& path, const std::string& verb,
-                                  const std::string& remedy) {
-  fail(path, "could not be " + verb + " (" + std::strerror(errno) + ")", remedy);
-}
-
-/// A file descriptor that closes itself.
-class File {
- public:
-  File(const std::string& path, int flags) : descriptor_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {}
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  ~File() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  [[nodiscard]] int descriptor() const { return descriptor_; }
-  [[nodiscard]] bool open() const { return descriptor_ >= 0; }
-
- private:
-  int descriptor_;
-};
 
 std::uint64_t digest_of(std::span<const std::uint64_t> words) {
   Digest digest;
@@ -73,35 +60,59 @@ void take(std::span<const std::uint64_t>& words, Matrix& numbers) {
   words = words.subspan(static_cast<std::size_t>(numbers.size()));
 }
 
-bool write_pieces(int descriptor, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const std::size_t piece = std::min(bytes.size(), piece_bytes);
-    if (!write_all(descriptor, bytes.first(piece))) return false;
-    report_progress();
-    bytes = bytes.subspan(piece);
-  }
-  return true;
-}
-
-/// Fills zeroed `words` from a file and shortens it to what was there; a last word that is cut off counts,
-/// filled up with zeros.
-/// @return false if reading failed
-bool read_all(int descriptor, Words& words) {
-  auto bytes = std::as_writable_bytes(std::span(words));
+/// Fills zeroed `words` from a file and shortens them to its length; a last word that is cut off is kept,
+/// padded with zeros.
+void read_all(std::istream& file, Words& words) {
+  const auto bytes = std::as_writable_bytes(std::span(words));
   std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t got = ::read(descriptor, bytes.data() + done, std::min(bytes.size() - done, piece_bytes));
+  while (file && done < bytes.size()) {
+    const std::size_t piece = std::min(bytes.size() - done, piece_bytes);
+    file.read(reinterpret_cast<char*>(bytes.data() + done), static_cast<std::streamsize>(piece));
+    done += static_cast<std::size_t>(file.gcount());
     report_progress();
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return false;
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
   }
   words.resize((done + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t));
-  return true;
 }
 
 }  // namespace
+
+std::uint64_t case_digest(const BodySetup& setup) {
+  Digest digest;
+  digest.add(setup.step_s);
+  digest.add(static_cast<std::uint64_t>(setup.integrator));
+  add_numbers(digest, setup.gravity_m_per_s2);
+  digest.add(setup.fluid_density_kg_per_m3);
+  digest.add(std::uint64_t{setup.bodies.size()});
+  for (const auto& body : setup.bodies) {
+    add_text(digest, body.name);
+    digest.add(static_cast<std::uint64_t>(body.shape.kind));
+    digest.add(body.shape.radius_m);
+    digest.add(body.shape.length_m);
+    digest.add(body.mass_kg);
+    digest.add(static_cast<std::uint64_t>(body.motion));
+    if (body.motion == MotionKind::axis) add_numbers(digest, body.axis);
+  }
+  for (const auto& spring : setup.springs) {
+    digest.add(static_cast<std::uint64_t>(spring.body_A));
+    digest.add(static_cast<std::uint64_t>(spring.body_B));
+    digest.add(spring.stiffness_N_per_m);
+    digest.add(spring.damping_N_s_per_m);
+    digest.add(spring.rest_length_m);
+    add_numbers(digest, spring.anchor_A_m);
+    add_numbers(digest, spring.anchor_B_m);
+  }
+  return digest.value();
+}
+
+std::uint64_t state_digest(std::int64_t step, const MotionState& state) {
+  Digest digest;
+  digest.add(static_cast<std::uint64_t>(step));
+  add_numbers(digest, state.position_m);
+  add_numbers(digest, state.orientation_wxyz);
+  add_numbers(digest, state.velocity_m_per_s);
+  add_numbers(digest, state.angular_momentum_N_m_s);
+  return digest.value();
+}
 
 void write_state(const std::string& path, const StateLabel& label, const MotionState& state) {
   const auto bodies = static_cast<std::size_t>(state.bodies());
@@ -113,21 +124,7 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   append(words, state.angular_momentum_N_m_s);
   words.push_back(digest_of(words));
 
-  const std::string remedy = "Check that the folder exists, is writable and has room.";
-  const std::string unfinished = path + ".unfinished";
-  const File file(unfinished, O_WRONLY | O_CREAT | O_TRUNC);
-  if (!file.open()) fail_with_errno(path, "created", remedy);
-  if (!write_pieces(file.descriptor(), std::as_bytes(std::span(words))) || ::fsync(file.descriptor()) != 0) {
-    const int error = errno;
-    ::unlink(unfinished.c_str());
-    errno = error;
-    fail_with_errno(path, "written", remedy);
-  }
-  if (::rename(unfinished.c_str(), path.c_str()) != 0) fail_with_errno(path, "renamed", remedy);
-  // The name is an entry of the folder, which has to reach the disk as well.
-  const auto folder = std::filesystem::absolute(path).parent_path();
-  const File directory(folder.string(), O_RDONLY | O_DIRECTORY);
-  if (!directory.open() || ::fsync(directory.descriptor()) != 0) fail_with_errno(path, "synced", remedy);
+  write_durably(path, std::as_bytes(std::span(words)), report_progress);
 }
 
 std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state) {
@@ -135,12 +132,12 @@ std::int64_t read_state(const std::string& path, std::uint64_t case_digest, Moti
   const auto bodies = static_cast<std::size_t>(state.bodies());
   const std::size_t expected = header_words + words_per_body * bodies + 1;
 
-  const File file(path, O_RDONLY);
-  if (!file.open()) fail_with_errno(path, "opened", remedy);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) fail(path, "could not be opened (" + std::string(std::strerror(errno)) + ")", remedy);
   Words words(expected + 1);  // one more than fits, to notice a file that is too long
-  if (!read_all(file.descriptor(), words)) fail_with_errno(path, "read", remedy);
+  read_all(file, words);
 
-  if (words.size() < header_words || words[0] != magic) fail(path, "is no saved body state", remedy);
+  if (words.size() < header_words || words[0] != magic) fail(path, "is not a saved body state", remedy);
   if (words[1] != version) {
     fail(path, "has format version " + std::to_string(words[1]) + " (this program reads version 1)",
          "Resume with the program that wrote it.");
@@ -151,7 +148,7 @@ std::int64_t read_state(const std::string& path, std::uint64_t case_digest, Moti
   }
   const auto content = std::span<const std::uint64_t>(words);
   if (words.size() != expected || content.back() != digest_of(content.first(expected - 1))) {
-    fail(path, "is damaged (length or checksum do not fit)", remedy);
+    fail(path, "is damaged (wrong length or checksum)", remedy);
   }
   auto numbers = content.subspan(header_words);
   take(numbers, state.position_m);

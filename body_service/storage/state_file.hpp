@@ -3,9 +3,16 @@
 #include <cstdint>
 #include <string>
 
+#include "contract/body_setup.hpp"
 #include "model/motion_state.hpp"
 
 namespace copepod::body {
+
+/// Digest of everything in a setup that decides how a state evolves; initial states do not enter.
+std::uint64_t case_digest(const BodySetup& setup);
+
+/// Digest of the complete state of all bodies before step `step`; equal digests mean equal bits.
+std::uint64_t state_digest(std::int64_t step, const MotionState& state);
 
 /// What a saved state belongs to.
 struct StateLabel {
@@ -13,7 +20,7 @@ struct StateLabel {
   std::int64_t step = 0;
 };
 
-/// Writes a state to a new file, complete and on disk when it returns; an interrupted write leaves no file
+/// Writes a state to a new file, complete and on the disk on return; an interrupted write leaves no file
 /// `path`.
 ///
 /// Layout, 64-bit little-endian words: magic "COPEBODY", version, case digest, step, bodies; then position (3

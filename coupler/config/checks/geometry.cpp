@@ -47,16 +47,6 @@ Eigen::Vector3d half_extents_m(const BodySpecification& body) {
   return Eigen::Vector3d::Constant(body.shape.radius_m) + 0.5 * body.shape.length_m * axis.cwiseAbs();
 }
 
-Inertia inertia_of(const Shape& shape, double mass_kg) {
-  const double r = shape.radius_m;
-  const double l = shape.length_m;
-  const double cylinder_kg = mass_kg * l / (l + 4.0 / 3.0 * r);
-  const double half_spheres_kg = mass_kg - cylinder_kg;
-  return {r * r * (cylinder_kg / 2.0 + 0.4 * half_spheres_kg),
-          cylinder_kg * (l * l / 12.0 + r * r / 4.0) +
-              half_spheres_kg * (0.4 * r * r + 0.375 * l * r + l * l / 4.0)};
-}
-
 double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
                           const Eigen::Vector3d& shift_m) {
   const double between_axes = segment_distance(A.position_m, A.shape.length_m * body_axis(A),

@@ -20,14 +20,6 @@ Eigen::Vector3d body_axis(const BodySpecification& body);
 /// Half of the body's extent along each world axis [m]: r + |d_i| L/2 for a capsule along d.
 Eigen::Vector3d half_extents_m(const BodySpecification& body);
 
-/// Moments of inertia of a homogeneous body about its centre.
-struct Inertia {
-  double along_kg_m2 = 0.0;   ///< about its own z axis
-  double across_kg_m2 = 0.0;  ///< about any axis perpendicular to it
-};
-/// @return (B4), docs/theory_bodies.md
-Inertia inertia_of(const Shape& shape, double mass_kg);
-
 /// Distance between the surfaces of two bodies, B shifted by `shift_m` [m]; negative where they overlap.
 double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
                           const Eigen::Vector3d& shift_m);

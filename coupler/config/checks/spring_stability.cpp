@@ -46,7 +46,7 @@ struct End {
 /// Rate at which a unit tension at end f accelerates its body along end e, of motions that its kind allows:
 ///   e·f/m + τ_e·I⁻¹ τ_f;   on an axis a: (a·e)(a·f)/m + (a·τ_e)(a·τ_f)/(aᵀ I a)
 double response(const BodySpecification& body, const End& e, const End& f) {
-  const Inertia inertia = inertia_of(body.shape, body.mass_kg);
+  const MomentsOfInertia inertia = moments_of_inertia(body.shape, body.mass_kg);
   const Eigen::Vector3d own = body_axis(body);
   switch (body.motion) {
     case MotionKind::fixed:

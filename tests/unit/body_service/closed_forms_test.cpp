@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
-#include "model/mass_properties.hpp"
+#include "model/body_model.hpp"
 #include "model/rotation.hpp"
 #include "rigid_body_solver.hpp"
 
@@ -134,8 +134,7 @@ TEST(ClosedForms, AxialMotionTakesTheLoadsAlongTheAxisOnly) {
   });
   const double t = 0.1;
   const Eigen::Matrix3d R_WB = rotation_matrix(body.orientation_wxyz);
-  const Eigen::Matrix3d inertia_W =
-      R_WB * mass_properties(body.shape, body.mass_kg).inertia_kg_m2 * R_WB.transpose();
+  const Eigen::Matrix3d inertia_W = R_WB * inertia_tensor_kg_m2(body.shape, body.mass_kg) * R_WB.transpose();
   const double acceleration = body.axis.dot(force) / body.mass_kg;
   const double angular_acceleration = body.axis.dot(torque) / body.axis.dot(inertia_W * body.axis);
   const double angle = 5.0 * t + 0.5 * angular_acceleration * t * t;

@@ -16,7 +16,8 @@ constexpr double um = 1e-6;
 
 std::string reason_at_start(const BodySetup& setup) {
   const BodyModel model(setup);
-  OverlapCheck check(model, setup.periodic_length_m);
+  NearPairs near_pairs(model, setup.periodic_length_m);
+  OverlapCheck check(model, setup.periodic_length_m, near_pairs);
   try {
     check.check(model.initial_state(), 3);
   } catch (const SolverError& error) {
@@ -64,7 +65,7 @@ TEST(OverlapCheck, FindsTheContactOfCrossedCapsules) {
   expect_contact_at(capsule("a", {0, 0, 0}), lying(capsule("b", {0, 0, 0})), {12 * um, 0, 0});
 }
 
-TEST(OverlapCheck, TellsTheDepthAndWhatToDo) {
+TEST(OverlapCheck, ReportsTheDepthAndWhatToDo) {
   const std::string reason =
       reason_at_start(setup_of({bead("a", {0, 0, 0}), bead("b", {0, 0, 7.5 * um})}, 1e-9));
   EXPECT_TRUE(contains(reason, "5.000e-07 m"));
@@ -114,7 +115,8 @@ TEST(OverlapCheck, CatchesABodyThatComesFromFarAway) {
   const BodyModel model(setup);
   // The place where pairs were listed last before the impact differs with the start.
   for (const double start : {500.0, 497.0, 494.0, 491.0}) {
-    OverlapCheck check(model, {});
+    NearPairs near_pairs(model, {});
+    OverlapCheck check(model, {}, near_pairs);
     MotionState state = model.initial_state();
     for (double z = start; z > 8.05; z -= 0.1) {
       state.position_m(2, 2) = z * um;
@@ -130,7 +132,8 @@ TEST(OverlapCheck, CatchesACapsuleThatTurnsIntoItsNeighbour) {
   rod.shape.length_m = 40 * um;
   const BodySetup setup = setup_of({rod, bead("post", {15 * um, 0, 0})}, 1e-9);
   const BodyModel model(setup);
-  OverlapCheck check(model, {});
+  NearPairs near_pairs(model, {});
+  OverlapCheck check(model, {}, near_pairs);
   MotionState state = model.initial_state();
   const auto turn_to = [&](double angle) {
     state.orientation_wxyz.col(0) << std::cos(angle / 2), 0, std::sin(angle / 2), 0;

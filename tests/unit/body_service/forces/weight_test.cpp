@@ -2,19 +2,41 @@
 
 #include <gtest/gtest.h>
 
+#include "body_cases.hpp"
+
 namespace copepod::body {
 namespace {
 
-TEST(Weight, VanishesForABodyAsDenseAsTheFluid) {
+TEST(BuoyantWeight, VanishesForABodyAsDenseAsTheFluid) {
   EXPECT_EQ(buoyant_weight(6.0, 3.0, 2.0, {0, 0, -10}), Eigen::Vector3d::Zero());
 }
 
-TEST(Weight, PointsUpForALighterBody) {
+TEST(BuoyantWeight, PointsUpForALighterBody) {
   EXPECT_EQ(buoyant_weight(5.0, 3.0, 2.0, {0, 0, -10}), Eigen::Vector3d(0, 0, 10));
 }
 
-TEST(Weight, IsGravityAloneInVacuum) {
+TEST(BuoyantWeight, IsGravityAloneInVacuum) {
   EXPECT_EQ(buoyant_weight(5.0, 3.0, 0.0, {1, 2, -10}), Eigen::Vector3d(5, 10, -50));
+}
+
+TEST(Weight, IsAddedToTheBodiesOfABlock) {
+  BodySetup setup =
+      setup_of({bead("first", {0, 0, 0}), bead("heavy", {0, 0, 1}), capsule("light", {0, 0, 2})}, 1e-9);
+  setup.bodies[1].mass_kg = 1e-11;
+  setup.gravity_m_per_s2 = {0, 0, -9.81};
+  setup.fluid_density_kg_per_m3 = 1360.0;
+  const Weight weight(setup);
+  const BodyBlock block{1, 2, {}};
+  const MotionState state;
+  const Eigen::Matrix3Xd resting;
+  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Constant(3, 2, 1e-11);
+  Eigen::Matrix3Xd torque = Eigen::Matrix3Xd::Zero(3, 2);
+  weight.add_loads({block, state, resting}, force, torque);
+  EXPECT_EQ(force(0, 0), 1e-11);
+  EXPECT_DOUBLE_EQ(force(2, 0), 1e-11 - (1e-11 - 1360.0 * volume_m3(setup.bodies[1].shape)) * 9.81);
+  EXPECT_EQ(force(2, 1), 1e-11 + weight.force_N()(2, 2));
+  EXPECT_GT(weight.force_N()(2, 2), 0.0) << "the paper's capsules are lighter than the fluid";
+  EXPECT_TRUE(torque.isZero(0.0)) << "it acts at the centre of mass";
 }
 
 }  // namespace

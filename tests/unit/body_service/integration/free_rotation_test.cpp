@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
-#include "model/mass_properties.hpp"
+#include "model/body_model.hpp"
 #include "model/rotation.hpp"
 #include "rigid_body_solver.hpp"
 
@@ -21,7 +21,7 @@ BodySpecification spinning_capsule() {
 
 Eigen::Matrix3d inertia_W(const BodySpecification& body, const Eigen::Vector4d& q_WB) {
   const Eigen::Matrix3d R_WB = rotation_matrix(q_WB);
-  return R_WB * mass_properties(body.shape, body.mass_kg).inertia_kg_m2 * R_WB.transpose();
+  return R_WB * inertia_tensor_kg_m2(body.shape, body.mass_kg) * R_WB.transpose();
 }
 
 class FreeRotation : public testing::TestWithParam<Integrator> {};
@@ -62,7 +62,7 @@ TEST(FreeRotationWithRungeKutta4, PrecessesAsASymmetricTop) {
   constexpr int steps = 5000;
   RigidBodySolver solver(setup_of({body}, step_s));
   const Eigen::Vector3d L = inertia_W(body, body.orientation_wxyz) * body.angular_velocity_rad_per_s;
-  const double transverse = mass_properties(body.shape, body.mass_kg).inertia_kg_m2(0, 0);
+  const double transverse = inertia_tensor_kg_m2(body.shape, body.mass_kg)(0, 0);
   const Eigen::Vector4d turned = rotated(L / transverse * (step_s * steps), body.orientation_wxyz);
   const Kinematics end = advance(solver, steps);
   EXPECT_TRUE(z_axis(end.orientation_wxyz.col(0)).isApprox(z_axis(turned), 1e-10));

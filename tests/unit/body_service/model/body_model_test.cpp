@@ -8,7 +8,6 @@
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
-#include "model/mass_properties.hpp"
 
 namespace copepod::body {
 namespace {
@@ -50,19 +49,9 @@ TEST(BodyModel, GivesAFreeCapsuleTheAngularMomentumOfItsFullTensor) {
   body.orientation_wxyz = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};  // axis along −y
   body.angular_velocity_rad_per_s = {1.0, 1.0, 0.0};
   const BodyModel model(setup_of({body}, 1e-9));
-  const Eigen::Matrix3d inertia = mass_properties(body.shape, body.mass_kg).inertia_kg_m2;
+  const Eigen::Matrix3d inertia = inertia_tensor_kg_m2(body.shape, body.mass_kg);
   const Eigen::Vector3d expected(inertia(0, 0), inertia(2, 2), 0.0);
   EXPECT_TRUE(model.initial_state().angular_momentum_N_m_s.col(0).isApprox(expected, 1e-14));
-}
-
-TEST(BodyModel, SubtractsBuoyancyFromTheWeight) {
-  BodySetup setup = setup_of({capsule("a", {0, 0, 0})}, 1e-9);
-  setup.gravity_m_per_s2 = {0, 0, -9.81};
-  setup.fluid_density_kg_per_m3 = 1360.0;
-  const double volume = volume_m3(setup.bodies[0].shape);
-  const BodyModel model(setup);
-  EXPECT_NEAR(model.weight()(2, 0), -(5.44e-13 - 1360.0 * volume) * 9.81, 1e-27);
-  EXPECT_GT(model.weight()(2, 0), 0.0) << "the paper's capsules are lighter than the fluid";
 }
 
 }  // namespace

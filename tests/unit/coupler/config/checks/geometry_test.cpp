@@ -99,15 +99,6 @@ TEST(NearPairs, BearLengthsBeyondAnySense) {
   EXPECT_LE(near_pairs(bodies, {1e300, 0, 1e-300}, 0.0).size(), 1U);
 }
 
-TEST(Geometry, KnowsTheInertiaOfSpheresAndOfLongCapsules) {
-  const Inertia sphere = inertia_of({ShapeKind::sphere, 2.0, 0.0}, 5.0);
-  EXPECT_DOUBLE_EQ(sphere.along_kg_m2, 0.4 * 5.0 * 4.0);
-  EXPECT_DOUBLE_EQ(sphere.across_kg_m2, sphere.along_kg_m2);
-  const Inertia rod = inertia_of({ShapeKind::capsule, 1.0, 1000.0}, 5.0);
-  EXPECT_NEAR(rod.along_kg_m2, 5.0 / 2.0, 0.01 * rod.along_kg_m2);
-  EXPECT_NEAR(rod.across_kg_m2, 5.0 * 1000.0 * 1000.0 / 12.0, 0.01 * rod.across_kg_m2);
-}
-
 TEST(Geometry, MeasuresDistancesBetweenCapsules) {
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
   const auto at = [&](const Eigen::Vector3d& p, const Eigen::Vector4d& q) { return capsule(p, q, 1, 4); };

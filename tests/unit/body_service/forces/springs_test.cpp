@@ -1,4 +1,4 @@
-#include "forces/spring_network.hpp"
+#include "forces/springs.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -9,6 +9,27 @@
 
 namespace copepod::body {
 namespace {
+
+TEST(SpringForce, PullsItsEndsTogetherWhenStretched) {
+  const SpringLaw law{3.0, 0.0, 2.0};
+  const Eigen::Vector3d f = spring_force(law, {0, 0, 5}, {0, 0, 0});
+  EXPECT_EQ(f, Eigen::Vector3d(0, 0, 9));
+}
+
+TEST(SpringForce, PushesItsEndsApartWhenCompressed) {
+  const SpringLaw law{3.0, 0.0, 2.0};
+  EXPECT_EQ(spring_force(law, {1, 0, 0}, {0, 0, 0}), Eigen::Vector3d(-3, 0, 0));
+}
+
+TEST(SpringForce, DampsTheRateOfItsLength) {
+  const SpringLaw law{0.0, 7.0, 2.0};
+  EXPECT_EQ(spring_force(law, {0, 4, 0}, {0, 2, 0}), Eigen::Vector3d(0, 14, 0));
+}
+
+TEST(SpringForce, DoesNotBrakeMotionAcrossIt) {
+  const SpringLaw law{0.0, 7.0, 2.0};
+  EXPECT_EQ(spring_force(law, {0, 4, 0}, {3, 0, -5}), Eigen::Vector3d::Zero());
+}
 
 /// Two tilted capsules with springs at off-centre anchors and a third body between.
 class AnchoredSprings : public testing::Test {
@@ -35,7 +56,8 @@ class AnchoredSprings : public testing::Test {
   }
 
   void add_loads() {
-    SpringNetwork(setup_).add_loads({0, 3, {0}}, state_, angular_velocity_, force_, torque_);
+    const BodyBlock block{0, 3, {0}};
+    Springs(setup_).add_loads({block, state_, angular_velocity_}, force_, torque_);
   }
 
   BodySetup setup_;
@@ -109,7 +131,22 @@ TEST_F(AnchoredSprings, WithAnchorsAtTheCentresEqualPlainSprings) {
   EXPECT_TRUE(force_.isApprox(plain, 1e-10));
 }
 
-TEST(SpringNetwork, RefusesSpringsThatMakeNoSense) {
+TEST_F(AnchoredSprings, ActOnTheSameBodiesInABlockThatBeginsLater) {
+  add_loads();
+  const Eigen::Matrix3Xd force = force_;
+  const Eigen::Matrix3Xd torque = torque_;
+  setup_.bodies.insert(setup_.bodies.begin(), bead("before", {9, 9, 9}));
+  setup_.springs[0].body_A += 1;
+  setup_.springs[0].body_B += 1;
+  force_.setOnes();
+  torque_.setOnes();
+  const BodyBlock block{1, 3, {0}};
+  Springs(setup_).add_loads({block, state_, angular_velocity_}, force_, torque_);
+  EXPECT_EQ(force_, (Eigen::Matrix3Xd::Ones(3, 3) + force).eval()) << "added to the sums";
+  EXPECT_EQ(torque_, (Eigen::Matrix3Xd::Ones(3, 3) + torque).eval());
+}
+
+TEST(Springs, RefuseWrongBodiesAndNegativeProperties) {
   const auto refusal = [](const std::function<void(SpringSpecification&)>& spoil) {
     BodySetup setup = setup_of({bead("a", {0, 0, 0}), bead("b", {0, 0, 1})}, 1.0);
     SpringSpecification spring;
@@ -117,7 +154,7 @@ TEST(SpringNetwork, RefusesSpringsThatMakeNoSense) {
     spoil(spring);
     setup.springs = {{}, spring};
     setup.springs[0].body_B = 1;
-    return reason_of<CaseError>([&] { const SpringNetwork network(setup); });
+    return reason_of<CaseError>([&] { const Springs springs(setup); });
   };
   EXPECT_TRUE(contains(refusal([](auto& s) { s.body_B = 2; }), "spring 1 connects bodies 0 and 2"));
   EXPECT_TRUE(contains(refusal([](auto& s) { s.body_A = -1; }), "spring 1 connects bodies -1"));

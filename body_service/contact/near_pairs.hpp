@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "contact/neighbour_grid.hpp"
+#include "model/body_model.hpp"
+
+namespace copepod::body {
+
+/// The pairs of bodies that are near each other, for all that acts between them.
+///
+/// Pairs are looked up in a grid only when a body has moved by more than a margin since the last time; in
+/// between the list still holds every pair that could touch.
+class NearPairs {
+ public:
+  /// @param periodic_length_m  0: that direction is not periodic
+  NearPairs(const BodyModel& model, const std::array<double, 3>& periodic_length_m);
+
+  /// Every pair of bodies whose bounding balls intersect, nearest periodic images taken, and a few that are
+  /// further apart. Ascending: bodies that are neighbours in the setup are neighbours in memory.
+  /// @param position_m  finite, shape (3, bodies)
+  const std::vector<BodyPair>& at(const Eigen::Matrix3Xd& position_m);
+
+  /// Bodies that are longer than the periodic box and may meet their own image.
+  [[nodiscard]] const std::vector<int>& longer_than_the_box() const { return longer_than_the_box_; }
+
+  /// Vector between the nearest periodic images of two points [m].
+  [[nodiscard]] Eigen::Vector3d nearest_image_m(const Eigen::Vector3d& difference_m) const {
+    return grid_.nearest_image_m(difference_m);
+  }
+
+ private:
+  [[nodiscard]] bool moved_beyond_margin(const Eigen::Matrix3Xd& position_m) const;
+
+  std::vector<double> margin_m_;  ///< by which a body may move before the pairs are listed anew
+  NeighbourGrid grid_;
+  std::vector<BodyPair> pairs_;
+  std::vector<int> longer_than_the_box_;
+  Eigen::Matrix3Xd listed_position_m_;  ///< when the pairs were listed; no columns: never
+};
+
+}  // namespace copepod::body

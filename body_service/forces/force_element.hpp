@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "model/body_block.hpp"
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// The bodies of one block at one stage of the integrator: all that a force may depend on.
+struct Stage {
+  const BodyBlock& block;
+  const MotionState& state;                            ///< column 0 is body block.first
+  const Eigen::Matrix3Xd& angular_velocity_rad_per_s;  ///< same columns, world frame
+};
+
+/// One kind of force between or on bodies. The equations of motion hold a list of them; the order of the list
+/// is the order of the sums.
+class ForceElement {
+ public:
+  ForceElement() = default;
+  ForceElement(const ForceElement&) = delete;
+  ForceElement& operator=(const ForceElement&) = delete;
+  virtual ~ForceElement() = default;
+
+  /// Adds the forces and the torques about the centres of mass on the bodies of a block, world frame.
+  /// @param force_N, torque_N_m  sums to add to, shape (3, ≥ bodies), same columns as the stage
+  /// @throws SolverError if a force is not defined in this state
+  virtual void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N,
+                         Eigen::Matrix3Xd& torque_N_m) const = 0;
+};
+
+}  // namespace copepod::body

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "contract/body_setup.hpp"
+#include "forces/force_element.hpp"
+
+namespace copepod::body {
+
+/// Linear spring with linear damper.
+struct SpringLaw {
+  double stiffness_N_per_m = 0.0;
+  double damping_N_s_per_m = 0.0;
+  double rest_length_m = 0.0;
+};
+
+/// Force of a spring and damper on its end A, along the line between its ends:
+///   F_A = (k (|d| − l₀) + γ ḋ·e) e,   d = A to B, e = d/|d|             [paper, eqs. (5), (6)]     (B6)
+/// The paper's swimmers move on a line, where its vectors Δx and Δu have this one component. Off a line the
+/// damping, too, acts along the spring only: a damper across it would brake rigid rotations and create
+/// angular momentum.
+/// @param d_AB_W_m          from end A to end B, world frame [m]
+/// @param ddot_AB_W_m_per_s  its rate of change [m/s]
+/// @return force on A, world frame [N]; B receives the negative. NaN if the ends coincide (no direction).
+inline Eigen::Vector3d spring_force(const SpringLaw& law, const Eigen::Vector3d& d_AB_W_m,
+                                    const Eigen::Vector3d& ddot_AB_W_m_per_s) {
+  const double length_m = d_AB_W_m.norm();
+  const Eigen::Vector3d direction = d_AB_W_m / length_m;
+  const double tension_N = law.stiffness_N_per_m * (length_m - law.rest_length_m) +
+                           law.damping_N_s_per_m * ddot_AB_W_m_per_s.dot(direction);
+  return tension_N * direction;
+}
+
+/// All springs of a case.
+class Springs final : public ForceElement {
+ public:
+  /// Force of one spring, and where it acts; world frame.
+  struct Pull {
+    Eigen::Vector3d r_A_W_m;   ///< from A's centre of mass to its anchor
+    Eigen::Vector3d r_B_W_m;   ///< from B's centre of mass to its anchor
+    Eigen::Vector3d d_AB_W_m;  ///< from A's anchor to B's
+    Eigen::Vector3d f_A_W_N;   ///< on A; B receives the negative
+  };
+
+  /// @throws CaseError if a spring connects bodies that do not exist, or a body to itself, or has a negative
+  ///         stiffness, damping or rest length
+  explicit Springs(const BodySetup& setup);
+
+  /// Adds the springs' loads spring by spring, in the order of the setup.
+  /// @throws SolverError naming both bodies if the ends of a spring coincide
+  void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const override;
+
+  /// Pull of spring number `index`:
+  ///   d = (p_B + r_B) − (p_A + r_A),   ḋ = (v_B + ω_B × r_B) − (v_A + ω_A × r_A),   r = R anchor    (B7)
+  ///   force ±F of (B6) at the anchors, torque r × F about the centre of mass
+  /// @param first  body of column 0 of `state` and `w_WB_rad_per_s`
+  /// @throws SolverError naming both bodies if the anchors coincide
+  [[nodiscard]] Pull pull(std::size_t index, Eigen::Index first, const MotionState& state,
+                          const Eigen::Matrix3Xd& w_WB_rad_per_s) const;
+
+ private:
+  struct Spring {
+    int body_A;
+    int body_B;
+    SpringLaw law;
+    bool anchored;  ///< false: both anchors are the centres of mass
+    Eigen::Vector3d anchor_A_m;
+    Eigen::Vector3d anchor_B_m;
+  };
+
+  [[nodiscard]] Eigen::Vector3d force_of(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
+                                         const Eigen::Vector3d& ddot_AB_W_m_per_s) const;
+
+  std::vector<Spring> springs_;
+  std::vector<std::string> names_;  ///< of the bodies, for errors
+};
+
+}  // namespace copepod::body

@@ -1,0 +1,70 @@
+#include "system/durable_file.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <unistd.h>
+
+#include "contract/errors.hpp"
+#include "system/write_all.hpp"
+
+namespace copepod {
+
+namespace {
+
+constexpr std::size_t piece_bytes = 1 << 20;
+
+[[noreturn]] void fail(const std::string& path, int error) {
+  throw StorageError(path + " cannot be written (" + std::strerror(error) +
+                     "). Check that the folder exists, is writable and has free space.");
+}
+
+bool write_pieces(int file, std::span<const std::byte> content, const std::function<void()>& on_piece) {
+  while (!content.empty()) {
+    const std::size_t piece = std::min(content.size(), piece_bytes);
+    if (!write_all(file, content.first(piece))) return false;
+    if (on_piece) on_piece();
+    content = content.subspan(piece);
+  }
+  return true;
+}
+
+/// Brings a file or the entries of a folder to the disk. @return false if that failed; errno holds the cause
+bool synced(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool done = ::fsync(file) == 0;
+  const int error = errno;
+  ::close(file);
+  errno = error;
+  return done;
+}
+
+}  // namespace
+
+void publish(const std::string& unfinished, const std::string& path) {
+  const auto folder = std::filesystem::absolute(path).parent_path();
+  if (!synced(unfinished) || std::rename(unfinished.c_str(), path.c_str()) != 0 || !synced(folder.string()))
+    fail(path, errno);
+}
+
+void write_durably(const std::string& path, std::span<const std::byte> content,
+                   const std::function<void()>& on_piece) {
+  const std::string unfinished = path + ".unfinished";
+  const int file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file < 0) fail(path, errno);
+  int error = write_pieces(file, content, on_piece) ? 0 : errno;
+  if (::close(file) != 0 && error == 0) error = errno;
+  try {
+    if (error != 0) fail(path, error);
+    publish(unfinished, path);
+  } catch (const StorageError&) {
+    ::unlink(unfinished.c_str());
+    throw;
+  }
+}
+
+}  // namespace copepod

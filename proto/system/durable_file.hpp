@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+
+namespace copepod {
+
+/// Writes a file that is complete and on the disk on return; until then `path` keeps what it held before.
+/// @param on_piece  called after every mebibyte, so that a slow disk is not mistaken for a process that hangs
+/// @throws StorageError naming the file and the cause; nothing is left beside `path`
+void write_durably(const std::string& path, std::span<const std::byte> content,
+                   const std::function<void()>& on_piece = {});
+
+/// Gives a finished file or folder its final name, durably: its content and its name are on the disk on
+/// return.
+/// @throws StorageError naming the file and the cause
+void publish(const std::string& unfinished, const std::string& path);
+
+}  // namespace copepod
