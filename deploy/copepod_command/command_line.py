@@ -4,7 +4,7 @@ import argparse
 import math
 
 from copepod_campaign import campaign
-from copepod_command import bench, check, conformance, recording, replay, reporting, run, setup, suite
+from copepod_command import bench, check, conformance, recording, replay, report, run, setup, suite
 from copepod_run.checkout import called_as
 
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
@@ -126,7 +126,7 @@ def _add_report(commands):
     parser.add_argument(
         "--out", metavar="FOLDER", help="where to write (default: DIR/report, or report for several runs)"
     )
-    parser.set_defaults(action=reporting.report)
+    parser.set_defaults(action=report.report)
 
 
 def _add_bench(commands):

@@ -1,27 +1,33 @@
 """Several runs beside each other: one table, one plot of the swimming speeds."""
 
-from copepod_run.figures import FIGURES, compared, number_text, percent_text
-from copepod_report.style import new_figure
+from collections.abc import Sequence
+from typing import Any
+
+from copepod_report.run_record import RunRecord
+from copepod_report.style import Theme, new_figure
+from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
+
+Row = tuple[str, str, dict[str, Figure]]  # run name, swimmer name, figures by key
 
 
-def comparison_rows(runs):
-    """(run name, swimmer name, {key: Figure}) of every swimmer."""
+def comparison_rows(runs: Sequence[RunRecord]) -> list[Row]:
+    """A row for every swimmer."""
     return [(run.name, swimmer.name, compared(swimmer.figures)) for run in runs for swimmer in run.swimmers()]
 
 
-def comparison_columns(rows):
+def comparison_columns(rows: Sequence[Row]) -> list[tuple[str, str]]:
     """(key, heading) of the columns that any row fills, in the paper's order."""
     return [(key, heading) for key, heading in FIGURES.items() if any(key in cells for _, _, cells in rows)]
 
 
-def cell_texts(figure):
+def cell_texts(figure: Figure) -> tuple[str, ...]:
     """Ours, the published figure and the deviation from it: «9.12e-06», «9.05e-06», «+0.8 %»; or ours only."""
     if figure.published is None:
         return (number_text(figure.ours),)
     return number_text(figure.ours), number_text(figure.published), percent_text(figure.deviation_percent)
 
 
-def speeds(runs, theme):
+def speeds(runs: Sequence[RunRecord], theme: Theme) -> Any:
     """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
     rows = [
         (name, cells["u_swim_lattice"].ours, cells["u_swim_lattice"].published)

@@ -1,18 +1,18 @@
 """The HTML page: everything inline, so that the one file can be mailed and opened without a network."""
 
 import base64
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
-from copepod_run.figures import number_text
-from copepod_run.figures import run_rows, swimmer_rows
-from copepod_report import resonance
 from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
+from copepod_report.run_record import RunRecord, SwimmerRecord
+from copepod_run.figures import Figure, number_text, run_rows, swimmer_rows
 
 _STYLE = Path(__file__).with_name("page.css").read_text()
 
 
-def page(title, sections):
+def page(title: str, sections: Sequence[str]) -> str:
     """A complete document from the HTML of its sections."""
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -23,7 +23,7 @@ def page(title, sections):
     )
 
 
-def figure(pictures, caption, wide=False):
+def figure(pictures: Mapping[str, bytes], caption: str, wide: bool = False) -> str:
     """A plot that follows the page's colours; `pictures`: PNG bytes by theme name."""
     width = ' class="wide"' if wide else ""
     return (
@@ -34,7 +34,7 @@ def figure(pictures, caption, wide=False):
     )
 
 
-def run_section(run, anchor, figures, folded=False):
+def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: bool = False) -> str:
     """One run: its key figures, its swimmers' tables, its plots; `folded`: closed until the reader opens it."""
     heading = f"<h2>{escape(run.name)}</h2>"
     opening, closing = (f"<details><summary>{heading}</summary>", "</details>") if folded else (heading, "")
@@ -46,47 +46,14 @@ def run_section(run, anchor, figures, folded=False):
     return "\n".join([*parts, '<div class="figures">', *figures, f"</div>{closing}</section>"])
 
 
-def radii_section(radii, predictions):
-    """Measured radii, and how far the theory is off with them and with the paper's sphere for every capsule."""
-    kinds = "".join(
-        f"<dt>{escape(orientation)} capsule, radius {1e6 * radius:g} µm, {1e6 * length:g} µm between its centres</dt>"
-        f"<dd>as a sphere of radius {1e6 * value:.2f} µm</dd>"
-        for (radius, length, orientation), value in radii.by_kind.items()
-    )
-    heads = ("run", "radii [cells]", "u_swim", "u_GA, paper's radii", "off", "u_GA, measured radii", "off")
-    body = ""
-    for row in predictions:
-        cells = (
-            " ".join(f"{radius:.2f}" for radius in row.radii_cells),
-            number_text(row.u_swim),
-            number_text(row.u_GA_paper),
-            f"{row.error_paper_percent:.1f} %",
-            number_text(row.u_GA_measured),
-            f"{row.error_measured_percent:.1f} %",
-        )
-        body += f"<tr><td>{escape(row.name)}</td>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A plain table that scrolls by itself on narrow screens."""
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     head = "".join(f"<th>{escape(text)}</th>" for text in heads)
-    table = (
-        f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>' if body else ""
-    )
-    return f"<section><h2>Hydrodynamic radii, and the theory with them</h2><dl>{kinds}</dl>{table}</section>"
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
-def resonance_section(name, points, figures):
-    """The resonance curve of a sweep in vacuum and its table."""
-    heads = ("ω₀/ω", "k [N/m]", "amplitude / force [m/N]", "steady [m/N]", "difference", "from the exact motion")
-    body = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in resonance.cells(point)) + "</tr>" for point in points
-    )
-    head = "".join(f"<th>{escape(text)}</th>" for text in heads)
-    return (
-        f"<section><h2>{escape(name)}</h2><div class=\"figures\">{''.join(figures)}</div>"
-        f'<details><summary>All stiffnesses</summary><div class="scroll"><table><thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div></details></section>"
-    )
-
-
-def comparison_section(runs, anchors, figures):
+def comparison_section(runs: Sequence[RunRecord], anchors: Sequence[str], figures: Sequence[str]) -> str:
     """All swimmers of all runs in one table."""
     rows = comparison_rows(runs)
     columns = comparison_columns(rows)
@@ -110,17 +77,18 @@ def comparison_section(runs, anchors, figures):
     )
 
 
-def _compared_cell(figure):
+def _compared_cell(figure: Figure | None) -> str:
     if figure is None:
         return "<td></td>"
     ours, *beside = cell_texts(figure)
     return f"<td>{escape(ours)}{''.join(f'<small>{escape(text)}</small>' for text in beside)}</td>"
 
 
-def _swimmer_table(swimmer):
+def _swimmer_table(swimmer: SwimmerRecord) -> str:
     rows = swimmer_rows(swimmer.figures)
     if not rows:
-        return f"<h3>{escape(swimmer.name)}</h3><p>Not analysed: the run ended before the last period of its stroke did.</p>"
+        reason = "Not analysed: the run ended before the last period of its stroke."
+        return f"<h3>{escape(swimmer.name)}</h3><p>{reason}</p>"
     headings = list(rows[0][3])
     head = "".join(f"<th>{escape(heading)}</th>" for heading in ["this run", *headings])
     body = ""
@@ -136,5 +104,5 @@ def _swimmer_table(swimmer):
     )
 
 
-def _data(picture):
+def _data(picture: bytes) -> str:
     return "data:image/png;base64," + base64.b64encode(picture).decode()

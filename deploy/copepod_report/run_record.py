@@ -1,30 +1,31 @@
 """Everything that a report needs of one run directory."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 from copepod_run.errors import ExitCode, Stop
 from copepod_report.trajectory import Trajectory
 
+ReadCase = Callable[[Path], dict[str, Any]]  # from the path of a case file to the resolved case
+_Content = TypeVar("_Content")
 BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
 
 
 class RunRecord:
     """A run: `summary`, the resolved `case` (as the coupler reads it), `trajectory`, and derived figures."""
 
-    def __init__(self, directory, read_case):
-        """`read_case`: function from the path of a case file to the resolved case.
-
-        Raises Stop(2) if the folder holds no finished run, Stop(73) if one of its files is damaged.
-        """
+    def __init__(self, directory: str | Path, read_case: ReadCase) -> None:
+        """Raises Stop(2) if the folder does not hold a finished run, Stop(73) if one of its files is damaged."""
         self.directory = Path(directory)
         for name in ("summary.json", "case.yaml", "trajectory.csv"):
             if not (self.directory / name).exists():
                 raise Stop(
                     ExitCode.BAD_CASE,
-                    f"{directory} has no {name} (no run, or one that did not finish). "
+                    f"{directory} has no {name} (it is not a run, or the run did not finish). "
                     "Give run directories of finished runs.",
                 )
         self.summary = _read(self.directory / "summary.json", lambda path: json.loads(path.read_text()))
@@ -33,20 +34,29 @@ class RunRecord:
         self.cell_size_m = self.summary.get("cell_size_m")
 
     @property
-    def name(self):
+    def name(self) -> str:
         parameters = self.summary.get("parameter_set")
         return f"{self.summary['case']} ({parameters})" if parameters else self.summary["case"]
 
     @property
-    def length_unit(self):
+    def length_unit(self) -> tuple[float, str]:
         """(metres per unit, name): cells where there is a lattice, else micrometres."""
         return (self.cell_size_m, "cells") if self.cell_size_m else (1e-6, "µm")
 
-    def swimmers(self):
+    def swimmers(self) -> "list[SwimmerRecord]":
         return [SwimmerRecord(self, section) for section in self.case.get("swimmers") or []]
 
 
-def _read(path, reader):
+def collect(directory: str | Path, read_case: ReadCase) -> list[RunRecord]:
+    """The run in a run directory, or the finished cases in the folder of a campaign or sweep."""
+    directory = Path(directory)
+    if not (directory / "results.json").exists():
+        return [RunRecord(directory, read_case)]
+    cases = json.loads((directory / "results.json").read_text())["cases"]
+    return [RunRecord(directory / case["name"], read_case) for case in cases if case["summary"] is not None]
+
+
+def _read(path: Path, reader: Callable[[Path], _Content]) -> _Content:
     """What `reader` makes of a file."""
     try:
         return reader(path)
@@ -59,7 +69,7 @@ def _read(path, reader):
 class SwimmerRecord:
     """One swimmer of a run; lengths in the run's length unit, along the swimmer's axis."""
 
-    def __init__(self, run, section):
+    def __init__(self, run: RunRecord, section: dict[str, Any]) -> None:
         self.run = run
         self.section = section
         self.name = section["name"]
@@ -69,45 +79,46 @@ class SwimmerRecord:
         self.beads = section["beads"]
         self.period = int(section["stroke"]["period_steps"])
         self.cycles = int(section["stroke"]["cycles"])
-        self.figures = next((entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name), {})
+        analysed = [entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name]
+        self.figures: dict[str, Any] = analysed[0] if analysed else {}
 
-    def positions(self):
+    def positions(self) -> np.ndarray:
         """Of the beads from the middle bead's start, shape (3, samples)."""
         unit = self.run.length_unit[0]
         return np.array([(self._body(bead)["position_m"] - self.center_m) @ self.axis / unit for bead in BEADS])
 
-    def displacements_m(self):
+    def displacements_m(self) -> np.ndarray:
         """Of the beads along the axis from where they were in the first sample, shape (3, samples)."""
         moved = [self._body(bead)["position_m"] - self._body(bead)["position_m"][0] for bead in BEADS]
         return np.array([path @ self.axis for path in moved])
 
-    def driving_N(self):
+    def driving_N(self) -> np.ndarray:
         """Driving forces, shape (3, samples)."""
         return np.array([self._body(bead)["driving_N"] @ self.axis for bead in BEADS])
 
-    def periods(self):
+    def periods(self) -> np.ndarray:
         """Time in periods of the stroke, shape (samples,)."""
         return self.run.trajectory.steps / self.period
 
-    def last_period(self):
+    def last_period(self) -> np.ndarray:
         """Mask of the samples in the last driven period; empty if the run ended before."""
         steps = self.run.trajectory.steps
         start, stop = (self.cycles - 1) * self.period, self.cycles * self.period
         mask = (steps >= start) & (steps <= stop)
         return mask if steps[-1] >= stop and mask.sum() > 8 else np.zeros_like(mask)
 
-    def mean_positions_m(self, start_step, stop_step):
+    def mean_positions_m(self, start_step: int, stop_step: int) -> np.ndarray:
         """World positions of the beads averaged over [start_step, stop_step), shape (3, 3)."""
         steps = self.run.trajectory.steps
         mask = (steps >= start_step) & (steps < stop_step)
         mask = mask if mask.any() else np.ones_like(mask)
         return np.array([self._body(bead)["position_m"][mask].mean(axis=0) for bead in BEADS])
 
-    def _body(self, bead):
+    def _body(self, bead: str) -> dict[str, np.ndarray]:
         return self.run.trajectory.of(f"{self.name}.{bead}")
 
 
-def fit_arm(phase, length):
+def fit_arm(phase: np.ndarray, length: np.ndarray) -> tuple[float, float, float]:
     """Least-squares fit l(t) = l̄ + d cos(ωt + φ)   [paper, eq. (27)].
 
     @param phase  ωt of the samples [rad]

@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 
@@ -18,7 +19,7 @@ class Theme:
     paper: str
     ink: str
     faint: str
-    beads: tuple  # trailing, middle, leading
+    beads: tuple[str, str, str]  # trailing, middle, leading
     flow: str  # colour map from slow to fast
     stream: str  # stream lines
 
@@ -29,8 +30,8 @@ WIDTH_INCHES = 7.2
 RESOLUTION = 130
 
 
-def new_figure(theme, height_inches, **subplots):
-    """Figure and axes in the theme's colours; the light grid helps reading values without shouting."""
+def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any, Any]:
+    """Figure and axes in the theme's colours; a light grid helps to read values."""
     settings = {
         "font.size": 10,
         "font.family": "DejaVu Sans",
@@ -53,7 +54,7 @@ def new_figure(theme, height_inches, **subplots):
     return figure, axes
 
 
-def png_of(figure):
+def png_of(figure: Any) -> bytes:
     """The figure as PNG bytes; closes it."""
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=RESOLUTION, facecolor=figure.get_facecolor())

@@ -1,6 +1,7 @@
 """trajectory.csv as arrays."""
 
 import csv
+from pathlib import Path
 
 import numpy as np
 
@@ -20,14 +21,14 @@ class Trajectory:
     of(body)            dictionary of arrays, shape (samples, 3): position_m, velocity_m_per_s, force_N, driving_N
     """
 
-    def __init__(self, path):
-        """Reads the file; a last sample that is not complete (a run that was killed) is left out.
+    def __init__(self, path: Path) -> None:
+        """Reads the file; an incomplete last sample (of a run that was killed) is left out.
 
-        Raises ValueError or KeyError if it holds no sample, or no such table.
+        Raises ValueError or KeyError if it does not hold such a table with at least one sample.
         """
         with open(path, newline="") as file:
             rows = csv.reader(file)
-            header = next(rows, [])
+            header: list[str] = next(rows, [])
             complete = [row for row in rows if len(row) == len(header)]
         column = {name: number for number, name in enumerate(header)}
         self.bodies = list(dict.fromkeys(row[column["body"]] for row in complete))
@@ -45,9 +46,9 @@ class Trajectory:
             vector: values[:, :, [names.index(name) for name in columns]] for vector, columns in _VECTORS.items()
         }
 
-    def of(self, body):
+    def of(self, body: str) -> dict[str, np.ndarray]:
         number = self.bodies.index(body)
         return {vector: array[:, number] for vector, array in self._values.items()}
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.steps)

@@ -8,8 +8,7 @@ import numpy as np
 
 from copepod_session import CommandTest
 from synthetic_run import ARMS, DOMAIN, PERIOD, write_run
-from copepod_report.fields import mean_flow
-from copepod_report.flow_plot import plane_of
+from copepod_report.flow import plane_of, read_mean_flow
 from copepod_report.run_record import fit_arm
 from copepod_report.trajectory import Trajectory
 
@@ -98,9 +97,9 @@ class Report(CommandTest):
         write_run(self.folder / "run", steps=20)
         middle = [cells / 2 for cells in DOMAIN]
         for along, across, shape in ((2, 1, (24, 60)), (1, 2, (60, 24)), (0, 2, (60, 20)), (2, 0, (20, 60))):
-            plane = mean_flow(self.folder / "run/fields.h5", middle, along, across)
+            plane = read_mean_flow(self.folder / "run/fields.h5", middle, along, across)
             self.assertEqual(plane.velocity_along_m_per_s.shape, shape)
-        plane = mean_flow(self.folder / "run/fields.h5", middle, 2, 1)
+        plane = read_mean_flow(self.folder / "run/fields.h5", middle, 2, 1)
         np.testing.assert_allclose(plane.velocity_along_m_per_s[6, :], 2e-3)
         np.testing.assert_allclose(plane.velocity_across_m_per_s[:, 15], 1e-3)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_report.hydrodynamic_radii import geometrical_factor, is_drag_run, measure, predict
+from copepod_paper.hydrodynamic_radii import geometrical_factor, is_drag_run, measure, predict
 
 ACROSS = [0.5**0.5, 0, 0.5**0.5, 0]
 ALONG = [1, 0, 0, 0]

@@ -14,9 +14,8 @@ sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import CommandTest  # noqa: E402
 from copepod_run.plan import resolved_case  # noqa: E402
-from copepod_report.collection import collect  # noqa: E402
-from copepod_report.resonance import points_of  # noqa: E402
-from copepod_report.vacuum_solution import VacuumSwimmer  # noqa: E402
+from copepod_paper.resonance import VacuumSwimmer, points_of, sweeps_of  # noqa: E402
+from copepod_report.run_record import collect  # noqa: E402
 
 REFERENCE = ROOT / "tests/reference"
 STEP_S = 7.548309999899218e-10
@@ -62,7 +61,7 @@ class Resonance(CommandTest):
         )
         self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
         os.environ["COPEPOD_BIN_DIR"] = str(self.programs)
-        points = points_of(collect(self.folder / "sweep", resolved_case).sweeps[0].runs)
+        points = points_of(next(iter(sweeps_of(collect(self.folder / "sweep", resolved_case)).values())))
         self.assertEqual(len(points), 3)
         for point, row in zip(points, chosen):
             self.assertLess(point.deviation, 1e-10)

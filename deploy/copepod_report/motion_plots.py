@@ -1,16 +1,17 @@
-"""Plots of one swimmer: positions, driving forces, one cycle, arms with their fits."""
+"""Plots of motion: a swimmer's positions, driving forces, last cycle and arms with their fits; any body's path."""
+
+from typing import Any
 
 import numpy as np
 
-from copepod_report.run_record import fit_arm
-from copepod_report.style import new_figure
-from copepod_report.vacuum_solution import VacuumSwimmer
+from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
+from copepod_report.style import Theme, new_figure
 
 LABELS = ("B2, trailing", "B1, middle", "B3, leading")
 
 
-def positions(swimmer, theme):
-    """Positions of the three beads along the axis over the whole run (the paper's figures of trajectories)."""
+def positions(swimmer: SwimmerRecord, theme: Theme) -> tuple[Any, Any]:
+    """Figure and axes: positions of the three beads along the axis over the whole run."""
     figure, axes = new_figure(theme, 3.4)
     for values, colour, label in zip(swimmer.positions(), theme.beads, LABELS):
         axes.plot(swimmer.periods(), values, color=colour, linewidth=1.3)
@@ -23,33 +24,13 @@ def positions(swimmer, theme):
             va="center",
             fontsize=9,
         )
-    _draw_exact(axes, swimmer, theme)
     _mark_end_of_drive(axes, swimmer, theme)
     axes.set_xlabel("time / period")
     axes.set_ylabel(f"position along the axis [{swimmer.run.length_unit[1]}]")
-    return figure
+    return figure, axes
 
 
-def _draw_exact(axes, swimmer, theme):
-    """In vacuum: the exact motion as dots on our lines, and how far they are apart."""
-    if swimmer.run.case["fluid"]["solver"] != "vacuum":
-        return
-    exact = VacuumSwimmer.of_case(swimmer.run.case, swimmer.section)
-    rest = swimmer.positions()[:, :1]
-    motion = rest + exact.displacements_m(swimmer.run.trajectory.steps) / swimmer.run.length_unit[0]
-    shown = slice(None, None, max(1, len(swimmer.periods()) // 70))
-    for values in motion:
-        axes.plot(swimmer.periods()[shown], values[shown], ".", color=theme.ink, markersize=2.5)
-    apart = np.abs(motion - swimmer.positions()).max()
-    axes.set_title(
-        f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away",
-        fontsize=9,
-        loc="left",
-        color=theme.ink,
-    )
-
-
-def driving_forces(swimmer, theme):
+def driving_forces(swimmer: SwimmerRecord, theme: Theme) -> Any:
     """Driving forces along the axis [paper, eqs. (19)-(21)]."""
     figure, axes = new_figure(theme, 2.8)
     for values, colour, label in zip(swimmer.driving_N(), theme.beads, LABELS):
@@ -60,7 +41,7 @@ def driving_forces(swimmer, theme):
     return figure
 
 
-def one_cycle(swimmer, theme):
+def one_cycle(swimmer: SwimmerRecord, theme: Theme) -> Any:
     """Displacements of the beads over the last driven period, or None if the run ended before."""
     mask = swimmer.last_period()
     if not mask.any():
@@ -75,7 +56,7 @@ def one_cycle(swimmer, theme):
     return figure
 
 
-def arms(swimmer, theme):
+def arms(swimmer: SwimmerRecord, theme: Theme) -> Any:
     """Lengths of the two arms over the last driven period and their fits, or None if the run ended before."""
     mask = swimmer.last_period()
     if not mask.any():
@@ -104,7 +85,7 @@ def arms(swimmer, theme):
     return figure
 
 
-def _mark_end_of_drive(axes, swimmer, theme):
+def _mark_end_of_drive(axes: Any, swimmer: SwimmerRecord, theme: Theme) -> None:
     if swimmer.periods()[-1] > swimmer.cycles:
         axes.axvline(swimmer.cycles, color=theme.ink, linewidth=0.8, linestyle=":")
         axes.annotate(
@@ -119,7 +100,7 @@ def _mark_end_of_drive(axes, swimmer, theme):
         )
 
 
-def _legend_above(axes, theme):
+def _legend_above(axes: Any, theme: Theme) -> None:
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(0, 1.0),
@@ -129,3 +110,30 @@ def _legend_above(axes, theme):
         frameon=False,
         borderaxespad=0.2,
     )
+
+
+def displacements(run: RunRecord, theme: Theme) -> Any:
+    """x, y and z displacement of every body over time, three panels."""
+    figure, axes = new_figure(theme, 4.6, nrows=3, sharex=True)
+    unit, unit_name = run.length_unit
+    colours = (*theme.beads, theme.ink)
+    for number, body in enumerate(run.trajectory.bodies):
+        moved = run.trajectory.of(body)["position_m"]
+        moved = (moved - moved[0]) / unit
+        for axis, panel in enumerate(axes):
+            panel.plot(
+                run.trajectory.steps,
+                moved[:, axis],
+                color=colours[number % len(colours)],
+                linestyle=("-", "--", ":")[number // len(colours) % 3],
+                linewidth=1.2,
+                label=body,
+            )
+    for panel, name in zip(axes, "xyz"):
+        panel.set_ylabel(f"Δ{name} [{unit_name}]")
+    axes[-1].set_xlabel("step")
+    if len(run.trajectory.bodies) <= 12:
+        axes[0].legend(
+            loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9, labelcolor=theme.ink, frameon=False
+        )
+    return figure

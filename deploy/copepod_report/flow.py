@@ -1,16 +1,66 @@
-"""The mean flow in the plane of the swimmers, with the bodies drawn where they were on average."""
+"""The mean flow of fields.h5 in the plane of the swimmers, with the bodies drawn at their mean positions."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
 import numpy as np
 from matplotlib import patches
 from matplotlib.colors import PowerNorm
 
-from copepod_report.style import WIDTH_INCHES, new_figure
+from copepod_report.run_record import RunRecord
+from copepod_report.style import WIDTH_INCHES, Theme, new_figure
 
 _AXES = "xyz"
 
 
-def plane_of(run):
-    """(point in cells, along, across): the plane that holds the first swimmer's axis and, if they stand in a row, the others.
+@dataclass(frozen=True)
+class FlowPlane:
+    """A plane that contains the axis `along`; arrays have shape (cells across, cells along).
+
+    Where a body was for a part of the time, its own velocity is in the mean.
+    """
+
+    along: int
+    across: int
+    velocity_along_m_per_s: np.ndarray
+    velocity_across_m_per_s: np.ndarray
+
+
+def read_mean_flow(path: Path, point_cells: Sequence[float], along: int, across: int) -> FlowPlane | None:
+    """The group /mean in a plane through a point, spanned by two of the axes 0, 1, 2; None if there is no mean flow."""
+    if not path.exists():
+        return None
+    (normal,) = {0, 1, 2} - {along, across}
+    with h5py.File(path, "r") as file:
+        if "mean" not in file:
+            return None
+        layers = _layers_at(point_cells[normal])
+        velocity = np.mean([_plane(file["mean/velocity_m_per_s"], normal, layer) for layer in layers], axis=0)
+    if across > along:  # arrays come with the slower axis first: (z, y, x) without the normal
+        return FlowPlane(along, across, velocity[..., along], velocity[..., across])
+    return FlowPlane(along, across, velocity[..., along].T, velocity[..., across].T)
+
+
+def _layers_at(coordinate_cells: float) -> list[int]:
+    """The layer of cells that holds a coordinate, or the two beside it if it lies on their faces."""
+    nearest_face = round(coordinate_cells)
+    if abs(coordinate_cells - nearest_face) < 1e-6:
+        return [nearest_face - 1, nearest_face]
+    return [int(coordinate_cells)]
+
+
+def _plane(dataset: Any, normal: int, number: int) -> np.ndarray:
+    """One layer of a dataset with shape (nz, ny, nx, …)."""
+    index: list[slice | int] = [slice(None)] * 3
+    index[2 - normal] = number
+    return dataset[tuple(index)]
+
+
+def plane_of(run: RunRecord) -> tuple[Sequence[float], int, int]:
+    """(point in cells, along, across): a plane with the first swimmer's axis and, if they stand in a row, the others.
 
     Without swimmers: the middle plane normal to x, with z along.
     """
@@ -25,7 +75,7 @@ def plane_of(run):
     return centers[0], along, across
 
 
-def mean_flow(run, plane, theme):
+def draw_mean_flow(run: RunRecord, plane: FlowPlane, theme: Theme) -> Any:
     """Speed as colour, direction as stream lines; lengths in cells."""
     speed = np.hypot(plane.velocity_along_m_per_s, plane.velocity_across_m_per_s)
     rows, columns = speed.shape
@@ -66,8 +116,8 @@ def mean_flow(run, plane, theme):
     return figure
 
 
-def _draw_beads(axes, run, plane, theme):
-    """Outlines of the beads, and of their images behind planes of symmetry, at their mean position during the averaging."""
+def _draw_beads(axes: Any, run: RunRecord, plane: FlowPlane, theme: Theme) -> None:
+    """Outlines of the beads, and of their images behind symmetry planes, at their mean positions."""
     window = run.case["output"]["fields"]["mean_over_steps"]
     cell = run.cell_size_m
     shown = [plane.along, plane.across]
@@ -78,7 +128,7 @@ def _draw_beads(axes, run, plane, theme):
                 axes.add_patch(_outline(bead, center[shown], swimmer.axis[shown], cell, **looks))
 
 
-def _with_image(run, center, across):
+def _with_image(run: RunRecord, center: np.ndarray, across: int) -> list[np.ndarray]:
     """A centre in cells, and its mirror image if a plane of symmetry cuts the picture beside it."""
     planes = run.case["fluid"].get("symmetry_planes") or []
     image = np.array(center)
@@ -87,7 +137,7 @@ def _with_image(run, center, across):
     return [center, image] if has_image else [center]
 
 
-def _outline(bead, center, axis, cell, **looks):
+def _outline(bead: Mapping[str, Any], center: np.ndarray, axis: np.ndarray, cell: float, **looks: Any) -> Any:
     """A circle, or a capsule as a box with round ends; lengths in cells."""
     radius = bead["radius_m"] / cell
     if bead["shape"] == "sphere":

@@ -1,6 +1,10 @@
 """The paper's designs by family: what is changed from one to the next."""
 
-from copepod_report.style import new_figure
+from collections.abc import Sequence
+from typing import Any
+
+from copepod_report.run_record import RunRecord
+from copepod_report.style import Theme, new_figure
 
 FAMILIES = (
     ("parallel capsules", "abcdef"),
@@ -10,9 +14,9 @@ FAMILIES = (
 )
 
 
-def speeds_by_family(runs, theme):
+def speeds_by_family(runs: Sequence[RunRecord], theme: Theme) -> Any:
     """Swimming speed of every design, ours and published, a panel per family; None unless there are several designs."""
-    speeds = {}
+    speeds: dict[str, tuple[float, float | None]] = {}
     for run in runs:
         name = run.summary["case"]
         figures = run.summary.get("swimmers") or []
@@ -30,10 +34,11 @@ def speeds_by_family(runs, theme):
         for column, (colour, label, hollow) in enumerate(
             ((theme.beads[0], "Copepod", False), (theme.beads[1], "published", True))
         ):
-            points = [(letter, speeds[letter][column]) for letter in present if speeds[letter][column] is not None]
+            values = [(letters.index(letter), speeds[letter][column]) for letter in present]
+            points = [(place, 1e6 * value) for place, value in values if value is not None]
             panel.plot(
-                [letters.index(letter) for letter, _ in points],
-                [1e6 * value for _, value in points],
+                [place for place, _ in points],
+                [value for _, value in points],
                 "o",
                 color=colour,
                 markerfacecolor="none" if hollow else colour,

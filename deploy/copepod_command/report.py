@@ -1,0 +1,20 @@
+"""`copepod report`: tables and plots of run directories."""
+
+from argparse import Namespace
+
+from copepod_run import build
+from copepod_run.errors import ExitCode
+from copepod_run.plan import plan_of
+
+
+def report(options: Namespace) -> int:
+    """Writes the report and prints where it is."""
+    build.ensure_programs()
+    # These need numpy and matplotlib: slow to load, and perhaps installed just now.
+    from copepod_paper.additions import PaperAdditions
+    from copepod_report.report import write_report
+
+    out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
+    # The coupler is the only parser of cases.
+    print(write_report(options.directories, out, lambda path: plan_of(path).case, PaperAdditions()))
+    return ExitCode.FINISHED

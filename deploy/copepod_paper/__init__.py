@@ -1,0 +1,1 @@
+"""What only the paper's cases need in a report: families of designs, hydrodynamic radii, resonance in vacuum."""
