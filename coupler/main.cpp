@@ -2,12 +2,11 @@
 
 #include "run/program.hpp"
 #include "run/remote_components.hpp"
-#include "run/signals.hpp"
 
 int main(int argc, char** argv) {
   using namespace copepod::coupler;
   return run_program(argc, argv, std::cout, std::cerr,
-                     [](const Options& options, const ServicesCase& services) {
-                       return std::make_unique<RemoteComponents>(options, services, process_signals().stop);
+                     [](const Options& options, const ServicesCase& services, const RunSignals& signals) {
+                       return std::make_unique<RemoteComponents>(options, services, signals.stop);
                      });
 }

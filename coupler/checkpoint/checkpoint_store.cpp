@@ -13,7 +13,7 @@
 
 #include "checkpoint/manifest.hpp"
 #include "contract/errors.hpp"
-#include "run/run_directory.hpp"
+#include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -68,7 +68,8 @@ ordered_json to_json(const CouplerState& state) {
             {"force_N", list(state.previous_loads.force_N)},
             {"torque_N_m", list(state.previous_loads.torque_N_m)}}},
           {"swimmers", swimmers},
-          {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}}};
+          {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}},
+          {"components", {{"fluid", state.fluid_component}, {"body", state.body_component}}}};
 }
 
 CouplerState coupler_state_from_json(const ordered_json& json) {
@@ -83,6 +84,9 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
     const ordered_json& mean = json.at("mean");
     state.mean = {whole_number<std::int64_t>(mean.at("start")),
                   whole_number<std::int64_t>(mean.at("every_steps"))};
+    const ordered_json components = json.value("components", ordered_json::object());  // absent in older ones
+    state.fluid_component = components.value("fluid", "");
+    state.body_component = components.value("body", "");
     return state;
   } catch (const ordered_json::exception& error) {
     throw StorageError(std::string("coupler.json of a checkpoint is unusable (") + error.what() +

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -18,12 +19,14 @@ struct MeanSampling {
   bool operator==(const MeanSampling&) const = default;
 };
 
-/// What the coupler itself must remember to continue a run bit for bit; the solvers remember the rest.
+/// The coupler's own part of what continues a run bit for bit; the solvers save the rest.
 struct CouplerState {
   std::int64_t step = 0;             ///< that comes next
   Loads previous_loads;              ///< of the load averaging; no bodies: none yet
   std::vector<PeriodSums> swimmers;  ///< of the analysis, in the order of the case
   MeanSampling mean;                 ///< the fluid keeps its sums of the mean field for these steps only
+  std::string fluid_component;  ///< name of the component whose state lies beside this one; empty: unknown
+  std::string body_component;
 };
 
 nlohmann::ordered_json to_json(const CouplerState& state);

@@ -10,7 +10,7 @@
 
 #include "checkpoint/whole_number.hpp"
 #include "contract/errors.hpp"
-#include "run/run_directory.hpp"
+#include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
 namespace {

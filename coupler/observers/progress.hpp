@@ -3,8 +3,8 @@
 #include <chrono>
 #include <cstdint>
 
+#include "observers/events.hpp"
 #include "observers/observer.hpp"
-#include "run/events.hpp"
 
 namespace copepod::coupler {
 

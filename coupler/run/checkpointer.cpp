@@ -42,11 +42,11 @@ bool Checkpointer::wants_pause(std::int64_t step) {
 }
 
 void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
-                         Audience& audience) {
+                         RunObservers& observers) {
   events_.phase("checkpointing");
   bool is_written = true;
   try {
-    commit(fluid, body, scheme, audience);
+    commit(fluid, body, scheme, observers);
   } catch (const StorageError& error) {
     const std::string text = "No checkpoint of step " + std::to_string(scheme.step()) + ": " + error.what();
     spdlog::error(text);
@@ -54,7 +54,7 @@ void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExpli
     is_written = false;
   }
   schedule_.written(scheme.step(), CheckpointSchedule::Clock::now());
-  // Who asked while it was written has it, too.
+  // A request that came while it was written is answered by it.
   if (signals_.checkpoint.exchange(0) == SIGTERM) {
     throw is_written ? Interrupted(SIGTERM, scheme.step(), "Continue from its checkpoint with --resume.")
                      : Interrupted(SIGTERM, scheme.step());
@@ -65,15 +65,17 @@ void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExpli
 /// Checks the disk first, to leave some room for other programs; if it fills up meanwhile, the solvers
 /// report that.
 void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
-                          Audience& audience) {
+                          RunObservers& observers) {
   const std::uintmax_t needed = std::max(store_.newest_bytes(), expected_bytes_) + (std::uintmax_t{1} << 20);
   if (const std::uintmax_t available = free_bytes(store_.folder().parent_path()); available < needed) {
     throw StorageError(std::to_string(available) + " bytes are free where a checkpoint takes about " +
                        std::to_string(needed) +
                        " (the disk is nearly full). Free some space; the run continues.");
   }
-  audience.sync_files();
-  store_.prepare(fluid, body, {scheme.step(), scheme.previous_loads(), audience.sums(), mean_});
+  observers.sync_files();
+  store_.prepare(fluid, body,
+                 {scheme.step(), scheme.previous_loads(), observers.sums(), mean_,
+                  components_.fluid_capabilities().name, components_.body_capabilities().name});
   components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
   spdlog::info("checkpoint of step {}", scheme.step());
 }

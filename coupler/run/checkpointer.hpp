@@ -5,9 +5,9 @@
 #include "checkpoint/checkpoint_schedule.hpp"
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/sections/case.hpp"
-#include "run/audience.hpp"
+#include "observers/events.hpp"
 #include "run/components.hpp"
-#include "run/events.hpp"
+#include "run/run_observers.hpp"
 #include "run/signals.hpp"
 #include "scheme/serial_explicit.hpp"
 
@@ -16,7 +16,7 @@ namespace copepod::coupler {
 /// Which steps enter the mean field that a case asks for.
 MeanSampling mean_sampling(const OutputCase& output);
 
-/// Interrupts a run where a checkpoint is due or a signal wants something, and writes checkpoints.
+/// Interrupts a run where a checkpoint is due or a signal came, and writes checkpoints.
 class Checkpointer {
  public:
   /// References must outlive this object.
@@ -29,15 +29,15 @@ class Checkpointer {
   ~Checkpointer();
 
   /// Whether the run should pause before `step`; never before the first one, where there is nothing to save.
-  /// @throws Interrupted if a signal wants the run to end now
+  /// @throws Interrupted if a signal asked the run to end now
   bool wants_pause(std::int64_t step);
 
-  /// Writes a checkpoint of the pausing run. Where the disk does not take it, says so and lets the run go on.
+  /// Writes a checkpoint of the pausing run. A disk that does not take it is reported, and the run goes on.
   /// @throws Interrupted after it, if SIGTERM asked for it; what the solvers throw
-  void write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, Audience& audience);
+  void write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers);
 
  private:
-  void commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, Audience& audience);
+  void commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers);
 
   CheckpointStore store_;
   Components& components_;

@@ -11,12 +11,11 @@
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
 #include "config/yaml/yaml_text.hpp"
-#include "run/events.hpp"
+#include "observers/events.hpp"
 #include "run/plan.hpp"
 #include "run/provenance.hpp"
 #include "run/run_case.hpp"
-#include "run/run_directory.hpp"
-#include "run/signals.hpp"
+#include "storage/run_directory.hpp"
 #include "system/host_name.hpp"
 
 namespace copepod::coupler {
@@ -59,7 +58,8 @@ int run_campaign_plan(const Options& options, std::ostream& out) {
   return static_cast<int>(ExitCode::finished);
 }
 
-int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components) {
+int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components,
+             RunSignals& signals) {
   Events events(out);
   events.phase("starting");
   const LoadedCase loaded = load_case(options.case_file, options.overrides);
@@ -80,8 +80,9 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
 
   Options with_recording = options;
   if (loaded.content.output.wire) with_recording.wire_file = directory.new_wire_file();
-  const std::unique_ptr<Components> components = make_components(with_recording, loaded.content.services);
-  CaseRun run(loaded, directory, *components, events, process_signals());
+  const std::unique_ptr<Components> components =
+      make_components(with_recording, loaded.content.services, signals);
+  CaseRun run(loaded, directory, *components, events, signals);
   FailureReport failure;
   try {
     const Beginning beginning = options.resume ? Beginning::resumed : Beginning::fresh;
@@ -90,6 +91,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
       provenance.set_components(fluid, body);
       provenance.write_start();
     });
+    provenance.set_notices(run.notices());
     provenance.write_end(ExitCode::finished, "");
     events.finished(directory.summary().string());
     return static_cast<int>(ExitCode::finished);
@@ -108,6 +110,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step,
                 failure.reason);
   events.failure(failure);
+  provenance.set_notices(run.notices());
   provenance.write_end(failure.code, failure.reason);
   return static_cast<int>(failure.code);
 }
@@ -121,8 +124,9 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
     if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
     if (options.action == Options::Action::plan) return run_plan(options, out);
     if (options.action == Options::Action::campaign) return run_campaign_plan(options, out);
-    watch_signals();
-    return run_case(options, out, make_components);
+    RunSignals signals;
+    const SignalWatch watch(signals);
+    return run_case(options, out, make_components, signals);
   } catch (const CaseInvalid& invalid) {
     for (const std::string& line : invalid.lines()) err << line << '\n';
     err << std::flush;

@@ -74,6 +74,7 @@ void Provenance::write(const std::string& status, int code, const std::string& r
       {"command_line", command_line_},
       {"resumed", resumed_},
       {"components", components},
+      {"notices", notices_},
       {"start", start_},
       {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
       {"status", status},

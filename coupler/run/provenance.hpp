@@ -2,15 +2,17 @@
 
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "contract/capabilities.hpp"
 #include "contract/errors.hpp"
-#include "run/run_directory.hpp"
+#include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
 
 /// Where the results of a run come from: provenance.json, written at the start and again at the end, so that
-/// a run that was killed still says what it was.
+/// a run that was killed is still described.
 class Provenance {
  public:
   /// @param build  identifies the programs of the run; empty: unknown
@@ -18,6 +20,7 @@ class Provenance {
              bool resumed);
 
   void set_components(const Capabilities& fluid, const Capabilities& body);
+  void set_notices(std::vector<std::string> notices) { notices_ = std::move(notices); }
   void write_start();
   void write_end(ExitCode code, const std::string& reason);
 
@@ -32,6 +35,7 @@ class Provenance {
   std::string start_;
   std::string earlier_;                            ///< JSON list of the attempts before a resumed one
   std::map<std::string, std::string> components_;  ///< role to name and version
+  std::vector<std::string> notices_;               ///< features that a component neglects, and the like
 };
 
 }  // namespace copepod::coupler

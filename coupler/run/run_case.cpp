@@ -8,8 +8,8 @@
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"
 #include "recording/timeline.hpp"
-#include "run/audience.hpp"
 #include "run/checkpointer.hpp"
+#include "run/run_observers.hpp"
 #include "run/summary.hpp"
 #include "scheme/serial_explicit.hpp"
 
@@ -41,40 +41,52 @@ void CaseRun::run(Beginning beginning,
 }
 
 void CaseRun::check_features(const Capabilities& capabilities, const std::set<std::string>& required) {
-  for (const std::string& text : require_features(capabilities, required)) {
-    spdlog::warn(text);
-    events_.notice(text);
-  }
+  for (const std::string& text : require_features(capabilities, required)) notice(text);
+}
+
+void CaseRun::notice(const std::string& text) {
+  spdlog::warn(text);
+  events_.notice(text);
+  notices_.push_back(text);
 }
 
 /// The components are there already: reading a large checkpoint takes longer than they would wait.
 FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store) {
   FoundCheckpoint found;
   components_.stay_in_touch_during([&] { found = store.newest(); });
-  for (const std::string& reason : found.skipped) {
-    spdlog::warn(reason);
-    events_.notice(reason);
-  }
+  for (const std::string& reason : found.skipped) notice(reason);
+  require_same_components(found.state);
   const std::int64_t step = found.state.step, steps = loaded_.content.steps;
   if (step >= steps) {
     throw CaseError("run.steps is " + std::to_string(steps) + ", and the newest checkpoint is of step " +
                     std::to_string(step) + " (nothing is left to compute). Set run.steps to more than " +
                     std::to_string(step) + ", or run without --resume.");
   }
-  tell_of_missing_samples(found.state);
+  notice_missing_samples(found.state);
   spdlog::info("resuming at step {}", step);
   return found;
 }
 
+/// A component reads its own checkpoints only.
+void CaseRun::require_same_components(const CouplerState& state) const {
+  const auto require = [&](const std::string& role, const std::string& writer, const std::string& reader) {
+    if (writer.empty() || writer == reader) return;
+    throw StorageError("the checkpoint of step " + std::to_string(state.step) + " was written by the " +
+                       role + " component " + writer + ", which is now " + reader +
+                       " (a component reads its own checkpoints only). Resume with " + writer +
+                       ", or start a new run with another --out.");
+  };
+  require("fluid", state.fluid_component, components_.fluid_capabilities().name);
+  require("body", state.body_component, components_.body_capabilities().name);
+}
+
 /// A run may be resumed with another mean field; the fluid then starts its sums anew.
-void CaseRun::tell_of_missing_samples(const CouplerState& state) {
+void CaseRun::notice_missing_samples(const CouplerState& state) {
   const OutputCase& output = loaded_.content.output;
   const bool has_begun = output.fields.mean_stop > 0 && output.fields.mean_start < state.step;
   if (!has_begun || state.mean == mean_sampling(output)) return;
-  const std::string text = "The mean field lacks its samples up to step " + std::to_string(state.step) +
-                           " (the run before took others). Resume with its output.fields, or start anew.";
-  spdlog::warn(text);
-  events_.notice(text);
+  notice("The mean field lacks its samples up to step " + std::to_string(state.step) +
+         " (the run before took others). Resume with its output.fields, or start anew.");
 }
 
 void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
@@ -98,11 +110,12 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   const Case& the_case = loaded_.content;
   const DrivingProtocol driving(loaded_.assembly.driving,
                                 static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
-  Audience audience(loaded_, directory_, events_, first_step(checkpoint), step_);
-  SerialExplicit scheme(*fluid_, *body_, driving, the_case.load_averaging, audience.all());
+  RunObservers observers(loaded_, directory_, events_, first_step(checkpoint), step_);
+  const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
+  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all());
   if (checkpoint) {
     scheme.restore_previous_loads(checkpoint->state.previous_loads);
-    audience.restore(checkpoint->state.swimmers);
+    observers.restore(checkpoint->state.swimmers);
   }
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");
@@ -118,7 +131,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   const auto pause = [&](std::int64_t step) { return checkpointer.wants_pause(step); };
   while (scheme.step() < the_case.steps) {
     scheme.run(the_case.steps, pause);
-    if (scheme.step() < the_case.steps) checkpointer.write(*fluid_, *body_, scheme, audience);
+    if (scheme.step() < the_case.steps) checkpointer.write(*fluid_, *body_, scheme, observers);
   }
   const SolverSummary fluid_summary = fluid_->summarise();  // answered after the last bulk update
   timing.loop_s = std::chrono::duration<double>(Clock::now() - start).count();
@@ -128,7 +141,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
 
   events_.phase("finishing");
   const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(),
-                                    scheme.kinematics(), timing, audience.swimmer_reports());
+                                    scheme.kinematics(), timing, observers.swimmer_reports());
   components_.finish();
   recording::timeline().close();
   write_atomically(directory_.summary(), summary.dump(2) + "\n");

@@ -6,10 +6,10 @@
 
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/load_case.hpp"
+#include "observers/events.hpp"
 #include "run/components.hpp"
-#include "run/events.hpp"
-#include "run/run_directory.hpp"
 #include "run/signals.hpp"
+#include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
 
@@ -23,7 +23,8 @@ class CaseRun {
   CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
           RunSignals& signals);
 
-  /// @param on_ready  called once both components said who they are and the checkpoint to resume was found
+  /// @param on_ready  called once both components have introduced themselves and the checkpoint to resume was
+  /// found
   /// @throws what a component, the disk or a signal makes fail; the caller reports it
   void run(Beginning beginning,
            const std::function<void(const Capabilities& fluid, const Capabilities& body)>& on_ready);
@@ -31,9 +32,14 @@ class CaseRun {
   /// Step that was being computed; −1 before the first. Meaningful after a failure too.
   [[nodiscard]] std::int64_t step() const { return step_; }
 
+  /// What the user was told on the way: features that a component neglects, checkpoints left out, …
+  [[nodiscard]] const std::vector<std::string>& notices() const { return notices_; }
+
  private:
   [[nodiscard]] FoundCheckpoint find_checkpoint(const CheckpointStore& store);
-  void tell_of_missing_samples(const CouplerState& state);
+  void require_same_components(const CouplerState& state) const;
+  void notice_missing_samples(const CouplerState& state);
+  void notice(const std::string& text);
   void check_features(const Capabilities& capabilities, const std::set<std::string>& required);
   void make_solvers(const std::optional<FoundCheckpoint>& checkpoint);
   void compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint);
@@ -46,6 +52,7 @@ class CaseRun {
   std::unique_ptr<FluidSolver> fluid_;
   std::unique_ptr<BodySolver> body_;
   std::int64_t step_ = -1;
+  std::vector<std::string> notices_;
 };
 
 }  // namespace copepod::coupler

@@ -5,26 +5,31 @@
 namespace copepod::coupler {
 namespace {
 
-RunSignals signals;
-static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
+std::atomic<RunSignals*> watched{nullptr};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<RunSignals*>::is_always_lock_free,
               "a signal handler may not lock");
 
-void on_stop(int signal) {
+void stop(RunSignals& signals, int signal) {
   std::signal(signal, SIG_DFL);
   signals.stop.store(signal);
 }
 
+void on_stop(int signal) {
+  if (RunSignals* const signals = watched.load()) stop(*signals, signal);
+}
+
 void on_sigterm(int signal) {
-  if (!signals.sigterm_waits_for_checkpoint.load()) {
-    on_stop(signal);
-  } else if (signals.checkpoint.exchange(signal) == signal) {
-    on_stop(signal);  // asked twice: do not wait any longer
-  }
+  RunSignals* const signals = watched.load();
+  if (signals == nullptr) return;
+  const bool waits = signals->sigterm_waits_for_checkpoint.load();
+  // The second one does not wait any longer.
+  if (!waits || signals->checkpoint.exchange(signal) == signal) stop(*signals, signal);
 }
 
 void on_checkpoint(int signal) {
   int none = 0;
-  signals.checkpoint.compare_exchange_strong(none, signal);  // must not hide a SIGTERM
+  if (RunSignals* const signals = watched.load())
+    signals->checkpoint.compare_exchange_strong(none, signal);  // must not hide a SIGTERM
 }
 
 void handle(int signal, void (*handler)(int)) {
@@ -37,17 +42,15 @@ void handle(int signal, void (*handler)(int)) {
 
 }  // namespace
 
-RunSignals& process_signals() { return signals; }
-
-void watch_signals() {
-  signals.stop.store(0);
-  signals.checkpoint.store(0);
-  signals.sigterm_waits_for_checkpoint.store(false);
+SignalWatch::SignalWatch(RunSignals& signals) {
+  watched.store(&signals);
   handle(SIGINT, on_stop);
   handle(SIGTERM, on_sigterm);
   handle(SIGUSR1, on_checkpoint);
-  // The reader of our events is gone: the run continues, since its files matter.
+  // A closed event stream must not end the run: its files are the result.
   std::signal(SIGPIPE, SIG_IGN);
 }
+
+SignalWatch::~SignalWatch() { watched.store(nullptr); }
 
 }  // namespace copepod::coupler

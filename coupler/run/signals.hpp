@@ -11,11 +11,17 @@ struct RunSignals {
   std::atomic<bool> sigterm_waits_for_checkpoint{false};  ///< while a run can write one
 };
 
-/// Those of this process, once `watch_signals` was called.
-RunSignals& process_signals();
-
-/// SIGINT stops; SIGTERM too, after a checkpoint where one can be written; SIGUSR1 asks for a checkpoint.
-/// Whoever sends a stop signal twice gets what the system does by default.
-void watch_signals();
+/// Hands this process's signals to one run: SIGINT stops; SIGTERM too, after a checkpoint where one can be
+/// written; SIGUSR1 asks for a checkpoint. A second SIGINT or SIGTERM has its default effect. One at a time;
+/// the handlers reach it through the only mutable global of the coupler
+/// [docs/decisions/process_wide_state.md].
+class SignalWatch {
+ public:
+  /// @param signals  must outlive this object
+  explicit SignalWatch(RunSignals& signals);
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+  ~SignalWatch();
+};
 
 }  // namespace copepod::coupler

@@ -5,10 +5,11 @@
 namespace copepod::coupler {
 
 SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
-                               LoadAveraging averaging, Observer& observer)
+                               const Plausibility& plausibility, LoadAveraging averaging, Observer& observer)
     : fluid_(fluid),
       body_(body),
       driving_(driving),
+      plausibility_(plausibility),
       averaging_(averaging),
       observer_(observer),
       nodes_(body.driving_nodes()) {
@@ -25,6 +26,7 @@ void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_
 
     // Time step of the rigid bodies; meanwhile a fluid service streams and collides.
     body_watch_.time([&] { body_.step(applied_, next_); });
+    plausibility_.judge(kinematics_, next_);
     fluid_watch_.time([&] { fluid_.advance(); });
 
     std::swap(kinematics_, next_);

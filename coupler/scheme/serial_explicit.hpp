@@ -10,6 +10,7 @@
 #include "driving/driving_protocol.hpp"
 #include "observers/observer.hpp"
 #include "scheme/load_averaging.hpp"
+#include "scheme/plausibility.hpp"
 #include "scheme/stopwatch.hpp"
 
 namespace copepod::coupler {
@@ -17,16 +18,16 @@ namespace copepod::coupler {
 /// Serial explicit coupling of one fluid and one body solver [paper, Algorithm 2]: fluid and bodies take
 /// turns, each once per step, and nothing is iterated.
 ///
-/// Legal call order: construct -> [restore_previous_loads] -> { run }* -> finish; solvers, driving and
-/// observer must outlive the scheme. An exception of a solver leaves the scheme unusable.
+/// Legal call order: construct -> [restore_previous_loads] -> { run }* -> finish; all arguments must
+/// outlive the scheme. An exception of a solver leaves the scheme unusable.
 class SerialExplicit {
  public:
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
-                 LoadAveraging averaging, Observer& observer);
+                 const Plausibility& plausibility, LoadAveraging averaging, Observer& observer);
 
   /// Advances to the start of step `stop`, or of the first step before which `pause` says yes.
   /// @param pause  asked before every step
-  /// @throws whatever a solver, an observer or `pause` throws
+  /// @throws what a solver, an observer or `pause` throws, and PeerFailed for a motion that is not plausible
   void run(std::int64_t stop, const std::function<bool(std::int64_t step)>& pause);
 
   /// Loads of the step before that the averaging needs: with the solvers' states all there is to save.
@@ -50,6 +51,7 @@ class SerialExplicit {
   FluidSolver& fluid_;
   BodySolver& body_;
   const DrivingProtocol& driving_;
+  const Plausibility& plausibility_;
   LoadAverage averaging_;
   Observer& observer_;
   std::vector<double> nodes_;

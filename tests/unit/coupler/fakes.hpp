@@ -163,6 +163,7 @@ class LocalComponents : public Components {
 
   std::function<void()> on_connect, before_save;
   std::function<void(std::int64_t step)> before_exchange;
+  void rename_bodies(const std::string& name) { body_capabilities_.name = name; }
   bool finished = false;
   std::string aborted_with;
 

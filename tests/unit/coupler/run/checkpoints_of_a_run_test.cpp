@@ -1,7 +1,6 @@
 #include <csignal>
 
 #include "run/program_fixture.hpp"
-#include "run/signals.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -54,6 +53,17 @@ TEST_F(Program, CannotResumeWithoutACheckpointOrWithThatOfAnotherCase) {
   EXPECT_NE(events().back()["reason"].get<std::string>().find("another case"), std::string::npos);
 }
 
+TEST_F(Program, ResumesWithTheComponentsThatWroteTheCheckpointOnly) {
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  body_name = "Other Bodies";
+  EXPECT_EQ(run({"--resume"}), 73);
+  const auto reason = events().back()["reason"].get<std::string>();
+  EXPECT_NE(reason.find("was written by the body component PointMassBodies, which is now Other Bodies"),
+            std::string::npos)
+      << reason;
+  EXPECT_NE(reason.find("Resume with PointMassBodies, or start a new run"), std::string::npos) << reason;
+}
+
 TEST_F(Program, WritesACheckpointOnSigusr1AndGoesOn) {
   before_exchange = [](std::int64_t step) {
     if (step == 1000) std::raise(SIGUSR1);
@@ -98,9 +108,13 @@ TEST_F(Program, ASecondSigtermEndsACheckpointThatTakesTooLong) {
   before_exchange = [](std::int64_t step) {
     if (step == 1000) std::raise(SIGTERM);
   };
-  before_save = [] { std::raise(SIGTERM); };
+  int stop = 0;
+  before_save = [&] {
+    std::raise(SIGTERM);
+    stop = signals->stop.load();
+  };
   EXPECT_EQ(run(), 143);
-  EXPECT_EQ(process_signals().stop.load(), SIGTERM);  // every wait for a component ends with it
+  EXPECT_EQ(stop, SIGTERM);  // every wait for a component ends with it
 }
 
 TEST_F(Program, HasNothingToSaveBeforeTheFirstStep) {

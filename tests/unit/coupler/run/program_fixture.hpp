@@ -54,12 +54,14 @@ output: {trajectory: {every_steps: 100}}
     out.str("");
     err.str("");
     return run_program(static_cast<int>(argv.size()), argv.data(), out, err,
-                       [&](const Options& options, const ServicesCase&) {
+                       [&](const Options& options, const ServicesCase&, const RunSignals& of_the_run) {
                          seen = options;
+                         signals = &of_the_run;
                          auto made = std::make_unique<LocalComponents>(drag, saves);
                          made->before_exchange = before_exchange;
                          made->on_connect = on_connect;
                          made->before_save = before_save;
+                         if (!body_name.empty()) made->rename_bodies(body_name);
                          components = made.get();
                          return std::unique_ptr<Components>(std::move(made));
                        });
@@ -87,9 +89,11 @@ output: {trajectory: {every_steps: 100}}
   Options seen;
   double drag = 1e-6;
   bool saves = true;
+  std::string body_name;  ///< of the component; empty: its own
   std::function<void(std::int64_t)> before_exchange;
   std::function<void()> on_connect, before_save;
-  LocalComponents* components = nullptr;  ///< valid inside a run only
+  LocalComponents* components = nullptr;  ///< valid inside a run only, like the next
+  const RunSignals* signals = nullptr;
 };
 
 }  // namespace copepod::coupler

@@ -82,6 +82,24 @@ TEST_F(Program, ReportsWhichComponentFailedWhereAndWhen) {
   EXPECT_FALSE(std::filesystem::exists(out_dir / "summary.json"));
 }
 
+TEST_F(Program, EndsARunWhoseBodiesLeaveTheirPlaces) {
+  EXPECT_EQ(run({"--set", "forces=[{body: swimmer.B2, constant_N: [1000, 0, 0], start_step: 700}]"}), 70);
+  const json failure = events().back();
+  EXPECT_EQ(failure["component"], "body");
+  EXPECT_EQ(failure["step"], 700);
+  const auto reason = failure["reason"].get<std::string>();
+  EXPECT_NE(reason.find("In step 700 body 'swimmer.B2' moved by "), std::string::npos) << reason;
+  EXPECT_NE(reason.find("more than its radius of 4e-06 m"), std::string::npos) << reason;
+}
+
+TEST_F(Program, RecordsInTheProvenanceWhatAComponentNeglects) {
+  EXPECT_EQ(run({"--set", "fluid.solver=external", "--fluid", "another"}), 0) << out.str();
+  std::string told;
+  for (const json& event : events()) told += event["event"] == "notice" ? event["text"] : "";
+  EXPECT_NE(told.find("ConstantDragFluid 1 neglects boundary:no_slip"), std::string::npos) << told;
+  EXPECT_EQ(file("provenance.json")["notices"], json{told});
+}
+
 TEST_F(Program, NamesTheStepWhenAnErrorDoesNot) {
   before_exchange = [](std::int64_t step) {
     if (step == 77) throw ComponentLost("the fluid died (a test). Nothing to do.");

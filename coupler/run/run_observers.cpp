@@ -1,4 +1,4 @@
-#include "run/audience.hpp"
+#include "run/run_observers.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -16,8 +16,8 @@ std::vector<std::string> body_names(const Assembly& assembly) {
 
 }  // namespace
 
-Audience::Audience(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
-                   std::int64_t first_step, std::int64_t& step)
+RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
+                           std::int64_t first_step, std::int64_t& step)
     : case_(loaded.content),
       keeper_(step),
       trajectory_(directory.trajectory().string(), body_names(loaded.assembly), case_.step_s,
@@ -32,7 +32,7 @@ Audience::Audience(const LoadedCase& loaded, const RunDirectory& directory, Even
   all_.add(progress_);
 }
 
-nlohmann::ordered_json Audience::swimmer_reports() const {
+nlohmann::ordered_json RunObservers::swimmer_reports() const {
   nlohmann::ordered_json reports = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < swimmers_.size(); ++i) {
     reports.push_back(swimmer_report(case_.swimmers[i], *swimmers_[i], case_));
@@ -40,13 +40,13 @@ nlohmann::ordered_json Audience::swimmer_reports() const {
   return reports;
 }
 
-std::vector<PeriodSums> Audience::sums() const {
+std::vector<PeriodSums> RunObservers::sums() const {
   std::vector<PeriodSums> sums;
   for (const auto& swimmer : swimmers_) sums.push_back(swimmer->sums());
   return sums;
 }
 
-void Audience::restore(const std::vector<PeriodSums>& sums) {
+void RunObservers::restore(const std::vector<PeriodSums>& sums) {
   if (sums.size() != swimmers_.size()) {
     throw StorageError("the checkpoint has the analysis of " + std::to_string(sums.size()) +
                        " swimmers, the case " + std::to_string(swimmers_.size()) +

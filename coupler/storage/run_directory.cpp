@@ -1,4 +1,4 @@
-#include "run/run_directory.hpp"
+#include "storage/run_directory.hpp"
 
 #include <array>
 #include <cerrno>

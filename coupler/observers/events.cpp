@@ -1,4 +1,4 @@
-#include "run/events.hpp"
+#include "observers/events.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -8,11 +8,11 @@
 
 #include "analysis/swimmer_observer.hpp"
 #include "config/load_case.hpp"
+#include "observers/events.hpp"
 #include "observers/observer.hpp"
 #include "observers/progress.hpp"
 #include "observers/trajectory_writer.hpp"
-#include "run/events.hpp"
-#include "run/run_directory.hpp"
+#include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
 
@@ -28,14 +28,14 @@ class StepKeeper final : public Observer {
   std::int64_t& step_;
 };
 
-/// Everybody who looks at a run: trajectory, analysis, progress.
-class Audience {
+/// The observers of a run: trajectory, analysis, progress.
+class RunObservers {
  public:
   /// References must outlive this object.
   /// @param first_step  0, or that of the checkpoint which is resumed
   /// @param step        receives the step that is being computed
-  Audience(const LoadedCase& loaded, const RunDirectory& directory, Events& events, std::int64_t first_step,
-           std::int64_t& step);
+  RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
+               std::int64_t first_step, std::int64_t& step);
 
   Observer& all() { return all_; }
 

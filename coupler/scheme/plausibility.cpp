@@ -1,0 +1,81 @@
+#include "scheme/plausibility.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "contract/errors.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+constexpr std::array axes{"x", "y", "z"};
+constexpr double quaternion_tolerance = 1e-3;
+
+/// Three digits: a person reads them.
+std::string rounded(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+[[noreturn]] void fail(const BodySpecification& body, std::int64_t step, const std::string& found) {
+  throw PeerFailed({ExitCode::solver_failed, "body", "", 0, step,
+                    "In step " + std::to_string(step) + " body '" + body.name + "' " + found +
+                        ". Use a smaller step or smaller forces, or check the body component."});
+}
+
+}  // namespace
+
+Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies)
+    : bodies_(bodies) {
+  confined_.resize(bodies.size());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    length_m_[i] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+    periodic_[axis] = length_m_[i] > 0.0 && fluid.boundaries[2 * axis].kind == BoundaryKind::periodic;
+    if (periodic_[axis]) continue;
+    for (std::size_t body = 0; body < bodies.size(); ++body) {
+      const double at = bodies[body].position_m[i];
+      confined_[body][axis] = length_m_[i] > 0.0 && at >= 0.0 && at <= length_m_[i];
+    }
+  }
+}
+
+void Plausibility::judge(const Kinematics& before, const Kinematics& after) const {
+  if (after.bodies() != static_cast<Eigen::Index>(bodies_.size())) {
+    throw PeerFailed({ExitCode::solver_failed, "body", "", 0, before.step,
+                      "The body component returned " + std::to_string(after.bodies()) + " bodies in step " +
+                          std::to_string(before.step) + " (the case has " + std::to_string(bodies_.size()) +
+                          "). Fix its step()."});
+  }
+  // Written so that a comparison with NaN fails.
+  for (Eigen::Index column = 0; column < after.bodies(); ++column) {
+    const BodySpecification& body = bodies_[static_cast<std::size_t>(column)];
+    const double norm = after.orientation_wxyz.col(column).norm();
+    if (!(std::abs(norm - 1.0) <= quaternion_tolerance)) {
+      fail(body, before.step,
+           "got an orientation of length " + rounded(norm) + " (an orientation is a quaternion of length 1)");
+    }
+    Eigen::Vector3d moved = after.position_m.col(column) - before.position_m.col(column);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      const double at = after.position_m(axis, column);
+      if (periodic_[i]) {  // a component may fold positions back into the domain
+        moved[axis] -= length_m_[axis] * std::round(moved[axis] / length_m_[axis]);
+      } else if (confined_[static_cast<std::size_t>(column)][i] && !(at >= 0.0 && at <= length_m_[axis])) {
+        fail(body, before.step,
+             std::string("left the domain: ") + axes[i] + " = " + rounded(at) +
+                 " m (the domain ends at 0 and " + rounded(length_m_[axis]) + " m)");
+      }
+    }
+    const double distance = moved.norm();
+    if (!(distance <= body.shape.radius_m)) {
+      fail(body, before.step,
+           "moved by " + rounded(distance) + " m (more than its radius of " + rounded(body.shape.radius_m) +
+               " m)");
+    }
+  }
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,235 @@
+// Follows every key of the case to the component that reads it (docs/how_a_key_travels.md): a new field of
+// FluidSetup or BodySetup that is forgotten anywhere on its way fails here.
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <google/protobuf/message.h>
+#include <google/protobuf/text_format.h>
+#include <gtest/gtest.h>
+
+#include "config/load_case.hpp"
+#include "config/sections/sections.hpp"
+#include "config/setups.hpp"
+#include "config/yaml/yaml_text.hpp"
+#include "conversion/setup_conversion.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Overrides of the case every_key.yaml that change one field of a setup, by the field's path in the Protobuf
+/// message; entries of lists share one. None: the run sets it, or there is one value only.
+using Travels = std::map<std::string, std::vector<std::string>>;
+
+const Travels fluid_travels{
+    {"kind", {"fluid.solver=stokes"}},
+    {"step_s", {"fluid.relaxation_time=0.7"}},
+    {"cell_size_m", {"fluid.symmetry_planes=[]", "fluid.cell_size_m=1.05e-6"}},
+    {"density_kg_per_m3", {"fluid.density_kg_per_m3=1300"}},
+    {"kinematic_viscosity_m2_per_s", {"fluid.kinematic_viscosity_m2_per_s=7.0e-5"}},
+    {"domain_cells", {"fluid.domain_cells=[50, 50, 96]"}},
+    {"boundaries.kind", {"fluid.boundaries.x=no_slip"}},
+    {"boundaries.velocity_m_per_s", {"fluid.boundaries.y={velocity_m_per_s: [0, 0, 0.4]}"}},
+    {"boundaries.pressure_Pa", {"fluid.boundaries.z={low: {pressure_Pa: 2}, high: {pressure_Pa: 1}}"}},
+    {"symmetry_planes", {"fluid.symmetry_planes=[]"}},
+    {"body_force_N_per_m3", {"fluid.body_force_N_per_m3=[0, 0, 0.5]"}},
+    {"collision", {"fluid.collision=bgk"}},
+    {"moving_boundary", {}},
+    {"refill", {}},
+    {"precision", {"fluid.precision=double"}},
+    {"bodies.kind", {"bodies.0.shape=capsule"}},
+    {"bodies.radius_m", {"bodies.0.radius_m=2.1e-6"}},
+    {"bodies.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
+    {"fields.directory", {}},
+    {"fields.every_steps", {"output.fields.every_steps=500"}},
+    {"fields.mean_start", {"output.fields.mean_over_steps=[8500, 12000]"}},
+    {"fields.mean_stop", {"output.fields.mean_over_steps=[8000, 12500]"}},
+    {"fields.mean_every_steps", {"output.fields.mean_every_steps=20"}},
+    {"no_slip_plane", {"fluid.no_slip_plane=none"}},
+    {"trace_directory", {}},
+};
+
+const Travels body_travels{
+    {"step_s", {"fluid.relaxation_time=0.7"}},
+    {"integrator", {"body.integrator=runge_kutta_4"}},
+    {"gravity_m_per_s2", {"gravity_m_per_s2=[0, 0, -1]"}},
+    {"fluid_density_kg_per_m3", {"fluid.density_kg_per_m3=1300"}},
+    {"periodic_length_m", {"fluid.boundaries.x=periodic"}},
+    {"bodies.name", {"bodies.0.name=globe", "springs.0.bodies=[globe, swimmer.B2]", "forces=[]"}},
+    {"bodies.shape.kind", {"bodies.0.shape=capsule"}},
+    {"bodies.shape.radius_m", {"bodies.0.radius_m=2.1e-6"}},
+    {"bodies.shape.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
+    {"bodies.mass_kg", {"bodies.0.mass_kg=4.0e-13"}},
+    {"bodies.motion", {"bodies.0.motion=free"}},
+    {"bodies.axis", {"bodies.0.axis=[0, 0, 1]"}},
+    {"bodies.position_m", {"bodies.0.position_m=[8.0e-6, 25.0e-6, 22.0e-6]"}},
+    {"bodies.orientation_wxyz", {"bodies.0.orientation_wxyz=[1, 0, 0, 0]"}},
+    {"bodies.velocity_m_per_s", {"bodies.0.velocity_m_per_s=[0, 0, 0.2]"}},
+    {"bodies.angular_velocity_rad_per_s", {"bodies.0.angular_velocity_rad_per_s=[0, 4, 0]"}},
+    {"springs.body_A", {"springs.0.bodies=[swimmer.B2, ball]"}},
+    {"springs.body_B", {"springs.0.bodies=[swimmer.B2, ball]"}},
+    {"springs.stiffness_N_per_m", {"springs.0.stiffness_N_per_m=0.2"}},
+    {"springs.damping_N_s_per_m", {"springs.0.damping_N_s_per_m=2.0e-8"}},
+    {"springs.rest_length_m", {"springs.0.rest_length_m=13.0e-6"}},
+    {"springs.anchor_A_m", {"springs.0.anchors_m=[[2.0e-6, 0, 0], [0, 0, -1.0e-6]]"}},
+    {"springs.anchor_B_m", {"springs.0.anchors_m=[[1.0e-6, 0, 0], [0, 0, -2.0e-6]]"}},
+    {"trace_directory", {}},
+};
+
+/// Sections whose keys all go to a component, and those of their keys that do not.
+const std::vector<std::string> travelling_sections{"fluid.", "body.", "bodies.[].", "springs.[].", "gravity"};
+const std::set<std::string> keys_of_the_coupler{"fluid.solver.command", "body.solver", "body.solver.command"};
+
+/// Values of every field of a message as text, by path; entries of lists one after the other.
+using Leaves = std::map<std::string, std::string>;
+
+void collect(const google::protobuf::Message& message, const std::string& prefix, Leaves& leaves) {
+  const auto* reflection = message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const auto* field = message.GetDescriptor()->field(i);
+    const std::string path = prefix + field->name();
+    const bool holds_messages = field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE;
+    if (field->is_repeated()) {
+      const int size = reflection->FieldSize(message, field);
+      for (int item = 0; item < size; ++item) {
+        if (holds_messages) {
+          collect(reflection->GetRepeatedMessage(message, field, item), path + ".", leaves);
+        } else {
+          std::string text;
+          google::protobuf::TextFormat::PrintFieldValueToString(message, field, item, &text);
+          leaves[path] += text + " ";
+        }
+      }
+    } else if (holds_messages) {
+      collect(reflection->GetMessage(message, field), path + ".", leaves);
+    } else {
+      std::string text;
+      google::protobuf::TextFormat::PrintFieldValueToString(message, field, -1, &text);
+      leaves[path] += text + " ";
+    }
+  }
+}
+
+template <typename Wire, typename Setup>
+Leaves leaves_of(const Setup& setup) {
+  Wire wire;
+  conversion::write(setup, wire);
+  Leaves leaves;
+  collect(wire, "", leaves);
+  Setup read_back;
+  conversion::read(wire, read_back);
+  Wire written_again;
+  conversion::write(read_back, written_again);
+  EXPECT_EQ(wire.SerializeAsString(), written_again.SerializeAsString())
+      << "setup_conversion.cpp loses a field";
+  return leaves;
+}
+
+std::string content_of(const std::string& path) {
+  std::ifstream stream(path);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+const std::string every_key = std::string(CONFIG_TESTS) + "/every_key.yaml";
+
+FluidSetup fluid_setup(const LoadedCase& loaded) {
+  FluidSetup setup = make_fluid_setup(loaded.content, loaded.assembly, "/run");
+  setup.trace_directory = "/run/trace";
+  return setup;
+}
+
+BodySetup body_setup(const LoadedCase& loaded) {
+  BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
+  setup.trace_directory = "/run/trace";
+  return setup;
+}
+
+Leaves leaves_of(const LoadedCase& loaded, bool fluid) {
+  return fluid ? leaves_of<v1::FluidSetup>(fluid_setup(loaded))
+               : leaves_of<v1::BodySetup>(body_setup(loaded));
+}
+
+LoadedCase read_again(const LoadedCase& loaded) {
+  return load_case_text(to_yaml(resolved(loaded.content)), "case.yaml", {});
+}
+
+class KeyTravel : public testing::TestWithParam<bool> {
+ protected:
+  [[nodiscard]] bool fluid() const { return GetParam(); }
+  [[nodiscard]] const Travels& travels() const { return fluid() ? fluid_travels : body_travels; }
+  [[nodiscard]] const char* setup() const { return fluid() ? "FluidSetup." : "BodySetup."; }
+};
+
+TEST_P(KeyTravel, EveryFieldOfTheSetupIsListedHere) {
+  std::set<std::string> listed;
+  for (const auto& [field, overrides] : travels()) listed.insert(field);
+  for (const auto& [field, value] : leaves_of(load_case(every_key, {}), fluid())) {
+    EXPECT_TRUE(listed.erase(field) == 1)
+        << setup() << field << " is new (which key sets it?). Add a row above.";
+  }
+  EXPECT_TRUE(listed.empty()) << setup() << *listed.begin() << " is not a field any more. Remove its row.";
+}
+
+TEST_P(KeyTravel, EveryFieldIsSetByItsKeyAndSurvivesTheResolvedCase) {
+  const LoadedCase unchanged = load_case(every_key, {});
+  const Leaves before = leaves_of(unchanged, fluid());
+  const Leaves before_again = leaves_of(read_again(unchanged), fluid());
+  for (const auto& [field, overrides] : travels()) {
+    const std::string what = setup() + field;
+    if (overrides.empty()) {
+      EXPECT_TRUE(before.at(field).find("UNSPECIFIED") == std::string::npos && before.at(field) != "\"\" ")
+          << what << " is never set";
+      continue;
+    }
+    const LoadedCase loaded = load_case(every_key, overrides);
+    const Leaves after = leaves_of(loaded, fluid());
+    EXPECT_NE(after.at(field), before.at(field))
+        << what << " does not follow " << overrides.back() << ": read_… or setup_conversion.cpp";
+    const LoadedCase again = load_case_text(to_yaml(resolved(loaded.content)), "case.yaml", {});
+    EXPECT_EQ(leaves_of(again, fluid()), after)
+        << "the resolved case lacks what sets " << what << ": resolved_…";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Setups, KeyTravel, testing::Values(true, false),
+                         [](const auto& role) { return role.param ? "Fluid" : "Body"; });
+
+/// "springs.0.anchors_m=…" is about "springs.[].anchors_m".
+std::string key_of(const std::string& override_text) {
+  std::string key = override_text.substr(0, override_text.find('='));
+  for (std::size_t dot = key.find(".0"); dot != std::string::npos; dot = key.find(".0"))
+    key.replace(dot, 2, ".[]");
+  return key;
+}
+
+TEST(Keys, OfTheComponentsSectionsAllReachASetup) {
+  AskedKeys asked;
+  load_case_text(content_of(every_key), "every_key.yaml", {}, &asked);
+  std::set<std::string> travelling = keys_of_the_coupler;
+  for (const auto* travels : {&fluid_travels, &body_travels}) {
+    for (const auto& [field, overrides] : *travels) {
+      travelling.insert((travels == &fluid_travels ? "fluid." : "body.") + field);  // of one value only
+      for (const std::string& override_text : overrides) travelling.insert(key_of(override_text));
+    }
+  }
+  for (const std::string& key : asked) {
+    const bool belongs_to_a_component =
+        std::any_of(travelling_sections.begin(), travelling_sections.end(),
+                    [&](const std::string& section) { return key.starts_with(section); });
+    const bool travels = std::any_of(travelling.begin(), travelling.end(), [&](const std::string& known) {
+      return key == known || known.starts_with(key + ".") || key.starts_with(known + ".");
+    });
+    EXPECT_TRUE(!belongs_to_a_component || travels)
+        << key << " changes no field of a setup. Add it to a row above.";
+  }
+}
+
+}  // namespace
+}  // namespace copepod::coupler
