@@ -18,6 +18,7 @@
 #include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "conversion/setup_conversion.hpp"
+#include "copepod/v1/setup.pb.h"
 
 namespace copepod::coupler {
 namespace {
