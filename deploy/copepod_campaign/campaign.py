@@ -2,31 +2,33 @@
 
 import os
 import shlex
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from copepod_campaign import display, programs, results
-from copepod_campaign.entry import State, entries_of
-from copepod_campaign.job import RESTARTS
-from copepod_campaign.pool import Pool
+from copepod_campaign.entry import Entry, State, entries_of
+from copepod_campaign.pool import RESTARTS, Pool
 from copepod_run import build
 from copepod_run.checkout import called_as
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.plan import request_campaign
+from copepod_run.plan import Plan, request_campaign
 from copepod_run.run_directory import RunDirectory, folder_name
 from copepod_run.signals import SignalRecorder
 from copepod_run.messages import say
 
 
 _NOT_FOR_SWEEPS = {
-    "resume": "the same command again goes on where it stopped",
+    "resume": "the same command again continues where it stopped",
     "restarts": f"a member is started again up to {RESTARTS} times by itself",
     "progress": "several members run at once",
 }
 
 
-def campaign(options):
+def campaign(options: Namespace) -> int:
     """Runs a campaign to its end. Returns 0 if every case is finished; every other ending is a Stop."""
     build.ensure_programs()
     plan = request_campaign(options.campaign)
@@ -34,8 +36,8 @@ def campaign(options):
     return _run(plan["name"], plan["cases"], options.jobs or plan["jobs"], options, again)
 
 
-def run_sweep(options, plan):
-    """`copepod run` of a case with a sweep: a campaign of its members, which goes on where it stopped."""
+def run_sweep(options: Namespace, plan: Plan) -> int:
+    """`copepod run` of a case with a sweep: a campaign of its members, which continues where it stopped."""
     for name in ("ranks", "fluid", "body"):
         if getattr(options, name) is not None:
             raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
@@ -48,8 +50,8 @@ def run_sweep(options, plan):
     return _run(plan.name, [item], None, options, f"run {options.case}{settings}")
 
 
-def _run(name, items, jobs, options, again):
-    """Whatever is left to do of `items`; `again` is the command that goes on with them."""
+def _run(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, options: Namespace, again: str) -> int:
+    """Runs what is left to do of `items`; `again` is the command that continues them."""
     folder = Path(options.out or Path("runs") / folder_name(name))
     make_folder(folder)
     with ExitStack() as stack:
@@ -60,7 +62,7 @@ def _run(name, items, jobs, options, again):
         for entry in entries:
             entry.look(options.rerun_other_builds)
         signals = stack.enter_context(SignalRecorder())
-        _tell_beginning(name, entries, directory.shown)
+        _announce(name, entries, directory.shown)
         results.write(folder, name, entries)
         pool = Pool(entries, jobs or _cores(), own_programs, signals)
         screen = display.for_stderr(name, pool)
@@ -70,11 +72,11 @@ def _run(name, items, jobs, options, again):
     return _ending(entries, signals, directory.shown, f"{called_as()} {again} --out {directory.shown}")
 
 
-def _cores():
+def _cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def _tell_beginning(name, entries, shown):
+def _announce(name: str, entries: Sequence[Entry], shown: str) -> None:
     done = [entry for entry in entries if entry.state is State.DONE]
     say(f"{name}: {len(entries)} cases, {len(done)} done already, in {shown}")
     for entry in entries:
@@ -82,10 +84,10 @@ def _tell_beginning(name, entries, shown):
             say(f"{entry.name}: {entry.remark}")
 
 
-def _ending(entries, signals, shown, again):
+def _ending(entries: Sequence[Entry], signals: SignalRecorder, shown: str, again: str) -> int:
     if signals.received:
         code = ExitCode.INTERRUPTED if signals.received[0] == 2 else ExitCode.TERMINATED
-        raise Stop(code, f"stopped by a signal; nothing is lost. Go on with the same command: {again}")
+        raise Stop(code, f"stopped by a signal; nothing is lost. Continue with the same command: {again}")
     failed = [entry for entry in entries if entry.state is State.FAILED]
     print(results.text(entries))
     print(f"\nresults in {shown}/results.md, .csv, .json", flush=True)
@@ -94,12 +96,12 @@ def _ending(entries, signals, shown, again):
         raise Stop(
             failed[0].exit_code,
             f"{len(failed)} of {len(entries)} cases failed ({names}; the reasons are above and in {shown}/logs). "
-            f"Repair them and go on: {again}",
+            f"Fix them and continue: {again}",
         )
     others = [entry.name for entry in entries if entry.of_another_build]
     if others:
         say(
             f"{len(others)} results are of another build ({', '.join(others)}). "
-            "To have all of this one: --rerun-other-builds"
+            "To run them again with this build: --rerun-other-builds"
         )
     return ExitCode.FINISHED

@@ -3,15 +3,18 @@
 import os
 import sys
 import time
+from collections.abc import Callable
+from typing import TextIO
 
-from copepod_campaign.entry import State
+from copepod_campaign.entry import Entry, State
+from copepod_campaign.pool import Pool
 from copepod_run.progress import clock_text
 from copepod_run.messages import elapsed_text, write
 
 _LINE_EVERY_S = 60.0
 
 
-def for_stderr(name, pool):
+def for_stderr(name: str, pool: Pool) -> "PlainDisplay":
     terminal = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
     return (TerminalDisplay if terminal else PlainDisplay)(sys.stderr, name, pool)
 
@@ -19,17 +22,17 @@ def for_stderr(name, pool):
 class PlainDisplay:
     """Lines for logs and pipes: what starts and ends, and a look at the whole every minute."""
 
-    def __init__(self, stream, name, pool, clock=time.monotonic):
+    def __init__(self, stream: TextIO, name: str, pool: Pool, clock: Callable[[], float] = time.monotonic) -> None:
         self._stream = stream
         self._name = name
         self._pool = pool
         self._clock = clock
         self._next = clock() + _LINE_EVERY_S
 
-    def notice(self, text):
+    def notice(self, text: str) -> None:
         write(self._stream, f"copepod: {text}\n")
 
-    def ended(self, entry):
+    def ended(self, entry: Entry) -> None:
         if entry.state is State.DONE:
             self.notice(f"{entry.name}: done{_wall_text(entry)}")
         elif entry.state is State.FAILED:
@@ -37,16 +40,16 @@ class PlainDisplay:
         else:
             self.notice(f"{entry.name}: stopped")
 
-    def draw(self):
+    def draw(self) -> None:
         now = self._clock()
         if now >= self._next:
             self._next = now + _LINE_EVERY_S
             self.notice(self.line())
 
-    def close(self):
+    def close(self) -> None:
         pass
 
-    def line(self):
+    def line(self) -> str:
         """«paper: 23 %, 3 of 17 done, 2:31:00 left; design_d 45 %, design_e 12 %»"""
         entries = self._pool.entries
         done = sum(entry.state is State.DONE for entry in entries)
@@ -61,20 +64,20 @@ class PlainDisplay:
 class TerminalDisplay(PlainDisplay):
     """One line, redrawn in place; what starts and ends stands above it."""
 
-    def notice(self, text):
+    def notice(self, text: str) -> None:
         write(self._stream, f"\r\033[Kcopepod: {text}\n")
 
-    def draw(self):
+    def draw(self) -> None:
         try:
             width = os.get_terminal_size(self._stream.fileno()).columns - 1
         except OSError:
             width = 79
         write(self._stream, f"\r{('copepod: ' + self.line())[:width]}\033[K")
 
-    def close(self):
+    def close(self) -> None:
         write(self._stream, "\r\033[K")
 
 
-def _wall_text(entry):
+def _wall_text(entry: Entry) -> str:
     wall_s = (entry.summary or {}).get("wall_s")
     return f" after {elapsed_text(wall_s)} of computing" if wall_s else ""

@@ -1,4 +1,4 @@
-"""One case of a campaign: what is to be run, and what its folder says about how far it is."""
+"""One case of a campaign: what is to be run, and how far it is according to its folder."""
 
 import enum
 import fcntl
@@ -6,9 +6,12 @@ import json
 import os
 import shutil
 import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.plan import plan_of, resolved_case
+from copepod_run.plan import Plan, plan_of, resolved_case
 from copepod_run.run_directory import has_checkpoint
 from copepod_run.messages import say
 
@@ -23,7 +26,7 @@ class State(enum.Enum):
     FAILED = "failed"
 
 
-def entries_of(item, folder, build):
+def entries_of(item: Mapping[str, Any], folder: Path, build: str) -> "list[Entry]":
     """The case of `item` (name, file and settings from `coupler --campaign`), or one for each member of its sweep.
 
     Raises Stop(2) if a case is bad.
@@ -41,9 +44,11 @@ def entries_of(item, folder, build):
 
 
 class Entry:
-    """A case of the campaign. All that is known about its progress is read from its run directory."""
+    """A case of the campaign. Its progress is read from its run directory."""
 
-    def __init__(self, name, label, file, settings, plan, folder, build):
+    def __init__(
+        self, name: str, label: str, file: str, settings: Sequence[str], plan: Plan, folder: Path, build: str
+    ) -> None:
         """`label`: its name in tables; `build`: digest of the programs that would run it now."""
         self.name = name
         self.label = label
@@ -53,33 +58,33 @@ class Entry:
         self.plan = plan
         self.state = State.NEW
         self.remark = ""
-        self.exit_code = ExitCode.FINISHED
+        self.exit_code: int = ExitCode.FINISHED
         self._this_build = build
 
     @property
-    def weight(self):
+    def weight(self) -> float:
         """Cost in updates of a cell; a step without a fluid costs about as much as one of a thousand cells."""
         return self.plan.steps * max(self.plan.estimate.get("cells", 0), 1000)
 
     @property
-    def summary(self):
+    def summary(self) -> dict[str, Any] | None:
         """summary.json of a finished run, else None."""
         summary = _read_json(self.path / "summary.json")
         return summary if summary and summary.get("status") == "finished" else None
 
     @property
-    def builds(self):
+    def builds(self) -> list[str]:
         """Builds that took part in the run, the last one last."""
         provenance = _read_json(self.path / "provenance.json") or {}
         attempts = [*provenance.get("earlier_attempts", []), provenance]
         return list(dict.fromkeys(attempt.get("build") or "unknown" for attempt in attempts))
 
     @property
-    def of_another_build(self):
+    def of_another_build(self) -> bool:
         return self.state is State.DONE and self.builds != [self._this_build]
 
-    def look(self, rerun_other_builds):
-        """Finds out how far the case is; what is of another case is set aside, what holds nothing is removed."""
+    def look(self, rerun_other_builds: bool) -> None:
+        """Finds out how far the case is; a run of another case is set aside, an empty folder is removed."""
         if not self.path.exists():
             return
         self._wait_until_free()
@@ -97,32 +102,32 @@ class Entry:
         else:
             shutil.rmtree(self.path)
 
-    def _holds_this_case(self):
+    def _holds_this_case(self) -> bool:
         """Whether the folder is of this case, or of a run that ended before it had written its case."""
         if not (self.path / "case.yaml").exists():
             return all(child.name == "logs" for child in self.path.iterdir())
         found = resolved_case(self.path / "case.yaml")
         return found is not None and _physics(found) == _physics(self.plan.case)
 
-    def _wait_until_free(self):
-        """A killed campaign leaves runs behind that write a checkpoint and end."""
+    def _wait_until_free(self) -> None:
+        """Runs of a killed campaign write a checkpoint and end."""
         descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
         try:
             deadline = time.monotonic() + _ENDING_PATIENCE_S
-            told = False
+            announced = False
             while not _lock(descriptor):
                 if time.monotonic() > deadline:
                     raise Stop(
                         ExitCode.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
                     )
-                if not told:
-                    say(f"{self.name}: waits for the run that is still there to end")
-                    told = True
+                if not announced:
+                    say(f"{self.name}: waiting for an earlier run in this folder to end")
+                    announced = True
                 time.sleep(0.2)
         finally:
             os.close(descriptor)
 
-    def _set_aside(self):
+    def _set_aside(self) -> None:
         """A finished or begun run of another case or build is not thrown away."""
         number = 1
         while (target := self.path.with_name(f"{self.name}.before-{number}")).exists():
@@ -131,7 +136,7 @@ class Entry:
         self.remark = f"the case or build has changed; the former run is now {target.name}"
 
 
-def _lock(descriptor):
+def _lock(descriptor: int) -> bool:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return True
@@ -139,17 +144,17 @@ def _lock(descriptor):
         return False
 
 
-def _physics(case):
+def _physics(case: Mapping[str, Any]) -> dict[str, Any]:
     """The resolved case without what changes no result: services, checkpoints, published figures."""
-    case = json.loads(json.dumps(case))
-    case.pop("services", None)
-    case.get("output", {}).pop("checkpoint", None)
-    for swimmer in case.get("swimmers", []):
+    copy: dict[str, Any] = json.loads(json.dumps(case))
+    copy.pop("services", None)
+    copy.get("output", {}).pop("checkpoint", None)
+    for swimmer in copy.get("swimmers", []):
         swimmer.pop("published", None)
-    return case
+    return copy
 
 
-def _read_json(path):
+def _read_json(path: Path) -> dict[str, Any] | None:
     try:
         return json.loads(path.read_text())
     except (OSError, ValueError):

@@ -3,18 +3,143 @@
 import os
 import selectors
 import signal
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Protocol
 
-from copepod_campaign import forecast
-from copepod_campaign.entry import State
-from copepod_campaign.job import Job
+from copepod_campaign.entry import Entry, State
+from copepod_campaign.programs import Programs
+from copepod_run.checkout import ROOT
+from copepod_run.local_launcher import end_with_parent
+from copepod_run.progress import Event, EventReader
+from copepod_run.signals import SignalRecorder
 
+RESTARTS = 3  # by itself, when a component is lost
 _REDRAW_S = 1.0
+
+
+class Screen(Protocol):
+    """What shows the progress of a campaign."""
+
+    def notice(self, text: str) -> None:
+        ...
+
+    def ended(self, entry: Entry) -> None:
+        ...
+
+    def draw(self) -> None:
+        ...
+
+
+class Job:
+    """A running case: a `copepod run` as a process of its own, and its latest progress."""
+
+    def __init__(self, entry: Entry, ranks: int, environment: Mapping[str, str]) -> None:
+        self.entry = entry
+        self._resumed = entry.state is State.HALF_DONE
+        entry.state = State.RUNNING
+        parent = os.getpid()
+        logs = entry.path.parent / "logs"
+        self._log = open(logs / f"{entry.name}.log", "ab")
+        self._process = subprocess.Popen(
+            self._command(entry, ranks),
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=self._log,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+            preexec_fn=lambda: end_with_parent(parent),
+        )
+        assert self._process.stderr is not None
+        self._stderr = self._process.stderr
+        self.descriptor = self._stderr.fileno()
+        self._reader = EventReader(on_other=lambda line: self._note(line.decode(errors="replace")))
+        self._last_line = ""
+        self.share = 0.0
+        self.remaining_s: float | None = None
+        self.weight_per_s: float | None = None
+        self.ended = False
+
+    def read(self) -> None:
+        """Takes what the run has written; at its end, `ended` is set and the entry has its result."""
+        received = os.read(self.descriptor, 65536)
+        if not received:
+            self._finish()
+            return
+        for event in self._reader.feed(received):
+            if event["event"] == "progress":
+                self._take(event)
+            elif event["event"] == "notice":
+                self._note(f"copepod: {event['text']}")
+
+    def _note(self, line: str) -> None:
+        """A line for people; the last one gives the reason if a run fails."""
+        self._last_line = line.removeprefix("copepod: ") or self._last_line
+        self._log.write(f"{line}\n".encode())
+        self._log.flush()
+
+    def stop(self) -> None:
+        """Lets the run write a checkpoint and end."""
+        self._process.send_signal(signal.SIGTERM)
+
+    def kill(self) -> None:
+        self._process.kill()
+
+    def _take(self, event: Event) -> None:
+        self.share = event["step"] / max(event["steps"], 1)
+        if event["steps_per_s"]:
+            self.remaining_s = event["remaining_s"]
+            self.weight_per_s = event["steps_per_s"] * self.entry.weight / max(event["steps"], 1)
+
+    def _finish(self) -> None:
+        self.ended = True
+        code = self._process.wait()
+        self._stderr.close()
+        self._log.close()
+        if code == 0 and self.entry.summary:
+            self.entry.state = State.DONE
+            return
+        self.entry.state = State.FAILED
+        self.entry.exit_code = code if code > 0 else 128 - code
+        self.entry.remark = self._last_line or f"ended with code {code} without reporting an error"
+
+    def _command(self, entry: Entry, ranks: int) -> list[str]:
+        words = [sys.executable, str(ROOT / "deploy/copepod_command/__main__.py"), "run", entry.file]
+        for setting in entry.settings:
+            words += ["--set", setting]
+        if entry.plan.case.get("fluid", {}).get("solver") == "lattice_boltzmann":
+            words += ["--ranks", str(ranks)]
+        words += ["--out", str(entry.path), "--restarts", str(RESTARTS), "--progress", "json"]
+        return words + (["--resume"] if self._resumed else [])
+
+
+def remaining_s(running: Sequence[Job], waiting_weights: Iterable[float], jobs: int) -> float | None:
+    """Time until the last case ends if every waiting one takes the first place that becomes free, in their order.
+
+    @param running          jobs with remaining_s and weight_per_s, None as long as their speed is unknown
+    @param waiting_weights  costs of the cases that have not begun
+    @return seconds, or None if no speed is known
+    """
+    speeds = [job.weight_per_s for job in running if job.weight_per_s]
+    if not speeds:
+        return None
+    weight_per_s = sum(speeds) / len(speeds)
+    places = [
+        job.remaining_s or 0.0 if job.weight_per_s else job.entry.weight * (1.0 - job.share) / weight_per_s
+        for job in running
+    ]
+    places += [0.0] * (jobs - len(places))
+    for weight in waiting_weights:
+        place = places.index(min(places))
+        places[place] += weight / weight_per_s
+    return max(places)
 
 
 class Pool:
     """Runs the entries of a campaign that are not done, `jobs` at a time."""
 
-    def __init__(self, entries, jobs, programs, signals):
+    def __init__(self, entries: Sequence[Entry], jobs: int, programs: Programs, signals: SignalRecorder) -> None:
         self.entries = entries
         self._waiting = [entry for entry in entries if entry.state is not State.DONE]
         self._jobs = max(1, min(jobs, len(self._waiting)))
@@ -22,13 +147,13 @@ class Pool:
         self._environment = programs.environment()
         self._signals = signals
         self._signals_seen = 0
-        self.running = []
+        self.running: list[Job] = []
 
     @property
-    def stopping(self):
+    def stopping(self) -> bool:
         return bool(self._signals.received)
 
-    def run(self, screen):
+    def run(self, screen: Screen) -> Iterator[Entry]:
         """Yields every entry when it has ended."""
         with selectors.DefaultSelector() as selector:
             selector.register(self._signals.descriptor, selectors.EVENT_READ, None)
@@ -48,32 +173,32 @@ class Pool:
                         yield key.data.entry
                 screen.draw()
 
-    def share(self):
+    def share(self) -> float:
         """Part of the whole campaign that is done, by cost."""
         total = sum(entry.weight for entry in self.entries)
         done = sum(entry.weight for entry in self.entries if entry.state in (State.DONE, State.FAILED))
         return (done + sum(job.entry.weight * job.share for job in self.running)) / max(total, 1)
 
-    def remaining_s(self):
-        """Time left, or None as long as no run has told its speed."""
-        return forecast.remaining_s(self.running, [entry.weight for entry in self._waiting], self._jobs)
+    def remaining_s(self) -> float | None:
+        """Time left, or None as long as no speed is known."""
+        return remaining_s(self.running, [entry.weight for entry in self._waiting], self._jobs)
 
-    def _start_what_fits(self, selector, screen):
+    def _start_what_fits(self, selector: selectors.BaseSelector, screen: Screen) -> None:
         while self._waiting and len(self.running) < self._jobs and not self.stopping:
             entry = self._waiting.pop(0)
             screen.notice(
-                f"{entry.name}: {'goes on from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}"
+                f"{entry.name}: {'continues from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}"
             )
             job = Job(entry, self._ranks, self._environment)
             selector.register(job.descriptor, selectors.EVENT_READ, job)
             self.running.append(job)
 
-    def _settle(self, entry, screen):
+    def _settle(self, entry: Entry, screen: Screen) -> None:
         if entry.state is State.FAILED and self.stopping:
             entry.state, entry.remark = State.HALF_DONE, ""
         screen.ended(entry)
 
-    def _heed_signals(self, screen):
+    def _heed_signals(self, screen: Screen) -> None:
         """The first signal lets all runs write a checkpoint, the second one ends them at once."""
         self._signals.drain()
         for number in self._signals.received[self._signals_seen :]:

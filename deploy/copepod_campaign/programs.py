@@ -15,7 +15,7 @@ class Programs:
     folder: Path
     build: str
 
-    def environment(self):
+    def environment(self) -> dict[str, str]:
         """Settings that make `copepod run` use the copies, and share the machine with its like.
 
         Several mpirun at once would each bind their first rank to the same core.
@@ -30,8 +30,8 @@ class Programs:
         }
 
 
-def keep_copy(campaign_folder):
-    """Copies the present programs; copies of other builds are removed, their runs have gone on with this one."""
+def keep_copy(campaign_folder: Path) -> Programs:
+    """Copies the present programs; copies of other builds are removed, because this one continues their runs."""
     source = program("coupler").parent
     build = build_digest()
     shelf = campaign_folder / "programs"

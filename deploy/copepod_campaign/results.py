@@ -3,13 +3,15 @@
 import csv
 import io
 import json
-import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
 
-from copepod_campaign.entry import State
-from copepod_run.figures import FIGURES, compared, number_text, percent_text
+from copepod_campaign.entry import Entry, State
+from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
 
 
-def write(folder, name, entries):
+def write(folder: Path, name: str, entries: Sequence[Entry]) -> None:
     """results.md, results.csv and results.json in `folder`; each replaced in one go."""
     _replace(folder / "results.md", f"# {name}\n\n{markdown(entries)}\n")
     _replace(folder / "results.csv", _csv(entries))
@@ -17,8 +19,8 @@ def write(folder, name, entries):
     _replace(folder / "results.json", json.dumps({"campaign": name, "cases": records}, indent=1) + "\n")
 
 
-def markdown(entries):
-    """A row per swimmer; a cell holds our figure and in brackets the published one with ours' deviation from it."""
+def markdown(entries: Sequence[Entry]) -> str:
+    """A row per swimmer; a cell holds our figure, and in brackets the published one and our deviation from it."""
     rows = list(_rows(entries))
     keys = [key for key in FIGURES if any(key in figures for _, _, figures in rows)]
     lines = ["| case | state | " + " | ".join(FIGURES[key] for key in keys) + " |", "|---" * (len(keys) + 2) + "|"]
@@ -28,7 +30,7 @@ def markdown(entries):
     return "\n".join(lines)
 
 
-def text(entries):
+def text(entries: Sequence[Entry]) -> str:
     """The table for the terminal: state, wall time, speed of every case."""
     width = max(len(label) for label, _, _ in _rows(entries)) + 2
     lines = []
@@ -39,7 +41,7 @@ def text(entries):
     return "\n".join(lines)
 
 
-def _rows(entries):
+def _rows(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, dict[str, Figure]]]:
     """(label, entry, {key: Figure}) of every swimmer; an entry without swimmers has one row without figures."""
     for entry in entries:
         swimmers = (entry.summary or {}).get("swimmers") or [] if entry.state is State.DONE else []
@@ -50,13 +52,13 @@ def _rows(entries):
             yield label, entry, compared({**swimmer, "published": _published(entry, number)})
 
 
-def _published(entry, number):
+def _published(entry: Entry, number: int) -> Any:
     """Published figures as the case has them now; a finished run may be older than they are."""
     swimmers = entry.plan.case.get("swimmers", [])
     return swimmers[number].get("published") if number < len(swimmers) else None
 
 
-def _cell(figure):
+def _cell(figure: Figure | None) -> str:
     if figure is None or figure.ours is None:
         return ""
     if figure.published is None:
@@ -64,18 +66,18 @@ def _cell(figure):
     return f"{number_text(figure.ours)} ({number_text(figure.published)}, {percent_text(figure.deviation_percent)})"
 
 
-def _state_text(entry):
+def _state_text(entry: Entry) -> str:
     return "done, another build" if entry.of_another_build else entry.state.value
 
 
-def _csv(entries):
+def _csv(entries: Sequence[Entry]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     columns = [f"{key}{suffix}" for key in FIGURES for suffix in ("", "_published", "_deviation_percent")]
     writer.writerow(["case", "state", "builds", "wall_s", "digest", *columns])
     for label, entry, figures in _rows(entries):
         summary = entry.summary or {}
-        values = []
+        values: list[Any] = []
         for key in FIGURES:
             figure = figures.get(key)
             values += [figure.ours, figure.published, figure.deviation_percent] if figure else [None] * 3
@@ -84,7 +86,7 @@ def _csv(entries):
     return stream.getvalue()
 
 
-def _record(entry):
+def _record(entry: Entry) -> dict[str, Any]:
     return {
         "name": entry.name,
         "state": entry.state.value,
@@ -95,7 +97,7 @@ def _record(entry):
     }
 
 
-def _replace(path, content):
+def _replace(path: Path, content: str) -> None:
     fresh = path.with_name(path.name + ".new")
     fresh.write_text(content)
-    os.replace(fresh, path)
+    fresh.replace(path)

@@ -4,7 +4,8 @@ import argparse
 import math
 
 from copepod_campaign import campaign
-from copepod_command import bench, check, conformance, recording, replay, report, run, setup, suite
+from copepod_bench import bench
+from copepod_command import check, conformance, recording, replay, report, run, setup, suite
 from copepod_run.checkout import called_as
 
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "deploy"))
 os.environ["COPEPOD_BIN_DIR"] = os.environ.get("COPEPOD_BUILT_PROGRAMS", str(ROOT / "build/bin"))
 
-from copepod_bench import coupled, pure  # noqa: E402
+from copepod_bench.measurements import measure_coupled, measure_fluid  # noqa: E402
 
 ATTEMPTS = 5
 
@@ -28,12 +28,12 @@ class SpeedRatios(unittest.TestCase):
         self.fail(f"ratios {[f'{ratio:.2f}' for ratio in seen]}, none reaches {limit}")
 
     def test_fluid_runs_at_the_speed_of_its_streams(self):
-        self.assert_reaches(lambda: max(shares(pure.measure((60, 60, 120), 1, samples=3))), 0.65)
+        self.assert_reaches(lambda: max(shares(measure_fluid((60, 60, 120), 1, samples=3))), 0.65)
 
     def test_single_precision_is_faster(self):
         def ratio():
             single, double = (
-                max(pure.measure((60, 60, 120), 1, precision, samples=3)["fluid_mlups"])
+                max(measure_fluid((60, 60, 120), 1, precision, samples=3)["fluid_mlups"])
                 for precision in ("single", "double")
             )
             return single / double
@@ -41,7 +41,7 @@ class SpeedRatios(unittest.TestCase):
         self.assert_reaches(ratio, 1.4)
 
     def test_coupling_costs_little(self):
-        self.assert_reaches(lambda: coupled.measure((64, 64, 64), 3, 1, steps=400, samples=1)["median_ratio"], 0.6)
+        self.assert_reaches(lambda: measure_coupled((64, 64, 64), 3, 1, steps=400, samples=1)["median_ratio"], 0.6)
 
 
 def shares(measured):

@@ -26,7 +26,7 @@ import numpy
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "deploy"))
 
-from copepod_bench import pure  # noqa: E402
+from copepod_bench.measurements import measure_fluid  # noqa: E402
 
 DOUBLE_VALUES = 5 * 8  # bytes of a face cell
 NETWORK_B_PER_S = 10e9  # of one rank; an assumption
@@ -38,7 +38,7 @@ def measured(shape, ranks, samples):
     """Median seconds of a step of the uncoupled fluid, double precision."""
     cells = math.prod(shape)
     steps = max(20, int(4e7 / cells))
-    return cells / (1e6 * pure.measure(shape, ranks, samples=samples, steps=steps)["median_fluid_mlups"])
+    return cells / (1e6 * measure_fluid(shape, ranks, samples=samples, steps=steps)["median_fluid_mlups"])
 
 
 def measured_apart(shape, samples):

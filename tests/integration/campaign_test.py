@@ -51,7 +51,7 @@ class RealCampaign(CommandTest):
             session.process.send_signal(number)
             self.assertEqual(session.end(timeout_s=60), -9 if number == signal.SIGKILL else 130)
             again = self.finish(out)
-            self.assertIn("two: goes on from its checkpoint", "".join(again.stderr))
+            self.assertIn("two: continues from its checkpoint", "".join(again.stderr))
             self.assert_nothing_left(again)
             self.assertEqual((self.folder / out / "results.md").read_text(), table)
             self.assertEqual(self.results(out), self.results("undisturbed"))
@@ -150,14 +150,14 @@ class Forecast(unittest.TestCase):
             self.remaining_s = weight * (1 - share) / weight_per_s if weight_per_s else None
 
     def test_waiting_cases_take_the_places_that_become_free_first(self):
-        from copepod_campaign.forecast import remaining_s
+        from copepod_campaign.pool import remaining_s
 
         running = [self.Running(100, 0.5, 10), self.Running(100, 0.8, 10)]
         self.assertEqual(remaining_s(running, [], 2), 5)
         self.assertAlmostEqual(remaining_s(running, [100, 10], 2), 12)
 
     def test_a_job_that_has_not_told_its_speed_is_as_fast_as_the_others(self):
-        from copepod_campaign.forecast import remaining_s
+        from copepod_campaign.pool import remaining_s
 
         self.assertEqual(remaining_s([self.Running(100, 0, 10), self.Running(200, 0, None)], [], 2), 20)
         self.assertIsNone(remaining_s([self.Running(100, 0, None)], [], 1))

@@ -1,22 +1,72 @@
-"""Whole runs through all three services, each beside the uncoupled fluid of the same domain and moment."""
+"""Measurements of this machine: the fluid alone beside the memory, and whole runs beside the uncoupled fluid."""
 
 import json
+import os
 import statistics
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from copepod_bench import pure
-from copepod_run.checkout import ROOT
+from copepod_run.checkout import ROOT, program
 from copepod_run.errors import ExitCode, Stop
 
+Figures = dict[str, Any]
+
+_OPEN_MPI = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+}
 _CELL_M = 1e-6
 _RADIUS_CELLS = 4
 _SPACING_CELLS = 11  # centre to centre: gaps of three cells
 _SPEED_M_PER_S = 1.0  # 7.5e-4 cells per step, a swimmer's
 
 
-def measure(domain, beads, ranks, steps, samples=3, symmetry_planes=()):
+def measure_fluid(
+    domain: Sequence[int],
+    ranks: int,
+    precision: str = "double",
+    collision: str = "bgk",
+    samples: int = 5,
+    steps: int = 20,
+) -> Figures:
+    """The fluid alone beside the memory (fluid_benchmark): the samples, with medians and the share of the limit.
+
+    The limit is the rate of 19 streams updated in place; each sample's share compares it with the fluid
+    of the same moment.
+    """
+    command = ["mpirun", "-n", str(ranks), "--oversubscribe", str(program("fluid_benchmark"))]
+    command += ["--domain", *map(str, domain), "--samples", str(samples), "--steps", str(steps)]
+    command += ["--single"] if precision == "single" else []
+    command += ["--trt"] if collision == "trt" else []
+    done = subprocess.run(command, capture_output=True, text=True, env={**_OPEN_MPI, **os.environ})
+    if done.returncode != 0:
+        raise Stop(
+            ExitCode.SOLVER_FAILED,
+            f"{' '.join(command)} failed ({done.stderr.strip()[-500:]}). Check that mpirun works on this machine.",
+        )
+    result = json.loads(done.stdout)
+    shares = [fluid / limit for fluid, limit in zip(result["fluid_mlups"], result["streams_mcells_per_s"])]
+    return {
+        **result,
+        "median_fluid_mlups": statistics.median(result["fluid_mlups"]),
+        "median_streams_mcells_per_s": statistics.median(result["streams_mcells_per_s"]),
+        "median_copy_gb_per_s": statistics.median(result["copy_gb_per_s"]),
+        "median_share_of_limit": statistics.median(shares),
+    }
+
+
+def measure_coupled(
+    domain: Sequence[int],
+    beads: int,
+    ranks: int,
+    steps: int,
+    samples: int = 3,
+    symmetry_planes: Sequence[str] = (),
+) -> Figures:
     """Speed with free beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio.
 
     `domain` is the whole one; rates count the cells that are computed.
@@ -24,7 +74,7 @@ def measure(domain, beads, ranks, steps, samples=3, symmetry_planes=()):
     computed = computed_cells(domain, symmetry_planes)
     rows = []
     for _ in range(samples):
-        alone = pure.measure(computed, ranks, samples=1, steps=max(10, steps // 4))["median_fluid_mlups"]
+        alone = measure_fluid(computed, ranks, samples=1, steps=max(10, steps // 4))["median_fluid_mlups"]
         summary = _run(case_text(domain, beads, ranks, steps, symmetry_planes))
         rows.append(
             {
@@ -49,12 +99,12 @@ def measure(domain, beads, ranks, steps, samples=3, symmetry_planes=()):
     }
 
 
-def computed_cells(domain, symmetry_planes):
-    """Extents of what is left of the domain beside its symmetry planes."""
+def computed_cells(domain: Sequence[int], symmetry_planes: Sequence[str]) -> list[int]:
+    """Extents of the part of the domain that its symmetry planes leave."""
     return [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
 
 
-def case_text(domain, beads, ranks, steps, symmetry_planes=()):
+def case_text(domain: Sequence[int], beads: int, ranks: int, steps: int, symmetry_planes: Sequence[str] = ()) -> str:
     """A case as YAML (JSON is YAML): beads on a grid in a closed box, every other one moving up, the others down."""
     positions = bead_positions(domain, beads)
     bodies = [
@@ -89,7 +139,7 @@ def case_text(domain, beads, ranks, steps, symmetry_planes=()):
     )
 
 
-def bead_positions(domain, beads):
+def bead_positions(domain: Sequence[int], beads: int) -> list[tuple[float, float, float]]:
     """Centres in cells: up to three beads in a row on the axis, more on a grid over the whole domain."""
     middle = [cells / 2 for cells in domain]
     if beads <= 3:
@@ -99,13 +149,13 @@ def bead_positions(domain, beads):
     if len(grid) < beads:
         raise Stop(
             ExitCode.BAD_CASE,
-            f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). " "Use fewer.",
+            f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). Use fewer.",
         )
     stride = len(grid) / beads
     return [grid[int(i * stride)] for i in range(beads)]
 
 
-def _run(text):
+def _run(text: str) -> Figures:
     """summary.json of a run of the case in a folder of its own."""
     with tempfile.TemporaryDirectory(prefix="copepod-bench-") as folder:
         case = Path(folder) / "case.yaml"
@@ -116,4 +166,5 @@ def _run(text):
         )
         if done.returncode != 0:
             raise Stop(done.returncode, f"a benchmark run failed ({done.stderr.strip()[-500:]}).")
-        return json.loads((out / "summary.json").read_text())
+        summary: Figures = json.loads((out / "summary.json").read_text())
+        return summary
