@@ -1,1 +1,1 @@
-"""Campaigns: a list of cases run as one, several at once, going on where it stopped."""
+"""Campaigns: a list of cases run as one, several at once, resuming where it stopped."""

@@ -34,7 +34,7 @@ class Plan:
 
 
 def case_arguments(options: Namespace) -> list[str]:
-    """Arguments that the coupler needs to see the case as the user wants it."""
+    """Arguments that give the coupler the case as specified by the user."""
     arguments = [options.case]
     for setting in options.set:
         arguments += ["--set", setting]

@@ -17,7 +17,7 @@ from copepod_run.signals import SignalRecorder
 
 # How long to wait for further evidence once something has failed; with the three seconds that stopping may take,
 # everything is over within five.
-_AFTER_KILL_S = 0.3  # the coupler may know the step
+_AFTER_KILL_S = 0.3  # the coupler may report the step
 _AFTER_EXIT_S = 1.5  # the coupler has, or is about to get, the component's own Failure
 _AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
 _AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still report which rank died, and how

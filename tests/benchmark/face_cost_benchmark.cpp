@@ -22,8 +22,8 @@ std::vector<int> directions_through_face(int axis) {
   return directions;
 }
 
-/// Packs the five populations that leave through a face, copies them once as a message would, and unpacks
-/// them.
+/// Packs the five populations that leave through a face, copies them once as a message would, and
+/// unpacks them.
 void face(benchmark::State& state) {
   const int axis = static_cast<int>(state.range(0));
   const PopulationLayout layout({{0, 0, 0}, {cells, cells, cells}}, sizeof(double));

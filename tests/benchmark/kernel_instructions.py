@@ -3,8 +3,9 @@
 
     tests/benchmark/kernel_instructions.py [build/bin/fluid_benchmark]
 
-The listing is objdump's; the loop is the longest backward jump of each instantiation. The count is callgrind's: two runs that differ in
-their number of steps only, so that everything but the steps cancels. Both repeat exactly for the same binary.
+The listing is objdump's; the loop is the longest backward jump of each instantiation. The count is callgrind's: two
+runs that differ in their number of steps only, so that everything but the steps cancels. Both repeat exactly for the
+same binary.
 """
 
 import collections

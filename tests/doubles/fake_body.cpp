@@ -2,7 +2,7 @@
 #include "components.hpp"
 #include "fake_arguments.hpp"
 
-/// A body component of free point masses, which misbehaves if its command line says so.
+/// A body component of free point masses, with defects chosen on its command line.
 int main(int argc, char** argv) {
   using namespace copepod;
   doubles::FakeArguments arguments(argc, argv);

@@ -2,7 +2,7 @@
 #include "fake_arguments.hpp"
 #include "rigid_body_solver.hpp"
 
-/// Our body service, which halts where its command line says so.
+/// The body service, halting at a place given on its command line.
 int main(int argc, char** argv) {
   using namespace copepod;
   doubles::FakeArguments arguments(argc, argv);

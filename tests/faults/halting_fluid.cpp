@@ -7,7 +7,7 @@
 
 namespace {
 
-/// Before MPI is there, mpirun tells the rank.
+/// Before MPI is initialised, the rank comes from mpirun's environment.
 int rank_of_this_process() {
   const char* rank = std::getenv("OMPI_COMM_WORLD_RANK");
   return rank == nullptr ? 0 : std::atoi(rank);
@@ -15,7 +15,7 @@ int rank_of_this_process() {
 
 }  // namespace
 
-/// Our fluid service, which halts where its command line says so.
+/// The fluid service, halting at a place given on its command line.
 int main(int argc, char** argv) {
   using namespace copepod;
   doubles::FakeArguments arguments(argc, argv);

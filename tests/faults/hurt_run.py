@@ -76,7 +76,7 @@ class Finding:
 
 
 def _expected_words(victim, fault):
-    """What the last line must say; a killed command cannot say anything, a stopped one goes on later."""
+    """Required words of the last line; a killed command prints nothing, a stopped one continues later."""
     if victim == "command":
         return ""
     service = {"coupler": "coupler", "body": "body service"}.get(victim, "fluid service")
@@ -84,7 +84,7 @@ def _expected_words(victim, fault):
     words = {"kill": "killed by signal 9", "freeze": "frozen", "hang": "hangs"}[fault]
     if victim == "mpirun" and fault == "freeze":
         words = r"frozen: its process \d+ \(mpirun\)"
-    missing = rf"The {service.split()[0]} component did not connect"  # it never said who it is
+    missing = rf"The {service.split()[0]} component did not connect"  # it never sent its Hello
     return rf"({service} on host \S+, rank {rank}, .*{words})" + (f"|({missing})" if fault == "hang" else "")
 
 
@@ -224,7 +224,7 @@ def _start_with_held_coupler(folder, arguments):
     thread.join(20)
     run.wait_for("copepod: starting")
     if not wait_for(lambda: all(run.has(victim) for victim in VICTIMS), 10):
-        raise AssertionError(f"not everybody started:\n{''.join(run.stderr)}")
+        raise AssertionError(f"not every process started:\n{''.join(run.stderr)}")
     return run
 
 
@@ -245,7 +245,7 @@ def _inject(run, victim, fault):
 
 
 def _let_finish(run):
-    """A stopped command (Ctrl-Z) is no reason for the run to stop."""
+    """A stopped command (Ctrl-Z) must not stop the run."""
     (run.folder / "halted").unlink(missing_ok=True)
     held = run.folder / "held.yaml"
     if held.exists():

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Hurts a run in every way in every phase, and tells how soon it was noticed and whether the run could go on.
+"""Disturbs a run in every way in every phase, and reports the time until detection and whether the run could continue.
 
     python3 tests/faults/matrix.py [--only REGEX] [--repeat N] [--jobs N] [--record FILE.jsonl] [--report FILE.jsonl…]
 """

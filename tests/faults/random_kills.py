@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Kills a random process of a run at a random moment, goes on, and compares the end with an undisturbed run.
+"""Kills a random process of a run at a random moment, resumes, and compares the end with an undisturbed run.
 
     python3 tests/faults/random_kills.py [--kills N] [--seed N] [--jobs N] [--record FILE.jsonl] [--report FILE.jsonl…]
 """

@@ -1,6 +1,6 @@
-// Fuzz target: bytes from the wire. Byte 0 is the number of bodies of the setup, the rest one message without
-// its seal, which is added, so that what is behind that checksum is reached; or with it, for more than 250
-// bodies.
+// Fuzz target: bytes from the wire. Byte 0 is the number of bodies of the setup, the rest one message
+// without its seal, which is added, so that what is behind that checksum is reached; or with it, for more
+// than 250 bodies.
 
 #include <algorithm>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Fuzz target: the files of a checkpoint. Byte 0 says which file the rest is, and whether its checksum is
-// made right.
+// Fuzz target: the files of a checkpoint. Byte 0 selects the file that the rest is, and whether its checksum
+// is corrected.
 
 #include <cstdint>
 #include <cstdlib>

@@ -65,7 +65,7 @@ class RealCampaign(CommandTest):
 
 
 class FakeCampaign(CommandTest):
-    """With components that are no physics: what the command decides."""
+    """With components without physics: decisions of the command."""
 
     def setUp(self):
         super().setUp()

@@ -10,7 +10,7 @@ EVENT = {"event": "progress", "step": 500, "steps": 1000, "steps_per_s": 123.4, 
 
 
 class Terminal(io.TextIOWrapper):
-    """A UTF-8 stream that says it is a terminal."""
+    """A UTF-8 stream that pretends to be a terminal."""
 
     def __init__(self):
         super().__init__(io.BytesIO(), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Places that cannot be written to: one sentence that says what to do, and exit code 73."""
+"""Places that cannot be written to: one sentence with a remedy, and exit code 73."""
 
 import fcntl
 import json

@@ -132,7 +132,7 @@ class Resuming(RealRun):
 
 
 class OverTcp(RealRun):
-    """Key files are made per run and role; without the right one nobody takes part."""
+    """Key files are made per run and role; a component without the right one is rejected."""
 
     LENGTH = ("--set", "run.steps=300", "--set", "output.fields.mean_over_steps=[0, 0]", "--ranks", "1")
 

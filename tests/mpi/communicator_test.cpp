@@ -69,8 +69,8 @@ TEST(MpiCommunicator, ExchangesWithBothNeighboursInARing) {
     const std::vector<std::int64_t> down(length, 200 + ranks.rank());
     std::vector<std::int64_t> from_below(length);
     std::vector<std::int64_t> from_above(length);
-    // On one and two ranks both messages have the same peer: they match in the order in which they are
-    // listed.
+    // On one and two ranks both messages have the same peer: they match in the order in which they
+    // are listed.
     const std::array<Communicator::Message, 2> messages = {
         {{next, bytes_of(up), bytes_of(from_above)}, {previous, bytes_of(down), bytes_of(from_below)}}};
     ranks.start_exchange(messages)();

@@ -11,9 +11,9 @@
 namespace copepod::fluid {
 namespace {
 
-/// A sphere and a tilted capsule that wander through a small box: across rank borders, periodic faces, and
-/// each other's wakes. Everything that could depend on the decomposition happens within the steps of the
-/// test.
+/// A sphere and a tilted capsule that wander through a small box: across rank borders, periodic faces,
+/// and each other's wakes. Everything that could depend on the decomposition happens within the steps of
+/// the test.
 FluidSetup wandering_bodies(Precision precision) {
   FluidSetup setup;
   setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;

@@ -51,7 +51,7 @@ class FakeRun:
         return code, wall_s, json.loads((self.folder / "out/summary.json").read_text())["digest"]
 
     def step(self):
-        """The newest step that the run has told of."""
+        """The newest step reported by the run."""
         for line in reversed(list(self.session.stderr)):
             if told := re.search(r"step (\d+) of", line):
                 return int(told[1])

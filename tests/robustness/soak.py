@@ -3,9 +3,10 @@
 
     soak.py [--steps 1000000] [--samples 10]
 
-Samples coupler, fluid and body at equal distances after the first tenth of the run, prints the table of docs/results/wire.md,
-and ends with 1 if anything grew: memory by more than 256 KiB, descriptors by one, the time per step from the first
-half to the second by more than a third (others use this machine too; a queue that grows does worse).
+Samples coupler, fluid and body at equal distances after the first tenth of the run, prints the table of
+docs/results/wire.md, and ends with 1 if anything grew: memory by more than 256 KiB, descriptors by one, the time
+per step from the first half to the second by more than a third (others use this machine too; a queue that grows
+does worse).
 """
 
 import argparse
@@ -75,7 +76,7 @@ def sample(run, step):
 
 
 def anonymous_kib(pid):
-    """Memory that is no file's; counted page by page, where VmRSS of /proc/PID/status is an estimate."""
+    """Anonymous memory, counted page by page, where VmRSS of /proc/PID/status is an estimate."""
     for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
         if line.startswith("Anonymous:"):
             return int(line.split()[1])

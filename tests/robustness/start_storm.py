@@ -3,7 +3,7 @@
 
     start_storm.py [--runs 50] [--steps 100]
 
-Prints a row for docs/results/wire.md; the exit code says whether all went well.
+Prints a row for docs/results/wire.md; the exit code is 0 if all went well.
 """
 
 import argparse

@@ -56,8 +56,8 @@ TEST(ChannelFlow, PoiseuilleProfileIsNotExactWithBgk) {
   EXPECT_GT(profile_error(flow.solver().fields(), 1, parabola), 1e-4);
 }
 
-// A linear profile is exact for half-way bounce-back; the sliding wall is a boundary condition of kind
-// velocity.
+// A linear profile is exact for half-way bounce-back; the sliding wall is a boundary condition of
+// kind velocity.
 TEST(ChannelFlow, CouetteProfileBetweenASlidingAndARestingWallIsLinear) {
   FluidSetup setup = channel(1.0 / 6.0);
   const double speed = 1e-3;

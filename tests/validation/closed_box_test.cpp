@@ -14,8 +14,8 @@ double swirl(const Cell& cell, double (&u)[3]) {
   return 1e-3 * std::cos(0.2 * static_cast<double>(cell[0] + cell[1]));
 }
 
-// Streaming moves, bounce-back returns and collision redistributes populations: mass can change by rounding
-// only.
+// Streaming moves, bounce-back returns and collision redistributes populations: mass can change by
+// rounding only.
 TEST(ClosedBox, ConservesMassToRounding) {
   FluidSetup setup = lattice_unit_setup({20, 18, 22}, 1.0 / 18.0, BoundaryKind::no_slip);
   setup.bodies = {{ShapeKind::sphere, 4.0, 0.0}};

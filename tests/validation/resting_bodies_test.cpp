@@ -5,8 +5,8 @@
 namespace copepod::fluid::validation {
 namespace {
 
-/// Loads on two spheres of radius 4 with the given distance between their surfaces, at rest in a fluid at
-/// rest.
+/// Loads on two spheres of radius 4 with the given distance between their surfaces, at rest in a fluid
+/// at rest.
 double largest_load(double gap) {
   FluidSetup setup = lattice_unit_setup({24, 24, 40}, 1.0 / 18.0, BoundaryKind::no_slip);
   setup.bodies = {{ShapeKind::sphere, 4.0, 0.0}, {ShapeKind::sphere, 4.0, 0.0}};

@@ -27,9 +27,9 @@ double torque_ratio(double radius) {
   return flow.loads().torque_N_m(2, 0) / expected;
 }
 
-// A staircase sphere with bounce-back is hydrodynamically larger than drawn by a fixed part of a cell (about
-// 0.15), and the torque goes with its cube: the error must be below 5 % at radius 12 and fall with the
-// resolution.
+// A staircase sphere with bounce-back is hydrodynamically larger than drawn by a fixed part of a cell
+// (about 0.15), and the torque goes with its cube: the error must be below 5 % at radius 12 and fall with
+// the resolution.
 TEST(RotatingSphere, FeelsKirchhoffsTorqueAndApproachesItWithResolution) {
   const double coarse = torque_ratio(6.0);
   const double fine = torque_ratio(12.0);

@@ -50,7 +50,8 @@ class Ledger:
             np.array([bead[key][:, 2] for bead in beads])
             for key in ("velocity_m_per_s", "position_m", "force_N", "driving_N")
         )
-        # Loads and drive of step n act between the states n and n + 1: the mean of both velocities makes the work exact.
+        # Loads and drive of step n act between the states n and n + 1: the mean of both velocities makes the
+        # work exact.
         mean_v = 0.5 * (v[:, steps] + v[:, steps + 1])
         mean_drive = 0.5 * (drive[:, steps] + drive[:, steps + 1])
         self.work_in = (mean_drive * mean_v).sum() * step_s

@@ -56,8 +56,8 @@ void check_symmetric_vector(const Eigen::Vector3d& vector, std::size_t axis, con
                            axis_names[axis] + " allows none). Set it to 0 or remove the plane.");
 }
 
-/// A body either lies on the plane or stays in the half that is computed: it then has a mirror image of its
-/// own.
+/// A body either lies on the plane or stays in the half that is computed: it then has a mirror image of
+/// its own.
 bool lies_on(const BodySpecification& body, const FluidCase& fluid, std::size_t axis) {
   return std::abs(body.position_m[static_cast<Eigen::Index>(axis)] - middle_m(fluid, axis)) <=
          plane_tolerance * fluid.cell_size_m;

@@ -100,8 +100,8 @@ bool is_plain_list(const Value& value) {
   return true;
 }
 
-/// The emitter leaves some control characters bare, a lone carriage return for one, which no reader gives
-/// back.
+/// The emitter leaves some control characters bare, a lone carriage return for one, which no reader
+/// gives back.
 void emit_text(YAML::Emitter& out, const std::string& text) {
   const bool is_plain =
       std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });

@@ -150,8 +150,8 @@ void BodyMap::give_up(const Cell& cell, std::int32_t body) {
   std::erase_if(waiting_, is_here);
 }
 
-/// Where bodies overlap a cell belongs to the first of them, whatever they did before; the others wait for
-/// it.
+/// Where bodies overlap a cell belongs to the first of them, whatever they did before; the others wait
+/// for it.
 void BodyMap::cover_cells() {
   for (const ChangedCell& c : covered_) {
     std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(c.cell))];

@@ -1,4 +1,4 @@
-"""Broken: tells what it can do, and then nothing."""
+"""Broken: prints its capabilities, but never sends a Hello."""
 
 import json
 import sys

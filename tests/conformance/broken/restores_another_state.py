@@ -1,4 +1,4 @@
-"""Broken: a restored run goes on with the positions of the checkpoint and the velocities of the setup."""
+"""Broken: a restored run continues with the positions of the checkpoint and the velocities of the setup."""
 
 import sys
 

@@ -37,8 +37,8 @@ Case case_of(const Swimmer& swimmer) {
   return the_case;
 }
 
-/// A made-up swimmer whose arms follow l̄ + d cos(ωt + φ) exactly and whose middle bead drifts at a steady
-/// speed.
+/// A made-up swimmer whose arms follow l̄ + d cos(ωt + φ) exactly and whose middle bead drifts at a
+/// steady speed.
 struct MadeUpMotion {
   double drift_cells_per_step = 1e-4;
   std::array<double, 2> mean{16.2, 15.9};

@@ -46,7 +46,7 @@ class SchemaKeys {
   json schema_;
 };
 
-/// Parser and schema know the same keys, and the schema says something about each.
+/// Parser and schema have the same keys, and the schema describes each.
 void expect_described(const AskedKeys& asked, const std::string& file) {
   const SchemaKeys schema(json::parse(content_of(std::string(CONFIGS) + "/schema/" + file)));
   for (const std::string& key : asked)

@@ -144,14 +144,14 @@ TEST(TrajectoryWriter, LeavesWholeLinesWhenTheRunFails) {
 TEST(TrajectoryWriter, QuotesNamesThatWouldBreakTheTable) {
   const auto path = fresh_file("names.csv");
   {
-    TrajectoryWriter writer(path.string(), {"a,b", "say \"hi\""}, 0.5, 1);
+    TrajectoryWriter writer(path.string(), {"a,b", "call \"hi\""}, 0.5, 1);
     writer.finish(Moment(0).record());
   }
   std::ifstream stream(path);
   std::ostringstream text;
   text << stream.rdbuf();
   EXPECT_NE(text.str().find(",\"a,b\","), std::string::npos);
-  EXPECT_NE(text.str().find(",\"say \"\"hi\"\"\","), std::string::npos);
+  EXPECT_NE(text.str().find(",\"call \"\"hi\"\"\","), std::string::npos);
 }
 
 TEST(TrajectoryWriter, SaysWhyAFileCannotBeWritten) {

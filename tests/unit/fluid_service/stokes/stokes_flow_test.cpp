@@ -46,8 +46,8 @@ TEST(StokesFlow, GivesStokesDragAndKirchhoffTorqueOnASingleSphere) {
       -8.0 * pi * 0.343 * kinematics.angular_velocity_rad_per_s.col(0), 1e-14));
 }
 
-// Two equal spheres that approach each other: friction 6πηa / (1 − 3a/(2r) + (a/r)³) in the Rotne-Prager
-// approximation.
+// Two equal spheres that approach each other: friction 6πηa / (1 − 3a/(2r) + (a/r)³) in the
+// Rotne-Prager approximation.
 TEST(StokesFlow, ApproachingSpheresFeelTheRotnePragerFriction) {
   StokesFlow flow(unit_fluid({1.0, 1.0}), alone);
   const double r = 5.0;

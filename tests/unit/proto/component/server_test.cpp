@@ -85,7 +85,7 @@ TEST(Server, ServesAFluidFromHelloToFinished) {
   EXPECT_EQ(server.ask(MessageKind::summarise), MessageKind::summary);
   SolverSummary summary;
   server.decoder.read(summary);
-  EXPECT_EQ(summary.cell_updates, 1U) << "the bulk update was done, although nobody asked for it";
+  EXPECT_EQ(summary.cell_updates, 1U) << "the bulk update was done, although it was not requested";
   EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
   EXPECT_EQ(server.join(), ExitCode::finished);
 }

@@ -237,7 +237,7 @@ TEST(HostileInput, FieldOutputOfNoStepsIsRefused) {
     setup.fields = {"/runs/a", every, start, stop, sampled};
     return refusal_of(setup);
   };
-  EXPECT_EQ(refusal(0, 0, 0, 0), "taken") << "no fields are wanted";
+  EXPECT_EQ(refusal(0, 0, 0, 0), "taken") << "no fields are requested";
   EXPECT_EQ(refusal(0, 5, 6, 1), "taken");
   EXPECT_NE(refusal(-1, 0, 0, 1).find("fields.every_steps is -1, less than 0"), std::string::npos);
   EXPECT_NE(refusal(0, -2, 50, 1).find("fields.mean_start is -2"), std::string::npos);

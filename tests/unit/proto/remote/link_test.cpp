@@ -105,7 +105,7 @@ TEST(Link, BrokenControlLaneIsAComponentLost) {
   coupling.wire.disconnect("fluid-control");
   try {
     fluid.save("/dev/null");  // waits behind the bulk update
-    FAIL() << "nobody was missed";
+    FAIL() << "the loss was not detected";
   } catch (const ComponentLost& lost) {
     EXPECT_NE(std::string(lost.what()).find("The fluid component on host here"), std::string::npos)
         << lost.what();

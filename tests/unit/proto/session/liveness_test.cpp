@@ -13,7 +13,7 @@ Pong pong(std::int64_t step, Phase phase, std::uint64_t progress = 0) {
   return {0, step, phase, progress, 0, 0};
 }
 
-/// Looks every 0.1 s from one time to another, pinging as it is due; `answers` says whether pongs come back.
+/// Looks every 0.1 s from one time to another, pinging as it is due; `answers`: whether pongs come back.
 Liveness watch(Liveness liveness, double from_s, double to_s, bool answers, const Pong& answer = {}) {
   for (double now = from_s; now < to_s; now += 0.1) {
     if (ping_is_due(liveness, kPatience, now)) liveness = on_ping(liveness, kPatience, now);

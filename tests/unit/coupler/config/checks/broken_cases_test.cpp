@@ -26,8 +26,8 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-/// Errors that a case file says it has: a comment `# error: words | more words & other error` in the line
-/// they belong to.
+/// Errors announced in a case file: a comment `# error: words | more words & other error` in the line they
+/// belong to.
 std::multimap<int, std::vector<std::string>> announced_errors(const std::filesystem::path& file) {
   std::multimap<int, std::vector<std::string>> expected;
   std::ifstream stream(file);
@@ -81,7 +81,7 @@ TEST_P(BrokenCase, IsRejectedWithFileAndLineReasonAndRemedy) {
     EXPECT_NE(match->find("). "), std::string::npos) << *match;
     found.erase(match);
   }
-  EXPECT_TRUE(found.empty()) << "errors that nobody announced: " << testing::PrintToString(found);
+  EXPECT_TRUE(found.empty()) << "unannounced errors: " << testing::PrintToString(found);
 }
 
 INSTANTIATE_TEST_SUITE_P(Config, BrokenCase, testing::ValuesIn(broken_cases()),

@@ -8,8 +8,8 @@
 namespace copepod::coupler {
 namespace {
 
-/// A case that runs but has something doubtful: overrides of the quick swimmer, the line, and words of the
-/// warning.
+/// A case that runs but has something doubtful: overrides of the quick swimmer, the line, and words of
+/// the warning.
 struct Doubtful {
   std::string name;
   std::vector<std::string> overrides;

@@ -5,8 +5,8 @@
 namespace copepod::fluid {
 namespace {
 
-/// Two spheres and a capsule that touch each other, in a box that is periodic along x and has a mirror and a
-/// wall.
+/// Two spheres and a capsule that touch each other, in a box that is periodic along x and has a mirror and
+/// a wall.
 struct Crowd {
   Crowd() {
     setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;

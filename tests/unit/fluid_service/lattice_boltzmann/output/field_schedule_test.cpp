@@ -11,7 +11,7 @@
 namespace copepod::fluid {
 namespace {
 
-/// A cell whose density is the step, so that the sum tells which steps entered.
+/// A cell whose density is the step, so that the sum shows which steps entered.
 FieldBlock cell_at(std::int64_t step) {
   return {{{0, 0, 0}, {1, 1, 1}}, {static_cast<double>(step)}, {0, 0, 0}, {0}};
 }
@@ -36,8 +36,8 @@ class MeanRun {
     }
   }
 
-  /// Goes on from the checkpoint that another run has just written.
-  /// @return what the log says about it
+  /// Continues from the checkpoint that another run has just written.
+  /// @return the log of it
   std::string resume(const MeanRun& other) {
     std::ostringstream text;
     const auto before = spdlog::default_logger();
