@@ -42,9 +42,9 @@ FailureReport report_of(const Error& error, std::int64_t step) {
   } else if (const auto* loss = dynamic_cast<const ComponentLost*>(&error); loss != nullptr && loss->lost()) {
     report = *loss->lost();
   } else {
-    report = {error.code(), "coupler", host_name(), error.rank(), error.step(), error.what()};
+    report = {error.code(), "coupler", host_name(), error.rank(), error.step() < 0 ? step : error.step(),
+              error.what()};
   }
-  if (report.step < 0) report.step = step;
   return report;
 }
 

@@ -1,7 +1,6 @@
 #include "run/remote_components.hpp"
 
-#include "remote/remote_body.hpp"
-#include "remote/remote_fluid.hpp"
+#include "remote/remote_solvers.hpp"
 
 namespace copepod::coupler {
 

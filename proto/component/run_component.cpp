@@ -55,11 +55,11 @@ ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks
   const auto keys = options.key_file.empty()
                         ? std::nullopt
                         : std::optional(transport::read_component_keys(options.key_file));
-  const auto data_lane = transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::data),
-                                                   transport::kDataLanePolicy, keys);
+  const auto data_lane =
+      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::data), keys);
   const ControlLane control_lane(
-      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::control), {}, keys),
-      *vitals, *log, hello, {options.orphan_after_s, 3.0});
+      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::control), keys), *vitals,
+      *log, hello, {options.orphan_after_s, 3.0});
   Server server(*data_lane, solver, *vitals, *log, hello, options.connect_deadline_s);
   const ExitCode code = server.run();
   log->info("Ending with exit code {}.", static_cast<int>(code));

@@ -37,21 +37,26 @@ inline void require_length(std::size_t found, Eigen::Index length, const char* n
   }
 }
 
-inline void require(bool is_finite, const char* name) {
-  if (!is_finite) throw MalformedMessage(std::string(name) + " holds a number that is not finite");
-}
-
 inline void require_finite(const double* values, Eigen::Index count, const char* name) {
-  require(all_finite(values, static_cast<std::size_t>(count)), name);
+  if (!all_finite(values, static_cast<std::size_t>(count)))
+    throw NotFinite(std::string(name) + " holds a number that is not finite");
 }
 
-/// Copies an array of shape (rows, columns) from the wire, where numbers are not aligned.
+/// Copies an array of shape (rows, columns), one column per body, from the wire, where numbers are not
+/// aligned.
 template <class Matrix>
 void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const char* name, Matrix& matrix) {
   require_length(bytes.size() / sizeof(double), Matrix::RowsAtCompileTime * columns, name);
   matrix.resize(Matrix::RowsAtCompileTime, columns);
-  require(vector_passes().copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data()),
-          name);
+  if (vector_passes().copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data()))
+    return;
+  Eigen::Index column = 0;
+  while (all_finite(matrix.col(column).data(), Matrix::RowsAtCompileTime)) ++column;
+  for (const double value : matrix.col(column)) {
+    if (!all_finite(&value, 1))
+      throw NotFinite(std::string(name) + " of body " + std::to_string(column) + " is " +
+                      std::to_string(value));
+  }
 }
 
 inline double read_finite(double value, const char* name) {

@@ -11,6 +11,15 @@ std::int64_t due_step(const CouplerSession& session) {
   return session.request == MessageKind::applied_loads ? session.step + 1 : session.step;
 }
 
+/// Whether a message belongs to no request so far, or is the due result of a step under the number of an
+/// older request. Other replies with an older number are repetitions.
+bool has_wrong_sequence(const CouplerSession& session, MessageKind kind, const Header& header) {
+  if (header.sequence == 0 || header.sequence > session.sequence) return true;
+  const bool is_result = kind == MessageKind::loads || kind == MessageKind::kinematics;
+  return session.waits() && header.sequence != session.sequence && is_result &&
+         kind == session.expected_reply && header.step == due_step(session);
+}
+
 /// "Loads of step 4"
 std::string text_of(MessageKind kind, std::int64_t step) {
   return std::string(name_of(kind)) + " of step " + std::to_string(step);
@@ -45,6 +54,7 @@ Asked ask(const CouplerSession& session, MessageKind request, std::int64_t step)
   next.step = step;
   next.request = request;
   next.expected_reply = transition->reply;
+  next.follows_up = false;
   return {next, {}};
 }
 
@@ -63,19 +73,22 @@ Heard hear(const CouplerSession& session, MessageKind kind, const Header& header
     failed.request = MessageKind::none;
     return {failed, Heard::Kind::failure, {}};
   }
+  if (has_wrong_sequence(session, kind, header)) {
+    return {session, Heard::Kind::refuse,
+            "it sent " + text_of(kind, header.step) + " with sequence number " +
+                std::to_string(header.sequence) + ", that of the request is " +
+                std::to_string(session.sequence)};
+  }
   if (!session.waits() || header.sequence != session.sequence) return {session, Heard::Kind::stale, {}};
-  const std::string who = std::string(name_of(session.role)) + " component";
   if (kind != session.expected_reply) {
     return {session, Heard::Kind::refuse,
-            "The " + who + " answered " + std::string(name_of(session.request)) + " with " +
-                std::string(name_of(kind)) + " (" + std::string(name_of(session.expected_reply)) +
-                " was due). Test it with: copepod conformance."};
+            "it answered " + std::string(name_of(session.request)) + " with " + std::string(name_of(kind)) +
+                ", " + std::string(name_of(session.expected_reply)) + " was due"};
   }
   if (header.step != due_step(session)) {
     return {session, Heard::Kind::refuse,
-            "The " + who + " answered " + text_of(session.request, session.step) + " with " +
-                text_of(kind, header.step) + " (step " + std::to_string(due_step(session)) +
-                " was due). Test it with: copepod conformance."};
+            "it answered " + text_of(session.request, session.step) + " with " + text_of(kind, header.step) +
+                ", step " + std::to_string(due_step(session)) + " was due"};
   }
   CouplerSession next = session;
   next.state = next_state(*find_transition(session.role, session.state, session.request), session.state);
@@ -83,6 +96,7 @@ Heard hear(const CouplerSession& session, MessageKind kind, const Header& header
   if (busy) next.state = State::ready;  // the next request may be sent at once: the component queues it
   next.request = MessageKind::none;
   next.expected_reply = MessageKind::none;
+  next.follows_up = kind == MessageKind::loads;
   return {next, Heard::Kind::reply, {}};
 }
 

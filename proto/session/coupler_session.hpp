@@ -20,9 +20,13 @@ struct CouplerSession {
   std::int64_t step = -1;                   ///< of the newest request
   MessageKind request = MessageKind::none;  ///< not answered yet, or none
   MessageKind expected_reply = MessageKind::none;
+  bool follows_up = false;  ///< a fluid that has replied with loads and now does the bulk update of the step
 
   bool operator==(const CouplerSession&) const = default;
   [[nodiscard]] bool waits() const { return request != MessageKind::none; }
+  /// Step that the component is working on: that of the open request or of the bulk update after it; −1 if it
+  /// has nothing to do.
+  [[nodiscard]] std::int64_t current_step() const { return waits() || follows_up ? step : -1; }
 };
 
 /// A request that may be sent, or why not.
@@ -37,7 +41,7 @@ struct Heard {
     reply,    ///< the answer to the open request
     failure,  ///< the component's run is over
     stale,    ///< a repeated or foreign answer: ignore it
-    refuse,   ///< the component breaks the protocol: `problem`
+    refuse,   ///< the component broke the protocol: `problem`, "it answered …"
   };
   CouplerSession session;
   Kind kind = Kind::stale;

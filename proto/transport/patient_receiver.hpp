@@ -6,20 +6,16 @@
 #include <zmq.hpp>
 
 #include "transport/frame.hpp"
-#include "transport/patient_wait.hpp"
 
 namespace copepod::transport {
 
-/// Receives with a deadline in the way that costs least: ZeroMQ's own blocking receive, whose limit is set
-/// only when it changes. Polling would ask the kernel three times instead of once.
+/// Receives with a deadline in the cheapest way (docs/decisions/how_the_data_lanes_wait.md): ZeroMQ's own
+/// blocking receive, whose limit is set only when it changes. Polling would take three system calls instead
+/// of one.
 class PatientReceiver {
  public:
-  explicit PatientReceiver(WaitPolicy policy) : policy_(policy) {}
-
   /// The first part of the next message; false if none came within `wait`, or a signal came first.
   bool receive(zmq::socket_t& socket, zmq::message_t& part, Duration wait) {
-    const auto receive_now = [&] { return socket.recv(part, zmq::recv_flags::dontwait).has_value(); };
-    if (policy_.yield_for > Duration::zero() && try_for_a_while(policy_, wait, receive_now)) return true;
     const auto limit = std::chrono::ceil<std::chrono::milliseconds>(std::max(wait, Duration::zero()));
     if (limit != limit_) {
       socket.set(zmq::sockopt::rcvtimeo, static_cast<int>(limit.count()));
@@ -34,7 +30,6 @@ class PatientReceiver {
   }
 
  private:
-  WaitPolicy policy_;
   std::chrono::milliseconds limit_{-1};
 };
 

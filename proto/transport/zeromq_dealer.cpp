@@ -19,11 +19,9 @@ constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes
 
 class ZeroMqDealer final : public Dealer {
  public:
-  ZeroMqDealer(const std::string& endpoint, const std::string& name, WaitPolicy policy,
-               const std::optional<ComponentKeys>& keys)
+  ZeroMqDealer(const std::string& endpoint, const std::string& name, const std::optional<ComponentKeys>& keys)
       : context_(1),
         socket_(context_, zmq::socket_type::dealer),
-        patience_(policy),
         monitor_(context_, socket_, "dealer-monitor") {
     check_endpoint(endpoint);
     require_keys_off_this_machine(endpoint, keys.has_value());
@@ -42,7 +40,7 @@ class ZeroMqDealer final : public Dealer {
   }
 
   bool receive(Frame& frame, Duration wait) override {
-    return patience_.receive(socket_, message_, wait) && take(frame);
+    return receiver_.receive(socket_, message_, wait) && take(frame);
   }
 
   bool send(Bytes bytes) override {
@@ -103,7 +101,7 @@ class ZeroMqDealer final : public Dealer {
 
   zmq::context_t context_;
   zmq::socket_t socket_;
-  PatientReceiver patience_;
+  PatientReceiver receiver_;
   ConnectionMonitor monitor_;
   bool connected_ = false;
   bool turned_away_ = false;
@@ -114,8 +112,8 @@ class ZeroMqDealer final : public Dealer {
 }  // namespace
 
 std::unique_ptr<Dealer> connect_dealer(const std::string& endpoint, const std::string& name,
-                                       WaitPolicy policy, const std::optional<ComponentKeys>& keys) {
-  return std::make_unique<ZeroMqDealer>(endpoint, name, policy, keys);
+                                       const std::optional<ComponentKeys>& keys) {
+  return std::make_unique<ZeroMqDealer>(endpoint, name, keys);
 }
 
 }  // namespace copepod::transport

@@ -5,8 +5,8 @@
 #include <zmq.hpp>
 
 #include "contract/errors.hpp"
+#include "transport/authenticator.hpp"
 #include "transport/connection_monitor.hpp"
-#include "transport/doorkeeper.hpp"
 #include "transport/endpoint.hpp"
 #include "transport/lock_file.hpp"
 #include "transport/patient_receiver.hpp"
@@ -19,7 +19,7 @@ namespace {
 constexpr int kLingerMs = 1000;                        ///< for the last messages of a coupler that ends
 constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes; larger ones break the connection
 
-constexpr std::uint64_t kMessagesPerLookAtTheDoor = 64;  ///< where there is no quiet moment for it
+constexpr std::uint64_t kMessagesPerAuthentication = 64;  ///< where there is no quiet moment for it
 
 /// Which connection, by file descriptor, each peer spoke on last, and which connections stand.
 class ConnectionBook {
@@ -55,11 +55,10 @@ class ConnectionBook {
 
 class ZeroMqRouter final : public Router {
  public:
-  ZeroMqRouter(const std::string& endpoint, WaitPolicy policy, const std::optional<CouplerKeys>& keys)
+  ZeroMqRouter(const std::string& endpoint, const std::optional<CouplerKeys>& keys)
       : lock_(lock_for(endpoint)),
         context_(1),
         socket_(context_, zmq::socket_type::router),
-        patience_(policy),
         monitor_(context_, socket_, "router-monitor") {
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);
@@ -78,8 +77,9 @@ class ZeroMqRouter final : public Router {
   }
 
   bool receive(Frame& frame, Duration wait) override {
-    const bool is_quiet = !patience_.receive(socket_, peer_, wait);
-    if (doorkeeper_ && (is_quiet || ++messages_ % kMessagesPerLookAtTheDoor == 0)) doorkeeper_->answer();
+    const bool is_quiet = !receiver_.receive(socket_, peer_, wait);
+    if (authenticator_ && (is_quiet || ++messages_ % kMessagesPerAuthentication == 0))
+      authenticator_->answer();
     if (!is_quiet) return take(frame);
     read_monitor();
     return false;
@@ -109,7 +109,7 @@ class ZeroMqRouter final : public Router {
   }
 
   void use(const CouplerKeys& keys) {
-    doorkeeper_.emplace(context_, keys.admitted);
+    authenticator_.emplace(context_, keys.admitted);
     socket_.set(zmq::sockopt::zap_domain, "copepod");
     socket_.set(zmq::sockopt::curve_server, true);
     socket_.set(zmq::sockopt::curve_secretkey, keys.secret);
@@ -123,7 +123,7 @@ class ZeroMqRouter final : public Router {
     while (message_.more()) static_cast<void>(socket_.recv(message_, zmq::recv_flags::dontwait));
     if (!has_two_parts) return false;
     frame.peer.assign(static_cast<const char*>(peer_.data()), peer_.size());
-    if (doorkeeper_) frame.identity = message_.gets("User-Id");
+    if (authenticator_) frame.identity = message_.gets("User-Id");
     book_.spoke(frame.peer, zmq_msg_get(message_.handle(), ZMQ_SRCFD));
     frame.content = {message_.data<std::byte>(), message_.size()};
     return true;
@@ -150,9 +150,9 @@ class ZeroMqRouter final : public Router {
   std::optional<LockFile> lock_;
   zmq::context_t context_;
   zmq::socket_t socket_;
-  PatientReceiver patience_;
+  PatientReceiver receiver_;
   ConnectionMonitor monitor_;
-  std::optional<Doorkeeper> doorkeeper_;
+  std::optional<Authenticator> authenticator_;
   ConnectionBook book_;
   std::uint64_t messages_ = 0;
   zmq::message_t peer_;
@@ -161,9 +161,8 @@ class ZeroMqRouter final : public Router {
 
 }  // namespace
 
-std::unique_ptr<Router> bind_router(const std::string& endpoint, WaitPolicy policy,
-                                    const std::optional<CouplerKeys>& keys) {
-  return std::make_unique<ZeroMqRouter>(endpoint, policy, keys);
+std::unique_ptr<Router> bind_router(const std::string& endpoint, const std::optional<CouplerKeys>& keys) {
+  return std::make_unique<ZeroMqRouter>(endpoint, keys);
 }
 
 }  // namespace copepod::transport

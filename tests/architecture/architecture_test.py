@@ -74,7 +74,7 @@ class IncludeRules(PlantedTree):
         for path, header in (
             ("proto/contract/wrong.hpp", "model/state.hpp"),
             ("proto/component/wrong.cpp", "config/case.hpp"),
-            ("proto/remote/wrong.cpp", "ranks/communicator.hpp"),
+            ("proto/component/wrong.cpp", "ranks/communicator.hpp"),
             ("fluid_service/lattice_boltzmann/kernel/wrong.cpp", "model/state.hpp"),
             ("fluid_service/lattice_boltzmann/kernel/wrong.cpp", "config/case.hpp"),
             ("body_service/model/wrong.cpp", "ranks/communicator.hpp"),

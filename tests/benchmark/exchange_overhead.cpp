@@ -194,15 +194,15 @@ class OurExchange {
  public:
   OurExchange(const Wire& wire, Eigen::Index bodies, const RunKeys& keys)
       : kinematics_(kinematics_of(bodies)) {
-    LinkSettings settings;
+    coupler::LinkSettings settings;
     settings.endpoint = wire.endpoint;
     settings.session = "secret";
     if (wire.has_keys) settings.key_file = keys.file_of("coupler");
-    link_ = std::make_unique<Link>(settings);
+    link_ = std::make_unique<coupler::Link>(settings);
     fluid_process_ = start({own_program(), "fluid"}, "fluid", wire, keys);
     body_process_ = start({protocol_test::kFakeBody}, "body", wire, keys);
     link_->await_components();
-    fluid_ = std::make_unique<RemoteFluid>(*link_, fluid_setup(bodies), 0);
+    fluid_ = std::make_unique<coupler::RemoteFluid>(*link_, fluid_setup(bodies), 0);
   }
 
   ~OurExchange() { link_->finish(); }
@@ -222,9 +222,9 @@ class OurExchange {
     return std::make_unique<ChildProcess>(command);
   }
 
-  std::unique_ptr<Link> link_;
+  std::unique_ptr<coupler::Link> link_;
   std::unique_ptr<ChildProcess> fluid_process_, body_process_;
-  std::unique_ptr<RemoteFluid> fluid_;
+  std::unique_ptr<coupler::RemoteFluid> fluid_;
   Kinematics kinematics_;
   Loads loads_;
 };

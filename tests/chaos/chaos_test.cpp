@@ -59,7 +59,7 @@ TEST(ChaosOfAllKinds, ChangesNothingForComponentsInPython) {
 }
 
 TEST(ChaosWithoutEnd, IsReportedByName) {
-  LinkSettings settings;
+  coupler::LinkSettings settings;
   settings.progress_deadline_s = 1.0;
   settings.silence_s = 1.0;
   settings.connect_deadline_s = 2.0;

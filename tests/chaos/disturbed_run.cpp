@@ -12,7 +12,8 @@ ChaosPlan with_seed(ChaosPlan plan, std::uint64_t seed) {
 
 }  // namespace
 
-DisturbedRun::DisturbedRun(const ChaosPlan& plan, LinkSettings settings, protocol_test::Programs programs)
+DisturbedRun::DisturbedRun(const ChaosPlan& plan, coupler::LinkSettings settings,
+                           protocol_test::Programs programs)
     : fluid_proxy_("ipc://" + folder_.path("coupler.ipc"), folder_.path(""), "fluid",
                    with_seed(plan, 2 * plan.seed)),
       body_proxy_("ipc://" + folder_.path("coupler.ipc"), folder_.path(""), "body",

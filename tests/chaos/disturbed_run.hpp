@@ -12,7 +12,7 @@ namespace copepod::chaos {
 class DisturbedRun {
  public:
   /// @param programs  the fakes if not given
-  explicit DisturbedRun(const ChaosPlan& plan, LinkSettings settings = {},
+  explicit DisturbedRun(const ChaosPlan& plan, coupler::LinkSettings settings = {},
                         protocol_test::Programs programs = {});
 
   /// Handshake, setups, steps, summaries and goodbyes.

@@ -8,11 +8,15 @@
 #include "contract/body_setup.hpp"
 #include "contract/fluid_setup.hpp"
 #include "remote/link.hpp"
-#include "remote/remote_body.hpp"
-#include "remote/remote_fluid.hpp"
+#include "remote/remote_solvers.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::protocol_test {
+
+using coupler::Link;
+using coupler::LinkSettings;
+using coupler::RemoteBody;
+using coupler::RemoteFluid;
 
 /// A port of this machine that other runs of the tests, at the same time, are unlikely to use.
 std::string tcp_endpoint();

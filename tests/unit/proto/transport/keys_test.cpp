@@ -30,16 +30,15 @@ struct KeyPair {
 class Door : public testing::Test {
  protected:
   Door()
-      : router(
-            bind_router(endpoint(), {},
-                        CouplerKeys{coupler.secret(), {{fluid.known(), "fluid"}, {body.known(), "body"}}})) {}
+      : router(bind_router(
+            endpoint(), CouplerKeys{coupler.secret(), {{fluid.known(), "fluid"}, {body.known(), "body"}}})) {}
 
   [[nodiscard]] static std::string endpoint() {
     return "tcp://127.0.0.1:" + std::to_string(20000 + getpid() % 12000);
   }
 
   [[nodiscard]] std::unique_ptr<Dealer> knock(const std::optional<ComponentKeys>& keys) const {
-    auto dealer = connect_dealer(endpoint(), "somebody", {}, keys);
+    auto dealer = connect_dealer(endpoint(), "stranger", keys);
     dealer->send(std::as_bytes(std::span("hello", 5)));
     return dealer;
   }

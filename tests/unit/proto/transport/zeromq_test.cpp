@@ -45,8 +45,8 @@ class ZeroMq : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(ZeroMq, CarriesMessagesOfAllSizesBothWays) {
-  const auto router = bind_router(endpoint(), {});
-  const auto dealer = connect_dealer(endpoint(), "a", {});
+  const auto router = bind_router(endpoint());
+  const auto dealer = connect_dealer(endpoint(), "a");
   Frame frame;
   for (const std::size_t size : {0U, 1U, 100U, 10'000'000U}) {
     const std::string text(size, 'x');
@@ -62,8 +62,8 @@ TEST_P(ZeroMq, CarriesMessagesOfAllSizesBothWays) {
 }
 
 TEST_P(ZeroMq, WaitsNoLongerThanItIsToldTo) {
-  const auto router = bind_router(endpoint(), kDataLanePolicy);
-  const auto dealer = connect_dealer(endpoint(), "a", kDataLanePolicy);
+  const auto router = bind_router(endpoint());
+  const auto dealer = connect_dealer(endpoint(), "a");
   Frame frame;
   const auto start = std::chrono::steady_clock::now();
   EXPECT_FALSE(dealer->receive(frame, 50ms));
@@ -74,10 +74,10 @@ TEST_P(ZeroMq, WaitsNoLongerThanItIsToldTo) {
 }
 
 TEST_P(ZeroMq, RouterNoticesThatAPeerIsGoneAndThatItIsBack) {
-  const auto router = bind_router(endpoint(), {});
+  const auto router = bind_router(endpoint());
   Frame frame;
   {
-    const auto dealer = connect_dealer(endpoint(), "a", {});
+    const auto dealer = connect_dealer(endpoint(), "a");
     dealer->send(bytes_of("here"));
     ASSERT_TRUE(receive_within(*router, frame, 5s));
     EXPECT_TRUE(router->connected("a"));
@@ -87,7 +87,7 @@ TEST_P(ZeroMq, RouterNoticesThatAPeerIsGoneAndThatItIsBack) {
   while (router->connected("a") && std::chrono::steady_clock::now() < end) router->receive(frame, 10ms);
   EXPECT_FALSE(router->connected("a"));
   EXPECT_FALSE(router->send("a", bytes_of("anybody?")));
-  const auto dealer = connect_dealer(endpoint(), "a", {});
+  const auto dealer = connect_dealer(endpoint(), "a");
   dealer->send(bytes_of("back"));
   const auto back_end = std::chrono::steady_clock::now() + 2s;
   while (!router->connected("a") && std::chrono::steady_clock::now() < back_end) router->receive(frame, 10ms);
@@ -95,7 +95,7 @@ TEST_P(ZeroMq, RouterNoticesThatAPeerIsGoneAndThatItIsBack) {
 }
 
 TEST_P(ZeroMq, DealerNoticesThatTheCouplerComesAndGoes) {
-  const auto dealer = connect_dealer(endpoint(), "a", {});
+  const auto dealer = connect_dealer(endpoint(), "a");
   EXPECT_FALSE(dealer->connected());
   Frame frame;
   const auto wait_until = [&](bool connected) {
@@ -105,18 +105,18 @@ TEST_P(ZeroMq, DealerNoticesThatTheCouplerComesAndGoes) {
     return dealer->connected() == connected;
   };
   {
-    const auto router = bind_router(endpoint(), {});
+    const auto router = bind_router(endpoint());
     EXPECT_TRUE(wait_until(true));
   }
   EXPECT_TRUE(wait_until(false));
-  const auto next_router = bind_router(endpoint(), {});
+  const auto next_router = bind_router(endpoint());
   EXPECT_TRUE(wait_until(true)) << "the connection is made again by itself";
 }
 
 TEST_P(ZeroMq, MessagesWaitForACouplerThatStartsLater) {
-  const auto dealer = connect_dealer(endpoint(), "a", {});
+  const auto dealer = connect_dealer(endpoint(), "a");
   dealer->send(bytes_of("early"));
-  const auto router = bind_router(endpoint(), {});
+  const auto router = bind_router(endpoint());
   Frame frame;
   ASSERT_TRUE(receive_within(*router, frame, 5s));
   EXPECT_EQ(text_of(frame), "early");
@@ -126,9 +126,9 @@ INSTANTIATE_TEST_SUITE_P(Lanes, ZeroMq, testing::Values("ipc", "tcp"),
                          [](const auto& instance) { return instance.param; });
 
 TEST(ZeroMqAddress, ThatMakesNoSenseIsACaseError) {
-  EXPECT_THROW(bind_router("nonsense", {}), CaseError);
-  EXPECT_THROW(connect_dealer("nonsense", "a", {}), CaseError);
-  EXPECT_THROW(bind_router("ipc:///no/such/folder/coupler.ipc", {}), Refused);
+  EXPECT_THROW(bind_router("nonsense"), CaseError);
+  EXPECT_THROW(connect_dealer("nonsense", "a"), CaseError);
+  EXPECT_THROW(bind_router("ipc:///no/such/folder/coupler.ipc"), Refused);
 }
 
 }  // namespace

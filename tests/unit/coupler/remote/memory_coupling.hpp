@@ -14,7 +14,7 @@
 #include "remote/link.hpp"
 #include "transport/in_memory.hpp"
 
-namespace copepod {
+namespace copepod::coupler {
 
 /// A whole coupling in one process: both components in threads, the Link in the test's hands, nothing but
 /// memory between them.
@@ -71,4 +71,4 @@ class MemoryCoupling {
   std::thread body_thread_;
 };
 
-}  // namespace copepod
+}  // namespace copepod::coupler

@@ -5,10 +5,9 @@
 #include "components.hpp"
 #include "memory_coupling.hpp"
 #include "misbehaviour.hpp"
-#include "remote/remote_body.hpp"
-#include "remote/remote_fluid.hpp"
+#include "remote/remote_solvers.hpp"
 
-namespace copepod {
+namespace copepod::coupler {
 namespace {
 
 FluidSetup fluid_setup() {
@@ -121,4 +120,4 @@ TEST(Link, BrokenControlLaneIsAComponentLost) {
 }
 
 }  // namespace
-}  // namespace copepod
+}  // namespace copepod::coupler

@@ -1,4 +1,4 @@
-#include "remote/reception.hpp"
+#include "remote/handshake.hpp"
 
 #include <chrono>
 #include <optional>
@@ -8,7 +8,7 @@
 #include "conversion/limits.hpp"
 #include "session/handshake.hpp"
 
-namespace copepod::remote {
+namespace copepod::coupler {
 
 using session::Hello;
 using session::Lane;
@@ -21,7 +21,7 @@ std::uint64_t random_number() {
   return (std::uint64_t{device()} << 32U) | device();
 }
 
-/// Grows from one coupler to the next, on one machine.
+/// Grows from one coupler to the next on a machine.
 std::uint64_t microseconds_since_1970() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
@@ -41,14 +41,49 @@ std::optional<Hello> read_hello(conversion::Decoder& decoder, const transport::F
 
 }  // namespace
 
-Reception::Reception(transport::Router& router, Parties& parties, std::string session_token)
+std::string Party::description(int rank, std::int64_t step) const {
+  const std::string process = rank == 0 ? ", process " + std::to_string(hello.pid) : "";
+  return "The " + std::string(name_of(session.role)) + " component on host " + hello.host + " (rank " +
+         std::to_string(rank) + process + ")" + (step < 0 ? "" : " at step " + std::to_string(step));
+}
+
+Parties::Parties() {
+  of(session::Role::fluid).session.role = session::Role::fluid;
+  of(session::Role::body).session.role = session::Role::body;
+}
+
+Party* Parties::by_data_peer(const std::string& peer) {
+  for (Party& party : parties_) {
+    if (party.data_peer == peer) return &party;
+  }
+  return nullptr;
+}
+
+Party* Parties::by_control_peer(const std::string& peer) {
+  for (Party& party : parties_) {
+    if (party.control_peer == peer) return &party;
+  }
+  return nullptr;
+}
+
+std::string Parties::missing() const {
+  std::string list;
+  for (const Party& party : parties_) {
+    if (party.is_complete()) continue;
+    if (!list.empty()) list += " and ";
+    list += name_of(party.session.role);
+  }
+  return list;
+}
+
+Handshake::Handshake(transport::Router& router, Parties& parties, std::string session_token)
     : router_(router),
       parties_(parties),
       session_token_(std::move(session_token)),
       session_id_(random_number()),
       epoch_(microseconds_since_1970()) {}
 
-void Reception::handle(const transport::Frame& frame, double now_s) {
+void Handshake::handle(const transport::Frame& frame, double now_s) {
   const std::optional<Hello> hello = read_hello(decoder_, frame);
   if (!hello) return;
   const auto verdict = judge_hello(*hello, {{}, session_token_, is_role_taken(*hello), frame.identity});
@@ -57,15 +92,15 @@ void Reception::handle(const transport::Frame& frame, double now_s) {
   if (!verdict.is_stranger && hello->lane == Lane::data) throw Refused(verdict.reason);
 }
 
-/// Both lanes of a component carry the same instance number; a later lane with another number is
-/// another component.
-bool Reception::is_role_taken(const Hello& hello) const {
+/// Both lanes of a component carry the same instance number; a second one with another number is another
+/// component.
+bool Handshake::is_role_taken(const Hello& hello) const {
   const Party& party = parties_.of(hello.role);
   const bool is_known = !party.data_peer.empty() || !party.control_peer.empty();
   return is_known && party.hello.instance != hello.instance;
 }
 
-void Reception::admit(const Hello& hello, const std::string& peer, std::uint32_t minor, double now_s) {
+void Handshake::admit(const Hello& hello, const std::string& peer, std::uint32_t minor, double now_s) {
   Party& party = parties_.of(hello.role);
   const bool is_first = party.data_peer.empty() && party.control_peer.empty();
   const bool on_data_lane = hello.lane == Lane::data;
@@ -79,8 +114,8 @@ void Reception::admit(const Hello& hello, const std::string& peer, std::uint32_t
   router_.send(peer, encoder_.encode(session::Header{}, session::Welcome{minor, session_id_, epoch_}));
 }
 
-void Reception::refuse(const std::string& peer, const std::string& reason) {
+void Handshake::refuse(const std::string& peer, const std::string& reason) {
   router_.send(peer, encoder_.encode(session::Header{}, session::Refusal{reason}));
 }
 
-}  // namespace copepod::remote
+}  // namespace copepod::coupler

@@ -1,14 +1,14 @@
-#include "remote/reception.hpp"
+#include "remote/handshake.hpp"
 
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
 
-namespace copepod::remote {
+namespace copepod::coupler {
 namespace {
 
 /// Keeps what is sent, to whom.
-class Door : public transport::Router {
+class SentMessages : public transport::Router {
  public:
   bool receive(transport::Frame& /*frame*/, transport::Duration /*wait*/) override { return false; }
   bool send(const std::string& peer, transport::Bytes bytes) override {
@@ -23,9 +23,9 @@ class Door : public transport::Router {
   conversion::Decoder decoder_;
 };
 
-class Visitor {
+class Applicant {
  public:
-  Visitor(session::Lane lane, std::string identity) : identity_(std::move(identity)) {
+  Applicant(session::Lane lane, std::string identity) : identity_(std::move(identity)) {
     session::Hello hello;
     hello.lane = lane;
     hello.session_token = "token";
@@ -33,7 +33,7 @@ class Visitor {
     peer_ = lane == session::Lane::data ? "data" : "control";
   }
 
-  [[nodiscard]] transport::Frame knock() const { return {peer_, identity_, bytes_}; }
+  [[nodiscard]] transport::Frame hello() const { return {peer_, identity_, bytes_}; }
 
  private:
   std::string peer_, identity_;
@@ -42,26 +42,26 @@ class Visitor {
 };
 
 /// The Hellos of the two lanes come in any order; the component reads its Refusal on the data lane.
-TEST(Reception, EndsTheRunOnlyAfterTheRefusalOnTheDataLane) {
-  Door door;
+TEST(Handshake, EndsTheRunOnlyAfterTheRefusalOnTheDataLane) {
+  SentMessages sent;
   Parties parties;
-  Reception reception(door, parties, "token");
-  EXPECT_NO_THROW(reception.handle(Visitor(session::Lane::control, "body").knock(), 0));
-  EXPECT_THROW(reception.handle(Visitor(session::Lane::data, "body").knock(), 0), Refused);
+  Handshake handshake(sent, parties, "token");
+  EXPECT_NO_THROW(handshake.handle(Applicant(session::Lane::control, "body").hello(), 0));
+  EXPECT_THROW(handshake.handle(Applicant(session::Lane::data, "body").hello(), 0), Refused);
   const std::vector<std::pair<std::string, session::MessageKind>> expected = {
       {"control", session::MessageKind::refusal}, {"data", session::MessageKind::refusal}};
-  EXPECT_EQ(door.answers, expected);
+  EXPECT_EQ(sent.answers, expected);
 }
 
-TEST(Reception, AdmitsAComponentOnceBothLanesHaveAsked) {
-  Door door;
+TEST(Handshake, AdmitsAComponentOnceBothLanesHaveAsked) {
+  SentMessages sent;
   Parties parties;
-  Reception reception(door, parties, "token");
-  reception.handle(Visitor(session::Lane::control, "fluid").knock(), 0);
+  Handshake handshake(sent, parties, "token");
+  handshake.handle(Applicant(session::Lane::control, "fluid").hello(), 0);
   EXPECT_FALSE(parties.of(session::Role::fluid).is_complete());
-  reception.handle(Visitor(session::Lane::data, "fluid").knock(), 0);
+  handshake.handle(Applicant(session::Lane::data, "fluid").hello(), 0);
   EXPECT_TRUE(parties.of(session::Role::fluid).is_complete());
 }
 
 }  // namespace
-}  // namespace copepod::remote
+}  // namespace copepod::coupler

@@ -1,4 +1,4 @@
-#include "transport/doorkeeper.hpp"
+#include "transport/authenticator.hpp"
 
 #include <array>
 #include <vector>
@@ -18,14 +18,14 @@ std::string as_bytes(const std::string& z85_key) {
 
 }  // namespace
 
-Doorkeeper::Doorkeeper(zmq::context_t& context, const std::map<std::string, std::string>& admitted)
+Authenticator::Authenticator(zmq::context_t& context, const std::map<std::string, std::string>& admitted)
     : socket_(context, zmq::socket_type::rep) {
   for (const auto& [key, name] : admitted) admitted_[as_bytes(key)] = name;
   socket_.set(zmq::sockopt::linger, 0);
   socket_.bind("inproc://zeromq.zap.01");
 }
 
-void Doorkeeper::answer() {
+void Authenticator::answer() {
   zmq::message_t part;
   while (socket_.recv(part, zmq::recv_flags::dontwait)) {
     std::vector<std::string> request{part.to_string()};
@@ -33,10 +33,10 @@ void Doorkeeper::answer() {
     request.resize(Place::count);
     const bool has_key = request[Place::mechanism] == "CURVE";
     const auto found = has_key ? admitted_.find(request[Place::credential]) : admitted_.end();
-    const bool comes_in = found != admitted_.end();
-    const std::array<std::string, 6> reply = {request[Place::version],       request[Place::request_id],
-                                              comes_in ? "200" : "400",      comes_in ? "" : "unknown key",
-                                              comes_in ? found->second : "", ""};
+    const bool is_admitted = found != admitted_.end();
+    const std::array<std::string, 6> reply = {
+        request[Place::version],          request[Place::request_id],       is_admitted ? "200" : "400",
+        is_admitted ? "" : "unknown key", is_admitted ? found->second : "", ""};
     for (std::size_t i = 0; i < reply.size(); ++i) {
       const bool is_last = i + 1 == reply.size();
       socket_.send(zmq::buffer(reply[i]), is_last ? zmq::send_flags::none : zmq::send_flags::sndmore);

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "conversion/decoder.hpp"
+#include "conversion/encoder.hpp"
+#include "session/coupler_session.hpp"
+#include "session/liveness.hpp"
+#include "session/messages.hpp"
+#include "transport/router.hpp"
+
+namespace copepod::coupler {
+
+/// What the coupler remembers of one component.
+struct Party {
+  session::Hello hello;   ///< of the data lane
+  std::string data_peer;  ///< names of its lanes in the transport; empty before its Hello
+  std::string control_peer;
+  session::CouplerSession session;
+  session::Liveness liveness;
+  conversion::Encoder encoder;  ///< keeps the bytes of the open request, in case it has to be sent again
+  conversion::Decoder decoder;  ///< keeps the reply until the next one
+  std::span<const std::byte> request;
+  double sent_s = 0.0;          ///< when the request was last sent
+  double resend_after_s = 0.0;  ///< time after which a pong shows whether it was lost
+
+  [[nodiscard]] bool is_complete() const { return !data_peer.empty() && !control_peer.empty(); }
+  [[nodiscard]] bool is_finished() const { return session.state == session::State::done; }
+
+  /// "The fluid component on host x (rank 0, process 123) at step 7", without the step if it is negative.
+  [[nodiscard]] std::string description(int rank, std::int64_t step) const;
+};
+
+/// The two components of a run.
+class Parties {
+ public:
+  Parties();
+
+  [[nodiscard]] Party& of(session::Role role) { return parties_[static_cast<std::size_t>(role)]; }
+  [[nodiscard]] const Party& of(session::Role role) const { return parties_[static_cast<std::size_t>(role)]; }
+
+  /// The component that one of these names belongs to, or null.
+  [[nodiscard]] Party* by_data_peer(const std::string& peer);
+  [[nodiscard]] Party* by_control_peer(const std::string& peer);
+
+  [[nodiscard]] bool are_complete() const { return parties_[0].is_complete() && parties_[1].is_complete(); }
+
+  /// "fluid", "body" or "fluid and body": whose Hello is still missing on a lane.
+  [[nodiscard]] std::string missing() const;
+
+  auto begin() { return parties_.begin(); }
+  auto end() { return parties_.end(); }
+  [[nodiscard]] auto begin() const { return parties_.begin(); }
+  [[nodiscard]] auto end() const { return parties_.end(); }
+
+ private:
+  std::array<Party, 2> parties_;
+};
+
+/// Admits components to a run: judges their Hellos, then welcomes or refuses them.
+class Handshake {
+ public:
+  /// Both references outlive this object.
+  Handshake(transport::Router& router, Parties& parties, std::string session_token);
+
+  /// A message from a peer that is not a component yet, or a repeated Hello.
+  /// Anything but a well-formed Hello is ignored: a tcp port is open to any sender.
+  /// @throws Refused if a component with our token cannot take part, once it has asked on its data lane,
+  /// where it
+  ///         reads our Refusal
+  void handle(const transport::Frame& frame, double now_s);
+
+ private:
+  void admit(const session::Hello& hello, const std::string& peer, std::uint32_t minor, double now_s);
+  void refuse(const std::string& peer, const std::string& reason);
+  [[nodiscard]] bool is_role_taken(const session::Hello& hello) const;
+
+  transport::Router& router_;
+  Parties& parties_;
+  std::string session_token_;
+  std::uint64_t session_id_;
+  std::uint64_t epoch_;
+  conversion::Decoder decoder_;
+  conversion::Encoder encoder_;
+};
+
+}  // namespace copepod::coupler

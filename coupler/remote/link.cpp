@@ -1,0 +1,262 @@
+#include "remote/link.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <optional>
+#include <stdexcept>
+
+#include "recording/recording_router.hpp"
+#include "session/handshake.hpp"
+#include "transport/zeromq.hpp"
+
+namespace copepod::coupler {
+
+using session::Health;
+using session::Heard;
+using session::MessageKind;
+using session::Role;
+
+namespace {
+
+constexpr std::chrono::milliseconds kSlice{50};   ///< how soon signals and broken connections are noticed
+constexpr std::chrono::milliseconds kMoment{20};  ///< most work beside the link is over by then
+
+session::Patience patience_of(const LinkSettings& settings) {
+  session::Patience patience;
+  patience.silence_s = settings.silence_s;
+  patience.progress_deadline_s = settings.progress_deadline_s;
+  return patience;
+}
+
+std::unique_ptr<transport::Router> make_router(const LinkSettings& settings) {
+  std::optional<transport::CouplerKeys> keys;
+  if (!settings.key_file.empty()) keys = transport::read_coupler_keys(settings.key_file);
+  auto router = transport::bind_router(settings.endpoint, keys);
+  if (settings.wire_file.empty()) return router;
+  return std::make_unique<recording::RecordingRouter>(std::move(router), settings.wire_file);
+}
+
+/// The names of lanes are not secret; a sender that uses one must hold the key of its role.
+void require_entitlement(const Party& party, const transport::Frame& frame) {
+  if (session::is_entitled(frame.identity, party.session.role)) return;
+  throw Refused("A message in the name of the " + std::string(name_of(party.session.role)) +
+                " component was refused (its sender holds the key of the " + frame.identity +
+                " component). Find out who sent it; the run cannot be trusted.");
+}
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::uint64_t stamp_ns() {
+  return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+}
+
+}  // namespace
+
+Link::Link(const LinkSettings& settings) : Link(settings, make_router(settings)) {}
+
+Link::Link(const LinkSettings& settings, std::unique_ptr<transport::Router> router)
+    : connect_deadline_s_(settings.connect_deadline_s),
+      patience_(patience_of(settings)),
+      stop_signal_(settings.stop_signal),
+      router_(std::move(router)),
+      handshake_(*router_, parties_, settings.session) {}
+
+void Link::await_components() {
+  const double end_s = now_s() + connect_deadline_s_;
+  while (!parties_.are_complete()) {
+    attend();
+    if (now_s() > end_s && !parties_.are_complete()) {
+      throw DeadlinePassed("The " + parties_.missing() + " component did not connect within " +
+                           std::to_string(static_cast<int>(connect_deadline_s_)) +
+                           " s (it did not start, or got another address)." + note_on_damage() +
+                           " Look at its log.");
+    }
+  }
+}
+
+const Capabilities& Link::fluid_capabilities() const { return parties_.of(Role::fluid).hello.capabilities; }
+const Capabilities& Link::body_capabilities() const { return parties_.of(Role::body).hello.capabilities; }
+
+void Link::stay_in_touch_during(const std::function<void()>& work) {
+  std::future<void> done = std::async(std::launch::async, work);
+  while (done.wait_for(kMoment) != std::future_status::ready) attend();
+  done.get();
+}
+
+void Link::finish() {
+  for (const Role role : {Role::fluid, Role::body}) {
+    const auto encode = [](conversion::Encoder& encoder, const session::Header& header) {
+      return encoder.encode(header, MessageKind::finish);
+    };
+    ask(role, MessageKind::finish, parties_.of(role).session.step, encode, [](const conversion::Decoder&) {});
+  }
+}
+
+void Link::abort(const FailureReport& report) noexcept {
+  try {
+    for (Party& party : parties_) {
+      if (party.control_peer.empty() || party.is_finished()) continue;
+      session::Header header;
+      header.session_id = party.session.session_id;
+      header.epoch = party.session.epoch;
+      router_->send(party.control_peer, control_encoder_.encode_abort(header, report));
+    }
+  } catch (...) {  // the run is over already; components notice by themselves that the coupler is gone
+  }
+}
+
+Party& Link::open_request(Role role, MessageKind request, std::int64_t step) {
+  Party& party = parties_.of(role);
+  const session::Asked asked = session::ask(party.session, request, step);
+  if (!asked.problem.empty()) throw std::logic_error(asked.problem);
+  party.session = asked.session;
+  step_ = step;
+  return party;
+}
+
+void Link::await_reply(Party& party) {
+  send_request(party);
+  while (party.session.waits()) attend();
+}
+
+/// A request that cannot be delivered now is sent again once the component has shown that it misses it.
+void Link::send_request(Party& party) {
+  party.sent_s = now_s();
+  party.resend_after_s = resend_after_s(patience_, party.request.size(), party.session.attempt);
+  party.liveness = on_request(party.liveness, patience_, party.resend_after_s, party.sent_s);
+  router_->send(party.data_peer, party.request);
+}
+
+/// One round of waiting: at most one message, or a look at both components if there is none.
+void Link::attend() {
+  throw_if_stopped();
+  const double now = now_s();
+  for (Party& party : parties_) {
+    if (party.is_complete() && !party.is_finished() && ping_is_due(party.liveness, patience_, now))
+      ping(party);
+  }
+  if (router_->receive(frame_, std::min<transport::Duration>(kSlice, time_to_next_ping(now)))) {
+    handle(frame_);
+    return;
+  }
+  for (Party& party : parties_) {
+    if (party.is_complete() && !party.is_finished()) look_after(party);
+  }
+}
+
+transport::Duration Link::time_to_next_ping(double now_s) const {
+  double next_s = 1e300;
+  for (const Party& party : parties_) {
+    if (party.is_complete() && !party.is_finished()) next_s = std::min(next_s, party.liveness.next_ping_s);
+  }
+  const double left_s = std::clamp(next_s - now_s, 0.0, 1.0);
+  return std::chrono::duration_cast<transport::Duration>(std::chrono::duration<double>(left_s));
+}
+
+/// Messages that were damaged on their way count as lost.
+void Link::handle(const transport::Frame& frame) {
+  Party* party = nullptr;
+  try {
+    if ((party = parties_.by_data_peer(frame.peer)) != nullptr) {
+      require_entitlement(*party, frame);
+      handle_data(*party, frame);
+    } else if ((party = parties_.by_control_peer(frame.peer)) != nullptr) {
+      require_entitlement(*party, frame);
+      handle_control(*party, frame);
+    } else {
+      handshake_.handle(frame, now_s());
+    }
+  } catch (const conversion::DamagedMessage&) {
+    ++damaged_;
+  } catch (const conversion::MalformedMessage& error) {
+    if (party == nullptr) throw;
+    throw violation(*party, party->session.current_step(), error);
+  }
+}
+
+void Link::handle_data(Party& party, const transport::Frame& frame) {
+  const MessageKind kind = party.decoder.parse(frame.bytes());
+  if (kind == MessageKind::hello) return handshake_.handle(frame, now_s());
+  const Heard heard = hear(party.session, kind, party.decoder.header());
+  if (heard.kind == Heard::Kind::refuse) throw conversion::MalformedMessage(heard.problem);
+  party.session = heard.session;
+  if (heard.kind != Heard::Kind::failure) return;
+  FailureReport report;
+  party.decoder.read(report);
+  throw PeerFailed(report);
+}
+
+void Link::handle_control(Party& party, const transport::Frame& frame) {
+  const MessageKind kind = control_decoder_.parse(frame.bytes());
+  if (kind == MessageKind::hello) return handshake_.handle(frame, now_s());
+  const session::Header& header = control_decoder_.header();
+  const bool ours = header.session_id == party.session.session_id && header.epoch == party.session.epoch;
+  if (kind != MessageKind::pong || !ours) return;
+  session::Pong pong;
+  control_decoder_.read(pong);
+  party.liveness = on_pong(party.liveness, pong, now_s());
+  send_again_if_lost(party);
+}
+
+void Link::ping(Party& party) {
+  session::Header header;
+  header.session_id = party.session.session_id;
+  header.epoch = party.session.epoch;
+  party.liveness = on_ping(party.liveness, patience_, now_s());
+  router_->send(party.control_peer, control_encoder_.encode(header, session::Ping{stamp_ns()}));
+}
+
+void Link::look_after(Party& party) {
+  const double now = now_s();
+  party.liveness = on_look(party.liveness, router_->connected(party.control_peer), patience_, now);
+  const Health health = judge(party.liveness, party.session.waits(), patience_, now);
+  if (health == Health::fine) return;
+  const int rank = health == Health::hung ? party.liveness.pong.awaited_rank : 0;
+  const std::int64_t step = party.session.current_step();
+  const std::string reason = party.description(rank, step) + " " + describe(health, party.liveness, now) +
+                             "." + note_on_damage() +
+                             " Look at its log, then run again or resume from a checkpoint.";
+  throw ComponentLost(FailureReport{ExitCode::component_lost, std::string(name_of(party.session.role)),
+                                    party.hello.host, rank, step, reason});
+}
+
+void Link::send_again_if_lost(Party& party) {
+  if (!party.session.waits()) return;
+  if (!was_lost(party.liveness, party.session.sequence, party.sent_s, party.resend_after_s)) return;
+  party.session = ask_again(party.session);
+  party.request = party.encoder.encode_again(party.session.attempt);
+  party.sent_s = now_s();
+  party.resend_after_s = resend_after_s(patience_, party.request.size(), party.session.attempt);
+  router_->send(party.data_peer, party.request);
+}
+
+/// A message of this component that breaks the protocol, or numbers of its solver that are not finite.
+PeerFailed Link::violation(const Party& party, std::int64_t step,
+                           const conversion::MalformedMessage& problem) {
+  const bool diverged = dynamic_cast<const conversion::NotFinite*>(&problem) != nullptr;
+  const ExitCode code = diverged ? ExitCode::solver_failed : problem.code();
+  const std::string reason = party.description(0, step) +
+                             (diverged ? " sent a result that is not finite (" : " broke the protocol (") +
+                             problem.problem() +
+                             (diverged ? "). Look at its log and at the last steps of the trajectory."
+                                       : "). Test it with: copepod conformance.");
+  return PeerFailed(
+      FailureReport{code, std::string(name_of(party.session.role)), party.hello.host, 0, step, reason});
+}
+
+std::string Link::note_on_damage() const {
+  if (damaged_ == 0) return {};
+  std::string note = " ";
+  note += std::to_string(damaged_) + " message(s) arrived damaged (their checksum did not fit).";
+  return note;
+}
+
+void Link::throw_if_stopped() const {
+  const int signal = stop_signal_ == nullptr ? 0 : stop_signal_->load();
+  if (signal != 0) throw Interrupted(signal, step_);
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "contract/capabilities.hpp"
+#include "contract/errors.hpp"
+#include "conversion/malformed_message.hpp"
+#include "remote/handshake.hpp"
+#include "transport/router.hpp"
+
+namespace copepod::coupler {
+
+/// How the coupler reaches its components and how long it waits for them.
+struct LinkSettings {
+  std::string endpoint;                           ///< ipc:///… or tcp://…
+  std::string session;                            ///< token that every component must show
+  std::string key_file;                           ///< CURVE keys of the coupler; empty: none
+  double connect_deadline_s = 60.0;               ///< for both Hellos
+  double silence_s = 3.0;                         ///< without a pong for this long: frozen or dead
+  double progress_deadline_s = 60.0;              ///< pongs, but neither step, phase nor progress moves: hung
+  std::string wire_file;                          ///< where to record every message; empty: nowhere
+  const std::atomic<int>* stop_signal = nullptr;  ///< non-zero: waits throw Interrupted within 100 ms
+};
+
+/// The coupler's end of the wire to one fluid and one body component: sends a request, waits for its reply,
+/// and watches both components meanwhile.
+///
+/// Legal call order:
+///   construct  ->  await_components  ->  RemoteFluid, RemoteBody (they keep a reference)  ->  finish
+///   stay_in_touch_during between any two of them; abort from anywhere.
+///
+/// Owned and used by one thread. While any call waits, the control lanes of both components are pinged, so
+/// that the loss of one is also noticed while the coupler waits for the other. Errors that any waiting call
+/// throws: PeerFailed (reported by a component, or a breach of the protocol that names it), ComponentLost
+/// (died, froze or hung; names component, host, rank and the step of its open request), Interrupted
+/// (stop_signal).
+class Link {
+ public:
+  /// Binds the endpoint.
+  /// @throws Refused if another coupler that is alive holds the same ipc path, or the address cannot be
+  /// bound; CaseError if the address needs keys or the key file cannot be used
+  explicit Link(const LinkSettings& settings);
+  /// The same over any other transport, for tests.
+  Link(const LinkSettings& settings, std::unique_ptr<transport::Router> router);
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  /// Waits until a fluid and a body component have said Hello on both lanes and welcomes them.
+  /// @throws DeadlinePassed naming the missing ones, Refused if a component of ours speaks another protocol
+  /// version
+  void await_components();
+
+  /// Legal after await_components.
+  [[nodiscard]] const Capabilities& fluid_capabilities() const;
+  [[nodiscard]] const Capabilities& body_capabilities() const;
+
+  /// Runs a long task of the coupler in another thread and pings the components meanwhile; otherwise they
+  /// would take the coupler for lost.
+  /// @throws also what `work` throws; nothing is thrown before `work` is over
+  void stay_in_touch_during(const std::function<void()>& work);
+
+  /// Tells both components that the run is over and waits until they have said goodbye; they exit with 0.
+  void finish();
+
+  /// Tells every component that is still there why the run ends; never throws and never waits for an answer.
+  void abort(const FailureReport& report) noexcept;
+
+  /// Sends a request about `step`, waits for the reply and reads it.
+  /// @param encode  (Encoder&, const Header&) -> bytes
+  /// @param read    (const Decoder&) of the reply
+  template <class Encode, class Read>
+  void ask(session::Role role, session::MessageKind request, std::int64_t step, Encode encode, Read read) {
+    Party& party = open_request(role, request, step);
+    party.request = encode(party.encoder, header_of(party.session));
+    await_reply(party);
+    try {
+      read(party.decoder);
+    } catch (const conversion::MalformedMessage& error) {
+      throw violation(party, step, error);
+    }
+  }
+
+ private:
+  Party& open_request(session::Role role, session::MessageKind request, std::int64_t step);
+  void await_reply(Party& party);
+  void attend();
+  void send_request(Party& party);
+  [[nodiscard]] transport::Duration time_to_next_ping(double now_s) const;
+  void handle(const transport::Frame& frame);
+  void handle_data(Party& party, const transport::Frame& frame);
+  void handle_control(Party& party, const transport::Frame& frame);
+  void ping(Party& party);
+  void look_after(Party& party);
+  void send_again_if_lost(Party& party);
+  static PeerFailed violation(const Party& party, std::int64_t step,
+                              const conversion::MalformedMessage& problem);
+  [[nodiscard]] std::string note_on_damage() const;
+  void throw_if_stopped() const;
+
+  double connect_deadline_s_;
+  session::Patience patience_;
+  const std::atomic<int>* stop_signal_;
+  std::unique_ptr<transport::Router> router_;
+  Parties parties_;
+  Handshake handshake_;
+  transport::Frame frame_;
+  conversion::Encoder control_encoder_;
+  conversion::Decoder control_decoder_;
+  std::int64_t step_ = -1;    ///< of the newest request
+  std::int64_t damaged_ = 0;  ///< messages whose checksum did not fit
+};
+
+}  // namespace copepod::coupler
