@@ -10,7 +10,7 @@
 
 #include "component/progress.hpp"
 #include "contract/errors.hpp"
-#include "ranks/failure_packet.hpp"
+#include "ranks/rank_failure.hpp"
 
 namespace copepod::fluid {
 

@@ -1,11 +1,93 @@
 #include "ranks/distributed_fluid.hpp"
 
+#include <algorithm>
+#include <cstring>
 #include <optional>
 
 #include "contract/errors.hpp"
+#include "conversion/setup_conversion.hpp"
+#include "ranks/packing.hpp"
 #include "ranks/rank_failure.hpp"
+#include "recording/timeline.hpp"
 
 namespace copepod::fluid {
+
+namespace {
+
+/// Size of the first, usually only, broadcast: below the size at which MPI starts to ask the receiver first.
+constexpr std::size_t first_part_bytes = 2048;
+
+template <class Archive, class K>
+void describe(Archive& archive, K& kinematics) {
+  archive(kinematics.step);
+  archive(kinematics.position_m);
+  archive(kinematics.orientation_wxyz);
+  archive(kinematics.velocity_m_per_s);
+  archive(kinematics.angular_velocity_rad_per_s);
+}
+
+}  // namespace
+
+void pack(const Kinematics& kinematics, std::vector<std::byte>& message) {
+  message.clear();
+  Packer packer(message);
+  packer(Order::exchange_advance);
+  describe(packer, kinematics);
+}
+
+void pack(const Command& command, std::vector<std::byte>& message) {
+  if (command.order == Order::exchange_advance) return pack(command.kinematics, message);
+  message.clear();
+  Packer packer(message);
+  packer(command.order);
+  if (command.order == Order::construct) packer(conversion::to_bytes(command.setup));
+  if (command.order == Order::save || command.order == Order::restore) packer(command.path);
+}
+
+void unpack(const std::vector<std::byte>& message, Command& command) {
+  Unpacker unpacker(message);
+  unpacker(command.order);
+  if (command.order == Order::exchange_advance) describe(unpacker, command.kinematics);
+  if (command.order == Order::construct) {
+    std::string bytes;
+    unpacker(bytes);
+    command.setup = conversion::fluid_setup_from_bytes(bytes);
+  }
+  if (command.order == Order::save || command.order == Order::restore) unpacker(command.path);
+}
+
+void CommandChannel::send(const Command& command) {
+  pack(command, message_);
+  broadcast_message();
+}
+
+void CommandChannel::send(const Kinematics& kinematics) {
+  pack(kinematics, message_);
+  broadcast_message();
+}
+
+void CommandChannel::broadcast_message() {
+  if (communicator_.size() == 1) return;
+  const std::uint64_t size = message_.size();
+  const std::size_t inline_size = std::min(message_.size(), first_part_bytes - sizeof(size));
+  first_part_.resize(first_part_bytes);
+  std::memcpy(first_part_.data(), &size, sizeof(size));
+  std::memcpy(first_part_.data() + sizeof(size), message_.data(), inline_size);
+  communicator_.broadcast(first_part_);
+  if (inline_size < message_.size()) communicator_.broadcast(std::span(message_).subspan(inline_size));
+}
+
+void CommandChannel::receive(Command& command) {
+  first_part_.resize(first_part_bytes);
+  communicator_.broadcast(first_part_);
+  std::uint64_t size = 0;
+  std::memcpy(&size, first_part_.data(), sizeof(size));
+  message_.resize(size);
+  const std::size_t inline_size = std::min(message_.size(), first_part_bytes - sizeof(size));
+  std::memcpy(message_.data(), first_part_.data() + sizeof(size), inline_size);
+  if (inline_size < message_.size()) communicator_.broadcast(std::span(message_).subspan(inline_size));
+  unpack(message_, command);
+}
 
 template <class Action>
 auto DistributedFluid::on_all_ranks(const Action& action) {
@@ -96,6 +178,95 @@ void dismiss_followers(Communicator& communicator) noexcept {
     CommandChannel(communicator).send(Command{});
   } catch (const std::exception&) {
     // A rank failed: the session aborts the others instead.
+  }
+}
+
+namespace {
+
+/// One rank's solver and the buffers of its calls.
+class Follower {
+ public:
+  Follower(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& step)
+      : communicator_(communicator), make_solver_(make_solver), channel_(communicator), step_(step) {}
+
+  /// Receives one order and carries it out. @return false when there is nothing more to do
+  bool obey() {
+    {
+      const recording::Span waiting("waiting");
+      channel_.receive(command_);
+    }
+    switch (command_.order) {
+      case Order::construct:
+        open_timeline();
+        solver_ = make_solver_(command_.setup, communicator_);
+        return true;
+      case Order::exchange_advance:
+        advance_one_step();
+        return true;
+      case Order::save:
+        save();
+        return true;
+      case Order::restore:
+        solver_->restore(command_.path);
+        return true;
+      case Order::summarise:
+        solver_->summarise();
+        return true;
+      case Order::stop:
+        break;
+    }
+    return false;
+  }
+
+ private:
+  void open_timeline() {
+    const std::string& folder = command_.setup.trace_directory;
+    if (!folder.empty()) recording::timeline().open(folder, "fluid", communicator_.rank());
+  }
+
+  void advance_one_step() {
+    step_ = command_.kinematics.step;
+    recording::timeline().set_step(step_);
+    {
+      const recording::Span exchanging("exchanging");
+      solver_->exchange(command_.kinematics, loads_);
+    }
+    const recording::Span advancing("advancing");
+    solver_->advance();
+  }
+
+  /// A full disk is thrown on all ranks alike: rank 0 reports it to the coupler, and all continue.
+  void save() {
+    try {
+      solver_->save(command_.path);
+    } catch (const StorageError&) {
+    }
+  }
+
+  Communicator& communicator_;
+  const RankSolverFactory& make_solver_;
+  CommandChannel channel_;
+  Command command_;
+  Loads loads_;
+  std::atomic<std::int64_t>& step_;
+  std::unique_ptr<FluidSolver> solver_;
+};
+
+}  // namespace
+
+void follow(Communicator& communicator, const RankSolverFactory& make_solver,
+            std::atomic<std::int64_t>& current_step) {
+  Follower follower(communicator, make_solver,
+                    current_step);  // outlives the report: its messages may be under way
+  try {
+    while (follower.obey()) {
+    }
+  } catch (const PeerFailed&) {
+    throw;
+  } catch (const std::exception& error) {
+    const FailureReport report = failure_of_rank(error, communicator.rank(), current_step);
+    communicator.report_failure(report);
+    throw Error(report.code, report.reason, report.rank, report.step);
   }
 }
 

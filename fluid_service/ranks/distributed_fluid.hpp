@@ -1,20 +1,66 @@
 #pragma once
 
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "contract/exchange.hpp"
+#include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
-#include "ranks/command.hpp"
 #include "ranks/communicator.hpp"
 
 namespace copepod::fluid {
+
+/// An order from rank 0 to the other ranks.
+enum class Order : std::uint32_t {
+  construct,         ///< make a solver
+  exchange_advance,  ///< exchange, and advance right after: the coupler never asks for one without the other
+  save,
+  restore,
+  summarise,
+  stop,  ///< leave the loop
+};
+
+/// An order and what belongs to it.
+struct Command {
+  Order order = Order::stop;
+  FluidSetup setup;       ///< of construct
+  Kinematics kinematics;  ///< of exchange_advance
+  std::string path;       ///< of save and restore
+};
+
+/// Broadcasts commands in one small message where they fit (19 bodies), in two where they do not; reuses its
+/// buffers.
+class CommandChannel {
+ public:
+  explicit CommandChannel(Communicator& communicator) : communicator_(communicator) {}
+
+  void send(const Command& command);        ///< on rank 0
+  void send(const Kinematics& kinematics);  ///< on rank 0: exchange_advance without a copy of the arrays
+  void receive(Command& command);           ///< on all other ranks
+
+ private:
+  void broadcast_message();
+
+  Communicator& communicator_;
+  std::vector<std::byte> message_;
+  std::vector<std::byte> first_part_;
+};
+
+/// A command as bytes, and back.
+void pack(const Command& command, std::vector<std::byte>& message);
+void pack(const Kinematics& kinematics, std::vector<std::byte>& message);
+void unpack(const std::vector<std::byte>& message, Command& command);
 
 /// Makes one rank's part of a solver; every method of it is called on all ranks with the same arguments.
 using RankSolverFactory = std::function<std::unique_ptr<FluidSolver>(const FluidSetup&, Communicator&)>;
 
 /// A solver that is spread over ranks, as seen on rank 0: passes every call on to the other ranks
-/// (follower.hpp) and makes the same call on its own part. Loads and summaries are those of its own part.
+/// (`follow`) and makes the same call on its own part. Loads and summaries are those of its own part.
 ///
 /// An exception on any rank ends all of them: on another rank it arrives here as PeerFailed, naming the rank;
 /// on this one it is reported to the others and thrown on. `advance` costs no message, since the others
@@ -43,6 +89,14 @@ class DistributedFluid final : public FluidSolver {
   bool advance_due_ = false;  ///< the other ranks are in, or past, the bulk update of `step_`
   std::unique_ptr<FluidSolver> solver_;
 };
+
+/// The loop of every rank but 0: carries out the orders of rank 0 until it is told to stop.
+///
+/// An exception of this rank is reported to all others; it is thrown on afterwards.
+/// @param current_step  set to the step of every exchange, for logs
+/// @throws PeerFailed if another rank failed, Error if this one did
+void follow(Communicator& communicator, const RankSolverFactory& make_solver,
+            std::atomic<std::int64_t>& current_step);
 
 /// Lets the other ranks leave `follow`; on rank 0, at the end of the program. Does nothing after a failure.
 void dismiss_followers(Communicator& communicator) noexcept;

@@ -2,18 +2,54 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <limits>
+#include <sched.h>
 #include <utility>
 
 #include "component/progress.hpp"
 #include "component/stop_request.hpp"
 #include "contract/errors.hpp"
-#include "ranks/polled_wait.hpp"
 #include "ranks/rank_failure.hpp"
 
 namespace copepod::fluid {
 
 namespace {
+
+/// Pauses between two polls of a wait: yields at first, then sleeps ever longer.
+///
+/// A message that comes within `spin_s` is seen at once; afterwards the pause is an eighth of the time waited
+/// so far, so it adds at most that share to the wait, up to `longest_pause_s`.
+/// docs/decisions/waiting_ranks_sleep.md has the measurement behind the figures.
+class Backoff {
+ public:
+  static constexpr double spin_s = 100e-6;
+  static constexpr double longest_pause_s = 1e-3;
+
+  Backoff() : start_s_(now_s()) {}
+
+  void pause() const {
+    const double waited_s = now_s() - start_s_;
+    if (waited_s < spin_s) {
+      sched_yield();
+      return;
+    }
+    const double pause_s = std::min(waited_s / 8, longest_pause_s);
+    const timespec duration{0, static_cast<long>(pause_s * 1e9)};
+    nanosleep(&duration, nullptr);
+  }
+
+  [[nodiscard]] double waited_s() const { return now_s() - start_s_; }
+
+ private:
+  static double now_s() {
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  }
+
+  double start_s_;
+};
 
 constexpr int failure_tag = 1;
 constexpr int exchange_tag = 2;
@@ -51,12 +87,12 @@ MPI_Comm duplicate_of_world() {
 MpiCommunicator::MpiCommunicator() : ranks_(duplicate_of_world()), failures_(duplicate_of_world()) {
   check(MPI_Comm_rank(ranks_, &rank_), "MPI_Comm_rank");
   check(MPI_Comm_size(ranks_, &size_), "MPI_Comm_size");
-  if (size_ > 1) pulses_ = std::make_unique<PulseBoard>(ranks_);
+  if (size_ > 1) heartbeats_ = std::make_unique<HeartbeatBoard>(ranks_);
 }
 
 MpiCommunicator::~MpiCommunicator() {
   if (broken()) return;
-  if (pulses_) pulses_->free();
+  if (heartbeats_) heartbeats_->free();
   MPI_Comm_free(&failures_);
   MPI_Comm_free(&ranks_);
 }
@@ -80,12 +116,12 @@ void MpiCommunicator::look_for_failure() {
 }
 
 void MpiCommunicator::look_at_ranks() {
-  if (!pulses_) return;
-  pulses_->show_waiting(true);
+  if (!heartbeats_) return;
+  heartbeats_->show_waiting(true);
   if (rank_ != 0) return;
   const double now_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  const RankVerdict verdict = watch_.look(pulses_->read(), now_s);
+  const RankVerdict verdict = watch_.look(heartbeats_->read(), now_s);
   if (verdict.progressed) report_progress();
   awaited_rank() = verdict.awaited;
   if (!verdict.frozen) return;
@@ -97,8 +133,8 @@ void MpiCommunicator::look_at_ranks() {
 }
 
 void MpiCommunicator::stop_waiting() {
-  if (!pulses_) return;
-  pulses_->show_waiting(false);
+  if (!heartbeats_) return;
+  heartbeats_->show_waiting(false);
   awaited_rank() = 0;
 }
 

@@ -6,13 +6,11 @@
 #include <mpi.h>
 
 #include "ranks/communicator.hpp"
-#include "ranks/failure_packet.hpp"
-#include "ranks/pulse_board.hpp"
-#include "ranks/rank_watch.hpp"
+#include "ranks/heartbeats.hpp"
 
 namespace copepod::fluid {
 
-/// Communicator over all ranks of MPI_COMM_WORLD, by nonblocking calls and polled waits (polled_wait.hpp).
+/// Communicator over all ranks of MPI_COMM_WORLD, by nonblocking calls and polled waits.
 ///
 /// Legal until one rank fails. From then on every call throws PeerFailed with the report: the ranks are no
 /// longer in step and MPI cannot be put in order again; what is left is to tell the coupler and to abort
@@ -55,7 +53,7 @@ class MpiCommunicator final : public Communicator {
   int rank_ = 0;
   int size_ = 1;
   std::optional<FailureReport> failure_;
-  std::unique_ptr<PulseBoard> pulses_;  ///< null for a single rank
+  std::unique_ptr<HeartbeatBoard> heartbeats_;  ///< null for a single rank
   RankWatch watch_;
 };
 

@@ -32,9 +32,9 @@ class Packer {
     (*this)(text.size());
     append(text.data(), text.size());
   }
-  template <int rows, int columns>
-  void operator()(const Eigen::Matrix<double, rows, columns>& matrix) {
-    if constexpr (columns == Eigen::Dynamic) (*this)(matrix.cols());
+  template <int rows>
+  void operator()(const Eigen::Matrix<double, rows, Eigen::Dynamic>& matrix) {
+    (*this)(matrix.cols());
     append(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
   }
 
@@ -65,14 +65,12 @@ class Unpacker {
     text.resize(size);
     take(text.data(), size);
   }
-  template <int rows, int columns>
-  void operator()(Eigen::Matrix<double, rows, columns>& matrix) {
-    if constexpr (columns == Eigen::Dynamic) {
-      Eigen::Index size = 0;
-      (*this)(size);
-      if (static_cast<std::size_t>(size) * rows * sizeof(double) > bytes_.size()) throw too_short();
-      matrix.resize(rows, size);
-    }
+  template <int rows>
+  void operator()(Eigen::Matrix<double, rows, Eigen::Dynamic>& matrix) {
+    Eigen::Index size = 0;
+    (*this)(size);
+    if (static_cast<std::size_t>(size) * rows * sizeof(double) > bytes_.size()) throw too_short();
+    matrix.resize(rows, size);
     take(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
   }
 

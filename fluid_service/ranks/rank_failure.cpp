@@ -1,11 +1,35 @@
 #include "ranks/rank_failure.hpp"
 
+#include <algorithm>
 #include <new>
 #include <string>
+#include <vector>
 
+#include "ranks/packing.hpp"
 #include "system/host_name.hpp"
 
 namespace copepod::fluid {
+
+namespace {
+
+template <class Archive, class Report>
+void describe(Archive& archive, Report& report) {
+  archive(report.code);
+  archive(report.rank);
+  archive(report.step);
+  archive(report.component);
+  archive(report.host);
+  archive(report.reason);
+}
+
+/// At most `length` bytes of `text`, without cutting a UTF-8 character in two.
+std::string shortened(const std::string& text, std::size_t length) {
+  if (text.size() <= length) return text;
+  while (length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) --length;
+  return text.substr(0, length);
+}
+
+}  // namespace
 
 FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_t step) {
   FailureReport report;
@@ -21,6 +45,25 @@ FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_
     report.reason =
         "out of memory (the rank's block of cells does not fit). Use more machines or a smaller domain.";
   }
+  return report;
+}
+
+FailurePacket pack_failure(FailureReport report) {
+  report.component = shortened(report.component, 64);
+  report.host = shortened(report.host, 256);
+  report.reason = shortened(report.reason, 1600);
+  std::vector<std::byte> bytes;
+  Packer packer(bytes);
+  describe(packer, report);
+  FailurePacket packet{};
+  std::copy(bytes.begin(), bytes.end(), packet.begin());
+  return packet;
+}
+
+FailureReport unpack_failure(const FailurePacket& packet) {
+  FailureReport report;
+  Unpacker unpacker(packet);
+  describe(unpacker, report);
   return report;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 
@@ -7,7 +9,15 @@
 
 namespace copepod::fluid {
 
-/// What to tell about an exception of rank `rank`; `step` counts where the error does not know its own.
+/// The report of an exception of rank `rank`; `step` is used where the error has none.
 FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_t step);
+
+/// A failure report as one message of fixed size, small enough to be sent without a handshake of the
+/// receiver.
+using FailurePacket = std::array<std::byte, 2048>;
+
+/// @param report  its reason is cut to what fits
+FailurePacket pack_failure(FailureReport report);
+FailureReport unpack_failure(const FailurePacket& packet);
 
 }  // namespace copepod::fluid

@@ -1,14 +1,76 @@
 #include "service/fluid_program.hpp"
 
+#include <atomic>
+#include <iostream>
+#include <memory>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/sinks/null_sink.h>
+
+#include "component/log.hpp"
 #include "component/run_component.hpp"
+#include "component/vitals.hpp"
 #include "contract/errors.hpp"
-#include "ranks/follower.hpp"
-#include "service/follower_log.hpp"
 #include "service/rank_solver.hpp"
 
 namespace copepod::fluid {
 
 namespace {
+
+component::Options log_options(int argc, char** argv, int rank) {
+  component::Options options;
+  CLI::App app;
+  app.allow_extras();
+  app.set_help_flag();
+  app.add_option("--log-file", options.log_file);
+  app.add_option("--log-level", options.log_level);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError&) {
+    return {};  // rank 0 reports it
+  }
+  if (options.log_file.empty()) {
+    options.log_level = "warning";  // only rank 0 writes to the terminal
+  } else {
+    options.log_file += ".rank" + std::to_string(rank);
+  }
+  return options;
+}
+
+/// A log that cannot be opened must not leave the other ranks waiting.
+std::shared_ptr<spdlog::logger> open_or_do_without(const component::Options& options, int rank,
+                                                   const std::shared_ptr<component::Vitals>& vitals) {
+  try {
+    return component::open_log(options, session::Role::fluid, rank, vitals);
+  } catch (const StorageError& error) {
+    std::cerr << "warning: " << error.what() << std::endl;
+    return std::make_shared<spdlog::logger>("silent", std::make_shared<spdlog::sinks::null_sink_mt>());
+  }
+}
+
+/// Log of a rank that the coupler does not talk to: `<log file of rank 0>.rank<N>`, or standard error.
+class FollowerLog {
+ public:
+  /// Reads --log-file and --log-level; the rest of the command line concerns rank 0.
+  FollowerLog(int argc, char** argv, int rank)
+      : vitals_(std::make_shared<component::Vitals>()),
+        log_(open_or_do_without(log_options(argc, argv, rank), rank, vitals_)) {
+    log_->info("Rank {} of the fluid, pid {}.", rank, getpid());
+  }
+
+  /// Shown in every later line.
+  [[nodiscard]] std::atomic<std::int64_t>& current_step() const { return vitals_->step; }
+
+  void finished() const { log_->info("Finished."); }
+  void failed(const Error& error) const {
+    log_->error("Rank {} failed at step {}: {}", error.rank(), error.step(), error.what());
+  }
+
+ private:
+  std::shared_ptr<component::Vitals> vitals_;
+  std::shared_ptr<spdlog::logger> log_;
+};
 
 int run_leader(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
   const FluidComponent component{capabilities(), [&](const FluidSetup& setup) {

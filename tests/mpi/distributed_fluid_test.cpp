@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "ranks/follower.hpp"
 #include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {

@@ -5,7 +5,6 @@
 
 #include "contract/errors.hpp"
 #include "ranks/distributed_fluid.hpp"
-#include "ranks/follower.hpp"
 #include "ranks/mpi_session.hpp"
 
 namespace {

@@ -7,7 +7,6 @@
 
 #include "contract/errors.hpp"
 #include "ranks/distributed_fluid.hpp"
-#include "ranks/follower.hpp"
 #include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {

@@ -7,17 +7,15 @@
 
 #include "component/progress.hpp"
 #include "contract/errors.hpp"
+#include "conversion/setup_conversion.hpp"
 #include "files/shared_file.hpp"
 #include "files/sync_file.hpp"
-#include "ranks/fluid_setup_packing.hpp"
-#include "ranks/packing.hpp"
-#include "ranks/pieces.hpp"
 
 namespace copepod::fluid {
 
 namespace {
 
-constexpr std::int64_t format_version = 2;
+constexpr std::int64_t format_version = 3;
 constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
 constexpr std::int64_t piece_bytes = 1 << 18;      ///< of populations at once: stays in a core's cache
 const std::string root = "/";
@@ -272,11 +270,12 @@ PopulationHeader read_header(Hdf5File& file, const std::string& path, const Popu
 }  // namespace
 
 std::uint64_t digest_of(const FluidSetup& setup) {
-  std::vector<std::byte> bytes;
-  Packer packer(bytes);
-  describe_physics(packer, setup);
+  FluidSetup physics = setup;
+  physics.fields = {};
+  physics.trace_directory.clear();
   Digest digest;
-  for (const std::byte byte : bytes) digest.add(std::uint64_t{std::to_integer<unsigned char>(byte)});
+  for (const char byte : conversion::to_bytes(physics))
+    digest.add(std::uint64_t{static_cast<unsigned char>(byte)});
   return digest.value();
 }
 

@@ -1,4 +1,4 @@
-#include "ranks/rank_watch.hpp"
+#include "ranks/heartbeats.hpp"
 
 #include <array>
 
@@ -11,15 +11,14 @@ namespace {
 class WatchedRanks : public testing::Test {
  protected:
   void beat() {
-    for (PulseReading& reading : readings) ++reading.beats;
+    for (Heartbeat& reading : readings) ++reading.beats;
   }
   RankVerdict look() {
     now_s += 0.1;
     return watch.look(readings, now_s);
   }
 
-  std::array<PulseReading, 2> readings{PulseReading{.rank = 1, .waits = true},
-                                       PulseReading{.rank = 2, .waits = true}};
+  std::array<Heartbeat, 2> readings{Heartbeat{.rank = 1, .waits = true}, Heartbeat{.rank = 2, .waits = true}};
   RankWatch watch;
   double now_s = 100.0;
 };

@@ -1,4 +1,4 @@
-#include "ranks/pieces.hpp"
+#include "ranks/box.hpp"
 
 #include <vector>
 

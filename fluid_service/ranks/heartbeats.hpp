@@ -1,14 +1,19 @@
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <span>
+#include <thread>
 #include <vector>
+
+#include <mpi.h>
 
 namespace copepod::fluid {
 
 /// What one rank showed of itself at some moment.
-struct PulseReading {
+struct Heartbeat {
   int rank = 0;
   std::uint64_t beats = 0;     ///< grows as long as the process runs
   std::uint64_t progress = 0;  ///< grows when its solver shows that it moves on
@@ -22,20 +27,20 @@ struct RankVerdict {
   bool progressed = false;    ///< some solver moved on since the last look
 };
 
-/// Rank 0's memory of the other ranks' pulses; times are seconds of one monotonic clock.
+/// What rank 0 remembers of the other ranks' heartbeats; times are seconds of one monotonic clock.
 class RankWatch {
  public:
   static constexpr double silence_s = 2.5;  ///< a process that does not beat for so long is frozen
   static constexpr double absence_s = 1.0;  ///< without a look for so long all clocks start anew
 
   /// @param readings  the same ranks in the same order every time
-  RankVerdict look(std::span<const PulseReading> readings, double now_s) {
+  RankVerdict look(std::span<const Heartbeat> readings, double now_s) {
     const bool was_away = now_s - last_look_s_ > absence_s || sightings_.size() != readings.size();
     last_look_s_ = now_s;
     sightings_.resize(readings.size());
     RankVerdict verdict;
     for (std::size_t i = 0; i < readings.size(); ++i) {
-      const PulseReading& reading = readings[i];
+      const Heartbeat& reading = readings[i];
       Sighting& sighting = sightings_[i];
       if (was_away || reading.beats != sighting.beats) sighting.alive_s = now_s;
       if (!was_away && reading.progress != sighting.progress) verdict.progressed = true;
@@ -55,6 +60,44 @@ class RankWatch {
   };
   double last_look_s_ = -1e300;
   std::vector<Sighting> sightings_;
+};
+
+/// Memory that all ranks of one machine share, in which each rank shows its heartbeat and whether it waits.
+/// It is read and written without a message, hence also while ranks compute, freeze or hang. Ranks on other
+/// machines than rank 0's do not appear on it.
+class HeartbeatBoard {
+ public:
+  /// Collective. Every rank but 0 starts a thread that beats and never calls MPI; the coupler's pings
+  /// cover rank 0.
+  explicit HeartbeatBoard(MPI_Comm ranks);
+  HeartbeatBoard(const HeartbeatBoard&) = delete;
+  HeartbeatBoard& operator=(const HeartbeatBoard&) = delete;
+  /// Ends the thread; leaves the memory to the end of the process unless `free` was called.
+  ~HeartbeatBoard();
+
+  /// Collective: gives the memory back; the last call.
+  void free();
+
+  /// This rank's solver waits for others, or does so no longer.
+  void show_waiting(bool waits);
+
+  /// The other ranks on rank 0's machine; on rank 0.
+  std::span<const Heartbeat> read();
+
+ private:
+  struct Place;
+  void find_others(MPI_Comm machine, MPI_Comm ranks);
+  void beat();
+  void stop_beating();
+
+  MPI_Win window_ = MPI_WIN_NULL;
+  Place* own_ = nullptr;
+  std::vector<const Place*> others_;
+  std::vector<Heartbeat> readings_;  ///< of `others_`
+  std::mutex mutex_;
+  std::condition_variable leave_;
+  bool leaving_ = false;
+  std::thread thread_;
 };
 
 }  // namespace copepod::fluid

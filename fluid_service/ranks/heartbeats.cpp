@@ -1,4 +1,4 @@
-#include "ranks/pulse_board.hpp"
+#include "ranks/heartbeats.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -16,35 +16,35 @@ constexpr std::chrono::milliseconds beat_every{200};
 }  // namespace
 
 /// One cache line per rank, written by that rank only.
-struct alignas(64) PulseBoard::Pulse {
+struct alignas(64) HeartbeatBoard::Place {
   std::atomic<std::uint64_t> beats{0};
   std::atomic<std::uint64_t> progress{0};
   std::atomic<bool> waits{false};
 };
 
-PulseBoard::PulseBoard(MPI_Comm ranks) {
+HeartbeatBoard::HeartbeatBoard(MPI_Comm ranks) {
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "processes share these");
   int rank = 0;
   MPI_Comm_rank(ranks, &rank);
   MPI_Comm machine = MPI_COMM_NULL;
   MPI_Comm_split_type(ranks, MPI_COMM_TYPE_SHARED, rank, MPI_INFO_NULL, &machine);
   void* memory = nullptr;
-  MPI_Win_allocate_shared(sizeof(Pulse), 1, MPI_INFO_NULL, machine, &memory, &window_);
-  own_ = new (memory) Pulse;
+  MPI_Win_allocate_shared(sizeof(Place), 1, MPI_INFO_NULL, machine, &memory, &window_);
+  own_ = new (memory) Place;
   MPI_Barrier(machine);  // all entries are initialised before rank 0 reads them
   if (rank == 0) find_others(machine, ranks);
   MPI_Comm_free(&machine);
   if (rank != 0) thread_ = std::thread([this] { beat(); });
 }
 
-PulseBoard::~PulseBoard() { stop_beating(); }
+HeartbeatBoard::~HeartbeatBoard() { stop_beating(); }
 
-void PulseBoard::free() {
+void HeartbeatBoard::free() {
   stop_beating();
   MPI_Win_free(&window_);
 }
 
-void PulseBoard::stop_beating() {
+void HeartbeatBoard::stop_beating() {
   if (!thread_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
@@ -54,7 +54,7 @@ void PulseBoard::stop_beating() {
   thread_.join();
 }
 
-void PulseBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
+void HeartbeatBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
   int members = 0;
   MPI_Comm_size(machine, &members);
   MPI_Group machine_group = MPI_GROUP_NULL;
@@ -66,15 +66,15 @@ void PulseBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
     int unit = 0;
     void* memory = nullptr;
     MPI_Win_shared_query(window_, member, &size, &unit, &memory);
-    others_.push_back(static_cast<const Pulse*>(memory));
-    PulseReading& reading = readings_.emplace_back();
+    others_.push_back(static_cast<const Place*>(memory));
+    Heartbeat& reading = readings_.emplace_back();
     MPI_Group_translate_ranks(machine_group, 1, &member, all_group, &reading.rank);
   }
   MPI_Group_free(&machine_group);
   MPI_Group_free(&all_group);
 }
 
-void PulseBoard::beat() {
+void HeartbeatBoard::beat() {
   block_signals();
   std::unique_lock lock(mutex_);
   while (!leaving_) {
@@ -84,9 +84,9 @@ void PulseBoard::beat() {
   }
 }
 
-void PulseBoard::show_waiting(bool waits) { own_->waits.store(waits, std::memory_order_relaxed); }
+void HeartbeatBoard::show_waiting(bool waits) { own_->waits.store(waits, std::memory_order_relaxed); }
 
-std::span<const PulseReading> PulseBoard::read() {
+std::span<const Heartbeat> HeartbeatBoard::read() {
   for (std::size_t i = 0; i < others_.size(); ++i) {
     readings_[i].beats = others_[i]->beats.load(std::memory_order_relaxed);
     readings_[i].progress = others_[i]->progress.load(std::memory_order_relaxed);

@@ -25,7 +25,7 @@ void look_on_while(const Wait& wait, const Look& look) {
   observer.join();
 }
 
-TEST(RankPulse, NamesTheRankThatTheOthersWaitFor) {
+TEST(RankHeartbeats, NamesTheRankThatTheOthersWaitFor) {
   MpiCommunicator ranks;
   const int last = ranks.size() - 1;
   std::array<std::int64_t, 1> value{1};
@@ -38,7 +38,7 @@ TEST(RankPulse, NamesTheRankThatTheOthersWaitFor) {
   EXPECT_EQ(awaited_rank(), 0) << "nobody waits any more";
 }
 
-TEST(RankPulse, ProgressOfAnotherRankCountsAsProgress) {
+TEST(RankHeartbeats, ProgressOfAnotherRankCountsAsProgress) {
   MpiCommunicator ranks;
   if (ranks.size() == 1) GTEST_SKIP() << "there is no other rank";
   std::array<std::int64_t, 1> value{1};
@@ -63,7 +63,7 @@ void suspend(pid_t process) {
   kill(process, SIGCONT);
 }
 
-TEST(RankPulse, FrozenRankIsNamedWithinThreeSeconds) {
+TEST(RankHeartbeats, FrozenRankIsNamedWithinThreeSeconds) {
   MpiCommunicator ranks;
   if (ranks.size() == 1) GTEST_SKIP() << "the coupler looks after rank 0";
   const int last = ranks.size() - 1;
