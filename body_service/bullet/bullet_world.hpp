@@ -31,8 +31,7 @@ class BulletWorld {
  public:
   BulletWorld(const BodySetup& setup, const BodyModel& model);
 
-  /// One step of semi-implicit Euler with constraints, v' = v + h F/m, x' = x + h v', loads constant over the
-  /// step.
+  /// One step of semi-implicit Euler with constraints, v' = v + h F/m, x' = x + h v', under constant loads.
   /// @param force_N, torque_N_m  on every body, springs excepted; finite
   void advance(BulletState& state, const Eigen::Matrix3Xd& force_N, const Eigen::Matrix3Xd& torque_N_m);
 

@@ -5,12 +5,12 @@
 namespace copepod::body {
 
 /// A pull of given strength between two points, as one row of Bullet's constraint solver: the impulse λ along
-/// e acts on A, −λ on B, and both limits of λ are the impulse of the pull over the step. Contacts and joints
-/// are so solved together with the springs.
+/// e acts on A, −λ on B, and both limits of λ are the impulse of the pull over the step. So contacts and
+/// joints are solved together with the springs.
 ///
 /// Bullet's own spring constraints (6Dof, 6DofSpring2) are motors: their row stops pulling once the two
 /// bodies have the relative velocity that this spring alone would give them. In a row of three beads, where
-/// the middle one answers to two springs, that is wrong by a factor that no shorter step mends; see
+/// the middle one is pulled by two springs, the error is a factor that does not decrease with the step; see
 /// docs/decisions/bullet_bodies.md.
 class SpringConstraint final : public btTypedConstraint {
  public:

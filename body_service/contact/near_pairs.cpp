@@ -17,8 +17,7 @@ std::vector<double> margins_m(const BodyModel& model) {
   return margins;
 }
 
-/// Radii of balls around the bodies that touch as long as the bodies can, however these move within their
-/// margins.
+/// Radii of balls that intersect whenever the bodies could touch after each has moved by its margin.
 std::vector<double> reaches_m(const BodyModel& model, const std::vector<double>& margin_m) {
   std::vector<double> reaches;
   for (Eigen::Index body = 0; body < model.bodies(); ++body) {

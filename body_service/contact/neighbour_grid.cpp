@@ -17,8 +17,7 @@ std::size_t bucket(const std::array<std::int64_t, 3>& cell, std::size_t buckets)
   return (x ^ y ^ z) & (buckets - 1);
 }
 
-/// Steps to the neighbouring cells of one direction: fewer where a periodic direction has less than
-/// three cells.
+/// Steps to the neighbouring cells of one direction; fewer where that is periodic and has less than 3 cells.
 std::pair<std::int64_t, std::int64_t> neighbour_steps(std::int64_t cells) {
   if (cells == 1) return {0, 0};
   if (cells == 2) return {0, 1};
@@ -88,8 +87,7 @@ void NeighbourGrid::sort_into_cells(Level& level, const Eigen::Matrix3Xd& centre
     ++start[bucket_of_ball_[ball] + 1];
   }
   for (std::size_t b = 0; b < buckets; ++b) start[b + 1] += start[b];
-  // Filling from the back leaves start[b] at the bucket's begin and keeps the balls of a bucket in
-  // ascending order.
+  // Filling from the back leaves start[b] at the start of the bucket and keeps its balls in ascending order.
   for (auto ball = level.balls.rbegin(); ball != level.balls.rend(); ++ball) {
     level.entries[--start[bucket_of_ball_[*ball] + 1]] = {cell_of_ball_[*ball], *ball};
   }

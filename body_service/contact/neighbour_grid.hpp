@@ -15,8 +15,7 @@ using BodyPair = std::pair<int, int>;  ///< indices, the lower one first
 ///
 /// Balls are sorted by size into levels, each with radii within a factor of two and with a grid of cells,
 /// hashed, that are as wide as its largest balls; a ball looks for partners in the 27 cells around it on its
-/// own and every coarser level. So a few large balls among many small ones cost no more than their
-/// surroundings hold.
+/// own and every coarser level. So a few large balls among many small ones cost little.
 class NeighbourGrid {
  public:
   /// @param radius_m           of every ball, positive
@@ -24,9 +23,8 @@ class NeighbourGrid {
   NeighbourGrid(std::vector<double> radius_m, const std::array<double, 3>& periodic_length_m);
 
   /// @param centre_m  finite, inside or outside the periodic box, shape (3, balls)
-  /// @param pairs     overwritten with every pair whose nearest periodic images intersect, each once, in an
-  /// order
-  ///                  that depends on positions and indices only
+  /// @param pairs     overwritten with every pair whose nearest periodic images intersect, each once; their
+  ///                  order depends on positions and indices only
   void find_pairs(const Eigen::Matrix3Xd& centre_m, std::vector<BodyPair>& pairs);
 
   /// Vector between the nearest periodic images of two points [m].

@@ -46,8 +46,7 @@ double OverlapCheck::smallest_gap_m(int A, int B, const MotionState& state) cons
   const Eigen::Vector3d nearest_m =
       near_pairs_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
 
-  // The image with the nearest centre need not be the nearest image of bodies that are longer than half the
-  // box.
+  // Of bodies longer than half the box, the image with the nearest centre need not be the nearest image.
   const double reach_m = bounding_radius_m(model_.shape(A)) + bounding_radius_m(model_.shape(B));
   std::array<int, 3> images{};
   for (int direction = 0; direction < 3; ++direction) {
@@ -76,11 +75,10 @@ void OverlapCheck::report(int A, int B, double gap_m, std::int64_t step) const {
                           " (the periodic length is shorter than the body). Use a larger domain.",
                       0, step);
   }
-  throw SolverError(
-      "bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
-          " (they came too close; contacts are not resolved). Start them further apart, use a smaller "
-          "driving force, a stiffer spring or a shorter step.",
-      0, step);
+  throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
+                        " (contacts are not resolved). Start them further apart, use a smaller "
+                        "driving force, a stiffer spring or a shorter step.",
+                    0, step);
 }
 
 }  // namespace copepod::body

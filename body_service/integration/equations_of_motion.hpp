@@ -15,8 +15,7 @@ namespace copepod::body {
 
 /// The Newton-Euler equations of all bodies, evaluated block by block:
 ///   dx/dt = v,   m dv/dt = F,   dq/dt = 1/2 (0, ω) ⊗ q,   dL/dt = τ                        (B9), (B10)
-/// with F and τ the sums of hydrodynamic load, driving force and force elements, less what constraints
-/// balance.
+/// with F and τ the sums of hydrodynamic load, driving force and force elements, less the constraint forces.
 class EquationsOfMotion {
  public:
   /// @param preferred_block_bodies  see independent_blocks

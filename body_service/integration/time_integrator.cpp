@@ -34,8 +34,7 @@ void extrapolate(const MotionState& state, const BodyBlock& block, double factor
   });
 }
 
-/// sum += factor · rate, for `bodies` columns of the sum from `first` on; `rate` begins with the first of
-/// them.
+/// sum += factor · rate, for `bodies` columns of the sum from `first` on; `rate` begins with that body.
 void accumulate(MotionState& sum, Eigen::Index first, Eigen::Index bodies, double factor,
                 const MotionState& rate) {
   for_each_part(

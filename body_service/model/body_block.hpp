@@ -18,8 +18,7 @@ struct BodyBlock {
   std::vector<int> springs;  ///< indices of its springs, ascending
 };
 
-/// Cuts the bodies into blocks of about `preferred_bodies`; a block is longer only where springs leave no
-/// cut.
+/// Cuts the bodies into blocks of about `preferred_bodies`, longer only where springs prevent a cut.
 /// @param springs  with valid body indices
 /// @return blocks in ascending order that cover all bodies and all springs once
 std::vector<BodyBlock> independent_blocks(Eigen::Index bodies,

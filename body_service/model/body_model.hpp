@@ -18,7 +18,7 @@ Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg);
 /// What does not change about the bodies during a run; SI units, one entry or column per body.
 class BodyModel {
  public:
-  /// @throws CaseError naming the body if a mass, shape, orientation or axis makes no sense
+  /// @throws CaseError naming the body if a mass, shape, orientation or axis is not valid
   explicit BodyModel(const BodySetup& setup);
 
   [[nodiscard]] Eigen::Index bodies() const { return inverse_mass_per_kg_.size(); }

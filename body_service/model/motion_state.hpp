@@ -7,9 +7,8 @@ namespace copepod::body {
 /// State of motion of a row of bodies, or its rate of change; SI units, world frame, one column per body.
 ///
 /// The rotation is carried as angular momentum: it changes by torques only (B9), so that torque-free motion
-/// keeps it to the last bit and the gyroscopic term ω × Iω needs no code of its own. A body whose rotation
-/// does not answer to torques (fixed, prescribed) has unit inertia here, so the column then holds its angular
-/// velocity.
+/// keeps it to the last bit and the gyroscopic term ω × Iω needs no code of its own. A body that torques do
+/// not turn (fixed, prescribed) has unit inertia here, so that its column holds the angular velocity.
 struct MotionState {
   Eigen::Matrix3Xd position_m;
   Eigen::Matrix4Xd orientation_wxyz;

@@ -40,8 +40,7 @@ inline Eigen::Vector4d orientation_rate(const Eigen::Vector3d& w_WB_rad_per_s, c
 /// Orientation after turning by the rotation vector `angle_rad` (world frame): q' = exp(θ/2) ⊗ q      (B15)
 inline Eigen::Vector4d rotated(const Eigen::Vector3d& angle_rad, const Eigen::Vector4d& q) {
   const double half = 0.5 * angle_rad.norm();
-  // Below this angle sin(x)/x and its series 1 − x²/6 agree to the last bit, and the quotient would be 0/0 at
-  // rest.
+  // Below this angle, sin(x)/x and its series 1 − x²/6 agree to the last bit; at rest the quotient is 0/0.
   const double sinc = half < 1e-5 ? 1.0 - half * half / 6.0 : std::sin(half) / half;
   return std::cos(half) * q + (0.5 * sinc) * pure_product(angle_rad, q);
 }

@@ -20,8 +20,7 @@ struct StateLabel {
   std::int64_t step = 0;
 };
 
-/// Writes a state to a new file, complete and on the disk on return; an interrupted write leaves no file
-/// `path`.
+/// Writes a state to a new file, complete and on the disk on return; an interrupted write leaves none.
 ///
 /// Layout, 64-bit little-endian words: magic "COPEBODY", version, case digest, step, bodies; then position (3
 /// words per body), orientation (4), velocity (3) and angular momentum (3), each body by body; last the
@@ -30,7 +29,7 @@ struct StateLabel {
 void write_state(const std::string& path, const StateLabel& label, const MotionState& state);
 
 /// Reads what `write_state` wrote, bit for bit.
-/// @param case_digest  of the case at hand
+/// @param case_digest  of the present case
 /// @param state        must have the case's number of bodies; overwritten
 /// @return the step before which the state was saved
 /// @throws StorageError if the file is missing, truncated, damaged, of another version or of another case

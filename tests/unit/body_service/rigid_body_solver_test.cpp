@@ -15,8 +15,7 @@
 namespace copepod::body {
 namespace {
 
-/// Swimmers side by side, each three tilted capsules with anchored springs; `order[i]` is the place of
-/// body i.
+/// Swimmers side by side, each three tilted capsules with anchored springs; body i is at place `order[i]`.
 BodySetup swarm(int swimmers, const std::vector<int>& order) {
   std::vector<BodySpecification> bodies(order.size());
   BodySetup setup = setup_of({}, 1e-9);

@@ -13,7 +13,7 @@ SpringSpecification between(int A, int B) {
 }
 
 TEST(BodyBlock, CutsOnlyWhereNoSpringIsCut) {
-  // Three swimmers, 0-1-2, 3-4-5, 6-7-8; blocks of two bodies are requested.
+  // Three swimmers, 0-1-2, 3-4-5, 6-7-8; blocks of about two bodies.
   const auto blocks = independent_blocks(
       9, {between(0, 1), between(1, 2), between(4, 3), between(5, 4), between(6, 7), between(8, 7)}, 2);
   ASSERT_EQ(blocks.size(), 3U);
