@@ -2,9 +2,11 @@
 
 import os
 from argparse import Namespace
+from collections.abc import Sequence
 
 from copepod_run import build, components, estimate
 from copepod_run.errors import ExitCode, Stop
+from copepod_run.estimate import Memory
 from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan, request_plan
 
@@ -13,15 +15,20 @@ def check(options: Namespace) -> int:
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
     build.ensure_programs()
     plan = components.settled(request_plan(options), options)
+    problems = components.problems_of_components(plan)
+    memory: list[Memory] = []
+    try:
+        memory = estimate.memory_of(plan, options)
+    except Stop as refusal:
+        problems.append(refusal.message)
     rows = [(note["what"], note["value"]) for note in plan.notes]
-    rows += _estimate_rows(plan)
+    rows += _estimate_rows(plan, memory)
     width = max((len(name) for name, _ in rows), default=0) + 2
     print(f"{options.case}: {plan.name}, {plan.steps} steps")
     for name, value in rows:
         print(f"  {name:<{width}}{value}")
-    for warning in [*plan.warnings, *_resource_warnings(plan)]:
+    for warning in [*plan.warnings, *estimate.warnings(memory), *_rank_warnings(plan)]:
         print(warning)
-    problems = components.problems_of_components(plan)
     for problem in problems:
         print(f"error: {problem}")
     if problems:
@@ -30,12 +37,12 @@ def check(options: Namespace) -> int:
     return ExitCode.FINISHED
 
 
-def _estimate_rows(plan: Plan) -> list[tuple[str, str]]:
+def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> list[tuple[str, str]]:
     """Memory and time of the run."""
     rows = []
-    memory = plan.estimate.get("memory_bytes")
     if memory:
-        rows.append(("memory", f"{memory / 2**20:.0f} MiB{_shares(plan.estimate.get('memory_of', {}))}"))
+        parts = ", ".join(part.text() for part in memory)
+        rows.append(("memory", f"{sum(part.total for part in memory) / 2**20:.0f} MiB ({parts})"))
     updates = plan.estimate.get("cell_updates")
     if updates:
         precision = plan.case.get("fluid", {}).get("precision", "double")
@@ -49,31 +56,11 @@ def _estimate_rows(plan: Plan) -> list[tuple[str, str]]:
     return rows
 
 
-def _shares(memory_of: dict[str, int]) -> str:
-    """How the memory is shared out, in brackets; nothing where the coupler does not report it."""
-    shares = []
-    if memory_of.get("fluid_rank_bytes"):
-        shares.append(f"fluid {memory_of['fluid_ranks']} × {memory_of['fluid_rank_bytes'] / 2**20:.0f}")
-    shares += [
-        f"{name} {memory_of[key] / 2**20:.0f}"
-        for name, key in (("bodies", "body_bytes"), ("coupler", "coupler_bytes"))
-        if memory_of.get(key)
-    ]
-    return f" ({', '.join(shares)})" if shares else ""
-
-
-def _resource_warnings(plan: Plan) -> list[str]:
-    warnings = []
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if plan.estimate.get("memory_bytes", 0) > 0.9 * memory:
-        warnings.append(
-            f"warning: the run needs {plan.estimate['memory_bytes'] / 2**30:.1f} GiB (this machine has "
-            f"{memory / 2**30:.1f} GiB). Use fewer cells, symmetry_planes or precision: single."
-        )
+def _rank_warnings(plan: Plan) -> list[str]:
     cores = len(os.sched_getaffinity(0))
-    if plan.fluid_ranks > cores:
-        warnings.append(
-            f"warning: {plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
-            f"Use --ranks {cores}."
-        )
-    return warnings
+    if plan.fluid_ranks <= cores:
+        return []
+    return [
+        f"warning: {plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
+        f"Use --ranks {cores}."
+    ]

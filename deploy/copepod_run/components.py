@@ -1,5 +1,6 @@
 """The three processes of a run: command lines, environment, and what a component announces about itself."""
 
+import functools
 import json
 import os
 import shlex
@@ -87,7 +88,7 @@ def settled(plan: Plan, options: Namespace) -> Plan:
     _require_programs(plan)
     own = plan.fluid_command
     if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks):
-        if "mpi" not in (announced(own) or {}).get("features", []):
+        if not announces(own, "mpi"):
             return replace(plan, fluid_ranks=1)
     cores = len(os.sched_getaffinity(0))
     if _needs_mpirun(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
@@ -121,7 +122,15 @@ def require_program(role: str, command: Sequence[str]) -> None:
         )
 
 
-def announced(command: Sequence[str]) -> dict[str, Any] | None:
+def announces(command: Sequence[str], feature: str) -> bool:
+    """Whether a component can be asked and announces `feature`."""
+    if not shutil.which(command[0]):
+        return False
+    return feature in (announced(tuple(command)) or {}).get("features", [])
+
+
+@functools.cache
+def announced(command: tuple[str, ...]) -> dict[str, Any] | None:
     """What `COMMAND --capabilities` prints, a dictionary with `name` and `features`; None if that cannot be read.
 
     Raises Stop(2) if the command cannot be started.
@@ -129,7 +138,7 @@ def announced(command: Sequence[str]) -> dict[str, Any] | None:
     try:
         answer = subprocess.run(
             [*command, "--capabilities"],
-            env={**_component_settings(), **os.environ},
+            env={**settings_of_components(), **os.environ},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -165,7 +174,7 @@ def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Map
     """
     if is_ours and not Path(command[0]).exists():  # a folder of programs for runs in one process need not hold it
         return
-    answer = announced(command)
+    answer = announced(tuple(command))
     if answer is None:
         yield (
             f"{shlex.join(command)} cannot be used as {role} component (it does not answer --capabilities with "
@@ -190,7 +199,7 @@ def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Map
 def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
     """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
     settings = {
-        **_component_settings(),
+        **settings_of_components(),
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
@@ -203,7 +212,7 @@ def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
     return {**settings, **os.environ, MARK: mark}
 
 
-def _component_settings() -> dict[str, str]:
+def settings_of_components() -> dict[str, str]:
     """Without these a component may not start at all: message classes for Python, and mpirun as root."""
     return {
         "COPEPOD_BUILD_PYTHON": str(program("coupler").parent.parent / "python"),

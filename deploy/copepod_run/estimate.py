@@ -1,12 +1,107 @@
-"""Remembers how fast this machine ran, for the time estimates of `copepod check`."""
+"""What a run will need: memory, as its components estimate it, and time, at the speed that this machine has shown."""
 
 import json
-from collections.abc import Mapping
+import os
+import subprocess
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from copepod_run.checkout import BUILD
+from copepod_run import components
+from copepod_run.checkout import BUILD, program
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.plan import Plan, case_arguments
 
-_FILE = BUILD / "measured_speed.json"
+_SPEEDS = BUILD / "measured_speed.json"
+_ANSWER_WITHIN_S = 60
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Of one component; `warning`: its own remark about the setup, or nothing."""
+
+    name: str
+    processes: int
+    bytes_per_process: int
+    warning: str = ""
+
+    @property
+    def total(self) -> int:
+        return self.processes * self.bytes_per_process
+
+    def text(self) -> str:
+        """«fluid 2 × 512», in MiB."""
+        times = f"{self.processes} × " if self.processes > 1 else ""
+        return f"{self.name} {times}{self.bytes_per_process / 2**20:.0f}"
+
+
+def memory_of(plan: Plan, options: Namespace) -> list[Memory]:
+    """Estimates of the components that announce `estimate`, before anything is started; else the coupler's.
+
+    Raises Stop(2) with the component's sentence if it cannot handle the setup, its ranks for instance.
+    """
+    known = plan.estimate.get("memory_of", {})
+    found = []
+    for role, command, processes, key in (
+        ("fluid", components.fluid_program(plan), plan.fluid_ranks, "fluid_rank_bytes"),
+        ("body", components.body_program(plan), 1, "body_bytes"),
+    ):
+        setup = _setup(role, options) if components.announces(command, "estimate") else None
+        if setup is not None:
+            found.append(_ask(role, [*command, "--estimate", "--ranks", str(processes)], setup, processes))
+        elif known.get(key):
+            found.append(Memory(role, processes, known[key]))
+    return found + ([Memory("coupler", 1, known["coupler_bytes"])] if known.get("coupler_bytes") else [])
+
+
+def _setup(role: str, options: Namespace) -> bytes | None:
+    """The serialised setup of a component, None if the coupler cannot write it."""
+    command = [str(program("coupler")), "--setup", role, *case_arguments(options)]
+    answer = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    return answer.stdout if answer.returncode == 0 else None
+
+
+def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Memory:
+    try:
+        answer = subprocess.run(
+            command,
+            input=setup,
+            env=components.settings_of_components() | os.environ,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            timeout=_ANSWER_WITHIN_S,
+        )
+        if answer.returncode == 0:
+            read, _ = json.JSONDecoder().raw_decode(
+                answer.stdout.decode().lstrip()
+            )  # under mpirun every rank prints it
+            return Memory(role, processes, int(read["memory_bytes"]), str(read.get("problem", "")))
+        reason = f"exit code {answer.returncode}"
+    except (OSError, ValueError, KeyError, TypeError, subprocess.TimeoutExpired) as problem:
+        raise Stop(
+            ExitCode.BAD_CASE,
+            f"the {role} component announces estimates, but its answer cannot be read ({problem}). "
+            "See docs/protocol.md, Estimates.",
+        ) from None
+    errors = [line for line in answer.stderr.decode(errors="replace").splitlines() if line.startswith("error: ")]
+    raise Stop(
+        ExitCode.BAD_CASE,
+        errors[0].removeprefix("error: ") if errors else f"the {role} component refuses the case ({reason}).",
+    )
+
+
+def warnings(memory: Sequence[Memory]) -> list[str]:
+    """What the components remark, and what this machine cannot provide."""
+    found = [f"warning: {part.name}: {part.warning}" for part in memory if part.warning]
+    needed = sum(part.total for part in memory)
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > 0.9 * present:
+        found.append(
+            f"warning: the run needs {needed / 2**30:.1f} GiB (this machine has {present / 2**30:.1f} GiB). Use fewer "
+            "cells, symmetry_planes or precision: single."
+        )
+    return found
 
 
 def remember(summary: Mapping[str, Any]) -> None:
@@ -14,21 +109,22 @@ def remember(summary: Mapping[str, Any]) -> None:
     mlups = summary.get("mlups")
     if not mlups:
         return
-    speeds = _read()
+    speeds = _read_speeds()
     speeds.setdefault(summary.get("precision", ""), {})[str(summary.get("ranks", 1))] = mlups
     try:
-        _FILE.write_text(json.dumps(speeds, indent=2) + "\n")
+        _SPEEDS.write_text(json.dumps(speeds, indent=2) + "\n")
     except OSError:  # a read-only checkout; only an estimate is lost
         pass
 
 
 def remembered(precision: str, ranks: int) -> float | None:
-    """MLUPS of the last run with this precision and number of ranks, or None."""
-    return _read().get(precision, {}).get(str(ranks))
+    """MLUPS of the last run with this precision and number of ranks."""
+    return _read_speeds().get(precision, {}).get(str(ranks))
 
 
-def _read() -> dict[str, dict[str, float]]:
+def _read_speeds() -> dict[str, dict[str, float]]:
     try:
-        return json.loads(_FILE.read_text())
+        speeds: dict[str, dict[str, float]] = json.loads(_SPEEDS.read_text())
+        return speeds
     except (OSError, ValueError):
         return {}

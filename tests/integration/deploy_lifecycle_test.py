@@ -95,6 +95,32 @@ class RunLifecycle(CommandTest):
         self.assertIn("cannot be used as body component (it is a fluid component). Use --fluid.", session.last_line)
         self.assertFalse((self.folder / "runs").exists())
 
+    def test_component_estimates_its_memory_before_the_run(self):
+        answer = '{"memory_bytes": 1048576000, "problem": "the table of its radii is coarse"}'
+        component = self.estimating_component(f"cat > asked; echo '{answer}'")
+        session = self.start("check", self.case(), "--body", component)
+        self.assert_ends(session, 0)
+        self.assertIn("memory           1000 MiB (body 1000)", "".join(session.stdout))
+        self.assertIn("warning: body: the table of its radii is coarse", "".join(session.stdout))
+        self.assertEqual((self.folder / "asked").read_text(), "setup of body\n")
+
+    def test_component_refuses_a_setup_before_the_run(self):
+        refusal = "7 ranks cannot divide 24 cells (a rank needs at least 4 layers). Use 6."
+        component = self.estimating_component(f"echo 'error: {refusal}' >&2; exit 2")
+        for command in ("check", "run"):
+            session = self.start(command, self.case(), "--body", component)
+            self.assert_ends(session, 2)
+            self.assertIn(refusal, "".join([*session.stdout, *session.stderr]))
+        self.assertFalse((self.folder / "runs").exists())
+
+    def estimating_component(self, commands):
+        """A body component that answers --capabilities, and --estimate with `commands` of bash."""
+        announced = '{"name": "own", "role": "body", "features": ["estimate"]}'
+        script = self.folder / "estimates.sh"
+        script.write_text(f"#!/bin/bash\n[ $1 = --capabilities ] && echo '{announced}' && exit\n{commands}\n")
+        script.chmod(0o755)
+        return script
+
     def component(self, commands):
         """A body component that answers --capabilities, and otherwise carries out `commands` of bash."""
         script = self.folder / "body.sh"
