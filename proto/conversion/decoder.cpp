@@ -7,10 +7,10 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include "conversion/arrays.hpp"
+#include "conversion/checksum.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/packed_arrays.hpp"
-#include "conversion/seal.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "copepod/v1/envelope.pb.h"
 
@@ -174,7 +174,7 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
   if (!is_intact(bytes)) throw DamagedMessage(bytes.size());
   buffers_->renew();
   v1::Envelope& envelope = *buffers_->envelope;
-  const Bytes content = bytes.first(bytes.size() - kSealBytes);
+  const Bytes content = bytes.first(bytes.size() - kChecksumBytes);
   const auto found = find_arrays(content);
   const Bytes rest = found ? content.first(found->begin) : content;
   if (!envelope.ParseFromArray(rest.data(), static_cast<int>(rest.size()))) {

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "conversion/arrays.hpp"
+#include "conversion/checksum.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/packed_arrays.hpp"
-#include "conversion/seal.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "conversion/text.hpp"
 #include "copepod/v1/envelope.pb.h"
@@ -59,20 +59,20 @@ struct Encoder::Buffers {
 
   /// Room for a body.
   std::byte* resize_body(std::size_t size) {
-    require_at_most(size + kLargestHead + kSealBytes, kLimits.message_bytes, "the message");
+    require_at_most(size + kLargestHead + kChecksumBytes, kLimits.message_bytes, "the message");
     body_size = size;
-    const std::size_t all = kLargestHead + size + kSealBytes;
+    const std::size_t all = kLargestHead + size + kChecksumBytes;
     if (bytes.size() < all) bytes.resize(all);
     return bytes.data() + kLargestHead;
   }
 
-  /// @return header, body and seal
+  /// @return header, body and checksum
   Bytes finish() {
     const std::size_t head_size = head.ByteSizeLong();
     const auto message =
-        std::span(bytes).subspan(kLargestHead - head_size, head_size + body_size + kSealBytes);
+        std::span(bytes).subspan(kLargestHead - head_size, head_size + body_size + kChecksumBytes);
     head.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(message.data()));
-    seal(message);
+    write_checksum(message);
     return message;
   }
 };

@@ -1,5 +1,5 @@
 // Fuzz target: bytes from the wire. Byte 0 is the number of bodies of the setup, the rest one message
-// without its seal, which is added, so that what is behind that checksum is reached; or with it, for more
+// without its checksum, which is added so that the code behind that check is reached; or with it, for more
 // than 250 bodies.
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <vector>
 
+#include "conversion/checksum.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
-#include "conversion/seal.hpp"
 #include "session/component_session.hpp"
 #include "session/coupler_session.hpp"
 #include "session/handshake.hpp"
@@ -41,13 +41,13 @@ class Echo {
 class ProtobufsOpinion {
  public:
   template <class Message, class... Shape>
-  void operator()(std::span<const std::byte> sealed, const conversion::Decoder& decoder,
+  void operator()(std::span<const std::byte> message_bytes, const conversion::Decoder& decoder,
                   const Message& message, Shape... shape) {
-    const auto content = sealed.first(sealed.size() - conversion::kSealBytes);
+    const auto content = message_bytes.first(message_bytes.size() - conversion::kChecksumBytes);
     bytes_.assign(content.begin(), content.end());
     for (const int byte : {0x48, 0}) bytes_.push_back(static_cast<std::byte>(byte));  // field 9, unknown
-    bytes_.resize(bytes_.size() + conversion::kSealBytes);
-    conversion::seal(bytes_);
+    bytes_.resize(bytes_.size() + conversion::kChecksumBytes);
+    conversion::write_checksum(bytes_);
     if (parser_.parse(bytes_) != decoder.kind() || parser_.header() != decoder.header()) std::abort();
     Message opinion;
     parser_.read(opinion, shape...);
@@ -183,8 +183,8 @@ std::span<const std::byte> message_of(std::uint8_t bodies, std::span<const std::
   static std::vector<std::byte> message;
   if (bodies > 250) return content;
   message.assign(content.begin(), content.end());
-  message.resize(content.size() + conversion::kSealBytes);
-  conversion::seal(message);
+  message.resize(content.size() + conversion::kChecksumBytes);
+  conversion::write_checksum(message);
   return message;
 }
 

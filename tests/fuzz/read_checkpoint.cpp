@@ -48,7 +48,7 @@ class MemoryFile {
 };
 
 /// The last word becomes the digest of those before, so that what is behind the checksum is reached too.
-std::vector<std::uint8_t> sealed(Bytes bytes) {
+std::vector<std::uint8_t> with_digest(Bytes bytes) {
   std::vector<std::uint8_t> result(bytes.begin(), bytes.end());
   if (result.size() < sizeof(std::uint64_t)) return result;
   result.resize(result.size() / sizeof(std::uint64_t) * sizeof(std::uint64_t));
@@ -99,7 +99,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
         read_bodies(content);
         break;
       case 's':
-        read_bodies(sealed(content));
+        read_bodies(with_digest(content));
         break;
       case 'c':
         read_coupler(content);

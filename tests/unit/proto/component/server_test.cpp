@@ -4,7 +4,7 @@
 
 #include "component/stop_request.hpp"
 #include "components.hpp"
-#include "conversion/seal.hpp"
+#include "conversion/checksum.hpp"
 #include "memory_server.hpp"
 
 namespace copepod::component {
@@ -154,8 +154,8 @@ TEST(Server, DamagedRequestIsTreatedLikeOneThatDidNotArrive) {
 TEST(Server, NonsenseThatArrivedAsItWasSentIsAnsweredWithAFailure) {
   MemoryServer server(doubles::constant_drag_component());
   server.welcome();
-  std::vector<std::byte> nonsense(20 + conversion::kSealBytes, std::byte{0xFF});
-  conversion::seal(nonsense);
+  std::vector<std::byte> nonsense(20 + conversion::kChecksumBytes, std::byte{0xFF});
+  conversion::write_checksum(nonsense);
   server.router->send("data", nonsense);
   EXPECT_EQ(server.receive(), MessageKind::failure);
   EXPECT_EQ(server.join(), ExitCode::refused);

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "conversion/checksum.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
 #include "conversion/limits.hpp"
-#include "conversion/seal.hpp"
 #include "samples.hpp"
 
 namespace copepod::conversion {
@@ -91,11 +91,11 @@ std::vector<std::vector<std::byte>> one_of_each() {
   return messages;
 }
 
-/// The first bytes of a message, as a sender that knows the protocol would seal them.
-std::vector<std::byte> sealed(const std::vector<std::byte>& message, std::size_t size) {
+/// The first bytes of a message with a valid checksum.
+std::vector<std::byte> with_checksum(const std::vector<std::byte>& message, std::size_t size) {
   std::vector<std::byte> bytes(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(size));
-  bytes.resize(size + kSealBytes);
-  seal(bytes);
+  bytes.resize(size + kChecksumBytes);
+  write_checksum(bytes);
   return bytes;
 }
 
@@ -109,7 +109,7 @@ TEST(HostileInput, EveryTruncationIsNoticedAndNeverCrashesTheDecoder) {
   for (const auto& message : one_of_each()) {
     for (std::size_t size = 0; size < message.size(); ++size) {
       EXPECT_THROW(decoder.parse(Bytes(message).first(size)), DamagedMessage);
-      is_taken(decoder, sealed(message, size));
+      is_taken(decoder, with_checksum(message, size));
     }
   }
 }
@@ -128,7 +128,7 @@ TEST(HostileInput, EveryFlippedBitIsNoticed) {
   }
 }
 
-TEST(HostileInput, FlippedBitsUnderARightSealNeverCrashTheDecoder) {
+TEST(HostileInput, FlippedBitsUnderARightChecksumNeverCrashTheDecoder) {
   Decoder decoder;
   std::mt19937_64 random(42);
   for (auto message : one_of_each()) {
@@ -137,7 +137,7 @@ TEST(HostileInput, FlippedBitsUnderARightSealNeverCrashTheDecoder) {
       const auto flips = 1 + random() % 8;
       for (std::uint64_t i = 0; i < flips; ++i)
         broken[random() % broken.size()] ^= std::byte(1U << (random() % 8));
-      is_taken(decoder, sealed(broken, broken.size() - kSealBytes));
+      is_taken(decoder, with_checksum(broken, broken.size() - kChecksumBytes));
     }
     EXPECT_TRUE(is_taken(decoder, message)) << "the decoder still works afterwards";
   }
@@ -150,7 +150,7 @@ TEST(HostileInput, RandomBytesNeverCrashTheDecoder) {
     std::vector<std::byte> bytes(random() % 200);
     for (std::byte& byte : bytes) byte = std::byte(random() & 0xFFU);
     is_taken(decoder, bytes);
-    is_taken(decoder, sealed(bytes, bytes.size()));
+    is_taken(decoder, with_checksum(bytes, bytes.size()));
   }
 }
 

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "conversion/checksum.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
-#include "conversion/seal.hpp"
 #include "conversion/vector_passes.hpp"
 
 namespace copepod::conversion {
@@ -44,10 +44,10 @@ class Wire {
   /// The Envelope's field `loads`, 31, whose tag takes two bytes.
   Wire& loads(const Wire& content) { return raw({0xfa}).part(0x01, content); }
 
-  [[nodiscard]] std::vector<std::byte> sealed() const {
+  [[nodiscard]] std::vector<std::byte> with_checksum() const {
     auto bytes = bytes_;
-    bytes.resize(bytes.size() + kSealBytes);
-    seal(bytes);
+    bytes.resize(bytes.size() + kChecksumBytes);
+    write_checksum(bytes);
     return bytes;
   }
 
@@ -86,38 +86,41 @@ TEST(PackedArrays, AreWrittenAsProtobufDoes) {
   request.sequence = 3;
   Encoder encoder;
   const Bytes bytes = encoder.encode(request, expected());
-  EXPECT_EQ(std::vector(bytes.begin(), bytes.end()), header().loads(both()).sealed());
+  EXPECT_EQ(std::vector(bytes.begin(), bytes.end()), header().loads(both()).with_checksum());
   Loads nothing;
   nothing.step = 2;
   const Bytes empty = encoder.encode(request, nothing);
-  EXPECT_EQ(std::vector(empty.begin(), empty.end()), header().loads(Wire()).sealed());
+  EXPECT_EQ(std::vector(empty.begin(), empty.end()), header().loads(Wire()).with_checksum());
 }
 
 TEST(PackedArrays, AreReadInWhateverWayProtobufAllows) {
-  expect_read(header().loads(both()).sealed());
-  expect_read(Wire().loads(both()).then(header()).sealed());
-  expect_read(header().loads(force()).loads(torque()).sealed());  // merged
-  expect_read(header().loads(torque().then(force())).sealed());
-  expect_read(header().raw({0xa2, 0x01, 0}).loads(both()).sealed());  // the last one of a oneof counts
-  expect_read(header().loads(both().raw({0x48, 7})).sealed());        // an unknown number
-  expect_read(header().loads(both().part(0x1a, Wire().numbers({7}))).sealed());  // an unknown array
+  expect_read(header().loads(both()).with_checksum());
+  expect_read(Wire().loads(both()).then(header()).with_checksum());
+  expect_read(header().loads(force()).loads(torque()).with_checksum());  // merged
+  expect_read(header().loads(torque().then(force())).with_checksum());
+  expect_read(header().raw({0xa2, 0x01, 0}).loads(both()).with_checksum());  // the last one of a oneof counts
+  expect_read(header().loads(both().raw({0x48, 7})).with_checksum());        // an unknown number
+  expect_read(header().loads(both().part(0x1a, Wire().numbers({7}))).with_checksum());  // an unknown array
   const Wire rest = Wire().part(0x0a, Wire().numbers({2, 3}));
-  expect_read(header().loads(Wire().part(0x0a, Wire().numbers({1})).then(torque()).then(rest)).sealed());
   expect_read(
-      header().loads(Wire().raw({0x09}).numbers({1}).then(rest).then(torque())).sealed());  // not packed
+      header().loads(Wire().part(0x0a, Wire().numbers({1})).then(torque()).then(rest)).with_checksum());
+  expect_read(header()
+                  .loads(Wire().raw({0x09}).numbers({1}).then(rest).then(torque()))
+                  .with_checksum());  // not packed
 }
 
 TEST(PackedArrays, ThatHoldNoWholeNumbersAreRefused) {
   Wire force_and_a_byte = Wire().part(0x0a, Wire().numbers({1, 2, 3}).raw({0}));
   Decoder decoder;
-  EXPECT_THROW(decoder.parse(header().loads(force_and_a_byte.then(torque())).sealed()), MalformedMessage);
+  EXPECT_THROW(decoder.parse(header().loads(force_and_a_byte.then(torque())).with_checksum()),
+               MalformedMessage);
 }
 
-TEST(PackedArrays, ThatReachIntoTheSealAreRefused) {
+TEST(PackedArrays, ThatReachIntoTheChecksumAreRefused) {
   const Wire torque_without_its_end = Wire().raw({0x12, 24}).numbers({4}).raw({0, 0, 0, 0, 0, 0, 0});
   const Wire reaching = Wire().raw({0xfa, 0x01, 26 + 26}).then(force()).then(torque_without_its_end);
   Decoder decoder;
-  EXPECT_THROW(decoder.parse(header().then(reaching).sealed()), MalformedMessage);
+  EXPECT_THROW(decoder.parse(header().then(reaching).with_checksum()), MalformedMessage);
 }
 
 const std::array<const VectorPasses*, 2>& all_builds() {
