@@ -92,8 +92,8 @@ void Handshake::handle(const transport::Frame& frame, double now_s) {
   if (!verdict.is_stranger && hello->lane == Lane::data) throw Refused(verdict.reason);
 }
 
-/// Both lanes of a component carry the same instance number; a second one with another number is another
-/// component.
+/// Both lanes of a component carry the same instance number; a lane with another number belongs to
+/// another component.
 bool Handshake::is_role_taken(const Hello& hello) const {
   const Party& party = parties_.of(hello.role);
   const bool is_known = !party.data_peer.empty() || !party.control_peer.empty();

@@ -18,7 +18,7 @@ auto with(const Fields&... fields) {
   return [&](Encoder& encoder, const Header& header) { return encoder.encode(header, fields...); };
 }
 
-/// Reads the reply into `result`; `sizes` as the Decoder wants them.
+/// Reads the reply into `result`; `sizes` as for the Decoder.
 template <class Result, class... Sizes>
 auto into(Result& result, Sizes... sizes) {
   return [&result, sizes...](const Decoder& reply) { reply.read(result, sizes...); };

@@ -1,4 +1,4 @@
-"""`copepod setup`: prepares the machine and builds, and does nothing else; for containers and continuous integration."""
+"""`copepod setup`: only prepares the machine and builds; for containers and continuous integration."""
 
 from copepod_run.errors import ExitCode
 from copepod_run import build, packages

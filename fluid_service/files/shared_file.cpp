@@ -125,8 +125,7 @@ void SharedFile::write_run(std::uint64_t position, const char* bytes, std::size_
 void SharedFile::write_bytes(std::int64_t offset, const Hdf5File::Extent& shape,
                              const Hdf5File::Extent& start, const Hdf5File::Extent& count, const char* bytes,
                              std::size_t value_bytes) {
-  // A run is what is contiguous in the file: the last axes that the part covers whole, and the one before
-  // them.
+  // A run is contiguous in the file: the last axes that the part covers completely, and the one before.
   std::size_t axes = shape.size();
   std::uint64_t run = 1;
   while (axes > 0) {

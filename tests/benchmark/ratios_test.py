@@ -1,7 +1,7 @@
-"""Guards the speed by ratios of one moment, which hold on any machine and beside other work: fluid over streams, coupled over fluid.
+"""Guards the speed by ratios: fluid over streams, coupled over fluid. They hold on any machine and beside other work.
 
-The limits lie well below what docs/results/performance.md shows, so that noise does not fail: a lost vectorisation, a
-copy of the ghost layer or a sleep in the exchange path does. The best of a few attempts counts.
+The limits are well below the figures in docs/results/performance.md, so that noise does not fail the test, but a lost
+vectorisation, a copy of the ghost layer or a sleep in the exchange path does. The best of a few attempts counts.
 """
 
 import os

@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(OneAndTwoBroadcasts, DistributedFluidWith, testing::Val
 TEST(DistributedFluid, LetsTheOtherRanksGoWhenThereWasNeverASolver) {
   MpiCommunicator ranks;
   const RankSolverFactory make_solver = [](const FluidSetup&, Communicator&) -> std::unique_ptr<FluidSolver> {
-    ADD_FAILURE() << "nobody asked for a solver";
+    ADD_FAILURE() << "no solver should be made";
     return nullptr;
   };
   std::atomic<std::int64_t> step{-1};

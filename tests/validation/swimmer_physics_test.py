@@ -1,4 +1,4 @@
-"""What any swimmer at low Reynolds number must do: the scallop theorem, reversal, the square of the amplitude, two ledgers."""
+"""Properties of any swimmer at low Reynolds number: scallop theorem, reversal, amplitude squared, two balances."""
 
 import json
 import os
