@@ -4,8 +4,8 @@
 
 namespace copepod::fluid {
 
-/// Checkpoint of a solver without state: a file that only says whose it is, so that a resumed run notices
-/// another solver's.
+/// Checkpoint of a solver without state: a file that only names the solver, so that a resumed run detects the
+/// checkpoint of another one.
 /// @param solver  "vacuum", "stokes"
 /// @throws StorageError
 void save_stateless(const std::string& path, const std::string& solver);

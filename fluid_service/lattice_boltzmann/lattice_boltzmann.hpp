@@ -16,7 +16,7 @@
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
-#include "lattice_boltzmann/output/field_schedule.hpp"
+#include "lattice_boltzmann/output/field_output.hpp"
 #include "recording/timeline.hpp"
 
 namespace copepod::fluid {
@@ -121,6 +121,12 @@ class LatticeBoltzmann final : public FluidSolver {
 
 /// The rank solver for the precision that the setup asks for.
 std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Communicator& communicator);
+
+/// Peak memory of the solver on the rank with the largest block [bytes]: populations with ghosts and padding,
+/// the map of bodies, messages to other ranks, and copies of the fields while they are written.
+/// docs/results/memory.md compares it with measurements; bodies and checkpoints add less than their error.
+/// @throws CaseError for a domain that cannot be computed, or cannot be cut into so many blocks
+std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks);
 
 template <class T>
 template <class Flow>

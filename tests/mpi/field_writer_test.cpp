@@ -1,5 +1,3 @@
-#include "lattice_boltzmann/output/field_writer.hpp"
-
 #include <array>
 #include <fstream>
 #include <iterator>
@@ -9,6 +7,7 @@
 #include "contract/errors.hpp"
 #include "files/hdf5_file.hpp"
 #include "files/shared_file.hpp"
+#include "lattice_boltzmann/output/field_output.hpp"
 #include "storage_case.hpp"
 
 namespace copepod::fluid {

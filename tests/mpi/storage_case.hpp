@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "contract/fluid_setup.hpp"
-#include "lattice_boltzmann/output/field_block.hpp"
+#include "lattice_boltzmann/output/fields.hpp"
 #include "ranks/block_partition.hpp"
 #include "ranks/mpi_communicator.hpp"
 

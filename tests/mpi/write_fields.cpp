@@ -1,8 +1,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "lattice_boltzmann/output/field_writer.hpp"
-#include "lattice_boltzmann/output/mean_field.hpp"
+#include "lattice_boltzmann/output/field_output.hpp"
 #include "ranks/block_partition.hpp"
 #include "ranks/mpi_session.hpp"
 #include "storage_case.hpp"

@@ -9,7 +9,7 @@
 #include "contract/errors.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "files/shared_file.hpp"
-#include "files/sync_file.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::fluid {
 

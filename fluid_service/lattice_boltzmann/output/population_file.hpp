@@ -8,7 +8,7 @@
 #include "contract/digest.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
-#include "lattice_boltzmann/output/mean_field.hpp"
+#include "lattice_boltzmann/output/fields.hpp"
 #include "ranks/box.hpp"
 #include "ranks/communicator.hpp"
 

@@ -1,13 +1,9 @@
 #include "lattice_boltzmann/output/xdmf.hpp"
 
-#include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <iomanip>
 #include <limits>
 #include <sstream>
-
-#include "contract/errors.hpp"
 
 namespace copepod::fluid {
 
@@ -85,15 +81,6 @@ std::string xdmf_text(const XdmfDescription& description) {
     if (step_of_group(group) < 0) add_grid(text, description, group, "    ");
   text << "  </Domain>\n</Xdmf>\n";
   return text.str();
-}
-
-void replace_file(const std::string& path, const std::string& text) {
-  const std::string fresh = path + ".tmp";
-  std::ofstream file(fresh);
-  file << text;
-  file.close();
-  if (!file || std::rename(fresh.c_str(), path.c_str()) != 0)
-    throw StorageError(path + " cannot be written (disk full or no permission). Make room and resume.");
 }
 
 }  // namespace copepod::fluid

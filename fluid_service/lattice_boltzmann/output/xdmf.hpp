@@ -7,7 +7,7 @@
 
 namespace copepod::fluid {
 
-/// What fields.xdmf tells ParaView about fields.h5.
+/// What fields.xdmf describes to ParaView: the contents of fields.h5.
 struct XdmfDescription {
   Cell cells{};  ///< of the whole domain
   double cell_size_m = 0.0;
@@ -23,9 +23,5 @@ std::string xdmf_text(const XdmfDescription& description);
 /// Step of a snapshot group, −1 for other groups.
 std::int64_t step_of_group(const std::string& group);
 std::string group_of_step(std::int64_t step);
-
-/// Replaces `path` at once: no reader ever sees half a file.
-/// @throws StorageError
-void replace_file(const std::string& path, const std::string& text);
 
 }  // namespace copepod::fluid

@@ -1,11 +1,8 @@
 #include "lattice_boltzmann/output/xdmf.hpp"
 
-#include <fstream>
-#include <iterator>
+#include <string>
 
 #include <gtest/gtest.h>
-
-#include "contract/errors.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -34,19 +31,6 @@ TEST(Xdmf, PutsSnapshotsIntoACollectionAndTheMeanBesideIt) {
 
 TEST(Xdmf, HasNoCollectionWithoutSnapshots) {
   EXPECT_EQ(xdmf_text({{4, 5, 6}, 1e-6, 0.5, "fields.h5", {"mean"}}).find("Collection"), std::string::npos);
-}
-
-TEST(ReplaceFile, LeavesTheNewTextAndNothingElse) {
-  const std::string path = testing::TempDir() + "/replaced.xdmf";
-  replace_file(path, "old");
-  replace_file(path, "new");
-  std::ifstream file(path);
-  EXPECT_EQ((std::string{std::istreambuf_iterator<char>(file), {}}), "new");
-  EXPECT_FALSE(std::ifstream(path + ".tmp"));
-}
-
-TEST(ReplaceFile, ReportsAFolderThatIsNotThere) {
-  EXPECT_THROW(replace_file("/no/such/folder/x", "text"), StorageError);
 }
 
 }  // namespace

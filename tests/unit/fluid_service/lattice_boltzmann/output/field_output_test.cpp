@@ -1,4 +1,4 @@
-#include "lattice_boltzmann/output/field_schedule.hpp"
+#include "lattice_boltzmann/output/field_output.hpp"
 
 #include <sstream>
 
