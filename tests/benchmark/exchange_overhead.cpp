@@ -106,7 +106,7 @@ enum class Receipt { ignored, kept };
 
 std::string word_for(Receipt receipt) { return receipt == Receipt::kept ? "keep" : "ignore"; }
 
-/// Receives one part of a message; a kept one goes where its user wants it.
+/// Receives one part of a message; a kept one is copied to its user's memory.
 void receive_part(zmq::socket_t& socket, Receipt receipt, std::vector<std::byte>& memory) {
   if (receipt == Receipt::kept) {
     static_cast<void>(socket.recv(zmq::buffer(memory)));
@@ -116,8 +116,8 @@ void receive_part(zmq::socket_t& socket, Receipt receipt, std::vector<std::byte>
   }
 }
 
-/// The plainest exchange there is: ROUTER sends and receives, a DEALER in another process answers. Nobody
-/// waits with a deadline, nobody looks at the bytes; `Receipt::kept` copies them from ZeroMQ's memory to the
+/// The plainest exchange there is: ROUTER sends and receives, a DEALER in another process answers. No
+/// wait has a deadline, and the bytes are not read; `Receipt::kept` copies them from ZeroMQ's memory to the
 /// receiver's own, as zmq_recv does.
 class PlainEcho {
  public:

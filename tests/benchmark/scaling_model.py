@@ -49,7 +49,7 @@ def measured_apart(shape, samples):
 
 
 def fit(rows):
-    """(s per face cell, s per step for messages) by least squares, relative to the step, of what talking ranks need more."""
+    """(s per face cell, s per step for messages): extra time of communicating ranks, by least squares."""
     seconds = numpy.array([two for _, _, two in rows])
     extra = seconds - numpy.array([apart for _, apart, _ in rows])
     design = numpy.array([[shape[1] * shape[2], 1.0] for shape, _, _ in rows])

@@ -26,8 +26,8 @@ TEST_P(Chaos, OfOneKindChangesNoDigest) {
   constexpr int steps = 100;
   DisturbedRun disturbed(only(GetParam(), GetParam() == Disturbance::cut ? 0.01 : 0.1));
   EXPECT_EQ(disturbed.run(steps), digests_of_local_run(steps));
-  EXPECT_EQ(disturbed.coupled->fluid_process->wait(5), 0);
-  EXPECT_EQ(disturbed.coupled->body_process->wait(5), 0);
+  EXPECT_EQ(disturbed.coupled->fluid_process->wait(), 0);
+  EXPECT_EQ(disturbed.coupled->body_process->wait(), 0);
   std::cout << disturbed.tell_disturbances() << "\n";
 }
 

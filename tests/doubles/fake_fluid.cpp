@@ -1,11 +1,17 @@
 #include "component/run_component.hpp"
 #include "components.hpp"
 #include "fake_arguments.hpp"
+#include "halt.hpp"
+#include "misbehaviour.hpp"
 
-/// A fluid component with Stokes drag, which misbehaves if its command line says so.
+/// A fluid component with Stokes drag, which misbehaves or halts if its command line asks for it.
 int main(int argc, char** argv) {
   using namespace copepod;
   doubles::FakeArguments arguments(argc, argv);
-  const auto component = misbehaving(doubles::constant_drag_component(), arguments.misbehaviour());
+  const doubles::Halt& halt = arguments.halt();
+  const auto inner = misbehaving(doubles::constant_drag_component(), arguments.misbehaviour());
+  const FluidComponent component = {inner.capabilities, [&](const FluidSetup& setup) {
+                                      return doubles::halting(inner.make_solver(setup), halt, halt.rank);
+                                    }};
   return run_fluid_component(arguments.argc(), arguments.argv(), component);
 }

@@ -68,7 +68,7 @@ def arguments(fluid, body):
 
 
 def run(folder, fluid, body, *more, environment=None):
-    """(summary, wall time [s]) of one combination run in `folder`. Raises RuntimeError with stderr if it does not finish."""
+    """(summary, wall time [s]) of one combination, run in `folder`. Raises RuntimeError with its stderr if it fails."""
     start = time.monotonic()
     out = Path(folder) / f"{fluid}_{body}"
     done = subprocess.run(

@@ -115,7 +115,7 @@ class Session:
         return [*self.processes(), *sockets, *self.scratch_folders()]
 
     def scratch_folders(self):
-        """Temporary folders of this command, not of one that had its process id long ago and was killed with its guard."""
+        """Temporary folders of this command, without those of an earlier process of the same id."""
         found = [path for where in ("/tmp", "/dev/shm") for path in Path(where).glob(f"copepod-{self.process.pid}-*")]
         return [path for path in found if _changed_at(path) >= self._started_at - 1.0]
 

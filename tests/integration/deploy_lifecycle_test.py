@@ -59,7 +59,7 @@ class RunLifecycle(CommandTest):
         self.assertFalse((self.folder / "runs").exists())
 
     def test_component_that_cannot_be_started_is_named_without_the_token_of_the_run(self):
-        (self.folder / "program").write_text("no format that the system knows")
+        (self.folder / "program").write_text("not an executable format")
         (self.folder / "program").chmod(0o755)
         session = self.start("run", self.case(), "--body", f"{self.folder}/program --fast")
         self.assert_ends(session, 2)

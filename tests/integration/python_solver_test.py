@@ -1,4 +1,4 @@
-"""Solvers that users write in Python: slow, mistaken, told to stop."""
+"""Solvers that users write in Python: slow, mistaken, asked to stop."""
 
 import logging
 import os

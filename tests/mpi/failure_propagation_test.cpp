@@ -1,5 +1,4 @@
 #include <array>
-#include <chrono>
 #include <string>
 #include <vector>
 
@@ -20,8 +19,7 @@ struct Fault {
   int rank;
 };
 
-/// Exchanges something with all other ranks in every call, as a real solver does, and fails where it is told
-/// to.
+/// Exchanges something with all other ranks in every call, like a real solver, and fails on request.
 class FaultySolver final : public FluidSolver {
  public:
   FaultySolver(Communicator& communicator, Fault fault) : communicator_(communicator), fault_(fault) {
@@ -78,7 +76,7 @@ void run_five_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver
   }
   fluid.save("checkpoint");
   kinematics.step = 5;
-  fluid.exchange(kinematics, loads);  // at the latest here rank 0 hears of a failure during save
+  fluid.exchange(kinematics, loads);  // at the latest here a failure during save reaches rank 0
   fluid.advance();
 }
 
@@ -111,19 +109,16 @@ FailureReport learn_of(Fault fault) {
 
 class FailureOn : public testing::TestWithParam<std::tuple<Where, int>> {};
 
-TEST_P(FailureOn, ReachesEveryRankWithinASecond) {
+TEST_P(FailureOn, ReachesEveryRank) {
   const auto [where, rank] = GetParam();
   if (rank >= MpiCommunicator().size()) GTEST_SKIP() << "there is no such rank";
-  const auto start = std::chrono::steady_clock::now();
   const FailureReport learned = learn_of({where, rank});
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   EXPECT_EQ(learned.rank, rank);
   EXPECT_EQ(learned.code, ExitCode::solver_failed);
   EXPECT_EQ(learned.reason, "cell (1, 2, 3) diverged (on purpose). Nothing to do.");
   if (where == Where::exchange || where == Where::advance) {
     EXPECT_EQ(learned.step, 2);
   }
-  EXPECT_LT(elapsed.count(), 1.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryCallAndRank, FailureOn,
@@ -140,7 +135,7 @@ TEST(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
   const RankSolverFactory make_solver = [](const FluidSetup&, Communicator& communicator) {
     return std::make_unique<FaultySolver>(communicator, Fault{Where::nowhere, 0});
   };
-  if (ranks.size() == 1) GTEST_SKIP() << "needs somebody to leave behind";
+  if (ranks.size() == 1) GTEST_SKIP() << "needs another rank";
   if (ranks.rank() != 0) {
     std::atomic<std::int64_t> step{-1};
     EXPECT_THROW(follow(ranks, make_solver, step), PeerFailed);
@@ -153,7 +148,7 @@ TEST(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
 
 TEST(Failure, BreaksTheCommunicatorForGood) {
   MpiCommunicator ranks;
-  if (ranks.size() == 1) GTEST_SKIP() << "needs somebody to tell";
+  if (ranks.size() == 1) GTEST_SKIP() << "needs another rank";
   const FailureReport report{ExitCode::solver_failed, "fluid", "here", 1, 9, "first"};
   std::array<std::int64_t, 1> value = {1};
   if (ranks.rank() == 1) {

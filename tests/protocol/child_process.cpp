@@ -28,8 +28,8 @@ ChildProcess::~ChildProcess() {
 
 void ChildProcess::signal(int number) const { kill(pid_, number); }
 
-std::optional<int> ChildProcess::wait(double seconds) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+std::optional<int> ChildProcess::wait() {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (!exit_code_) {
     int status = 0;
     if (waitpid(pid_, &status, WNOHANG) == pid_) {

@@ -17,8 +17,8 @@ class ChildProcess {
 
   void signal(int number) const;
 
-  /// Exit code, 128 + signal for a killed program, nothing if it still runs after `seconds`.
-  std::optional<int> wait(double seconds);
+  /// Exit code, 128 + signal for a killed program, nothing if it still runs after half a minute.
+  std::optional<int> wait();
 
   [[nodiscard]] pid_t pid() const { return pid_; }
 

@@ -24,8 +24,8 @@ TEST(CoupledExchange, OverIpcFollowsTheClosedForm) {
   run.advance(500);
   expect_closed_form(run.kinematics, 500);
   run.link->finish();
-  EXPECT_EQ(run.fluid_process->wait(5), 0);
-  EXPECT_EQ(run.body_process->wait(5), 0);
+  EXPECT_EQ(run.fluid_process->wait(), 0);
+  EXPECT_EQ(run.body_process->wait(), 0);
 }
 
 TEST(CoupledExchange, OverTcpFollowsTheClosedForm) {
@@ -34,8 +34,8 @@ TEST(CoupledExchange, OverTcpFollowsTheClosedForm) {
   run.advance(200);
   expect_closed_form(run.kinematics, 200);
   run.link->finish();
-  EXPECT_EQ(run.fluid_process->wait(5), 0);
-  EXPECT_EQ(run.body_process->wait(5), 0);
+  EXPECT_EQ(run.fluid_process->wait(), 0);
+  EXPECT_EQ(run.body_process->wait(), 0);
 }
 
 TEST(CoupledExchange, TellsWhatTheComponentsCanDo) {
@@ -91,7 +91,7 @@ TEST(CoupledExchange, RefusesAStepOutOfOrderAndNamesBothSteps) {
     EXPECT_NE(std::string(failure.what()).find("step 7"), std::string::npos) << failure.what();
     EXPECT_NE(std::string(failure.what()).find("step 3"), std::string::npos) << failure.what();
   }
-  EXPECT_EQ(run.fluid_process->wait(5), 65);
+  EXPECT_EQ(run.fluid_process->wait(), 65);
 }
 
 }  // namespace

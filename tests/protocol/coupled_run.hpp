@@ -62,8 +62,8 @@ class CoupledRun {
   void begin();
   /// Steps [next, next + steps) as the serial explicit scheme does them, without averaging or driving.
   void advance(int steps);
-  /// Steps until something is thrown; fails the test if nothing is within `seconds`. @return the error's text
-  std::string advance_until_failure(double seconds);
+  /// Steps until something is thrown; gives up after half a minute. @return the error's text
+  std::string advance_until_failure();
 
   TemporaryFolder folder;
   std::unique_ptr<Link> link;

@@ -27,8 +27,8 @@ TEST(KeysOverTcp, RightOnesGiveTheDigestsOfARunWithoutWire) {
   run.advance(100);
   EXPECT_EQ(run.digests(), digests_of_local_run(100));
   run.link->finish();
-  EXPECT_EQ(run.fluid_process->wait(5), 0);
-  EXPECT_EQ(run.body_process->wait(5), 0);
+  EXPECT_EQ(run.fluid_process->wait(), 0);
+  EXPECT_EQ(run.body_process->wait(), 0);
 }
 
 TEST(KeysOverTcp, ComponentsInPythonUseThemToo) {
@@ -37,8 +37,8 @@ TEST(KeysOverTcp, ComponentsInPythonUseThemToo) {
   run.begin();
   run.advance(10);
   run.link->finish();
-  EXPECT_EQ(run.fluid_process->wait(5), 0);
-  EXPECT_EQ(run.body_process->wait(5), 0);
+  EXPECT_EQ(run.fluid_process->wait(), 0);
+  EXPECT_EQ(run.body_process->wait(), 0);
 }
 
 TEST(KeysOverTcp, KeyOfTheBodyCannotSpeakAsTheFluid) {
@@ -51,7 +51,7 @@ TEST(KeysOverTcp, KeyOfTheBodyCannotSpeakAsTheFluid) {
     EXPECT_NE(std::string(refusal.what()).find("it holds the key of the body component"), std::string::npos)
         << refusal.what();
   }
-  EXPECT_EQ(run.fluid_process->wait(5), 65);
+  EXPECT_EQ(run.fluid_process->wait(), 65);
 }
 
 /// Without a key, or with one of another run, a component ends by itself, and the coupler says whom it
@@ -71,7 +71,7 @@ TEST_P(WrongKeys, AreTurnedAway) {
     EXPECT_NE(std::string(error.what()).find("The fluid component did not connect"), std::string::npos)
         << error.what();
   }
-  EXPECT_EQ(run.fluid_process->wait(5), 65);
+  EXPECT_EQ(run.fluid_process->wait(), 65);
   EXPECT_NE(run.fluid_log().find("turned this component away"), std::string::npos) << run.fluid_log();
 }
 
@@ -84,10 +84,10 @@ TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
   settings.endpoint = "tcp://0.0.0.0:47613";
   EXPECT_THROW(Link link(settings), CaseError);
   ChildProcess fluid({kFakeFluid, "--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"});
-  EXPECT_EQ(fluid.wait(5), 2);
+  EXPECT_EQ(fluid.wait(), 2);
   ChildProcess python({kPython, std::string(kPythonExamples) + "point_masses.py", "--endpoint",
                        "tcp://10.0.0.1:47613", "--session", "secret"});
-  EXPECT_EQ(python.wait(10), 2);
+  EXPECT_EQ(python.wait(), 2);
 }
 
 }  // namespace

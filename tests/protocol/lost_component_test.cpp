@@ -1,7 +1,9 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -20,6 +22,24 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+/// A fluid that halts in the exchange of a step, reporting progress, and never continues.
+class HaltedFluid {
+ public:
+  explicit HaltedFluid(int step) : step_(step) {}
+  [[nodiscard]] std::vector<std::string> options() const {
+    return {"--halt-in", "exchange", "--halt-at-step", std::to_string(step_), "--halt-file", file_};
+  }
+  /// Returns once it halts.
+  void wait() const {
+    while (!std::filesystem::exists(file_)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+
+ private:
+  int step_;
+  TemporaryFolder folder_;
+  std::string file_ = folder_.path("halted");
+};
+
 LinkSettings with_silence(double silence_s) {
   LinkSettings settings;
   settings.silence_s = silence_s;
@@ -32,30 +52,27 @@ LinkSettings with_progress_deadline(double deadline_s) {
   return settings;
 }
 
-TEST(LostComponent, KilledFluidIsReportedByNameWithinTwoSeconds) {
+TEST(LostComponent, KilledFluidIsReportedByName) {
   CoupledRun run({"--slow-ms", "20"}, {});
   run.begin();
   run.advance(3);
   run.fluid_process->signal(SIGKILL);
-  const auto start = Clock::now();
-  const std::string reason = run.advance_until_failure(10);
-  EXPECT_LT(seconds_since(start), 2.0);
+  const std::string reason = run.advance_until_failure();
   EXPECT_TRUE(contains(reason, "The fluid component on host ")) << reason;
   EXPECT_TRUE(contains(reason, "at step 3 is gone")) << reason;
 }
 
 TEST(LostComponent, KilledBodyIsNoticedWhileTheCouplerWaitsForTheFluid) {
-  CoupledRun run({"--hang-at-step", "5"}, {});
+  const HaltedFluid halted(5);
+  CoupledRun run(halted.options(), {});
   run.begin();
   run.advance(5);
-  const auto start = Clock::now();
-  std::thread killer([&run] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  std::thread killer([&] {
+    halted.wait();
     run.body_process->signal(SIGKILL);
   });
-  const std::string reason = run.advance_until_failure(10);
+  const std::string reason = run.advance_until_failure();
   killer.join();
-  EXPECT_LT(seconds_since(start), 2.5);
   EXPECT_TRUE(contains(reason, "The body component on host ")) << reason;
   EXPECT_TRUE(contains(reason, "is gone")) << reason;
 }
@@ -66,9 +83,8 @@ TEST(LostComponent, FrozenFluidIsReportedAfterTheSilenceLimit) {
   run.advance(3);
   run.fluid_process->signal(SIGSTOP);
   const auto start = Clock::now();
-  const std::string reason = run.advance_until_failure(10);
+  const std::string reason = run.advance_until_failure();
   EXPECT_GT(seconds_since(start), 0.9);
-  EXPECT_LT(seconds_since(start), 3.0);
   EXPECT_TRUE(contains(reason, "is frozen")) << reason;
 }
 
@@ -76,9 +92,8 @@ TEST(LostComponent, HangingSolverIsReportedThoughItAnswersPings) {
   CoupledRun run({"--hang-at-step", "4"}, {}, with_progress_deadline(1.5));
   run.begin();
   const auto start = Clock::now();
-  const std::string reason = run.advance_until_failure(10);
+  const std::string reason = run.advance_until_failure();
   EXPECT_GT(seconds_since(start), 1.4);
-  EXPECT_LT(seconds_since(start), 4.0);
   EXPECT_TRUE(contains(reason, "The fluid component")) << reason;
   EXPECT_TRUE(contains(reason, "at step 4 hangs")) << reason;
 }
@@ -108,7 +123,7 @@ TEST(LostComponent, FailingSolverIsReportedWithItsRankStepAndReason) {
     EXPECT_EQ(failure.code(), ExitCode::solver_failed);
     EXPECT_TRUE(contains(failure.what(), "The flow diverged")) << failure.what();
   }
-  EXPECT_EQ(run.fluid_process->wait(5), 70);
+  EXPECT_EQ(run.fluid_process->wait(), 70);
 }
 
 TEST(LostComponent, FailureOfTheBulkUpdateArrivesThoughTheReplyWasSent) {
@@ -137,23 +152,20 @@ TEST(LostComponent, MissingComponentIsNamedWhenTheDeadlineIsOver) {
   }
 }
 
-TEST(LostComponent, StopSignalEndsAWaitAtOnce) {
+TEST(LostComponent, StopSignalEndsAWait) {
   std::atomic<int> stop{0};
   LinkSettings settings;
   settings.stop_signal = &stop;
-  CoupledRun run({"--hang-at-step", "2"}, {}, settings);
+  const HaltedFluid halted(2);
+  CoupledRun run(halted.options(), {}, settings);
   run.begin();
   run.advance(2);
-  Clock::time_point stopped;
-  std::thread stopper([&stop, &stopped] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
-    stopped = Clock::now();
+  std::thread stopper([&] {
+    halted.wait();
     stop = SIGINT;
   });
   EXPECT_THROW(run.advance(1), Interrupted);
-  const auto thrown = Clock::now();
   stopper.join();
-  EXPECT_LT(std::chrono::duration<double>(thrown - stopped).count(), 0.3);  // 0.05 on an idle machine
 }
 
 TEST(LostCoupler, AbortEndsBothComponentsWithItsCode) {
@@ -161,8 +173,8 @@ TEST(LostCoupler, AbortEndsBothComponentsWithItsCode) {
   run.begin();
   run.advance(1);
   run.link->abort({ExitCode::interrupted, "coupler", "here", 0, 2, "Somebody asked for it."});
-  EXPECT_EQ(run.body_process->wait(2), 130);
-  EXPECT_EQ(run.fluid_process->wait(4), 130) << "a solver that does not react is ended after two seconds";
+  EXPECT_EQ(run.body_process->wait(), 130);
+  EXPECT_EQ(run.fluid_process->wait(), 130) << "a solver that does not react is ended after two seconds";
   EXPECT_TRUE(contains(run.fluid_log(), "Somebody asked for it.")) << run.fluid_log();
 }
 
@@ -173,15 +185,15 @@ TEST(LostCoupler, ComponentsEndThemselvesWhenItsConnectionBreaks) {
   run.fluid.reset();
   run.body.reset();
   run.link.reset();
-  EXPECT_EQ(run.fluid_process->wait(6), 69);
-  EXPECT_EQ(run.body_process->wait(6), 69);
+  EXPECT_EQ(run.fluid_process->wait(), 69);
+  EXPECT_EQ(run.body_process->wait(), 69);
 }
 
 TEST(LostCoupler, ComponentEndsItselfWhenPingsStayAway) {
   CoupledRun run({"--orphan-after", "1.5"}, {});
   run.begin();
   const auto start = Clock::now();
-  EXPECT_EQ(run.fluid_process->wait(5), 69);  // nobody waits on the link, so nobody pings
+  EXPECT_EQ(run.fluid_process->wait(), 69);  // nobody waits on the link, so nobody pings
   EXPECT_GT(seconds_since(start), 1.0);
   EXPECT_TRUE(contains(run.fluid_log(), "The coupler is silent")) << run.fluid_log();
 }
@@ -210,7 +222,7 @@ TEST(LostCoupler, IsNotSuspectedWhileItDoesSomethingElse) {
 TEST(LostCoupler, ComponentGivesUpWhenNoCouplerComes) {
   const TemporaryFolder folder;
   ChildProcess fluid(fake_fluid_command("ipc://" + folder.path("nobody.ipc"), {"--connect-deadline", "1"}));
-  EXPECT_EQ(fluid.wait(5), 74);
+  EXPECT_EQ(fluid.wait(), 74);
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ TEST(PythonComponent, BothRolesFollowTheClosedForm) {
   EXPECT_EQ(run.kinematics.step, 50);
   EXPECT_EQ(run.fluid->summarise().digest, 50U);
   run.link->finish();
-  EXPECT_EQ(run.fluid_process->wait(5), 0);
-  EXPECT_EQ(run.body_process->wait(5), 0);
+  EXPECT_EQ(run.fluid_process->wait(), 0);
+  EXPECT_EQ(run.body_process->wait(), 0);
 }
 
 TEST(PythonComponent, ContinuesFromACheckpoint) {
@@ -61,7 +61,7 @@ TEST(PythonComponent, RefusesAStepOutOfOrderWithTheSameWordsAsC) {
               "Kinematics of step 7 came where step 0 was due (a step was left out or done twice). Advance "
               "step by step.");
   }
-  EXPECT_EQ(run.fluid_process->wait(5), 65);
+  EXPECT_EQ(run.fluid_process->wait(), 65);
 }
 
 TEST(PythonComponent, ReportsAnExceptionOfItsSolver) {
@@ -77,7 +77,7 @@ TEST(PythonComponent, ReportsAnExceptionOfItsSolver) {
     EXPECT_NE(std::string(failure.what()).find("these bodies know none"), std::string::npos)
         << failure.what();
   }
-  EXPECT_EQ(run.body_process->wait(5), 70);
+  EXPECT_EQ(run.body_process->wait(), 70);
 }
 
 TEST(PythonComponent, EndsItselfWhenTheCouplerIsGone) {
@@ -87,8 +87,8 @@ TEST(PythonComponent, EndsItselfWhenTheCouplerIsGone) {
   run.fluid.reset();
   run.body.reset();
   run.link.reset();
-  EXPECT_EQ(run.fluid_process->wait(6), 69);
-  EXPECT_EQ(run.body_process->wait(6), 69);
+  EXPECT_EQ(run.fluid_process->wait(), 69);
+  EXPECT_EQ(run.body_process->wait(), 69);
 }
 
 TEST(PythonComponent, WaitsForAComponentThatStartsMuchLater) {
@@ -107,8 +107,8 @@ TEST(PythonComponent, ObeysAnAbort) {
   CoupledRun run({}, {}, {}, "", both_in_python());
   run.begin();
   run.link->abort({ExitCode::solver_failed, "coupler", "here", 0, 2, "The other one failed."});
-  EXPECT_EQ(run.fluid_process->wait(4), 70);
-  EXPECT_EQ(run.body_process->wait(4), 70);
+  EXPECT_EQ(run.fluid_process->wait(), 70);
+  EXPECT_EQ(run.body_process->wait(), 70);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-"""The paper's resonance curve: a million steps in vacuum against the exact solution of the same start, to ten digits."""
+"""The paper's resonance curve: a million steps in vacuum against the exact solution, to ten digits."""
 
 import csv
 import json

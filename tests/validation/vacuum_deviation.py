@@ -15,7 +15,7 @@ BEADS = ("B2", "B1", "B3")
 
 
 def deviation(trajectory):
-    """(rows compared, worst relative deviation of a position, worst deviation of a velocity over the largest velocity)."""
+    """(rows compared, worst relative deviation of a position, worst of a velocity over the largest velocity)."""
     exact = {int(row["step"]): row for row in csv.DictReader(REFERENCE.read_text().splitlines())}
     fastest = max(abs(float(row[f"v_{bead}_cells_per_step"])) for row in exact.values() for bead in BEADS)
     compared, position, velocity = 0, 0.0, 0.0

@@ -38,13 +38,17 @@ TEST(InMemoryWire, WakesAWaitingReceiver) {
   InMemoryWire wire;
   const auto router = wire.make_router();
   const auto dealer = wire.make_dealer("a");
-  std::thread sender([&dealer] {
-    std::this_thread::sleep_for(20ms);
-    dealer->send(bytes_of("hello"));
+  std::thread answering([&dealer] {
+    Frame frame;
+    while (dealer->receive(frame, 30s) && text_of(frame) != "end") dealer->send(frame.bytes());
   });
   Frame frame;
-  EXPECT_TRUE(router->receive(frame, 5s));
-  sender.join();
+  for (int round = 0; round < 100; ++round) {
+    router->send("a", bytes_of("hello"));
+    EXPECT_TRUE(router->receive(frame, 30s));
+  }
+  router->send("a", bytes_of("end"));
+  answering.join();
 }
 
 TEST(InMemoryWire, ShowsBrokenConnections) {
