@@ -1,0 +1,167 @@
+"""First trials of people who bring a component of their own: each ends with a sentence about what is wrong, and where.
+
+The trial of a build that another process holds is test_the_build_that_a_command_waits_for_is_named in
+deploy_preparation_test.py.
+"""
+
+import json
+import os
+import shlex
+import subprocess
+import unittest
+from pathlib import Path
+
+from copepod_session import ROOT, CommandTest
+
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+SWIMMER = (ROOT / "configs/quick/vacuum.yaml", "--set", "run.steps=800")
+STEP = 700
+STOKES_DRAG = f"/usr/bin/python3 {ROOT}/proto/python/examples/stokes_drag_fluid.py"
+
+CAPSULE = """
+case: capsule
+fluid: {solver: external, density_kg_per_m3: 1000, kinematic_viscosity_m2_per_s: 1.0e-4}
+step_s: 1.0e-9
+bodies:
+  - {name: pill, shape: capsule, radius_m: 4.0e-6, length_m: 8.0e-6, mass_kg: 5.0e-13, position_m: [0, 0, 0]}
+coupling: {scheme: serial_explicit, load_averaging: none}
+run: {steps: 10}
+"""
+
+# A body component in Python, the example's point masses; CHANGE is what this trial makes of it.
+COMPONENT = f"""
+import os, signal, sys
+sys.path[:0] = [{str(ROOT / "proto/python/examples")!r}, {str(ROOT / "proto/python")!r}]
+from copepod_component import Capabilities, checksum, run_body_component
+from point_masses import PointMasses
+
+FEATURES = ["motion:free", "shape:sphere", "springs", "checkpoint", "neglects:torques", "neglects:periodic"]
+
+def when_due(act):
+    "Lets `act` happen in step {STEP}."
+    take_step = PointMasses.step
+    def step(solver, applied):
+        if applied.step == {STEP}:
+            act()
+        return take_step(solver, applied)
+    PointMasses.step = step
+
+def change_message(change):
+    "Lets `change` alter the reply to step {STEP} after all checks of the kit, as one without a kit would send it."
+    to_bytes = checksum.to_bytes
+    def changed(envelope):
+        if envelope.WhichOneof("body") == "kinematics" and envelope.step == {STEP + 1}:
+            change(envelope)
+        return to_bytes(envelope)
+    checksum.to_bytes = changed
+
+CHANGE
+
+sys.exit(run_body_component(PointMasses, Capabilities("An outsider's bodies", "1", FEATURES)))
+"""
+
+
+class Trial(CommandTest):
+    programs = PROGRAMS
+
+    def body(self, change):
+        """Arguments for a run with a body component that is changed in this way."""
+        script = self.folder / "body.py"
+        script.write_text(COMPONENT.replace("CHANGE", change))
+        return "--body", f"/usr/bin/python3 {script}"
+
+    def refusal(self, code, *arguments):
+        """Last line of a run that must end with `code`."""
+        session = self.start("run", *arguments, "--out", "out")
+        self.assert_ends(session, code, timeout_s=60)
+        return session.last_line
+
+
+class Features(Trial):
+    """A component is asked for every feature that the case uses, before step 0."""
+
+    def test_body_component_without_springs(self):
+        said = self.refusal(65, *SWIMMER, *self.body('FEATURES.remove("springs")'))
+        self.assertRegex(said, "An outsider's bodies .*springs")
+
+    def test_springs_that_are_neglected_on_purpose_are_reported(self):
+        arguments = self.body('FEATURES[:] = [name.replace("springs", "neglects:springs") for name in FEATURES]')
+        session = self.start("run", *SWIMMER, *arguments, "--out", "out")
+        self.assert_ends(session, 0, timeout_s=60)
+        self.assertRegex("".join(session.stderr), "neglects .*springs")
+
+    def test_misspelt_feature(self):
+        said = self.refusal(65, *SWIMMER, *self.body('FEATURES[FEATURES.index("springs")] = "springz"'))
+        self.assertRegex(said, "springz.*springs")
+
+    def test_external_fluid_that_cannot_do_a_capsule(self):
+        (self.folder / "case.yaml").write_text(CAPSULE)
+        self.assertRegex(self.refusal(65, "case.yaml", "--fluid", STOKES_DRAG), "Stokes drag.*shape:capsule")
+
+
+class Ends(Trial):
+    """A component that ends in the middle of a run is named with its step and how it ended."""
+
+    def assert_lost(self, act, how):
+        said = self.refusal(69, *SWIMMER, *self.body(f"when_due(lambda: {act})"))
+        self.assertRegex(said, rf"body service on host \S+, rank 0, at step {STEP}: .*{how}")
+
+    def test_segmentation_fault(self):
+        self.assert_lost("os.kill(os.getpid(), signal.SIGSEGV)", "signal 11, SIGSEGV")
+
+    def test_exit_in_the_middle(self):
+        self.assert_lost("os._exit(3)", "exit code 3")
+
+
+class Messages(Trial):
+    """A component without our kit sends what the kit would have refused: the component is blamed, with the step."""
+
+    def assert_blamed(self, change, why):
+        said = self.refusal(65, *SWIMMER, *self.body(f"change_message(lambda envelope: {change})"))
+        self.assertRegex(said, rf"body service on host \S+, .*at step {STEP}: .*{why}")
+        self.assertNotIn("coupler on host", said)
+
+    def test_number_that_is_not_finite(self):
+        self.assert_blamed("envelope.kinematics.position_m.__setitem__(4, float('nan'))", "position_m.*(nan|finite)")
+
+    def test_eight_of_nine_numbers(self):
+        self.assert_blamed("envelope.kinematics.position_m.pop()", "position_m.* 8 .*9")
+
+    def test_wrong_sequence_number(self):
+        self.assert_blamed("setattr(envelope, 'sequence', envelope.sequence + 5)", "sequence")
+
+
+class Plausibility(Trial):
+    def test_force_of_1000_N_on_every_bead(self):
+        forces = ", ".join(f"{{body: swimmer.{name}, constant_N: [0, 0, 1000]}}" for name in ("B1", "B2", "B3"))
+        case = (
+            ROOT / "configs/quick/three_sphere.yaml",
+            "--set",
+            "fluid.solver=external",
+            "--set",
+            f"forces=[{forces}]",
+        )
+        shorter = ("--set", "run.steps=100", "--set", "output.fields.mean_over_steps=[0, 0]")
+        said = self.refusal(70, *case, *shorter, "--fluid", STOKES_DRAG)
+        self.assertRegex(said, "at step [0-9]+: .*(radius|domain)")
+
+
+class InstalledKit(Trial):
+    def test_component_needs_no_checkout(self):
+        prefix = self.folder / "prefix"
+        install = ["cmake", "--install", PROGRAMS.parent, "--component", "kit", "--prefix", prefix]
+        subprocess.run(install, check=True, stdout=subprocess.DEVNULL)
+        script = self.folder / "bodies.py"
+        lines = (ROOT / "proto/python/examples/point_masses.py").read_text().splitlines()
+        script.write_text("\n".join(line for line in lines if "sys.path" not in line))
+        packages = prefix / "share/copepod/python"
+        command = (
+            f"/usr/bin/env -u COPEPOD_BUILD_PYTHON PYTHONPATH={packages} /usr/bin/python3 {shlex.quote(str(script))}"
+        )
+        session = self.start("run", *SWIMMER, "--body", command, "--out", "out")
+        self.assert_ends(session, 0, timeout_s=60)
+        self.assertEqual(json.loads((self.folder / "out/summary.json").read_text())["status"], "finished")
+
+
+if __name__ == "__main__":
+    unittest.main()
