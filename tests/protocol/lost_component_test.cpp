@@ -143,10 +143,10 @@ TEST(LostComponent, MissingComponentIsNamedWhenTheDeadlineIsOver) {
   LinkSettings settings;
   settings.connect_deadline_s = 1.0;
   const TemporaryFolder elsewhere;
-  CoupledRun run({}, {}, settings, "", {.body_endpoint = "ipc://" + elsewhere.path("nobody.ipc")});
+  CoupledRun run({}, {}, settings, "", {.body_endpoint = "ipc://" + elsewhere.path("absent.ipc")});
   try {
     run.link->await_components();
-    FAIL() << "nobody was missed";
+    FAIL() << "the loss was not detected";
   } catch (const DeadlinePassed& error) {
     EXPECT_TRUE(contains(error.what(), "The body component did not connect")) << error.what();
   }
@@ -172,10 +172,10 @@ TEST(LostCoupler, AbortEndsBothComponentsWithItsCode) {
   CoupledRun run({"--slow-ms", "60000"}, {});
   run.begin();
   run.advance(1);
-  run.link->abort({ExitCode::interrupted, "coupler", "here", 0, 2, "Somebody asked for it."});
+  run.link->abort({ExitCode::interrupted, "coupler", "here", 0, 2, "The test stops the run."});
   EXPECT_EQ(run.body_process->wait(), 130);
   EXPECT_EQ(run.fluid_process->wait(), 130) << "a solver that does not react is ended after two seconds";
-  EXPECT_TRUE(contains(run.fluid_log(), "Somebody asked for it.")) << run.fluid_log();
+  EXPECT_TRUE(contains(run.fluid_log(), "The test stops the run.")) << run.fluid_log();
 }
 
 TEST(LostCoupler, ComponentsEndThemselvesWhenItsConnectionBreaks) {
@@ -193,7 +193,7 @@ TEST(LostCoupler, ComponentEndsItselfWhenPingsStayAway) {
   CoupledRun run({"--orphan-after", "1.5"}, {});
   run.begin();
   const auto start = Clock::now();
-  EXPECT_EQ(run.fluid_process->wait(), 69);  // nobody waits on the link, so nobody pings
+  EXPECT_EQ(run.fluid_process->wait(), 69);  // no pings, since no call waits on the link
   EXPECT_GT(seconds_since(start), 1.0);
   EXPECT_TRUE(contains(run.fluid_log(), "The coupler is silent")) << run.fluid_log();
 }
@@ -221,7 +221,7 @@ TEST(LostCoupler, IsNotSuspectedWhileItDoesSomethingElse) {
 
 TEST(LostCoupler, ComponentGivesUpWhenNoCouplerComes) {
   const TemporaryFolder folder;
-  ChildProcess fluid(fake_fluid_command("ipc://" + folder.path("nobody.ipc"), {"--connect-deadline", "1"}));
+  ChildProcess fluid(fake_fluid_command("ipc://" + folder.path("absent.ipc"), {"--connect-deadline", "1"}));
   EXPECT_EQ(fluid.wait(), 74);
 }
 
