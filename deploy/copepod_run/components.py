@@ -1,5 +1,6 @@
 """The three processes of a run: command lines, environment, and what a component announces about itself."""
 
+import difflib
 import functools
 import json
 import os
@@ -190,9 +191,11 @@ def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Map
         waived = kind == "method" and "solver:external" in features
         neglected = f"neglects:{feature}" in features or f"neglects:{feature.partition(':')[0]}" in features
         if not (feature in features or waived or neglected):
+            misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
             yield (
-                f"the case needs «{feature}» ({name} does not announce it). Change the case, or use another "
-                f"--{role} component."
+                f"the case needs «{feature}» ({name} does not announce it"
+                + (f", but «{misspelt[0]}»" if misspelt else "")
+                + f"). Change the case, or use another --{role} component."
             )
 
 

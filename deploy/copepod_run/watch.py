@@ -17,8 +17,8 @@ from copepod_run.signals import SignalRecorder
 
 # How long to wait for further evidence once something has failed; with the three seconds that stopping may take,
 # everything is over within five.
-_AFTER_KILL_S = 0.3  # the coupler may report the step
-_AFTER_EXIT_S = 1.5  # the coupler has, or is about to get, the component's own Failure
+_AFTER_KILL_S = 0.3  # of the coupler, which reports nothing any more
+_AFTER_EXIT_S = 1.5  # the coupler is about to report the step, or the component's own Failure
 _AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
 _AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still report which rank died, and how
 _FOR_MPIRUN_S = 1.0  # longer, if a rank has ended and mpirun had no time to report it: others use the processors
@@ -214,12 +214,12 @@ class Watch:
         self._exits.append(exit)
         if self._summary and not exit.signal and not exit.code:
             self._decide_within(_AFTER_FINISH_S)
-        elif exit.signal:
+        elif exit.signal and process.name == "coupler":
             self._decide_within(_AFTER_KILL_S)
         elif self._reported is not None:  # the report has set the deadline; its component's end needs no more
             if process.name == self._reported.component:
                 self._decide_within(_AFTER_REPORT_S)
-        elif exit.code or process.name == "coupler" or self.phase != "finishing":
+        elif exit.signal or exit.code or process.name == "coupler" or self.phase != "finishing":
             self._decide_within(_AFTER_EXIT_S if self._output_open else _AFTER_REPORT_S)
 
     def _failure(self) -> Failure:
