@@ -51,6 +51,8 @@ CONTINUOUS_INTEGRATION = (
     "black",
     "flake8",
     "mypy",
+    "nodejs",
+    "npm",
 )
 
 
