@@ -20,11 +20,9 @@ class Programs:
 
         Several mpirun at once would each bind their first rank to the same core.
         """
-        python = program("coupler").parent.parent / "python"
         return {
             "OMPI_MCA_hwloc_base_binding_policy": "none",
             "OMPI_MCA_mpi_yield_when_idle": "1",
-            "COPEPOD_BUILD_PYTHON": str(python),
             **os.environ,
             "COPEPOD_BIN_DIR": str(self.folder),
         }

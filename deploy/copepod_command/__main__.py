@@ -1,15 +1,11 @@
-"""Entry point; `deploy/copepod` starts this file with Debian's Python."""
+"""Entry point: `deploy/copepod` runs this package with Debian's Python."""
 
 import signal
 import sys
-from pathlib import Path
-
-_DEPLOY = Path(__file__).resolve().parent.parent
-sys.path[:1] = [str(_DEPLOY), str(_DEPLOY.parent / "proto" / "python")]
 
 try:
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # deploy/copepod blocks it until somebody can say so
-    from copepod_command.main import main  # the path above must be set first
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # blocked by deploy/copepod so far
+    from copepod_command.main import main  # late, so that Ctrl-C during the imports is handled
 
     code = main(sys.argv[1:])
 except KeyboardInterrupt:

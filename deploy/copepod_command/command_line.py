@@ -11,11 +11,14 @@ from copepod_run.checkout import called_as
 _EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
 70 a solver failed, 73 storage failed, 74 deadline passed, 130/143 stopped by a signal"""
 
-_TAKES_MORE = {"test": "ctest_arguments", "conformance": "component", "replay": "component"}  # what comes after --
+_TAKES_MORE = {"test": "ctest_arguments", "replay": "component"}  # what comes after --
 
 
 def parse(arguments):
     """Options with `action` set to the function that carries them out. Exits with 2 on a bad command line."""
+    if arguments[:1] in (["conformance"], ["recording"]):  # tools of the component kit with a command line of their own
+        tool = conformance.conformance if arguments[0] == "conformance" else recording.recording
+        return argparse.Namespace(action=tool, arguments=arguments[1:])
     arguments, behind_dashes = _split_at_dashes(arguments)
     parser = argparse.ArgumentParser(
         prog=called_as(), description="Couples fluids and rigid bodies: one command.", epilog=_EXIT_CODES
@@ -27,9 +30,9 @@ def parse(arguments):
     _add_report(commands)
     _add_bench(commands)
     _add_replay(commands)
-    _add_recording(commands)
+    commands.add_parser("recording", help="list, count or draw what a run recorded")
     _add_test(commands)
-    _add_conformance(commands)
+    commands.add_parser("conformance", help="check a component against the protocol")
     _add_setup(commands)
     options = parser.parse_args(arguments)
     if behind_dashes and options.command not in _TAKES_MORE:
@@ -174,22 +177,6 @@ def _add_replay(commands):
     parser.set_defaults(action=replay.replay)
 
 
-def _add_recording(commands):
-    parser = commands.add_parser(
-        "recording",
-        help="list, count or draw what a run recorded",
-        description="list: every message; count: how many of each kind; trace: what every process did when, for "
-        "https://ui.perfetto.dev and chrome://tracing, and how much the early reply hides.",
-    )
-    parser.add_argument("what", choices=("list", "count", "trace"))
-    parser.add_argument("directory", metavar="RUN_DIR")
-    parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
-    parser.add_argument("--steps", type=_steps, metavar="START:STOP", help="trace: only these steps")
-    parser.add_argument("--out", metavar="FILE", help="trace: where to (default: RUN_DIR/trace.json)")
-    parser.add_argument("--picture", metavar="FILE", help="trace: draw the steps too, as PNG or SVG")
-    parser.set_defaults(action=recording.recording)
-
-
 def _add_test(commands):
     parser = commands.add_parser(
         "test",
@@ -198,31 +185,6 @@ def _add_test(commands):
         description="Builds everything and runs ctest; arguments after -- go to ctest, for example: -- -L unit",
     )
     parser.set_defaults(action=suite.test)
-
-
-def _add_conformance(commands):
-    parser = commands.add_parser(
-        "conformance",
-        help="check a component against the protocol",
-        usage=f"{called_as()} conformance --role fluid|body [options] -- CMD…",
-        description="Plays the coupler of a component, many short lives long, and compares what it does with "
-        "docs/protocol.md. Exit code 0: conformant, 1: not.",
-    )
-    parser.add_argument("--role", required=True, choices=["fluid", "body"])
-    parser.add_argument(
-        "--solver",
-        choices=["lattice_boltzmann", "stokes", "vacuum", "external"],
-        help="which of a fluid's solvers (default: the first that it has)",
-    )
-    parser.add_argument("--quick", action="store_true", help="leave out checks that are much like others")
-    parser.add_argument("--only", action="append", metavar="GROUP", help="only this group of checks; may be repeated")
-    parser.add_argument("--junit", metavar="FILE", help="write the results as JUnit XML")
-    parser.add_argument("--verbose", action="store_true", help="show every check, not only those that failed")
-    parser.add_argument("--jobs", type=_positive_count, metavar="N", help="components at a time (default: 2 per core)")
-    parser.add_argument(
-        "--patience", type=_seconds, default=20.0, metavar="SECONDS", help="longest wait for an answer (default: 20)"
-    )
-    parser.set_defaults(action=conformance.conformance)
 
 
 def _add_setup(commands):
@@ -262,10 +224,6 @@ def _whole_number(text, least, of=""):
     return value
 
 
-def _seconds(text):
-    return _number(text, lambda value: 0 < value < math.inf, "no time in seconds (a number above 0)")
-
-
 def _tolerance(text):
     return _number(text, lambda value: 0 <= value < math.inf, "no relative difference (a number from 0 on, as 1e-9)")
 
@@ -278,11 +236,3 @@ def _number(text, is_fine, otherwise):
     if not is_fine(value):
         raise argparse.ArgumentTypeError(f"«{text}» is {otherwise}.")
     return value
-
-
-def _steps(text):
-    """(start, stop) of "start:stop"."""
-    start, separator, stop = text.partition(":")
-    if not separator or not start.isdigit() or not stop.isdigit() or int(stop) <= int(start):
-        raise argparse.ArgumentTypeError("must be START:STOP with START < STOP, as in 100:104")
-    return int(start), int(stop)

@@ -216,9 +216,8 @@ def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
 
 
 def settings_of_components() -> dict[str, str]:
-    """Without these a component may not start at all: message classes for Python, and mpirun as root."""
+    """Without these a component may not start: mpirun as root."""
     return {
-        "COPEPOD_BUILD_PYTHON": str(program("coupler").parent.parent / "python"),
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     }

@@ -47,18 +47,44 @@ class PlantedProse(unittest.TestCase):
         self.assertEqual(self.findings("proto/a.cpp", "double impulse = 1;  // not a pulsation\n"), [])
 
     def test_each_phrase_is_found(self):
-        for phrase in ("'x' is no sphere", "ranks are no bodies", "nobody reads it", "Somebody else starts it", "whoever calls it",
-                       "the case says so", "the page tells why", "the body service knows nothing", "the coupler wants it",
-                       "the run goes on", "so small a domain", "it belongs into advance", "Passed over: threads",
-                       "closed without a word", "in whose shadow it works", "walls lose their place", "time must go on",
-                       "Mend its exchange", "kits do the speaking", "as if it had not been asked", "in one sitting"):
+        for phrase in (
+            "'x' is no sphere",
+            "ranks are no bodies",
+            "nobody reads it",
+            "Somebody else starts it",
+            "whoever calls it",
+            "the case says so",
+            "the page tells why",
+            "the body service knows nothing",
+            "the coupler wants it",
+            "the run goes on",
+            "so small a domain",
+            "it belongs into advance",
+            "Passed over: threads",
+            "closed without a word",
+            "in whose shadow it works",
+            "walls lose their place",
+            "time must go on",
+            "Mend its exchange",
+            "kits do the speaking",
+            "as if it had not been asked",
+            "in one sitting",
+        ):
             with self.subTest(phrase):
                 self.expect_one("docs/page.md", f"# A page\n\nHere {phrase}.\n", 3, "not plain English")
 
     def test_each_metaphor_is_found_in_prose_names_and_paths(self):
-        for name, text in (("a.hpp", "class Doorkeeper;"), ("a.cpp", "auto x = seal_of(bytes);"), ("a.cpp", "send(kSealBytes);"),
-                           ("a.cpp", "PulseBoard board;"), ("a.cpp", "// the pulse of a rank"), ("a.cpp", "Audience audience;"),
-                           ("a.md", "The greeting comes first."), ("a.proto", "PHASE_GREETING = 1;"), ("audience.cpp", "")):
+        for name, text in (
+            ("a.hpp", "class Doorkeeper;"),
+            ("a.cpp", "auto x = seal_of(bytes);"),
+            ("a.cpp", "send(kSealBytes);"),
+            ("a.cpp", "PulseBoard board;"),
+            ("a.cpp", "// the pulse of a rank"),
+            ("a.cpp", "Audience audience;"),
+            ("a.md", "The greeting comes first."),
+            ("a.proto", "PHASE_GREETING = 1;"),
+            ("audience.cpp", ""),
+        ):
             with self.subTest(f"{name}: {text}"):
                 self.expect_one(name, text + "\n", 1, "metaphor")
 
@@ -93,7 +119,9 @@ class PlantedProse(unittest.TestCase):
         self.expect_one("a.md", f"# A page\n\n{words}\n", 3, "columns")
         self.expect_one("a.cpp", f"// {words}\n", 1, "columns")
         self.expect_one("a.py", f"x = 1\n# {words}\n", 2, "columns")
-        self.expect_one("a.hpp", "/// The force on a body, and the torque about its\n/// centre.\n", 2, "alone on a line")
+        self.expect_one(
+            "a.hpp", "/// The force on a body, and the torque about its\n/// centre.\n", 2, "alone on a line"
+        )
         self.expect_one("a.py", '"""The force on a body, and the torque about its\ncentre."""\n', 2, "alone on a line")
         self.assertEqual(self.findings("a.hpp", "int a;  ///< SIGINT\nint b;  ///< SIGTERM\n"), [])
         self.assertEqual(self.findings("a.hpp", "/// The force on a body:\n/// F\n"), [])

@@ -44,7 +44,7 @@ TEST(ChaosOfAllKinds, ChangesNoDigest) {
 }
 
 TEST(ChaosOfAllKinds, ChangesNothingForComponentsInPython) {
-  setenv("COPEPOD_BUILD_PYTHON", protocol_test::kBuildPython, 1);
+  setenv("PYTHONPATH", protocol_test::kPythonPath, 1);
   const auto python = [](const char* script) {
     return std::vector<std::string>{protocol_test::kPython,
                                     std::string(protocol_test::kPythonExamples) + script};

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`copepod conformance` finds what is wrong with each component in broken/: these checks fail, with these words, and no other.
+"""`copepod conformance` finds the defect of each component in broken/: these checks fail, with these words, no other.
 
     broken_components_test.py BUILD      folder of a build that is complete
 """
@@ -23,6 +23,11 @@ LEFT = "1 process(es) left behind: sleep 600"
 
 # script: role, groups of checks, {check that must fail: what must have come}
 BROKEN = {
+    "announces_an_unknown_feature": (
+        "body",
+        ["handshake"],
+        {"every feature is a known name": "feature 'springz', which is not a known name (did you mean springs?)"},
+    ),
     "steps_twice_on_a_repeat": (
         "body",
         ["exactly once"],
@@ -68,10 +73,10 @@ BROKEN = {
     ),
     "ends_as_if_all_were_well": (
         "fluid",
-        ["greeting"],
+        ["handshake"],
         {
             "ends when it is refused": "exit code 0 instead of 65",
-            "ends when nobody answers": "exit code 0 instead of 74",
+            "ends without an answer": "exit code 0 instead of 74",
         },
     ),
     "leaves_a_child": (

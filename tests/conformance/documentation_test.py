@@ -4,8 +4,10 @@
     documentation_test.py BUILD      folder of a build that is complete
 """
 
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -13,15 +15,12 @@ import types
 import unittest
 from pathlib import Path
 
+import protocol_vectors
+from copepod_conformance import protocol, suite
+from copepod_conformance.cases import BodyCase, FluidCase
+
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(sys.argv.pop()).resolve()
-
-os.environ["COPEPOD_BUILD_PYTHON"] = str(BUILD / "python")
-sys.path[:0] = [str(ROOT / "deploy"), str(ROOT / "proto" / "python")]
-import protocol_vectors  # noqa: E402
-from copepod_conformance import protocol, suite  # noqa: E402
-from copepod_conformance.body_case import BodyCase  # noqa: E402
-from copepod_conformance.fluid_case import FluidCase  # noqa: E402
 
 
 class AddingAComponent(unittest.TestCase):
@@ -59,6 +58,55 @@ class AddingAComponent(unittest.TestCase):
         )
         self.assertEqual(ended.returncode, 0, f"{here}\n{ended.stdout}")
         return ended.stdout
+
+
+class InstalledKit(unittest.TestCase):
+    """The Python kit and its tools work from an installed prefix, without a checkout."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.prefix = Path(cls.folder.name) / "kit"
+        install = ["cmake", "--install", BUILD, "--component", "kit", "--prefix", cls.prefix]
+        subprocess.run(install, check=True, stdout=subprocess.DEVNULL)
+        cls.python = cls.prefix / "share/copepod/python"
+
+    def run_python(self, *arguments):
+        """Standard output of Python with nothing of ours on its path but the installed kit."""
+        variables = {"PATH": os.environ["PATH"], "PYTHONPATH": str(self.python)}
+        command = ["/usr/bin/python3", "-B", *map(str, arguments)]
+        ended = subprocess.run(
+            command, cwd=self.folder.name, env=variables, capture_output=True, text=True, timeout=100, check=False
+        )
+        self.assertEqual(ended.returncode, 0, ended.stdout + ended.stderr)
+        return ended.stdout
+
+    def test_every_module_comes_from_the_prefix(self):
+        modules = [
+            ".".join(path.relative_to(self.python).with_suffix("").parts)
+            for path in self.python.rglob("*.py")
+            if "examples" not in path.parts and path.stem not in ("__init__", "__main__", "picture")
+        ]
+        self.assertGreater(len(modules), 30)
+        code = (
+            f"import importlib, json, sys; [importlib.import_module(name) for name in {modules}]; "
+            "print(json.dumps([m.__file__ for n, m in sys.modules.items() if n.startswith('copepod') and m.__file__]))"
+        )
+        for path in json.loads(self.run_python("-c", code)):
+            self.assertTrue(path.startswith(f"{self.python}/"), path)
+
+    def test_the_tools_test_and_list_without_a_checkout(self):
+        example = self.python / "examples/stokes_drag_fluid.py"
+        only = ("--only", "handshake", "--only", "exactly once")
+        output = self.run_python(
+            "-m", "copepod_conformance", "--role", "fluid", *only, "--", "/usr/bin/python3", example
+        )
+        self.assertIn("\nconformant: ", output)
+        recording = Path(self.folder.name) / "run/wire/attempt_001.rec"
+        recording.parent.mkdir(parents=True)
+        shutil.copy(ROOT / "tests/fuzz/corpus/read_recording/seed.rec", recording)
+        self.assertIn("Kinematics", self.run_python("-m", "copepod_recording", "count", "run"))
 
 
 class ProtocolPage(unittest.TestCase):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Test vectors of the protocol: checksums, and one frame of every message, for those who write a component without a kit.
+"""Test vectors of the protocol: checksums, and one frame of every message, for components without a kit.
 
 protocol_vectors.py           prints docs/protocol_vectors.json
 protocol_vectors.py --write   writes that file, and the examples of docs/protocol.md between their marks
@@ -12,10 +12,9 @@ from pathlib import Path
 
 from google.protobuf.json_format import MessageToDict
 
-from copepod_component import checksum
+from copepod_component.messages import checksum, to_frame
 from copepod_conformance import protocol
-from copepod_conformance.body_case import BodyCase
-from copepod_conformance.fluid_case import FluidCase
+from copepod_conformance.cases import BodyCase, FluidCase
 from copepod_conformance.protocol import Envelope
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,7 +33,7 @@ _FAILURE = {
 def frames():
     """{message: (Envelope, frame)}, in the order of the schema."""
     envelopes = {name: _envelope(name) for name in protocol.MESSAGES}
-    return {name: (envelope, checksum.to_bytes(envelope)) for name, envelope in envelopes.items()}
+    return {name: (envelope, to_frame(envelope)) for name, envelope in envelopes.items()}
 
 
 def _envelope(name):
@@ -103,8 +102,8 @@ def checksums():
     """Rows of the table of docs/protocol.md."""
     rows = ["| bytes | XXH3 (hexadecimal number) | the nine bytes on the wire |", "|---|---|---|"]
     for text, content in (("none", b""), ("`abc` (61 62 63)", b"abc"), ("0, 1, …, 255", bytes(range(256)))):
-        number = int.from_bytes(checksum.of(content)[1:], "little")
-        rows.append(f"| {text} | {number:016x} | {checksum.of(content).hex(' ')} |")
+        number = int.from_bytes(checksum(content)[1:], "little")
+        rows.append(f"| {text} | {number:016x} | {checksum(content).hex(' ')} |")
     return "\n".join(rows)
 
 

@@ -16,10 +16,8 @@ import time
 import zlib
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[2] / folder) for folder in ("deploy", "proto/python")]
-
-from copepod_recording.listing import counts, lines  # noqa: E402
-from copepod_recording.reader import MAGIC, Recording, UnreadableRecording  # noqa: E402
+from copepod_recording.listing import counts, lines
+from copepod_recording.reader import MAGIC, Recording, UnreadableRecording
 
 SEED = Path(__file__).resolve().parent / "corpus/read_recording/seed.rec"
 

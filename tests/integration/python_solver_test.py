@@ -2,23 +2,24 @@
 
 import logging
 import os
-import sys
 import unittest
 from pathlib import Path
 
+from copepod_component import SolverContext, control_lane
+from copepod_component.messages import Envelope, to_frame
 from copepod_session import ROOT, CommandTest
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 CASE = (ROOT / "configs/quick/vacuum.yaml", "--set", "run.steps=3", "--out", "out")
 
-FLUID = f"""
+FLUID = """
 import sys, time
-sys.path.insert(0, {str(ROOT / "proto/python")!r})
 import numpy as np
-from copepod_component import CaseError, Capabilities, Summary, report_progress, run_fluid_component
+from copepod_component import CaseError, Capabilities, Summary, run_fluid_component
 
 class Fluid:
-    def __init__(self, setup):
+    def __init__(self, setup, context):
+        self.context = context
         self.nothing = np.zeros((len(setup.bodies), 3))
     def exchange(self, kinematics):
         EXCHANGE
@@ -47,7 +48,7 @@ class PythonSolver(CommandTest):
     def test_long_step_that_reports_its_progress_is_not_taken_for_hung(self):
         deadline = ("--set", "services.progress_deadline_s=1.5")
         slow = "for _ in range(30 * (kinematics.step == 1)): time.sleep(0.1); {}"
-        session = self.start_with(slow.format("report_progress()"), *deadline)
+        session = self.start_with(slow.format("self.context.report_progress()"), *deadline)
         self.assert_ends(session, 0)
         session = self.start_with(slow.format("pass"), *deadline, "--out", "again")
         self.assert_ends(session, 69)
@@ -68,17 +69,12 @@ class PythonSolver(CommandTest):
 
 class StopRequest(unittest.TestCase):
     def test_says_with_which_code_the_coupler_aborted_the_run(self):
-        os.environ.setdefault("COPEPOD_BUILD_PYTHON", str(PROGRAMS.parent / "python"))
-        sys.path.insert(0, str(ROOT / "proto/python"))
-        from copepod_component import checksum, control_lane, stop_request
-        from copepod_component.schema import Envelope
-        from copepod_component.vitals import VITALS
-
-        lane = control_lane.ControlLane(None, "", b"", VITALS, 10.0, logging.getLogger("quiet"))
-        lane._handle(None, checksum.to_bytes(Envelope(welcome={"session_id": 1, "epoch": 2})))
-        self.assertEqual(stop_request(), 0)
-        lane._handle(None, checksum.to_bytes(Envelope(session_id=1, epoch=2, abort={"failure": {"code": 74}})))
-        self.assertEqual(stop_request(), 74)
+        context = SolverContext()
+        lane = control_lane.ControlLane(None, "", b"", context, 10.0, logging.getLogger("quiet"))
+        lane._handle(None, to_frame(Envelope(protocol_major=1, welcome={"session_id": 1, "epoch": 2})))
+        self.assertEqual(context.stop_requested(), 0)
+        lane._handle(None, to_frame(Envelope(session_id=1, epoch=2, abort={"failure": {"code": 74}})))
+        self.assertEqual(context.stop_requested(), 74)
 
 
 if __name__ == "__main__":

@@ -2,14 +2,14 @@
 
 import json
 import os
-import sys
 import unittest
 from dataclasses import replace
 from pathlib import Path
 
 from copepod_session import ROOT, CommandTest
 
-from copepod_recording import shadow, trace
+from copepod.v1.envelope_pb2 import Envelope
+from copepod_recording import overlap, trace
 from copepod_recording.comparison import differences
 from copepod_recording.reader import MAGIC, Recording, UnreadableRecording, message_name
 
@@ -169,14 +169,14 @@ class Trace(RecordedRun):
 
         folder = self.folder / "out/trace/attempt_001"
         timelines = trace.read([Recording(path) for path in sorted(folder.glob("*.rec"))])
-        found = shadow.figures(timelines)
+        found = overlap.figures(timelines)
         self.assertEqual(found["steps"], STEPS - 1)
 
     def test_what_cannot_be_drawn_is_refused_by_name(self):
         self.record("--ranks", "1")
         for arguments, code, words in (
-            (("--steps", "10000:10002", "--picture", "p.png"), 2, f"nothing to draw (0 to {STEPS} are the recorded"),
-            (("--picture", "p.txt"), 2, "--picture p.txt is neither PNG nor SVG"),
+            (("--steps", "10000:10002", "--picture", "p.png"), 2, f"nothing to draw (the recorded steps are 0 to {STEPS})"),
+            (("--picture", "p.txt"), 2, "--picture: p.txt is neither PNG nor SVG"),
             (("--out", "nosuch/x"), 73, "nosuch/x cannot be written (there is no such folder)"),
         ):
             self.run_command("recording", "trace", "out", *arguments, code=code)
@@ -217,27 +217,24 @@ class Shadow(unittest.TestCase):
         return [trace.Timeline("coupler", 0, coupler), trace.Timeline("fluid", 0, fluid)]
 
     def test_all_is_hidden_when_the_bulk_update_takes_longer(self):
-        found = shadow.figures(self.timelines(bulk_end=110, asked=60))
+        found = overlap.figures(self.timelines(bulk_end=110, asked=60))
         self.assertEqual(
-            (found["hidden"], found["hidden_steps"], found["bulk_us"], found["way_round_us"]), (1, 1, 100, 50)
+            (found["hidden"], found["hidden_steps"], found["bulk_us"], found["round_trip_us"]), (1, 1, 100, 50)
         )
 
     def test_the_rest_is_not_hidden_when_it_is_shorter(self):
-        found = shadow.figures(self.timelines(bulk_end=35, asked=60))
+        found = overlap.figures(self.timelines(bulk_end=35, asked=60))
         self.assertEqual((found["hidden"], found["hidden_steps"], found["waited_us"]), (0.5, 0, 30))
 
     def test_what_happens_before_the_bulk_update_begins_is_not_hidden(self):
         coupler, fluid = self.timelines(bulk_end=110, asked=60)
         late = [replace(phase, begin_ns=60_000) if phase.name == "advancing" else phase for phase in fluid.phases]
-        found = shadow.figures([coupler, trace.Timeline("fluid", 0, late)])
-        self.assertEqual((found["hidden"], found["way_round_us"]), (0, 50))
+        found = overlap.figures([coupler, trace.Timeline("fluid", 0, late)])
+        self.assertEqual((found["hidden"], found["round_trip_us"]), (0, 50))
 
 
 class Comparison(unittest.TestCase):
     def test_sees_single_bits_and_honours_the_tolerance(self):
-        sys.path.insert(0, str(PROGRAMS.parent / "python"))
-        from copepod.v1.envelope_pb2 import Envelope
-
         a, b = Envelope(session_id=1, step=3), Envelope(session_id=2, step=3)
         a.kinematics.position_m.extend([0.0, 1.0, 2.0])
         b.kinematics.position_m.extend([0.0, 1.0, 2.0])
@@ -253,14 +250,13 @@ class Comparison(unittest.TestCase):
         self.assertIn("step: 4 instead of 3", list(differences(a, b)))
 
 
-TAMPERED_FLUID = f"""
+TAMPERED_FLUID = """
 import sys
-sys.path.insert(0, {str(ROOT / "proto/python")!r})
 import numpy as np
 from copepod_component import Capabilities, Summary, run_fluid_component
 
 class Vacuum:
-    def __init__(self, setup):
+    def __init__(self, setup, context):
         self.bodies = len(setup.bodies)
     def exchange(self, kinematics):
         force = np.zeros((self.bodies, 3))

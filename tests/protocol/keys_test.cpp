@@ -15,7 +15,7 @@ LinkSettings with(const RunKeys& keys) {
 }
 
 Programs in_python() {
-  setenv("COPEPOD_BUILD_PYTHON", kBuildPython, 1);
+  setenv("PYTHONPATH", kPythonPath, 1);
   return {{kPython, std::string(kPythonExamples) + "stokes_drag_fluid.py"},
           {kPython, std::string(kPythonExamples) + "point_masses.py"}};
 }

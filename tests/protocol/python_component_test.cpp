@@ -13,7 +13,7 @@ namespace copepod::protocol_test {
 namespace {
 
 std::vector<std::string> python_program(const std::string& script) {
-  setenv("COPEPOD_BUILD_PYTHON", kBuildPython, 1);
+  setenv("PYTHONPATH", kPythonPath, 1);
   return {kPython, kPythonExamples + script};
 }
 
@@ -74,7 +74,7 @@ TEST(PythonComponent, ReportsAnExceptionOfItsSolver) {
     FAIL() << "gravity was taken";
   } catch (const PeerFailed& failure) {
     EXPECT_EQ(failure.report().component, "body");
-    EXPECT_NE(std::string(failure.what()).find("these bodies know none"), std::string::npos)
+    EXPECT_NE(std::string(failure.what()).find("these point masses neglect"), std::string::npos)
         << failure.what();
   }
   EXPECT_EQ(run.body_process->wait(), 70);

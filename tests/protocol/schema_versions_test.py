@@ -10,16 +10,14 @@ import sys
 import unittest
 from pathlib import Path
 
+from copepod_component.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path.insert(0, str(ROOT / "proto" / "python"))
-
-from copepod_component.schema import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope  # noqa: E402
-
 PRESENT = HERE / f"schema_{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}.txt"
 ADVICE = (
-    "the messages are not those of this protocol version (docs/protocol.md, Versions). Raise the version in "
-    "proto/session/header.hpp and proto/python/copepod_component/schema.py if it was released, and run this with --write."
+    "the messages are not those of this protocol version (docs/protocol.md, Versions). If it was released, raise the "
+    "version in proto/session/header.hpp and proto/python/copepod_component/messages.py; then run this with --write."
 )
 
 
@@ -34,9 +32,8 @@ def described(message):
         for field in one.fields:
             kind = field.message_type or field.enum_type
             repeated = "repeated " if field.label == field.LABEL_REPEATED else ""
-            lines.append(
-                f"{one.full_name} {field.number} {field.name}: {repeated}{kind.full_name if kind else _SCALARS[field.type]}"
-            )
+            name = kind.full_name if kind else _SCALARS[field.type]
+            lines.append(f"{one.full_name} {field.number} {field.name}: {repeated}{name}")
             waiting += [field.message_type] if field.message_type else []
             lines += (
                 [f"{kind.full_name} {value.number} {value.name}" for value in kind.values] if field.enum_type else []

@@ -7,20 +7,19 @@ import time
 import zmq
 from zmq.utils.monitor import recv_monitor_message
 
-from . import checksum
 from .errors import ExitCode, Refused
-from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR
+from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Damaged, Envelope, from_frame, to_frame
 
 DISCONNECTED_S = 3.0
 GRACE_S = 2.0  # for the solver's thread, after a stop request
 
 
 class ControlLane(threading.Thread):
-    """Owns its socket from the start of the thread on."""
+    """Owns its socket once the thread has started."""
 
-    def __init__(self, socket, endpoint, hello, vitals, orphan_after_s, log):
+    def __init__(self, socket, endpoint, hello, context, orphan_after_s, log):
         super().__init__(daemon=True)
-        self._socket, self._endpoint, self._hello, self._vitals = socket, endpoint, hello, vitals
+        self._socket, self._endpoint, self._hello, self._context = socket, endpoint, hello, context
         self._orphan_after_s, self._log = orphan_after_s, log
         self._header = None  # (session_id, epoch) once welcomed
         self._connected = False
@@ -29,7 +28,7 @@ class ControlLane(threading.Thread):
 
     def run(self):
         socket = self._socket
-        # Watched before it connects: an event that came earlier would be missed, and the coupler taken for lost.
+        # Monitored before it connects: otherwise the first event could be missed, and the coupler considered lost.
         monitor = socket.get_monitor_socket(zmq.EVENT_CONNECTED | zmq.EVENT_DISCONNECTED | zmq.EVENT_CLOSED)
         socket.connect(self._endpoint)
         last_hello, stopping_since = -1e300, None
@@ -43,15 +42,15 @@ class ControlLane(threading.Thread):
                 self._connected = recv_monitor_message(monitor)["event"] == zmq.EVENT_CONNECTED
             if self._header is not None:
                 self._look_for_coupler()
-            if self._vitals.stop_code and stopping_since is None:
+            if self._context.stop_code and stopping_since is None:
                 stopping_since = time.monotonic()
             if stopping_since is not None and time.monotonic() - stopping_since > GRACE_S:
-                os._exit(self._vitals.stop_code)
+                os._exit(self._context.stop_code)
 
     def _handle(self, socket, data):
         try:
-            message = checksum.from_bytes(data)
-        except (checksum.Damaged, Refused) as error:
+            message = from_frame(data)
+        except (Damaged, Refused) as error:
             self._log.warning("On the control lane: %s", error)
             return
         kind = message.WhichOneof("body")
@@ -69,21 +68,22 @@ class ControlLane(threading.Thread):
 
     def _pong(self, stamp_ns):
         session_id, epoch = self._header
-        vitals = self._vitals
+        context = self._context
         reply = Envelope(
             protocol_major=PROTOCOL_MAJOR,
             protocol_minor=PROTOCOL_MINOR,
             session_id=session_id,
             epoch=epoch,
-            step=vitals.step,
+            step=context.step,
         )
         reply.pong.stamp_ns = stamp_ns
-        reply.pong.step = vitals.step
-        reply.pong.phase = vitals.phase
-        reply.pong.progress = vitals.progress
-        reply.pong.received_sequence = vitals.received_sequence
-        reply.pong.replied_sequence = vitals.replied_sequence
-        return checksum.to_bytes(reply)
+        reply.pong.step = context.step
+        reply.pong.phase = context.phase
+        reply.pong.progress = context.progress
+        reply.pong.awaited_rank = context.awaited_rank
+        reply.pong.received_sequence = context.received_sequence
+        reply.pong.replied_sequence = context.replied_sequence
+        return to_frame(reply)
 
     def _look_for_coupler(self):
         now = time.monotonic()
@@ -92,13 +92,13 @@ class ControlLane(threading.Thread):
         elif self._disconnected_since is None:
             self._disconnected_since = now
         broken = self._disconnected_since is not None and now - self._disconnected_since > DISCONNECTED_S
-        if (broken or now - self._last_ping > self._orphan_after_s) and not self._vitals.stop_code:
+        if (broken or now - self._last_ping > self._orphan_after_s) and not self._context.stop_code:
             self._log.error(
-                "The coupler is gone (%s). Look at the coupler's log.",
-                "its connection broke and did not come back" if broken else "no ping any more",
+                "The coupler is gone (%s). See the coupler's log.",
+                "its connection broke and did not come back" if broken else "pings no longer arrive",
             )
             self._stop(ExitCode.COMPONENT_LOST)
 
     def _stop(self, code):
-        if not self._vitals.stop_code:
-            self._vitals.stop_code = int(code) or int(ExitCode.SOLVER_FAILED)
+        if not self._context.stop_code:
+            self._context.stop_code = int(code) or int(ExitCode.SOLVER_FAILED)

@@ -20,13 +20,13 @@ class ComponentError(Exception):
 
 
 class CaseError(ComponentError):
-    """The command line or the case asks for something impossible."""
+    """The command line or the case demands something impossible."""
 
     code = ExitCode.BAD_CASE
 
 
 class SolverError(ComponentError):
-    """The solver cannot go on: diverged, not a number."""
+    """The solver cannot continue: it diverged or produced NaN."""
 
 
 class StorageError(ComponentError):
@@ -36,12 +36,12 @@ class StorageError(ComponentError):
 
 
 class Refused(ComponentError):
-    """The coupler refused us, or we a message."""
+    """The coupler refused this component, or this component a message."""
 
     code = ExitCode.REFUSED
 
 
 class DeadlinePassed(ComponentError):
-    """Nobody answered in time."""
+    """An answer did not arrive in time."""
 
     code = ExitCode.DEADLINE_PASSED

@@ -12,17 +12,17 @@ import time
 
 import zmq
 
-from . import checksum
-from .errors import CaseError
-from .keys import Door, read_keys, require_keys_off_this_machine
+from .context import SolverContext
 from .control_lane import ControlLane
-from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, handshake
+from .errors import CaseError, ComponentError
+from .keys import HandshakeMonitor, read_keys, require_keys_off_this_machine
+from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, handshake, setup, to_frame
 from .server import Server
 from .solvers import ServedBody, ServedFluid
-from .validation import MESSAGE_BYTES
-from .vitals import VITALS
+from .validation import MESSAGE_BYTES, check_setup
 
 LINGER_MS = 500  # for the last message of a component that ends
+_RECONNECT_MS = 100
 
 
 @dataclasses.dataclass
@@ -32,32 +32,118 @@ class Capabilities:
     features: list
 
 
-def run_fluid_component(make_solver, capabilities):
-    """Serves the solver that make_solver(FluidSetup) returns; gives the exit code of the process."""
-    return serve_component(ServedFluid(make_solver), capabilities)
+def run_fluid_component(make_solver, capabilities, estimate=None):
+    """Serves the solver that make_solver(FluidSetup, SolverContext) returns.
+
+    `estimate(FluidSetup, ranks)` returns an Estimate or raises CaseError; with it, the feature `estimate` is announced.
+    Returns the exit code of the process.
+    """
+    context = SolverContext()
+    return serve_component(ServedFluid(make_solver, context), capabilities, context, estimate)
 
 
-def run_body_component(make_solver, capabilities):
-    """Serves the solver that make_solver(BodySetup) returns; gives the exit code of the process."""
-    return serve_component(ServedBody(make_solver), capabilities)
+def run_body_component(make_solver, capabilities, estimate=None):
+    """Serves the solver that make_solver(BodySetup, SolverContext) returns; otherwise like run_fluid_component."""
+    context = SolverContext()
+    return serve_component(ServedBody(make_solver, context), capabilities, context, estimate)
 
 
-def _options(capabilities):
+def serve_component(served, capabilities, context, estimate=None):
+    """Serves an object with role, perform(request, reply) and follow_up(name) (solvers.py); returns the exit code."""
+    options = _options(capabilities, estimate)
+    if estimate:
+        features = sorted({*capabilities.features, "estimate"})
+        capabilities = dataclasses.replace(capabilities, features=features)
+    if options.capabilities:
+        print(json.dumps({**dataclasses.asdict(capabilities), "role": served.role}))
+        return 0
+    if options.estimate:
+        return _print_estimate(served.role, estimate, options.ranks)
+    log = _open_log(options, served.role)
+    try:
+        keys = read_keys(options.keys) if options.keys else None
+        require_keys_off_this_machine(options.endpoint, keys)
+    except CaseError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return int(error.code)
+    log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, served.role)
+    zmq_context, instance = zmq.Context(), secrets.randbits(64)
+
+    def make_socket(lane):
+        sock = zmq_context.socket(zmq.DEALER)
+        sock.linger, sock.maxmsgsize, sock.reconnect_ivl = LINGER_MS, MESSAGE_BYTES, _RECONNECT_MS
+        if keys:
+            sock.curve_publickey, sock.curve_secretkey, sock.curve_serverkey = keys
+        sock.setsockopt(zmq.ROUTING_ID, f"{served.role}-{instance}-{lane}".encode())
+        return sock
+
+    def hello(lane):
+        return _hello(served.role, lane, options.session, capabilities, instance)
+
+    control_lane, data_lane = make_socket("control"), make_socket("data")
+    ControlLane(
+        control_lane, options.endpoint, hello(handshake.LANE_CONTROL), context, options.orphan_after, log
+    ).start()
+    monitor = HandshakeMonitor(data_lane)
+    data_lane.connect(options.endpoint)
+    server = Server(data_lane, served, hello(handshake.LANE_DATA), context, monitor, host_names.gethostname(), log)
+    code = int(server.run(options.connect_deadline))
+    log.info("Ending with exit code %d.", code)
+    data_lane.close()
+    time.sleep(LINGER_MS / 1000)  # the last message leaves; the ZeroMQ context is not ended: the control lane uses it
+    return code
+
+
+def _options(capabilities, estimate):
     parser = argparse.ArgumentParser(description=f"{capabilities.name}, a component of Copepod")
-    parser.add_argument("--capabilities", action="store_true", help="print what this component can do as JSON and exit")
+    parser.add_argument("--capabilities", action="store_true", help="print name, role and features as JSON and exit")
+    if estimate:
+        parser.add_argument(
+            "--estimate",
+            action="store_true",
+            help="read a serialised setup from standard input, print the memory per process as JSON and exit",
+        )
+        parser.add_argument("--ranks", type=int, default=1, help="with --estimate: number of processes (default: 1)")
     parser.add_argument("--endpoint", help="address of the coupler: ipc:///path or tcp://host:port")
     parser.add_argument("--session", default=os.environ.get("COPEPOD_SESSION"), help="token of the run")
-    parser.add_argument("--keys", help="file with the keys of this role; a must off this machine")
-    parser.add_argument("--log-file", help="where to log; standard error if not given")
+    parser.add_argument("--keys", help="file with the keys of this role; required when other machines can listen")
+    parser.add_argument("--log-file", help="log file (default: standard error)")
     parser.add_argument("--log-level", default="info", choices=["trace", "debug", "info", "warning", "error", "off"])
     parser.add_argument(
-        "--orphan-after", type=float, default=10.0, help="end after so many seconds without the coupler"
+        "--orphan-after", type=float, default=10.0, help="seconds without a ping before the coupler is given up (10)"
     )
-    parser.add_argument("--connect-deadline", type=float, default=60.0, help="wait so many seconds for the coupler")
+    parser.add_argument(
+        "--connect-deadline", type=float, default=60.0, help="seconds to wait for the coupler at the start (60)"
+    )
     options = parser.parse_args()
-    if not options.capabilities and not (options.endpoint and options.session):
-        parser.error("this component has no coupler to talk to (--endpoint or --session is missing). Give both")
+    options.estimate = estimate is not None and options.estimate
+    if not (options.capabilities or options.estimate) and not (options.endpoint and options.session):
+        parser.error("no coupler to connect to (--endpoint or --session is missing). Give both")
     return options
+
+
+def _print_estimate(role, estimate, ranks):
+    """Protocol: "Estimates"."""
+    message = setup.FluidSetup() if role == "fluid" else setup.BodySetup()
+    try:
+        try:
+            message.ParseFromString(sys.stdin.buffer.read())
+        except Exception as error:  # the exception depends on the implementation of protobuf
+            raise CaseError(f"Standard input is not a serialised setup ({error}). Use: coupler --setup.") from error
+        check_setup(message)
+        print(json.dumps(dataclasses.asdict(estimate(message, ranks))))
+        return 0
+    except ComponentError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return int(CaseError.code)
+
+
+def _open_log(options, role):
+    level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
+    logging.basicConfig(
+        filename=options.log_file, level=level, format=f"%(asctime)s %(levelname)s [{role} rank 0] %(message)s"
+    )
+    return logging.getLogger("copepod")
 
 
 def _hello(role, lane, token, capabilities, instance):
@@ -71,59 +157,4 @@ def _hello(role, lane, token, capabilities, instance):
     hello.capabilities.features.extend(sorted(capabilities.features))
     hello.host, hello.pid, hello.ranks = host_names.gethostname(), os.getpid(), 1
     hello.instance = instance
-    return checksum.to_bytes(message)
-
-
-def serve_component(served, capabilities):
-    """Serves an object with role, perform(request, reply) and follow_up(name), see solvers.py; gives the exit code."""
-    options = _options(capabilities)
-    if options.capabilities:
-        print(
-            json.dumps(
-                {
-                    "name": capabilities.name,
-                    "version": capabilities.version,
-                    "role": served.role,
-                    "features": sorted(capabilities.features),
-                }
-            )
-        )
-        return 0
-    level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
-    logging.basicConfig(
-        filename=options.log_file, level=level, format=f"%(asctime)s %(levelname)s [{served.role} rank 0] %(message)s"
-    )
-    log = logging.getLogger("copepod")
-    try:
-        keys = read_keys(options.keys) if options.keys else None
-        require_keys_off_this_machine(options.endpoint, keys)
-    except CaseError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return int(error.code)
-    log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, served.role)
-    context, instance = zmq.Context(), secrets.randbits(64)
-
-    def make_socket(lane):
-        sock = context.socket(zmq.DEALER)
-        sock.linger = LINGER_MS
-        sock.maxmsgsize = MESSAGE_BYTES
-        if keys:
-            sock.curve_publickey, sock.curve_secretkey, sock.curve_serverkey = keys
-        sock.setsockopt(zmq.ROUTING_ID, f"{served.role}-{instance}-{lane}".encode())
-        return sock
-
-    def hello(lane):
-        return _hello(served.role, lane, options.session, capabilities, instance)
-
-    ControlLane(
-        make_socket("control"), options.endpoint, hello(handshake.LANE_CONTROL), VITALS, options.orphan_after, log
-    ).start()
-    data_lane = make_socket("data")
-    door = Door(data_lane)
-    data_lane.connect(options.endpoint)
-    server = Server(data_lane, served, hello(handshake.LANE_DATA), VITALS, door, host_names.gethostname(), log)
-    code = int(server.run(options.connect_deadline))
-    log.info("Ending with exit code %d.", code)
-    data_lane.close()
-    time.sleep(LINGER_MS / 1000)  # the last message leaves; the control lane still uses the context, which so lives on
-    return code
+    return to_frame(message)

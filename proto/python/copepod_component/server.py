@@ -1,71 +1,79 @@
-"""The data lane: says Hello, then answers requests until the run ends. The session table decides what is legal."""
+"""The data lane: sends Hello, then answers requests until the run ends. The transition table defines what is legal."""
 
 import sys
 import time
 import traceback
 
-from . import checksum
 from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
-from .schema import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, control, message_name
+from .messages import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    Damaged,
+    Envelope,
+    control,
+    from_frame,
+    message_name,
+    to_frame,
+)
 from .session import Session
 from .validation import check_version, check_welcome
 
 PHASES = {
-    "make the solver": control.PHASE_CONFIGURING,
-    "read the state": control.PHASE_CHECKPOINTING,
-    "write the state": control.PHASE_CHECKPOINTING,
-    "say goodbye": control.PHASE_FINISHING,
+    "FluidSetup": control.PHASE_CONFIGURING,
+    "BodySetup": control.PHASE_CONFIGURING,
+    "Restore": control.PHASE_CHECKPOINTING,
+    "Save": control.PHASE_CHECKPOINTING,
+    "Finish": control.PHASE_FINISHING,
 }
 
-FAREWELL_S = 0.5
+FINISH_S = 0.5
 
 
-def _told(error):
-    """An exception that nobody foresaw, in one line with the place that raised it."""
+def _unexpected(error):
+    """An exception that is a mistake in the solver, in one line with the place that raised it."""
     place = traceback.extract_tb(error.__traceback__)[-1]
-    return (
-        f"The component raised {error!r} in {place.filename}, line {place.lineno} (the log has the traceback). Mend it."
-    )
+    where = f"{place.filename}, line {place.lineno}"
+    return f"The component raised {error!r} in {where} (see the log for the traceback). Fix it."
 
 
 class Server:
-    def __init__(self, socket, served, hello, vitals, door, host, log):
+    def __init__(self, socket, served, hello, context, monitor, host, log):
         self._socket, self._served, self._hello = socket, served, hello
-        self._vitals, self._door, self._host, self._log = vitals, door, host, log
+        self._context, self._monitor, self._host, self._log = context, monitor, host, log
         self._session = Session(served.role)
         self._last_reply = b""
 
     def run(self, connect_deadline_s):
         """Returns the exit code of the process."""
         try:
-            self._greet(connect_deadline_s)
+            self._shake_hands(connect_deadline_s)
             while not self._session.has_ended():
                 data = self._receive(1.0)
                 if data is not None:
                     self._handle(data)
             if self._session.state == "done":
-                self._stay_for_repeated_goodbyes()
-            return self._vitals.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
+                self._answer_repeated_finish()
+            return self._context.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
         except Exception as error:
-            foreseen = isinstance(error, ComponentError)
-            code = error.code if foreseen else ExitCode.SOLVER_FAILED
-            reason = f"{error}" if foreseen else _told(error)
-            self._log.error("%s", reason, exc_info=not foreseen)
-            if not self._session.session_id:  # no coupler hears of it
+            expected = isinstance(error, ComponentError)
+            code = error.code if expected else ExitCode.SOLVER_FAILED
+            reason = f"{error}" if expected else _unexpected(error)
+            self._log.error("%s", reason, exc_info=not expected)
+            if not self._session.session_id:  # the coupler cannot learn of it
                 print(f"error: {reason}", file=sys.stderr)
-            if self._session.session_id and not self._vitals.stop_code:
-                self._tell_failure(code, reason)
-            return self._vitals.stop_code or code
+            if self._session.session_id and not self._context.stop_code:
+                self._report_failure(code, reason)
+            return self._context.stop_code or code
 
-    def _greet(self, connect_deadline_s):
+    def _shake_hands(self, connect_deadline_s):
         end = time.monotonic() + connect_deadline_s
         while self._session.state == "connected":
             if time.monotonic() > end:
                 raise DeadlinePassed(
-                    "The coupler did not answer (it is not running, or at another address). "
+                    "The coupler did not answer (it is not running, or listens at another address). "
                     "Start it, or correct --endpoint."
                 )
-            if self._door.turns_us_away():
+            if self._monitor.is_rejected():
                 raise Refused(
                     "The coupler turned this component away (a key is missing or wrong, here or at the "
                     "coupler). Give --keys with the file of this role of this run."
@@ -75,9 +83,9 @@ class Server:
             if data is not None:
                 self._handle(data)
 
-    def _stay_for_repeated_goodbyes(self):
-        """The goodbye may get lost, and the coupler ask again."""
-        end = time.monotonic() + FAREWELL_S
+    def _answer_repeated_finish(self):
+        """Finished may be lost, and the coupler ask again."""
+        end = time.monotonic() + FINISH_S
         while time.monotonic() < end:
             if self._socket.poll(10):
                 self._handle(self._socket.recv())
@@ -85,7 +93,7 @@ class Server:
     def _receive(self, seconds):
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            if self._vitals.stop_code:
+            if self._context.stop_code:
                 self._session.on_event("coupler lost")
                 return None
             if self._socket.poll(100):
@@ -94,14 +102,14 @@ class Server:
 
     def _handle(self, data):
         try:
-            request = checksum.from_bytes(data)
-        except checksum.Damaged as damage:
-            self._log.warning("Ignored a message, the coupler will send it again: %s", damage)
+            request = from_frame(data)
+        except Damaged as damage:
+            self._log.warning("Ignored a message; the coupler will send it again: %s", damage)
             return
         name = message_name(request)
         if name is None:
             raise Refused("A message was refused (it is empty or unknown). Use the same version on both sides.")
-        if name != "Refusal":  # which must be readable in any version
+        if name != "Refusal":  # a Refusal must be readable in any version
             check_version(request)
         action = self._session.on_message(name, request)
         if action.kind == "ignore":
@@ -119,33 +127,33 @@ class Server:
         if name == "Welcome":
             check_welcome(request.welcome)
             self._session.session_id, self._session.epoch = request.welcome.session_id, request.welcome.epoch
-            self._vitals.phase = control.PHASE_WAITING
+            self._context.phase = control.PHASE_WAITING
             return
-        self._vitals.step, self._vitals.received_sequence = request.step, request.sequence
-        self._vitals.phase = PHASES.get(action.work, control.PHASE_EXCHANGING)
+        self._context.step, self._context.received_sequence = request.step, request.sequence
+        self._context.phase = PHASES.get(name, control.PHASE_EXCHANGING)
         reply = self._envelope(request.sequence, request.step)
         if name == "Finish":
             reply.finished.SetInParent()
         else:
             self._served.perform(request, reply)
-        self._last_reply = checksum.to_bytes(reply)
+        self._last_reply = to_frame(reply)
         self._socket.send(self._last_reply)
-        self._vitals.replied_sequence = request.sequence
+        self._context.replied_sequence = request.sequence
         if name == "Finish":
             return
-        self._vitals.phase = control.PHASE_ADVANCING
+        self._context.phase = control.PHASE_ADVANCING
         self._served.follow_up(name)
         self._session.on_event("work done")
-        self._vitals.phase = control.PHASE_WAITING
+        self._context.phase = control.PHASE_WAITING
 
-    def _tell_failure(self, code, reason):
-        message = self._envelope(0, self._vitals.step)
+    def _report_failure(self, code, reason):
+        message = self._envelope(0, self._context.step)
         message.failure.code = int(code)
         message.failure.component = self._served.role
         message.failure.host = self._host
-        message.failure.step = self._vitals.step
+        message.failure.step = self._context.step
         message.failure.reason = reason[:4000]
-        self._socket.send(checksum.to_bytes(message))
+        self._socket.send(to_frame(message))
 
     def _envelope(self, sequence, step):
         return Envelope(

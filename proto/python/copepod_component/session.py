@@ -1,6 +1,6 @@
 """The component's session as a state machine without sockets: proto/session/component_session.hpp in Python."""
 
-from . import schema
+from .messages import TRANSITIONS
 
 
 class Action:
@@ -42,7 +42,7 @@ class Session:
     def legal_messages(self):
         rows = [
             row["message"]
-            for row in schema.TRANSITIONS
+            for row in TRANSITIONS
             if "message" in row and self.role in row["roles"] and self.state in row["from"]
         ]
         return ", ".join(rows) or "no message"
@@ -77,7 +77,7 @@ class Session:
 
     def _find(self, **trigger):
         ((kind, name),) = trigger.items()
-        for row in schema.TRANSITIONS:
+        for row in TRANSITIONS:
             if row.get(kind) == name and self.role in row["roles"] and self.state in row["from"]:
                 return row
         return None

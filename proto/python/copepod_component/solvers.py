@@ -26,6 +26,14 @@ class AppliedLoads:
 
 
 @dataclasses.dataclass
+class Estimate:
+    """What a solver will need, before a run."""
+
+    memory_bytes: int  # per process
+    problem: str = ""  # a warning for the user
+
+
+@dataclasses.dataclass
 class Summary:
     digest: int = 0
     cell_updates: int = 0
@@ -46,7 +54,7 @@ def _read(field, shape, name):
 def _write(field, array, shape, name):
     array = np.ascontiguousarray(array, dtype=float)
     if array.shape != shape:
-        raise SolverError(f"The solver returned {name} of shape {array.shape} (not {shape}). Mend it.")
+        raise SolverError(f"The solver returned {name} of shape {array.shape} (not {shape}). Fix it.")
     if not np.isfinite(array).all():
         raise SolverError(f"The solver returned {name} that is not finite (it has diverged). Use a smaller step.")
     field.extend(array.ravel())
@@ -55,8 +63,8 @@ def _write(field, array, shape, name):
 class _Served:
     """What both roles share. `perform` fills the reply to a request and returns nothing."""
 
-    def __init__(self, make_solver):
-        self._make_solver = make_solver
+    def __init__(self, make_solver, context):
+        self._make_solver, self._context = make_solver, context
         self.solver = None
         self._bodies = 0
 
@@ -69,7 +77,7 @@ class _Served:
             reply.saved.SetInParent()
             try:
                 self.solver.save(body.path)
-            except (OSError, StorageError) as problem:  # a full disk is no reason to end
+            except (OSError, StorageError) as problem:  # a full disk does not end the run
                 reply.saved.problem = str(problem)
         elif name == "Restore":
             self.solver.restore(body.path)
@@ -94,7 +102,7 @@ class ServedFluid(_Served):
         if name == "FluidSetup":
             check_setup(body)
             self._bodies = len(body.bodies)
-            self.solver = self._make_solver(body)
+            self.solver = self._make_solver(body, self._context)
             reply.configured.SetInParent()
         elif name == "Kinematics":
             force, torque = self.solver.exchange(read_kinematics(body, request.step, self._bodies))
@@ -113,7 +121,7 @@ class ServedBody(_Served):
         if name == "BodySetup":
             check_setup(body)
             self._bodies = len(body.bodies)
-            self.solver = self._make_solver(body)
+            self.solver = self._make_solver(body, self._context)
             reply.configured.driving_nodes.extend(self.solver.driving_nodes())
         elif name == "KinematicsRequest":
             write_kinematics(self.solver.kinematics(), self._bodies, reply)

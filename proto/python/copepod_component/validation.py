@@ -1,11 +1,11 @@
-"""What comes from outside is judged before a solver sees it; limits as in proto/conversion/limits.hpp."""
+"""Checks messages before a solver sees them; limits as in proto/conversion/limits.hpp."""
 
 import math
 
 from google.protobuf.descriptor import FieldDescriptor
 
 from .errors import Refused
-from .schema import PROTOCOL_MAJOR, PROTOCOL_MINOR
+from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 
 MESSAGE_BYTES = 256 << 20
 ENTRIES = 1_000_000  # bodies, springs
@@ -24,13 +24,13 @@ def check_welcome(welcome):
     """Raises Refused for a minor version that our Hello did not offer."""
     if welcome.minor > PROTOCOL_MINOR:
         raise _refused(
-            f"the coupler wants protocol {PROTOCOL_MAJOR}.{welcome.minor}, "
-            f"we speak up to {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
+            f"the coupler chose protocol {PROTOCOL_MAJOR}.{welcome.minor}, "
+            f"this component supports up to {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
         )
 
 
 def check_setup(setup):
-    """Raises Refused unless every field of a FluidSetup or BodySetup holds something that a solver can take."""
+    """Raises Refused unless every field of a FluidSetup or BodySetup is valid."""
     _check(setup)
     if getattr(setup, "no_slip_plane", 0) > 6:
         raise _refused(f"no_slip_plane is {setup.no_slip_plane}, a domain has 6 faces")
@@ -50,7 +50,7 @@ def check_text(text, name):
 
 
 def _check_fields(fields):
-    """Snapshots and the mean must be of some step, should they be wanted."""
+    """Snapshots and the mean must cover at least one step if they are requested."""
     for name in ("every_steps", "mean_start", "mean_stop", "mean_every_steps"):
         if getattr(fields, name) < 0:
             raise _refused(f"fields.{name} is {getattr(fields, name)}, less than 0")

@@ -1,4 +1,4 @@
-"""The processes of a component under test: started, counted, measured, ended."""
+"""The processes of a component: started, counted, measured, ended."""
 
 import os
 import signal
@@ -6,18 +6,31 @@ import subprocess
 import tempfile
 import time
 import uuid
+from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_run import cleanup
+import zmq
 
-_TRIAL = "COPEPOD_TRIAL"  # in the environment of all processes of one trial, grandchildren too
+_TRIAL = "COPEPOD_TRIAL"  # in the environment of all processes of one trial, including grandchildren
 _CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
 _END_S = 2.0  # for what the first process leaves behind: mpirun's ranks need a moment
 
 
+@dataclass
+class Component:
+    """How to start a component, and how long to wait for its answers."""
+
+    command: list
+    environment: dict
+    folder: str  # everything that is written goes below it
+    context: zmq.Context
+    patience_s: float
+    shows_output: bool = False  # on the terminal; otherwise it is kept for reports
+
+
 class ComponentProcess:
-    def __init__(self, command, environment, folder):
-        """Its standard output and standard error become files in `folder`. Raises OSError if it cannot be started."""
+    def __init__(self, command, environment, folder, shows_output=False):
+        """Unless shown, standard output and error become files in `folder`. Raises OSError if it cannot be started."""
         self._mark = f"{_TRIAL}={uuid.uuid4().hex}"
         name, value = self._mark.split("=")
         self._output, self._errors = Path(folder, "stdout"), Path(folder, "stderr")
@@ -26,8 +39,8 @@ class ComponentProcess:
                 command,
                 env={**environment, name: value},
                 stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=errors,
+                stdout=None if shows_output else output,
+                stderr=None if shows_output else errors,
                 start_new_session=True,
             )
 
@@ -41,16 +54,16 @@ class ComponentProcess:
     def left_behind(self):
         """Command lines of processes that outlive the component by more than a moment."""
         deadline = time.monotonic() + _END_S
-        while (alive := cleanup.marked_processes(self._mark)) and time.monotonic() < deadline:
+        while (alive := marked_processes(self._mark)) and time.monotonic() < deadline:
             time.sleep(0.05)
         return [_command_line(pid) for pid in alive]
 
     def cpu_seconds(self):
         """CPU time so far of each of its processes, by process id."""
-        return {pid: _cpu_seconds(pid) for pid in cleanup.marked_processes(self._mark)}
+        return {pid: _cpu_seconds(pid) for pid in marked_processes(self._mark)}
 
     def last_words(self, *logs):
-        """The last line that it wrote to its logs, or else to a terminal."""
+        """The last line of its logs, or else of what it printed."""
         texts = (
             Path(path).read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists()
         )
@@ -62,11 +75,7 @@ class ComponentProcess:
 
     def end(self):
         """Ends whatever is left of it."""
-        for pid in cleanup.marked_processes(self._mark):
-            try:
-                os.kill(pid, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
+        end_marked(self._mark)
         self._popen.kill()
         self._popen.wait()
 
@@ -79,6 +88,28 @@ def run_to_end(command, environment, within_s):
             return process.exit_code(within_s), process.output(), process.last_words()
         finally:
             process.end()
+
+
+def marked_processes(mark):
+    """Process ids whose environment holds `mark` («NAME=value»), without this process and zombies."""
+    found = []
+    for entry in os.listdir("/proc"):
+        if entry.isdigit() and int(entry) != os.getpid():
+            try:
+                if mark.encode() in Path("/proc", entry, "environ").read_bytes().split(b"\0"):
+                    found.append(int(entry))
+            except OSError:  # it has ended meanwhile, or belongs to another user
+                pass
+    return found
+
+
+def end_marked(mark):
+    """Kills every process that carries the mark."""
+    for pid in marked_processes(mark):
+        try:
+            os.kill(pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
 
 
 def _command_line(pid):

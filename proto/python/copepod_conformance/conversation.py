@@ -1,24 +1,92 @@
-"""What goes over the lanes in one life of the component under test: sent, collected, pinged, waited for."""
+"""One life of a component under test: its process, the coupler's socket, what is sent, received and awaited."""
 
+import dataclasses
 import secrets
 import shutil
 import tempfile
 import time
 from pathlib import Path
 
+import zmq
+
+from copepod_component.errors import Refused
+from copepod_component.messages import Damaged, from_frame, message_name, to_frame, with_checksum
 from copepod_conformance.component_process import ComponentProcess
-from copepod_conformance.lanes import CONTROL, DATA, Lanes
-from copepod_conformance.protocol import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, checksum, part
+from copepod_conformance.protocol import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, content, handshake, part
 from copepod_conformance.verdicts import Silence, Violation
 
+DATA, CONTROL = "data", "control"
+_LANE_OF_NUMBER = {handshake.LANE_DATA: DATA, handshake.LANE_CONTROL: CONTROL}
 _PING_EVERY_S = 0.5
 _SLICE_S = 0.05
 
 
+@dataclasses.dataclass(frozen=True)
+class Received:
+    """A message of the component."""
+
+    lane: str
+    data: bytes
+    envelope: Envelope
+
+    @property
+    def name(self):
+        return message_name(self.envelope)
+
+    @property
+    def content(self):
+        """The message without its Envelope, as bytes."""
+        return content(self.envelope).SerializeToString(deterministic=True)
+
+
+class Lanes:
+    def __init__(self, context, endpoint):
+        self._socket = context.socket(zmq.ROUTER)
+        self._socket.linger = 0
+        self._socket.rcvhwm = self._socket.sndhwm = 0
+        self._socket.router_mandatory = 1
+        self._socket.router_handover = 1
+        self._socket.bind(endpoint)
+        self._peers = {}
+
+    def receive(self, seconds):
+        """The next message, or None. A peer is known by the lane that its Hello names."""
+        if not self._socket.poll(int(1000 * seconds)):
+            return None
+        peer, data = self._socket.recv_multipart()[:2]
+        try:
+            envelope = from_frame(data)
+        except (Damaged, Refused) as problem:
+            raise Violation(f"bytes that are not a message ({problem})") from problem
+        if envelope.WhichOneof("body") == "hello":
+            self._peers[peer] = _LANE_OF_NUMBER.get(envelope.hello.lane, DATA)
+        return Received(self._peers.get(peer, DATA), data, envelope)
+
+    def send(self, lane, data):
+        """Sends bytes with their checksum; False if the component is not connected."""
+        return self.send_as_it_is(lane, with_checksum(data))
+
+    def send_as_it_is(self, lane, data):
+        try:
+            peer = next(peer for peer, its_lane in reversed(self._peers.items()) if its_lane == lane)
+            self._socket.send_multipart([peer, data], copy=False)
+        except (StopIteration, zmq.ZMQError):
+            return False
+        return True
+
+    @property
+    def closed(self):
+        return self._socket.closed
+
+    def close(self):
+        self._socket.close()
+
+
 class Conversation:
-    """Starts the component at once and leaves nothing of it on exit. Every wait ends by itself."""
+    """Starts the component at once and leaves nothing of it on exit. Every wait has an end."""
 
     def __init__(self, subject, options=()):
+        """`subject`: a Component."""
         self.subject = subject
         self.folder = Path(tempfile.mkdtemp(dir=subject.folder))
         self.token = secrets.token_hex(8)
@@ -30,7 +98,8 @@ class Conversation:
         endpoint = f"ipc://{self.folder}/coupler.ipc"
         self._lanes = Lanes(subject.context, endpoint)
         connection = ["--endpoint", endpoint, "--session", self.token, "--log-file", str(self._log)]
-        self.process = ComponentProcess([*subject.command, *connection, *options], subject.environment, self.folder)
+        command = [*subject.command, *connection, *options]
+        self.process = ComponentProcess(command, subject.environment, self.folder, subject.shows_output)
 
     def __enter__(self):
         return self
@@ -57,13 +126,13 @@ class Conversation:
         return message
 
     def send_bytes(self, data, text, lane=DATA):
-        """Sends whatever it is; `text` is for the reader of the verdict."""
+        """Sends any bytes; `text` describes them in the report."""
         self.sent.append(text if lane == DATA else f"{text} on the control lane")
         self._lanes.send(lane, data)
 
     def send_damaged(self, message, text):
         """One bit of the message changes on its way."""
-        frame = bytearray(checksum.to_bytes(message))
+        frame = bytearray(to_frame(message))
         frame[len(frame) // 2] ^= 4
         self.sent.append(text)
         self._lanes.send_as_it_is(DATA, bytes(frame))
@@ -96,17 +165,17 @@ class Conversation:
 
     def vanish(self):
         """The coupler's socket is gone, as if its process had been killed."""
-        self.sent.append("nothing any more: the coupler is gone")
+        self.sent.append("nothing more: the coupler is gone")
         self._lanes.close()
 
     # -- waiting
 
-    def greet(self):
+    def await_hello(self):
         """Waits for the Hello on both lanes."""
         self._collect_until(lambda: len(self.hellos) == 2, "a Hello on both lanes")
 
     def receive(self, what, lane=DATA):
-        """The next message on the lane; `what` it should be is for the verdict if there is none."""
+        """The next message on the lane; `what` names the expected one in the report."""
         self._collect_until(lambda: self._inbox[lane], what)
         return self._inbox[lane].pop(0)
 
@@ -128,7 +197,7 @@ class Conversation:
         return code
 
     def has_mail(self):
-        """Whether a message of the data lane is here that nobody has asked for yet."""
+        """Whether a message of the data lane has arrived that was not received yet."""
         self._collect(0)
         return bool(self._inbox[DATA])
 
@@ -167,6 +236,6 @@ class Conversation:
             return False
         if received.name == "Hello":
             self.hellos.setdefault(received.lane, received)
-        elif received.name != "Pong" or received.envelope.pong.stamp_ns:  # answers to our own pings have stamp 0
+        elif received.name != "Pong" or received.envelope.pong.stamp_ns:  # pongs to the periodic pings have stamp 0
             self._inbox[received.lane].append(received)
         return True

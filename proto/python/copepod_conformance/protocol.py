@@ -1,20 +1,19 @@
-"""The protocol as data: message classes, the transition table, and questions to it. There is no second copy of either."""
+"""The protocol as data: message classes, the transition table and queries of it. There is no second copy of either."""
 
-import importlib
-import sys
 from collections import deque
 
-from copepod_run.checkout import ROOT
+from copepod_component.messages import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    TRANSITIONS,
+    Envelope,
+    control,
+    handshake,
+    message_name,
+    setup,
+)
 
-sys.path.insert(0, str(ROOT / "proto" / "python"))
-from copepod_component.schema import Envelope, TRANSITIONS, message_name  # noqa: E402
-from copepod_component import checksum  # noqa: E402,F401
-from copepod_component.errors import Refused  # noqa: E402,F401
-from copepod_component.schema import PROTOCOL_MAJOR, PROTOCOL_MINOR  # noqa: E402,F401
-
-handshake = importlib.import_module("copepod.v1.handshake_pb2")
-setup = importlib.import_module("copepod.v1.setup_pb2")
-control = importlib.import_module("copepod.v1.control_pb2")
+__all__ = ["PROTOCOL_MAJOR", "PROTOCOL_MINOR", "control", "setup"]  # for the other modules
 
 _FIELDS = {field.message_type.name: field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
 MESSAGES = tuple(_FIELDS)  # every message of the protocol, in the order of the schema

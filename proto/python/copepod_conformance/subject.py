@@ -1,21 +1,20 @@
-"""The component under test: its command, what it says it can do, and the case that it is tried with."""
+"""The component under test: its command, what it announces, and the case that it is tested with."""
 
 import json
 
-from copepod_run.errors import ExitCode, Stop
-from copepod_conformance.body_case import BodyCase
-from copepod_conformance.component_process import run_to_end
-from copepod_conformance.fluid_case import FluidCase
+from copepod_component.errors import CaseError
+from copepod_conformance.cases import BodyCase, FluidCase
+from copepod_conformance.component_process import Component, run_to_end
 from copepod_conformance.reference import Reference
 
 _CASES = {"fluid": FluidCase, "body": BodyCase}
 
 
-class Subject:
+class Subject(Component):
     def __init__(self, role, command, environment, folder, context, patience_s, solver=None):
-        """Everything that is written goes below `folder`. Raises Stop if `command` does not tell its capabilities."""
-        self.role, self.command, self.folder = role, command, folder
-        self.environment, self.context, self.patience_s = environment, context, patience_s
+        """Raises CaseError if `command` does not print its capabilities."""
+        super().__init__(command, environment, folder, context, patience_s)
+        self.role = role
         self.capabilities = self._ask()
         self.features = set(self.capabilities.get("features", []))
         self.case = _CASES[role](self.features, solver)
@@ -37,17 +36,14 @@ class Subject:
                 raise ValueError(f"{how}; its last words: {words[:300]}" if words else how)
             capabilities = json.loads(answer)
             if not isinstance(capabilities, dict):
-                raise ValueError("it is no object")
+                raise ValueError("the JSON is not an object")
         except (OSError, ValueError) as error:
-            raise Stop(
-                ExitCode.BAD_CASE,
+            raise CaseError(
                 f"{' '.join(asked)} does not print what the component can do as JSON ({error}). "
-                "See docs/adding_a_component.md.",
+                "See docs/adding_a_component.md."
             ) from error
         if capabilities.get("role") in _CASES and capabilities["role"] != self.role:
-            raise Stop(
-                ExitCode.BAD_CASE,
-                f"{' '.join(self.command)} is a {capabilities['role']} component. "
-                f"Use --role {capabilities['role']}.",
+            raise CaseError(
+                f"{' '.join(self.command)} is a {capabilities['role']} component. Use --role {capabilities['role']}."
             )
         return capabilities

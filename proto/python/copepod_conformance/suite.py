@@ -1,26 +1,25 @@
-"""All checks of a component: chosen, run several at a time, and given up when the component answers nothing at all."""
+"""All checks of a component: chosen, run several at a time, and abandoned when the component does not answer at all."""
 
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from copepod_run import cleanup
-from copepod_run.cleanup import MARK
 from copepod_conformance.checks import (
     body_physics,
     checkpoints,
     exactly_once,
     fluid_physics,
-    greeting,
+    handshake,
     lifetime,
     limits,
-    numbers,
     states,
 )
+from copepod_conformance.component_process import end_marked
 from copepod_conformance.trial import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
-_MODULES = (greeting, states, exactly_once, limits, numbers, checkpoints, lifetime, fluid_physics, body_physics)
+SUITE = "COPEPOD_CONFORMANCE"  # in the environment of every process that the suite starts
+_MODULES = (handshake, states, exactly_once, limits, checkpoints, lifetime, fluid_physics, body_physics)
 _MOST_SILENCES = 12  # each costs the whole patience
 
 
@@ -31,7 +30,7 @@ def all_checks(subject):
 def groups():
     """Names of all groups, in the order of the report."""
     return [
-        "greeting",
+        "handshake",
         "versions",
         "states",
         "exactly once",
@@ -63,9 +62,9 @@ class Suite:
         with ThreadPoolExecutor(self._jobs) as pool:
             try:
                 return list(pool.map(self._run_check, checks))
-            except BaseException:  # stopped by a signal: what is under way notices that its component is gone
+            except BaseException:  # stopped by a signal: checks under way notice that their component is gone
                 pool.shutdown(wait=False, cancel_futures=True)
-                cleanup.end_marked(f"{MARK}={self._subject.environment[MARK]}")
+                end_marked(f"{SUITE}={self._subject.environment[SUITE]}")
                 raise
 
     def _run_check(self, check):

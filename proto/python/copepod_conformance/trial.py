@@ -4,7 +4,7 @@ import time
 
 from copepod_conformance import protocol
 from copepod_conformance.conversation import Conversation
-from copepod_conformance.lanes import CONTROL, DATA
+from copepod_conformance.conversation import CONTROL, DATA
 from copepod_conformance.protocol import Envelope, describe, part
 from copepod_conformance.verdicts import NotApplicable, Violation
 
@@ -30,7 +30,7 @@ class Trial(Conversation):
         """Brings the component to `state` by the shortest path; in a busy state the last reply is still to come."""
         path = protocol.path_to(self.role, state)
         busy = protocol.is_busy(self.role, state)
-        self.greet()
+        self.await_hello()
         for place, name in enumerate(path):
             if name == "Welcome":
                 self.welcome()

@@ -19,11 +19,14 @@ def lines(recording):
         envelope = _envelope(recording, recorded)
         again = f", attempt {envelope.attempt}" if envelope and envelope.attempt else ""
         about = (
-            f"step {envelope.step} #{envelope.sequence}{again} {message_name(envelope)}" if envelope else "no Envelope"
+            f"step {envelope.step} #{envelope.sequence}{again} {message_name(envelope)}"
+            if envelope
+            else "not an Envelope"
         )
+        role, lane = _ROLES.get(recorded.role, "?"), _LANES.get(recorded.lane, "?")
         yield (
             f"{(recorded.time_ns - start) * 1e-9:13.6f} s  {_ARROWS.get(recorded.direction, '?')} "
-            f"{_ROLES.get(recorded.role, '?'):5} {_LANES.get(recorded.lane, '?'):7}  {about}, {len(recorded.envelope)} bytes"
+            f"{role:5} {lane:7}  {about}, {len(recorded.envelope)} bytes"
         )
 
 
@@ -35,7 +38,7 @@ def counts(recording):
         key = (
             _ROLES.get(recorded.role, "?"),
             "to" if recorded.direction == 1 else "from",
-            message_name(envelope) if envelope else "no Envelope",
+            message_name(envelope) if envelope else "not an Envelope",
         )
         number[key] += 1
         size[key] += len(recorded.envelope)

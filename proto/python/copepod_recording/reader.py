@@ -1,6 +1,7 @@
-"""Reads a recording: every block that is whole, with the schema that the file itself brings along."""
+"""Finds and reads recordings: every block that is whole, with the schema that the file itself contains."""
 
 import functools
+import pathlib
 import struct
 import zlib
 
@@ -30,8 +31,12 @@ _NEEDED = {  # of the schema that a file brings along; it may hold more
 }
 
 
+class MissingRecording(Exception):
+    """The run was not recorded."""
+
+
 class UnreadableRecording(Exception):
-    """The file is no recording, or its schema or header is damaged."""
+    """The file is not a recording, or its schema or header is damaged."""
 
 
 class Recording:
@@ -44,7 +49,7 @@ class Recording:
         self.ending = ""  # why reading stopped before the end of the file; known after iterating
         if not self._content.startswith(MAGIC):
             raise UnreadableRecording(
-                f"{path} is no recording (it does not start like one). Name a file of wire/ or trace/."
+                f"{path} is not a recording (it does not start like one). Name a file of wire/ or trace/."
             )
         blocks = self._blocks()
         self._classes = _classes_of(next(blocks, b""))
@@ -113,7 +118,7 @@ class Recording:
 
 @functools.lru_cache(maxsize=4)
 def _classes_of(schema):
-    """Record and Envelope of a serialised FileDescriptorSet. Raises UnreadableRecording if they lack what is read here."""
+    """Record and Envelope of a serialised FileDescriptorSet. Raises UnreadableRecording if they lack a field."""
     files = descriptor_pb2.FileDescriptorSet()
     try:
         files.ParseFromString(schema)
@@ -134,7 +139,7 @@ def _classes_of(schema):
 
 
 def _require(field, kind):
-    """Raises ValueError unless the field is what this reader takes it for: a type, or the name of a message or oneof."""
+    """Raises ValueError unless the field is of the expected kind: a type, or the name of a message or oneof."""
     single = field.label != field.LABEL_REPEATED
     if isinstance(kind, int):
         fits = field.type == kind
@@ -151,3 +156,25 @@ def message_name(envelope):
         if field.containing_oneof is not None and field.message_type is not None:
             return field.message_type.name
     return "none"
+
+
+def wire_file(run_directory, attempt=None):
+    """The recorded messages of an attempt, by default the newest. Raises MissingRecording."""
+    return _chosen(pathlib.Path(run_directory) / "wire", "*.rec", attempt, "wire")
+
+
+def trace_folder(run_directory, attempt=None):
+    """The folder with the phases of each process. Raises MissingRecording."""
+    return _chosen(pathlib.Path(run_directory) / "trace", "attempt_*", attempt, "trace")
+
+
+def _chosen(folder, pattern, attempt, key):
+    found = sorted(folder.glob(pattern))
+    if attempt is not None:
+        found = [path for path in found if path.stem == f"attempt_{attempt:03d}"]
+    if not found:
+        raise MissingRecording(
+            f"{folder} holds no recording{f' of attempt {attempt}' if attempt else ''} (the run was not recorded). "
+            f"Run the case with --set output.{key}=true."
+        )
+    return found[-1]

@@ -4,20 +4,18 @@
     v(n+1) = v(n) + (F + F_drive + F_spring) h / m,   x(n+1) = x(n) + h v(n+1)
     F_spring on A = (k (|d| - l0) + c d'.e) e,   d = x_B - x_A,  e = d/|d|,  d' = v_B - v_A
 
-First order in the step h: off by half a step's way. Spheres of motion `free` only; torques, anchors away from the
-centre and gravity are refused, contacts are not seen. Run a case with it:
+First order in the step h: off by half the distance of a step. Spheres of motion `free` only; torques, anchors away from
+the centre and gravity are refused, contacts are ignored. Run a case with it:
     deploy/copepod run CASE.yaml --body "python3 proto/python/examples/point_masses.py"
 """
 
 import hashlib
-import pathlib
 import sys
 import zipfile
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from copepod_component import (  # noqa: E402
+from copepod_component import (
     Capabilities,
     Kinematics,
     SolverError,
@@ -33,7 +31,7 @@ class Springs:
     def __init__(self, springs):
         if any(any(spring.anchor_A_m) or any(spring.anchor_B_m) for spring in springs):
             raise SolverError(
-                "A spring is not fixed to the centre of its body (point masses have nothing else). "
+                "A spring is not attached to the centre of its body (a point mass has nothing else). "
                 "Use the body service of Copepod."
             )
         self._body_A = np.array([spring.body_A for spring in springs], dtype=int)
@@ -59,9 +57,11 @@ class Springs:
 
 
 class PointMasses:
-    def __init__(self, setup):
+    def __init__(self, setup, context):
         if any(setup.gravity_m_per_s2):
-            raise SolverError("The case has gravity (these bodies know none). Use the body service of Copepod.")
+            raise SolverError(
+                "The case has gravity (which these point masses neglect). Use the body service of Copepod."
+            )
         self._springs = Springs(setup.springs)
         self._step_s = setup.step_s
         self._mass_kg = np.array([body.mass_kg for body in setup.bodies])[:, None]

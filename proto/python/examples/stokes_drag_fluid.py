@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A fluid component in Python: Stokes drag on every body as if it were a lonely sphere.
+"""A fluid component in Python: Stokes drag on every body as if it were an isolated sphere.
 
     F = −6π η r v,   T = −8π η r³ ω
 
@@ -12,12 +12,11 @@ import sys
 
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from copepod_component import Capabilities, StorageError, Summary, run_fluid_component  # noqa: E402
+from copepod_component import Capabilities, StorageError, Summary, run_fluid_component
 
 
 class StokesDrag:
-    def __init__(self, setup):
+    def __init__(self, setup, context):
         self._radius_m = np.array([body.radius_m for body in setup.bodies])[:, None]
         self._viscosity_Pa_s = setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s
         self._steps = 0

@@ -10,7 +10,7 @@ from copepod_component.server import Server
 
 
 def spin(server, seconds):
-    while not server._vitals.stop_code:
+    while not server._context.stop_code:
         try:
             return server._socket.recv(zmq.DONTWAIT)
         except zmq.Again:

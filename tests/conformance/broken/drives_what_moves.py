@@ -1,4 +1,4 @@
-"""Broken: its force is along the motion; somebody lost a sign."""
+"""Broken: its force is along the motion: a sign is missing."""
 
 import sys
 

@@ -1,15 +1,12 @@
-"""What the broken components are made of: the component kit of Python and two plain solvers that know no other fault."""
+"""What the broken components are made of: the component kit of Python and two plain solvers without any other fault."""
 
 import hashlib
 import pathlib
-import sys
 import zipfile
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(ROOT / "proto" / "python"))
-from copepod_component import Capabilities, Kinematics, StorageError, Summary  # noqa: E402
+from copepod_component import Capabilities, Kinematics, StorageError, Summary
 
 FLUID = Capabilities("Broken fluid", "1.0", ["solver:external", "shape:sphere", "checkpoint"])
 BODY = Capabilities("Broken bodies", "1.0", ["motion:free", "shape:sphere", "checkpoint", "neglects:torques"])
@@ -18,7 +15,7 @@ BODY = Capabilities("Broken bodies", "1.0", ["motion:free", "shape:sphere", "che
 class Drag:
     """F = −v, T = −ω in units of 1 N s/m and 1 N m s."""
 
-    def __init__(self, setup):
+    def __init__(self, setup, context):
         self.steps = 0
 
     def exchange(self, kinematics):
@@ -46,7 +43,7 @@ class Drag:
 class Masses:
     """Point masses, v(n+1) = v(n) + h F/m."""
 
-    def __init__(self, setup):
+    def __init__(self, setup, context):
         self.step_s = setup.step_s
         self.mass_kg = np.array([body.mass_kg for body in setup.bodies])[:, None]
         self.state = Kinematics(

@@ -5,7 +5,7 @@ import sys
 from foundation import BODY, Masses
 from copepod_component import run_body_component
 from copepod_component.control_lane import ControlLane
-from copepod_component.schema import Envelope
+from copepod_component.messages import Envelope
 
 handle = ControlLane._handle
 

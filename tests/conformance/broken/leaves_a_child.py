@@ -8,8 +8,8 @@ from copepod_component import run_body_component
 
 
 class MassesWithAChild(Masses):
-    def __init__(self, setup):
-        super().__init__(setup)
+    def __init__(self, setup, context):
+        super().__init__(setup, context)
         subprocess.Popen(["sleep", "600"], start_new_session=True)
 
 

@@ -1,9 +1,8 @@
-"""What every body does: a = F/m, α = T/I, and nothing without a load; springs and weight where they are announced."""
+"""What every body solver does: a = F/m, α = T/I, nothing without a load; springs and weight where announced."""
 
 import numpy as np
 
-from copepod_conformance.arrays import rows
-from copepod_conformance.body_case import (
+from copepod_conformance.cases import (
     FORCE_N,
     INERTIA_KG_M2,
     MASS_KG,
@@ -13,6 +12,7 @@ from copepod_conformance.body_case import (
     STEP_S,
     TORQUE_N_M,
     ZERO,
+    rows,
 )
 from copepod_conformance.protocol import setup
 from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation

@@ -15,7 +15,7 @@ _SKIP = Rule(
     "a number that skips ahead, the number 0, and a step that is not the next one are refused with code 65",
 )
 _DAMAGED = Rule("Lanes", "a frame that does not end with its checksum was damaged on its way and counts as lost")
-_GOODBYE = Rule("Exactly once", "a component stays for 0.5 s after its Finished, should the coupler have to ask again")
+_FINISH = Rule("Exactly once", "a component stays for 0.5 s after its Finished, should the coupler have to ask again")
 _QUEUE = Rule("A run", "a request that comes during the bulk update waits in the queue")
 _SAME = Rule("Same bits", "the same case gives the same replies and the same digest")
 
@@ -117,7 +117,7 @@ def _damaged(trial):
     trial.subject.reference.compare_end(trial)
 
 
-def _repeated_goodbye(trial):
+def _repeated_finish(trial):
     trial.configure()
     finish = trial.make("Finish")
     trial.request(finish)
@@ -154,6 +154,6 @@ def checks(subject):
         Check(group, "a step left out is refused", _SKIP, _other_step(+1)),
         Check(group, "a step done before is refused", _SKIP, _other_step(-1)),
         Check(group, "a damaged request counts as lost", _DAMAGED, _damaged),
-        Check(group, "the goodbye is said again", _GOODBYE, _repeated_goodbye),
+        Check(group, "a repeated Finish is answered", _FINISH, _repeated_finish),
         Check(group, "requests that come early are answered in order", _QUEUE, _early),
     ]

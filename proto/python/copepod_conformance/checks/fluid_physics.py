@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from copepod_conformance.arrays import rows
-from copepod_conformance.fluid_case import DRAG_N, DRAG_N_M, REST, SPEED_M_PER_S, SPIN_RAD_PER_S
+from copepod_conformance.cases import DRAG_N, DRAG_N_M, REST, SPEED_M_PER_S, SPIN_RAD_PER_S, rows
 from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
 
 _REST = Rule("What a role implies", "a fluid at rest exerts no load on bodies at rest")

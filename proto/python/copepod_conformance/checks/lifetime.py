@@ -1,6 +1,6 @@
 """Being alive, being told to stop, being left alone; what remains of a component then."""
 
-from copepod_conformance.lanes import CONTROL
+from copepod_conformance.conversation import CONTROL
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _ALIVE = Rule("Lanes", "a Ping is answered in the middle of a step too, with its stamp, step and sequence numbers")

@@ -1,11 +1,11 @@
-"""Bytes from outside never crash a component: what is too large, too short or unknown is refused."""
+"""Bytes from outside never crash a component: what is too large, too short, unknown or not finite is refused."""
 
+import math
 import secrets
 
-from copepod_conformance.checks.refusal import refused
+from copepod_conformance.conversation import CONTROL
 from copepod_conformance.fields import field_of, fields_of
-from copepod_conformance.lanes import CONTROL
-from copepod_conformance.protocol import Envelope, SETUP, STEP, content, message_name
+from copepod_conformance.protocol import SETUP, STEP, Envelope, content, message_name
 from copepod_conformance.verdicts import Check, Rule
 
 _SHAPE = Rule("Limits", "arrays whose lengths do not fit the number of bodies are refused with code 65")
@@ -15,10 +15,11 @@ _TEXT = Rule("Limits", "texts beyond 4096 bytes are refused with code 65")
 _COUNT = Rule("Limits", "more than 1 000 000 bodies are refused with code 65")
 _FIELDS = Rule("Limits", "field output of no or negative steps is refused with code 65")
 _CELLS = Rule("Limits", "negative or more than 10¹² cells are refused with code 65")
+_FINITE = Rule("Limits", "a message with a number that is not finite is refused with code 65")
 _SIZE = Rule(
     "Limits", "a message beyond 256 MiB is refused with code 65, or breaks the data lane; the control lane goes on"
 )
-_BYTES = Rule("Limits", "bytes from outside never crash a process: what is no message is refused with code 65")
+_BYTES = Rule("Limits", "bytes from outside never crash a process: what is not a message is refused with code 65")
 
 _MOST_BYTES = 256 << 20
 _MOST_BODIES = 1_000_000
@@ -26,6 +27,20 @@ _NOTICED_S = 3.0
 _LONG_TEXT = "x" * 4097
 _NO_VALUE = 99  # of any enumeration
 _UNKNOWN_MESSAGE = b"\xfa\x3f\x00"  # number 1023 of the Envelope
+
+
+def refused(name, spoil, text):
+    """A check that sends the request `name` after `spoil(its content)`; `text` says what is wrong with it."""
+
+    def run(trial):
+        trial.reach("greeted" if name == SETUP[trial.role] else "configured")
+        request = trial.make(name)
+        spoil(content(request))
+        trial.send(request)
+        trial.sent[-1] += f" with {text}"
+        trial.expect_failure(65)
+
+    return run
 
 
 def _field_checks(request):
@@ -52,6 +67,21 @@ def _field_checks(request):
                 )
 
 
+def _number_checks(request):
+    """NaN and infinities wherever a message can hold a number."""
+    name = message_name(request)
+    for field in fields_of(content(request)):
+        if field.is_real:
+            for value in (math.nan, math.inf, -math.inf):
+                yield Check(
+                    "numbers",
+                    f"{name}.{field.path} = {value}",
+                    _FINITE,
+                    refused(name, _put(field.path, value), f"{field.path} = {value}"),
+                    thorough=field.is_nested or not math.isnan(value),
+                )
+
+
 def _shorten(path):
     return lambda message: field_of(message, path).entries.pop()
 
@@ -74,7 +104,7 @@ def _raw(data_of, text):
 
 
 def _truncated(trial):
-    """Lacks more bytes than the checksum that is put behind them, which could otherwise pass for their rest."""
+    """Lacks more bytes than the checksum behind it, which could otherwise be taken for the rest."""
     trial.sequence += 1
     data = trial.with_header(trial.make(trial.step_name)).SerializeToString()
     return data[: len(data) - 20]
@@ -140,7 +170,8 @@ def _garbage_on_control_lane(trial):
 
 
 def checks(subject):
-    result = [*_field_checks(subject.case.step_request(0)), *_field_checks(subject.case.setup_request())]
+    requests = (subject.case.step_request(0), subject.case.setup_request())
+    result = [check for request in requests for check in (*_field_checks(request), *_number_checks(request))]
     if subject.role == "body":
         result += [
             Check(

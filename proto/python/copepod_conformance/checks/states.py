@@ -64,7 +64,7 @@ def _send(trial, message, saved):
 
 
 def _expect_legal(trial, row, message):
-    if row["work"] == "end the process":
+    if message == "Refusal":
         trial.expect_failure(_REFUSED, told=False)
     elif message == "Finish":
         trial.expect(row["reply"])

@@ -1,8 +1,8 @@
-"""How much of the coupling happens in the shadow of the bulk update: the gain of the early reply.
+"""How much of the coupling overlaps the bulk update: the gain of the early reply.
 
-Once the fluid has replied with the loads of step n, two things go on at the same time: its bulk update of step n, and
-the way round over coupler, bodies and messages until the kinematics of step n + 1 are there. What the fluid waits for
-after its bulk update is what the bulk update did not hide.
+Once the fluid has replied with the loads of step n, two things happen at the same time: its bulk update of step n, and
+the round trip over coupler, bodies and messages until the kinematics of step n + 1 arrive. What is left of the round
+trip after the bulk update is what the fluid waits for.
 """
 
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ class Step:
     """Nanoseconds of one step."""
 
     bulk: int  # the fluid's bulk update, after its reply
-    way_round: int  # from the fluid's reply until the coupler asked about the next step
-    hidden: int  # the part of the way round during which the bulk update ran
+    round_trip: int  # from the fluid's reply until the coupler asked about the next step
+    hidden: int  # the part of the round trip during which the bulk update ran
     waited: int  # the fluid, for the next request, after its bulk update
 
 
@@ -33,7 +33,7 @@ def steps(timelines):
     for step, bulk in sorted(advancing.items()):
         if step not in exchanging or step not in asks or step + 1 not in asks:
             continue
-        # The coupler may have the loads before the fluid, on the same core, has come back from sending them.
+        # The coupler may have the loads before the fluid, on the same core, returns from sending them.
         replied = min(exchanging[step].end_ns, asks[step].end_ns)
         asked = asks[step + 1].begin_ns
         wait = waiting.get(bulk.end_ns)
@@ -58,26 +58,26 @@ def _by_step(timeline, name):
 
 
 def figures(timelines):
-    """{"steps", medians "bulk_us", "way_round_us", "waited_us", shares "hidden", "step_hidden"}; empty without steps."""
+    """Steps, medians in µs, shares of the round trip and of the steps that were hidden; empty without steps."""
     found = steps(timelines)
     if not found:
         return {}
-    way_round = sum(step.way_round for step in found)
+    round_trip = sum(step.round_trip for step in found)
     return {
         "steps": len(found),
         "bulk_us": median(step.bulk for step in found) * 1e-3,
-        "way_round_us": median(step.way_round for step in found) * 1e-3,
+        "round_trip_us": median(step.round_trip for step in found) * 1e-3,
         "waited_us": median(step.waited for step in found) * 1e-3,
-        "hidden": sum(step.hidden for step in found) / way_round if way_round > 0 else 1.0,
-        "hidden_steps": sum(step.hidden >= step.way_round for step in found) / len(found),
+        "hidden": sum(step.hidden for step in found) / round_trip if round_trip > 0 else 1.0,
+        "hidden_steps": sum(step.hidden >= step.round_trip for step in found) / len(found),
     }
 
 
 def text(figures):
     """The figures as a sentence or two."""
     return (
-        f"{figures['steps']} steps; medians: bulk update {figures['bulk_us']:.0f} us, way round over coupler and bodies "
-        f"{figures['way_round_us']:.0f} us, the fluid waited {figures['waited_us']:.0f} us\n"
-        f"hidden behind the bulk update: {100 * figures['hidden']:.1f} % of the way round; in "
-        f"{100 * figures['hidden_steps']:.1f} % of the steps all of it"
+        f"{figures['steps']} steps; medians: bulk update {figures['bulk_us']:.0f} us, round trip over coupler and "
+        f"bodies {figures['round_trip_us']:.0f} us, wait of the fluid {figures['waited_us']:.0f} us\n"
+        f"hidden by the bulk update: {100 * figures['hidden']:.1f} % of the round trip; all of it in "
+        f"{100 * figures['hidden_steps']:.1f} % of the steps"
     )

@@ -1,28 +1,32 @@
-"""How a component introduces itself, and whom it takes for its coupler."""
+"""How a component introduces itself, and which couplers it accepts."""
 
+import difflib
+
+from copepod_component.messages import FEATURES
 from copepod_conformance.component_process import run_to_end
-from copepod_conformance.lanes import CONTROL, DATA
+from copepod_conformance.conversation import CONTROL, DATA
 from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, ROLE_NUMBER, message_name
 from copepod_conformance.verdicts import Check, Rule, Silence, Violation
 
 _HELLO = Rule(
-    "A run", "a component says Hello on both lanes: role, versions, token, host, one instance number for both"
+    "A run", "a component sends Hello on both lanes: role, versions, token, host, one instance number for both"
 )
 _CAPABILITIES = Rule("Command line", "--capabilities prints what the Hello says: name, version, role, features")
+_FEATURES = Rule("Features", "a component announces names of the table, or neglects:NAME")
 _REFUSAL = Rule("A run", "after a Refusal the component ends with exit code 65")
 _DEADLINE = Rule("Command line", "a coupler that does not answer within --connect-deadline: exit code 74")
 _OPTIONS = Rule("Command line", "a bad command line: exit code 2")
 _VERSIONS = Rule(
     "Versions",
     "another major version, or a minor one that was not offered, is refused with code 65; "
-    "fields of a newer minor version are passed over",
+    "fields of a newer minor version are ignored",
 )
 _OTHER_MAJORS = (PROTOCOL_MAJOR - 1, PROTOCOL_MAJOR + 1)
-_UNKNOWN_FIELD = b"\xfa\x3f\x03new"  # number 1023, of three bytes: what a newer minor version might add
+_UNKNOWN_FIELD = b"\xfa\x3f\x03new"  # number 1023, three bytes: what a newer minor version might add
 
 
 def _hello(trial):
-    trial.greet()
+    trial.await_hello()
     hellos = {lane: trial.hellos[lane].envelope.hello for lane in (DATA, CONTROL)}
     first = hellos[DATA]
     for lane, hello in hellos.items():
@@ -49,7 +53,7 @@ def _hello(trial):
 
 
 def _capabilities(trial):
-    trial.greet()
+    trial.await_hello()
     told, printed = trial.hellos[DATA].envelope.hello.capabilities, trial.subject.capabilities
     pairs = {"name": told.name, "version": told.version, "role": trial.role, "features": sorted(told.features)}
     for key, value in pairs.items():
@@ -57,6 +61,28 @@ def _capabilities(trial):
             raise Violation(f"no {key}")
         if (sorted(printed.get(key, [])) if key == "features" else printed.get(key)) != value:
             raise Violation(f"{key} {printed.get(key)!r} from --capabilities, but {value!r} in the Hello")
+
+
+def _known_features(trial):
+    """A coupler cannot ask for a name that it does not know."""
+    unknown = sorted(name for name in trial.subject.features if not _is_known(name))
+    trial.sent.append("nothing; read the features from --capabilities")
+    if unknown:
+        raise Violation("; ".join(f"feature '{name}', which is not a known name{_nearest(name)}" for name in unknown))
+
+
+def _is_known(name):
+    """A name of the table, or "neglects:" and a feature of kind physics or run, or the group of one."""
+    if name in FEATURES:
+        return True
+    neglected = name.removeprefix("neglects:")
+    neglectable = {known for known, kind in FEATURES.items() if kind in ("physics", "run")}
+    return neglected != name and neglected in neglectable | {known.partition(":")[0] for known in neglectable}
+
+
+def _nearest(name):
+    nearest = difflib.get_close_matches(name, FEATURES, n=1)
+    return f" (did you mean {nearest[0]}?)" if nearest else ""
 
 
 def _no_options(trial):
@@ -69,7 +95,7 @@ def _no_options(trial):
 
 
 def _refusal(trial):
-    trial.greet()
+    trial.await_hello()
     message = Envelope(protocol_major=PROTOCOL_MAJOR, step=-1)
     message.refusal.reason = "The component was refused (a check asks for it). Go on."
     for lane in (DATA, CONTROL):
@@ -78,14 +104,14 @@ def _refusal(trial):
 
 
 def _no_answer(trial):
-    trial.greet()
+    trial.await_hello()
     trial.sent.append("nothing: the coupler does not answer the Hello, --connect-deadline is 1 s")
     trial.expect_exit(74, within_s=1 + trial.subject.patience_s)
 
 
 def _welcome_of_another_major(major):
     def run(trial):
-        trial.greet()
+        trial.await_hello()
         trial.welcome(protocol_major=major)
         trial.sent[-1] += f" of protocol {major}.0"
         trial.expect_failure(65, told=False)
@@ -94,7 +120,7 @@ def _welcome_of_another_major(major):
 
 
 def _welcome_of_unknown_minor(trial):
-    trial.greet()
+    trial.await_hello()
     minor = trial.hellos[DATA].envelope.hello.versions.minor_max + 1
     trial.welcome(minor=minor)
     trial.sent[-1] += f" with minor version {minor}, which the Hello did not offer"
@@ -132,13 +158,14 @@ def checks(subject):
         for major in _OTHER_MAJORS
     ]
     return [
-        Check("greeting", "Hello on both lanes", _HELLO, _hello),
+        Check("handshake", "Hello on both lanes", _HELLO, _hello),
         Check(
-            "greeting", "capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities
+            "handshake", "capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities
         ),
-        Check("greeting", "ends when it is refused", _REFUSAL, _refusal),
-        Check("greeting", "ends when nobody answers", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
-        Check("greeting", "ends without --endpoint and --session", _OPTIONS, _no_options),
+        Check("handshake", "every feature is a known name", _FEATURES, _known_features),
+        Check("handshake", "ends when it is refused", _REFUSAL, _refusal),
+        Check("handshake", "ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
+        Check("handshake", "ends without --endpoint and --session", _OPTIONS, _no_options),
         *refusals,
         Check(
             "versions",
@@ -146,5 +173,5 @@ def checks(subject):
             _VERSIONS,
             _welcome_of_unknown_minor,
         ),
-        Check("versions", "fields of a newer minor version are passed over", _VERSIONS, _newer_minor),
+        Check("versions", "fields of a newer minor version are ignored", _VERSIONS, _newer_minor),
     ]

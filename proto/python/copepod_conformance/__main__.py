@@ -1,0 +1,133 @@
+"""Checks a component against the protocol: python3 -m copepod_conformance --role fluid -- CMD…"""
+
+import argparse
+import math
+import os
+import shlex
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import uuid
+from pathlib import Path
+
+_JOBS_PER_CORE = 2  # components mostly wait
+_NOT_CONFORMANT, _BAD_COMMAND, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
+
+
+class BadCommand(Exception):
+    """The command line is wrong. The text reads "problem (why). What to do."."""
+
+
+def main(arguments=None):
+    """Prints the table, writes JUnit XML to --junit; exit code 0 only if no check failed."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
+    try:
+        options = _options(sys.argv[1:] if arguments is None else arguments)
+        with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
+            return _check(options, folder)
+    except BadCommand as error:
+        print(f"error: {error}", file=sys.stderr)
+        return _BAD_COMMAND
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+
+
+def _options(arguments):
+    parser = argparse.ArgumentParser(
+        prog=_called_as(),
+        usage="%(prog)s --role fluid|body [options] -- CMD…",
+        description="Plays the coupler of a component, in many short runs, and compares what it does with "
+        "docs/protocol.md. Exit code 0: conformant, 1: not, 2: CMD is not a component, or the command line is wrong.",
+    )
+    parser.add_argument("--role", required=True, choices=["fluid", "body"])
+    parser.add_argument(
+        "--solver",
+        choices=["lattice_boltzmann", "stokes", "vacuum", "external"],
+        help="solver of the fluid to be tested (default: the first that it announces)",
+    )
+    parser.add_argument("--quick", action="store_true", help="leave out checks that closely resemble others")
+    parser.add_argument("--only", action="append", metavar="GROUP", help="only this group of checks; may be repeated")
+    parser.add_argument("--junit", metavar="FILE", help="write the results as JUnit XML")
+    parser.add_argument("--verbose", action="store_true", help="list every check, not only those that failed")
+    parser.add_argument("--jobs", type=_positive(int), metavar="N", help="components at a time (default: 2 per core)")
+    parser.add_argument(
+        "--patience",
+        type=_positive(float),
+        default=20.0,
+        metavar="SECONDS",
+        help="longest wait for an answer (default: 20)",
+    )
+    place = arguments.index("--") if "--" in arguments else len(arguments)
+    options = parser.parse_args(arguments[:place])
+    options.command = arguments[place + 1 :]
+    if not options.command:
+        raise BadCommand("No component is named. Give its command after --, for example: --role fluid -- ./my_fluid")
+    if shutil.which(options.command[0]) is None:
+        raise BadCommand(
+            f"The {options.role} component {shlex.join(options.command)} cannot be started (no such program). "
+            "Give its path, or put it in PATH."
+        )
+    if options.junit and not os.access(Path(options.junit).resolve().parent, os.W_OK):
+        raise BadCommand(f"--junit {options.junit} cannot be written (its folder is missing or read-only).")
+    return options
+
+
+def _called_as():
+    deploy = os.environ.get("COPEPOD_CALLED_AS")
+    return f"{deploy} conformance" if deploy else "python3 -m copepod_conformance"
+
+
+def _check(options, folder):
+    import zmq  # late: --help and wrong options are answered before packages are installed and messages generated
+
+    from copepod_component.errors import CaseError
+    from copepod_conformance import report
+    from copepod_conformance.subject import Subject
+    from copepod_conformance.suite import SUITE, Suite, all_checks, groups
+
+    if unknown := set(options.only or ()) - set(groups()):
+        raise BadCommand(f"There is no group {', '.join(unknown)} of checks. Choose from: {', '.join(groups())}.")
+    environment = {**os.environ, SUITE: uuid.uuid4().hex}
+    with zmq.Context() as context:
+        try:
+            subject = Subject(
+                options.role, options.command, environment, folder, context, options.patience, options.solver
+            )
+        except CaseError as error:
+            raise BadCommand(str(error)) from error
+        checks = [
+            check
+            for check in all_checks(subject)
+            if (not options.only or check.group in options.only) and not (options.quick and check.thorough)
+        ]
+        start = time.monotonic()
+        jobs = options.jobs or _JOBS_PER_CORE * len(os.sched_getaffinity(0))
+        results = Suite(subject, checks, jobs, _show_progress).run()
+    print(report.table(subject, results, options.verbose))
+    if options.junit:
+        Path(options.junit).write_bytes(report.junit(subject, results, time.monotonic() - start))
+    return _NOT_CONFORMANT if report.counts(results)["failed"] else 0
+
+
+def _show_progress(done, total):
+    if sys.stderr.isatty():
+        print(f"\r{done} of {total} checks", end="\n" if done == total else "", file=sys.stderr, flush=True)
+
+
+def _positive(kind):
+    def read(text):
+        try:
+            value = kind(text)
+        except ValueError:
+            value = 0
+        if not 0 < value < math.inf:
+            raise argparse.ArgumentTypeError(f"'{text}' is not a positive number.")
+        return value
+
+    return read
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,136 @@
+"""The cases that components are tested with: two spheres in a small closed box of liquid, or in empty space."""
+
+import math
+
+import numpy as np
+
+from copepod_conformance.protocol import Envelope, part, setup
+from copepod_conformance.verdicts import Violation
+
+SOLVERS = {
+    "lattice_boltzmann": setup.FLUID_KIND_LATTICE_BOLTZMANN,
+    "stokes": setup.FLUID_KIND_STOKES,
+    "vacuum": setup.FLUID_KIND_VACUUM,
+    "external": setup.FLUID_KIND_LATTICE_BOLTZMANN,
+}
+
+STEP_S = 7.548e-10  # with cell and viscosity a relaxation time of 2/3
+CELL_M = 1e-6
+DENSITY_KG_PER_M3 = 1360.0
+VISCOSITY_M2_PER_S = 7.36e-5
+RADIUS_M = 3 * CELL_M
+DOMAIN_CELLS = (32, 24, 24)
+POSITIONS_M = ((8 * CELL_M, 12 * CELL_M, 12 * CELL_M), (24 * CELL_M, 12 * CELL_M, 12 * CELL_M))
+SPEED_M_PER_S = 1e-3 * CELL_M / STEP_S  # a thousandth of a cell per step
+SPIN_RAD_PER_S = SPEED_M_PER_S / RADIUS_M
+DRAG_N = 6 * math.pi * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * RADIUS_M * SPEED_M_PER_S  # Stokes: a scale
+DRAG_N_M = 8 * math.pi * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * RADIUS_M**3 * SPIN_RAD_PER_S
+REST = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+MASS_KG = 2.3e-13
+INERTIA_KG_M2 = 0.4 * MASS_KG * RADIUS_M**2  # of a sphere of uniform density
+FORCE_N = MASS_KG * 0.1 * SPEED_M_PER_S / STEP_S  # a tenth of the speed in every step
+TORQUE_N_M = INERTIA_KG_M2 * 0.1 * SPIN_RAD_PER_S / STEP_S
+ZERO = (0.0, 0.0, 0.0)
+_INTEGRATORS = {
+    "runge_kutta_4": setup.INTEGRATOR_RUNGE_KUTTA_4,
+    "semi_implicit_euler": setup.INTEGRATOR_SEMI_IMPLICIT_EULER,
+}
+_PATTERN = ((0.5, -1.0, 0.25), (-0.25, 0.5, 1.0))  # motion in units of SPEED and SPIN, loads in units of FORCE
+
+
+class FluidCase:
+    def __init__(self, features, solver=None):
+        self.solver = solver or next((name for name in SOLVERS if f"solver:{name}" in features), "external")
+
+    def setup_request(self):
+        request = Envelope(step=0)
+        message = part(request, "FluidSetup")
+        message.kind = SOLVERS[self.solver]
+        message.step_s, message.cell_size_m = STEP_S, CELL_M
+        message.density_kg_per_m3, message.kinematic_viscosity_m2_per_s = DENSITY_KG_PER_M3, VISCOSITY_M2_PER_S
+        message.domain_cells.extend(DOMAIN_CELLS)
+        for _ in range(6):
+            message.boundaries.add(kind=setup.BOUNDARY_KIND_NO_SLIP, velocity_m_per_s=[0, 0, 0])
+        message.symmetry_planes.extend([False] * 3)
+        message.body_force_N_per_m3.extend([0.0] * 3)
+        message.collision, message.precision = setup.COLLISION_KIND_BGK, setup.PRECISION_DOUBLE
+        message.moving_boundary, message.refill = setup.MOVING_BOUNDARY_BOUNCE_BACK, setup.REFILL_EQUILIBRIUM
+        for _ in POSITIONS_M:
+            message.bodies.add(kind=setup.SHAPE_KIND_SPHERE, radius_m=RADIUS_M)
+        message.fields.SetInParent()
+        return request
+
+    def step_request(self, step):
+        """Both bodies move and turn steadily."""
+        velocity = [[SPEED_M_PER_S * u for u in body] for body in _PATTERN]
+        spin = [[SPIN_RAD_PER_S * u for u in body] for body in _PATTERN]
+        return self.motion_request(step, velocity, spin)
+
+    @staticmethod
+    def motion_request(step, velocity_m_per_s, spin_rad_per_s):
+        """Kinematics of bodies that have kept these velocities since step 0; the spheres' orientation stays."""
+        request = Envelope(step=step)
+        message = part(request, "Kinematics")
+        for start, velocity, spin in zip(POSITIONS_M, velocity_m_per_s, spin_rad_per_s):
+            message.position_m.extend(x + step * STEP_S * u for x, u in zip(start, velocity))
+            message.orientation_wxyz.extend([1.0, 0.0, 0.0, 0.0])
+            message.velocity_m_per_s.extend(velocity)
+            message.angular_velocity_rad_per_s.extend(spin)
+        return request
+
+    def learn(self, configured):
+        """Nothing in the answer to the setup matters to a fluid's requests."""
+
+
+class BodyCase:
+    def __init__(self, features, solver=None):
+        self.solver = solver or ""
+        named = [number for name, number in _INTEGRATORS.items() if f"integrator:{name}" in features]
+        self._integrator = (named or list(_INTEGRATORS.values()))[0]
+        self.driving_nodes = 1
+
+    def setup_request(self):
+        request = Envelope(step=0)
+        message = part(request, "BodySetup")
+        message.step_s, message.integrator = STEP_S, self._integrator
+        message.gravity_m_per_s2.extend(ZERO)
+        message.periodic_length_m.extend(ZERO)
+        for number, position in enumerate(POSITIONS_M):
+            body = message.bodies.add(name=f"sphere {number}", mass_kg=MASS_KG, motion=setup.MOTION_KIND_FREE)
+            body.shape.kind, body.shape.radius_m = setup.SHAPE_KIND_SPHERE, RADIUS_M
+            body.axis.extend((0.0, 0.0, 1.0))
+            body.position_m.extend(position)
+            body.orientation_wxyz.extend((1.0, 0.0, 0.0, 0.0))
+            body.velocity_m_per_s.extend((SPEED_M_PER_S, 0.0, 0.0))
+            body.angular_velocity_rad_per_s.extend(ZERO)
+        return request
+
+    def step_request(self, step):
+        """Hydrodynamic loads on both bodies; they grow with the step so that no two steps are alike."""
+        growth = 1 + step / 8
+        force = [[growth * FORCE_N * u for u in body] for body in _PATTERN]
+        return self.loads_request(step, force, [ZERO, ZERO], [ZERO, ZERO])
+
+    def loads_request(self, step, force_N, torque_N_m, driving_N):
+        """Loads on the bodies; the driving force is the same at all nodes of the step."""
+        request = Envelope(step=step)
+        message = part(request, "AppliedLoads")
+        message.force_N.extend(u for body in force_N for u in body)
+        message.torque_N_m.extend(u for body in torque_N_m for u in body)
+        message.driving_N.extend([u for body in driving_N for u in body] * self.driving_nodes)
+        return request
+
+    def learn(self, configured):
+        """The body says at how many instants of a step it wants driving forces."""
+        self.driving_nodes = len(configured.configured.driving_nodes)
+
+
+def rows(message, field, width=3):
+    """A field of the reply, shape (bodies, width); raises Violation if it is not of that size."""
+    numbers = np.array(getattr(message, field))
+    if numbers.size != width * len(POSITIONS_M):
+        raise Violation(
+            f"{numbers.size} numbers in {message.DESCRIPTOR.name}.{field} "
+            f"instead of {width} for each of {len(POSITIONS_M)} bodies"
+        )
+    return numbers.reshape(len(POSITIONS_M), width)

@@ -1,0 +1,258 @@
+"""Lists, counts, draws and replays what a run recorded: python3 -m copepod_recording list RUN_DIR, and so on."""
+
+import argparse
+import json
+import math
+import os
+import shutil
+import signal
+import sys
+import tempfile
+from pathlib import Path
+
+
+_SHOWN = 10  # differences
+_PATIENCE_S = 600.0  # for a reply
+_BAD_COMMAND, _SOLVER_FAILED, _STORAGE_FAILED, _TERMINATED = 2, 70, 73, 143
+
+
+class Failed(Exception):
+    """Ends the command with an exit code. The text reads "problem (why). What to do."."""
+
+    def __init__(self, code, text):
+        super().__init__(text)
+        self.code = code
+
+
+def main(arguments=None):
+    """Exit code 0 if a replay shows no difference, and for the other commands if there is a recording."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
+    arguments = sys.argv[1:] if arguments is None else arguments
+    try:
+        options = _options(arguments)
+        return options.action(options) or 0
+    except Failed as error:
+        print(f"error: {error}", file=sys.stderr)
+        return error.code
+    except BrokenPipeError:  # the reader of the output has ended, as in `… list RUN_DIR | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as problem:
+        print(f"error: {problem.filename} cannot be used ({problem.strerror}).", file=sys.stderr)
+        return _STORAGE_FAILED
+
+
+def _options(arguments):
+    parser = argparse.ArgumentParser(
+        prog=_called_as(),
+        description="Lists, counts, draws and replays what a run recorded.",
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name, action, text):
+        command = commands.add_parser(name, help=text, description=text)
+        command.add_argument("directory", metavar="RUN_DIR")
+        command.add_argument("--attempt", type=int, metavar="N", help="attempt of a resumed run (default: the last)")
+        command.set_defaults(action=action)
+        return command
+
+    add("list", _list, "print one line per message")
+    add("count", _count, "print the number and size of the messages of each kind")
+    trace = add("trace", _trace, "write what every process did when, for https://ui.perfetto.dev and chrome://tracing")
+    trace.add_argument("--steps", type=_steps, metavar="START:STOP", help="only these steps")
+    trace.add_argument("--out", metavar="FILE", help="file to write (default: RUN_DIR/trace.json)")
+    trace.add_argument("--picture", metavar="FILE", type=_picture, help="also draw the steps, as PNG or SVG")
+    replay = add("replay", _replay, "play the coupler of the run to the component that the command after -- starts")
+    component = add("component", _component, "take part in a run as the recorded component")
+    for command in (replay, component):
+        command.add_argument("--role", required=True, choices=("fluid", "body"))
+        command.add_argument(
+            "--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative difference (default: 0, every bit)"
+        )
+    if "--" in arguments:
+        place = arguments.index("--")
+        options = parser.parse_args(arguments[:place])
+        options.command = arguments[place + 1 :]
+    else:
+        options, options.others = parser.parse_known_args(arguments)
+        if options.others and options.action is not _component:
+            parser.error(f"unrecognized arguments: {' '.join(options.others)}")
+        options.command = []
+    return options
+
+
+def _called_as():
+    deploy = os.environ.get("COPEPOD_CALLED_AS")
+    return f"{deploy} recording" if deploy else "python3 -m copepod_recording"
+
+
+def _open(path):
+    from copepod_recording.reader import Recording, UnreadableRecording
+
+    try:
+        return Recording(path)
+    except (OSError, UnreadableRecording) as problem:
+        raise Failed(_STORAGE_FAILED, str(problem)) from None
+
+
+def _find(what, options):
+    """A recording of the run: `what` is wire_file or trace_folder."""
+    from copepod_recording import reader
+
+    try:
+        return getattr(reader, what)(options.directory, options.attempt)
+    except reader.MissingRecording as error:
+        raise Failed(_BAD_COMMAND, str(error)) from None
+
+
+def _wire(options):
+    return _open(_find("wire_file", options))
+
+
+def _list(options):
+    from copepod_recording.listing import lines
+
+    recording = _wire(options)
+    for line in lines(recording):
+        print(line)
+    _print_endings([recording])
+
+
+def _count(options):
+    from copepod_recording.listing import counts
+
+    recording = _wire(options)
+    rows = counts(recording)
+    print(f"{'component':10} {'':4} {'message':20} {'number':>10} {'bytes':>14}")
+    for component, direction, name, number, size in rows:
+        print(f"{component:10} {direction:4} {name:20} {number:10d} {size:14d}")
+    print(f"{'all':36} {sum(row[3] for row in rows):10d} {sum(row[4] for row in rows):14d}")
+    _print_endings([recording])
+
+
+def _trace(options):
+    from copepod_recording import overlap, trace
+
+    folder = _find("trace_folder", options)
+    processes = [_open(path) for path in sorted(folder.glob("*.rec"))]
+    wire = _wire(options) if list((Path(options.directory) / "wire").glob("*.rec")) else None
+    timelines = trace.read(processes)
+    shown = trace.window(timelines, options.steps)
+    if not any(timeline.phases for timeline in shown):
+        steps = [phase.step for timeline in timelines for phase in timeline.phases if phase.step >= 0]
+        found = f"the recorded steps are {min(steps)} to {max(steps)}" if steps else "no step was recorded"
+        raise Failed(_BAD_COMMAND, f"There is nothing to draw ({found}). Choose other --steps.")
+    out = Path(options.out or Path(options.directory) / "trace.json")
+    out.write_text(json.dumps(trace.as_json(shown, wire)))
+    print(f"{out}: open it with https://ui.perfetto.dev or chrome://tracing")
+    figures = overlap.figures(timelines)
+    if figures:
+        print(overlap.text(figures))
+    if options.picture:
+        from copepod_recording import picture
+
+        picture.draw(shown, options.picture)
+        print(options.picture)
+    _print_endings(processes)
+
+
+def _replay(options):
+    import zmq
+
+    from copepod_component.errors import ComponentError
+    from copepod_conformance.component_process import Component
+    from copepod_recording.replay import replay, script_of
+
+    recording = _wire(options)
+    script = script_of(recording, options.role)
+    if not script.exchanges:
+        raise Failed(
+            _BAD_COMMAND, f"{recording.path} has no requests to the {options.role} component. Record a longer run."
+        )
+    _require_checkpoint(script, recording.path)
+    if not options.command or shutil.which(options.command[0]) is None:
+        name = " ".join(options.command) or "(none given)"
+        raise Failed(
+            _BAD_COMMAND, f"The {options.role} component {name} cannot be started (no such program). Give its path."
+        )
+    differences, number = [], 0
+
+    def add(exchange, text):
+        nonlocal number
+        number += 1
+        if number <= _SHOWN:
+            differences.append(f"step {exchange.request.step}: {text}")
+
+    try:
+        with tempfile.TemporaryDirectory(prefix="copepod-replay-") as folder, zmq.Context() as context:
+            component = Component(options.command, dict(os.environ), folder, context, _PATIENCE_S, shows_output=True)
+            compared = replay(component, options.role, script, options.tolerance, add)
+    except ComponentError as error:
+        raise Failed(int(error.code), str(error)) from None
+    finally:
+        for line in differences:
+            print(line)
+    _print_endings([recording])
+    how = f"within a relative difference of {options.tolerance:g}" if options.tolerance else "bit by bit"
+    if number:
+        raise Failed(
+            _SOLVER_FAILED,
+            f"{number} values in {compared} replies differ from the recording (compared {how}; the first "
+            f"{min(number, _SHOWN)} above). Another build or solver? --tolerance allows for rounding.",
+        )
+    print(f"{compared} replies agree {how}")
+
+
+def _component(options):
+    from copepod_component.errors import ComponentError
+    from copepod_recording.replay import serve_recording
+
+    sys.argv[1:] = options.others
+    try:
+        return serve_recording(options.role, _find("wire_file", options), options.tolerance)
+    except ComponentError as error:
+        raise Failed(int(error.code), str(error)) from None
+
+
+def _require_checkpoint(script, path):
+    start = script.restore
+    if start is not None and not Path(start.path).parent.exists():
+        raise Failed(
+            _BAD_COMMAND,
+            f"{path.stem} cannot be replayed (it resumed from {Path(start.path).parent}, which no longer exists: a run "
+            "keeps only its last checkpoints). Replay an earlier --attempt, or record a run that is not resumed.",
+        )
+
+
+def _print_endings(recordings):
+    for recording in recordings:
+        if recording.ending:
+            print(f"{recording.path} is {recording.ending}; what comes before was used.", file=sys.stderr)
+
+
+def _steps(text):
+    """(start, stop) of "start:stop"."""
+    start, separator, stop = text.partition(":")
+    if not separator or not start.isdigit() or not stop.isdigit() or int(stop) <= int(start):
+        raise argparse.ArgumentTypeError("must be START:STOP with START < STOP, as in 100:104")
+    return int(start), int(stop)
+
+
+def _picture(text):
+    if Path(text).suffix.lower() not in (".png", ".svg"):
+        raise argparse.ArgumentTypeError(f"{text} is neither PNG nor SVG. Use FILE.png or FILE.svg.")
+    return text
+
+
+def _tolerance(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a relative difference (a number ≥ 0, such as 1e-9).")
+    return value
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,189 @@
+"""Recorded exchanges, played to a real component by `replay`, or to a real coupler by `RecordedComponent`."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from google.protobuf.message import DecodeError
+
+from copepod_component.context import SolverContext
+from copepod_component.errors import CaseError, SolverError, StorageError
+from copepod_component.messages import Envelope
+from copepod_component.run import Capabilities, serve_component
+from copepod_conformance.conversation import DATA, Conversation
+from copepod_conformance.verdicts import Violation
+from copepod_recording.comparison import differences
+from copepod_recording.reader import Recording, UnreadableRecording, message_name
+
+_ROLES = {"fluid": 1, "body": 2}
+_TO_COMPONENT, _CONTROL_LANE = 1, 2
+_HANDSHAKE = ("Hello", "Welcome", "Refusal", "none")
+_END_S = 30.0  # after Finished
+
+
+@dataclass
+class Exchange:
+    """A request and its reply, both Envelopes; the reply is None if the recording ends before it."""
+
+    name: str
+    request: object
+    reply: object = None
+
+
+@dataclass
+class Script:
+    """A component's part in a recorded run: the data lane of one role, request by request."""
+
+    hello: object = None  # on the data lane; None if there is none
+    exchanges: list = field(default_factory=list)
+
+    @property
+    def restore(self):
+        """The Restore at the beginning of an attempt that resumed from a checkpoint; None if it began at step 0."""
+        return next((exchange.request.restore for exchange in self.exchanges if exchange.name == "Restore"), None)
+
+
+def script_of(recording, role):
+    """Script of "fluid" or "body". Requests that were sent twice count once."""
+    script = Script()
+    by_sequence = {}
+    for recorded in recording.messages():
+        if recorded.role != _ROLES[role] or recorded.lane == _CONTROL_LANE:
+            continue
+        try:
+            envelope = recording.envelope(recorded)
+        except DecodeError:
+            continue
+        name = message_name(envelope)
+        if name == "Hello":
+            script.hello = script.hello or envelope.hello
+        elif name in _HANDSHAKE or envelope.sequence == 0:
+            continue
+        elif recorded.direction == _TO_COMPONENT:
+            if envelope.sequence not in by_sequence:
+                by_sequence[envelope.sequence] = Exchange(name, envelope)
+                script.exchanges.append(by_sequence[envelope.sequence])
+        elif envelope.sequence in by_sequence:
+            by_sequence[envelope.sequence].reply = envelope
+    return script
+
+
+def replay(component, role, script, tolerance, on_difference):
+    """Plays the coupler of a recorded run to `component` (a Component); returns how many replies were compared.
+
+    `on_difference(exchange, text)` is called for every value that differs. Raises SolverError if the component does not
+    answer, reports a failure or does not exit with 0.
+    """
+    try:
+        with Conversation(component) as conversation:
+            conversation.await_hello()
+            if conversation.hellos[DATA].envelope.hello.role != _ROLES[role]:
+                raise Violation(f"a Hello that is not of a {role} component")
+            conversation.welcome()
+            compared = 0
+            for exchange in script.exchanges:
+                reply = _ask(conversation, exchange, role)
+                if exchange.reply is None:
+                    continue
+                compared += 1
+                for text in differences(exchange.reply, reply, tolerance):
+                    on_difference(exchange, text)
+            if not script.exchanges or script.exchanges[-1].name != "Finish":
+                finish = Envelope(step=script.exchanges[-1].request.step if script.exchanges else -1)
+                finish.finish.SetInParent()
+                _ask(conversation, Exchange("Finish", finish), role)
+            if (code := conversation.await_end(_END_S)) != 0:
+                raise Violation(conversation.describe_end(code, "0"))
+            return compared
+    except (Violation, OSError) as problem:
+        raise SolverError(
+            f"The {role} component did not answer as a component should ({problem}). See its output, or test it with: "
+            "copepod conformance."
+        ) from problem
+
+
+def _ask(conversation, exchange, role):
+    """Sends a recorded request in the present session and returns the reply."""
+    request = Envelope()
+    request.ParseFromString(exchange.request.SerializeToString())
+    conversation.sequence += 1
+    conversation.with_header(request, attempt=0)
+    _redirect(request, role, conversation.folder)
+    about = f"a reply to {exchange.name} of step {request.step}"
+    conversation.send_bytes(request.SerializeToString(), about)
+    while True:
+        reply = conversation.receive(about).envelope
+        if reply.WhichOneof("body") == "failure":
+            raise SolverError(f"The {role} component failed at step {reply.failure.step}: {reply.failure.reason}")
+        if reply.sequence == request.sequence:
+            reply.ClearField("checksum")  # of the frame, not of its content
+            reply.sequence = exchange.request.sequence
+            return reply
+
+
+def _redirect(request, role, folder):
+    """Output of the recorded run must not be overwritten."""
+    name = message_name(request)
+    if name == "FluidSetup":
+        request.fluid_setup.fields.directory = str(folder)
+        request.fluid_setup.trace_directory = ""
+    elif name == "BodySetup":
+        request.body_setup.trace_directory = ""
+    elif name == "Save":
+        request.save.path = str(folder / f"{role}_{request.step}")
+
+
+class RecordedComponent:
+    """What the component kit serves: `perform` fills in the recorded reply.
+
+    A request that differs from the recorded one ends the run, since its reply would answer another question.
+    """
+
+    def __init__(self, role, script, tolerance):
+        self.role = role
+        self._tolerance = tolerance
+        self._recorded = {(exchange.name, exchange.request.step): exchange for exchange in script.exchanges}
+
+    def perform(self, request, reply):
+        name = message_name(request)
+        if name == "Save":
+            Path(request.save.path).write_bytes(b"")
+            reply.saved.SetInParent()
+            return
+        exchange = self._recorded.get((name, request.step))
+        if exchange is None or exchange.reply is None:
+            raise SolverError(
+                f"{name} of step {request.step} is not in the recording (it ends before; all requests so far were as "
+                "recorded). Run fewer steps, or replay an attempt that finished."
+            )
+        recorded = Envelope()
+        recorded.ParseFromString(exchange.request.SerializeToString())
+        recorded.sequence = request.sequence
+        for text in differences(recorded, request, self._tolerance):
+            raise SolverError(
+                f"{name} of step {request.step} is not what was recorded ({text}). "
+                "Compare coupler and case with those of the recording."
+            )
+        session = (reply.session_id, reply.epoch, reply.sequence)
+        reply.ParseFromString(exchange.reply.SerializeToString())
+        reply.session_id, reply.epoch, reply.sequence = session
+
+    def follow_up(self, name):
+        """Nothing is left to compute."""
+
+
+def serve_recording(role, path, tolerance):
+    """Takes part in a run as the recorded component; returns the exit code of the process. Raises CaseError."""
+    try:
+        script = script_of(Recording(path), role)
+    except (OSError, UnreadableRecording) as problem:
+        raise StorageError(str(problem)) from None
+    if script.hello is None:
+        raise CaseError(f"{path} has no {role} component (it holds no Hello of one). Record again.")
+    if script.restore is not None:
+        raise CaseError(
+            f"{path.stem} cannot play the {role} component (it resumed from a checkpoint, and a run with a recorded "
+            "component starts at step 0). Use --attempt 1, or --fluid or --body to replay it."
+        )
+    announced = script.hello.capabilities
+    capabilities = Capabilities(f"Recorded {announced.name}", announced.version, list(announced.features))
+    return serve_component(RecordedComponent(role, script, tolerance), capabilities, SolverContext())
