@@ -175,7 +175,11 @@ class Trace(RecordedRun):
     def test_what_cannot_be_drawn_is_refused_by_name(self):
         self.record("--ranks", "1")
         for arguments, code, words in (
-            (("--steps", "10000:10002", "--picture", "p.png"), 2, f"nothing to draw (the recorded steps are 0 to {STEPS})"),
+            (
+                ("--steps", "10000:10002", "--picture", "p.png"),
+                2,
+                f"nothing to draw (the recorded steps are 0 to {STEPS})",
+            ),
             (("--picture", "p.txt"), 2, "--picture: p.txt is neither PNG nor SVG"),
             (("--out", "nosuch/x"), 73, "nosuch/x cannot be written (there is no such folder)"),
         ):

@@ -51,7 +51,9 @@ class Replay(CommandTest):
         self.assertIn("replies agree", self.finish("replay", "out", "--body", "--attempt", "2"))
         shutil.rmtree(self.folder / "out/checkpoints")
         self.finish("replay", "out", "--body", "--attempt", "2", code=2)
-        self.assertRegex(self.last_line, "attempt_002 cannot be replayed .*checkpoints/step_0*30, which no longer exists")
+        self.assertRegex(
+            self.last_line, "attempt_002 cannot be replayed .*checkpoints/step_0*30, which no longer exists"
+        )
         self.finish("replay", "out", "--as", "body", code=2)
         self.assertIn("Use --attempt 1", self.last_line)
         self.finish("replay", "out", "--as", "body", "--attempt", "1")
@@ -63,7 +65,8 @@ class Replay(CommandTest):
         session = self.start("replay", "out", "--as", "body", "--out", "again")
         self.assertEqual(session.end(timeout_s=60), 70, "".join(session.stderr))
         self.assertIn(
-            "of step 40 is not in the recording (it ends before; all requests so far were as recorded)", session.last_line
+            "of step 40 is not in the recording (it ends before; all requests so far were as recorded)",
+            session.last_line,
         )
 
     def test_program_that_is_not_there_leaves_nothing_behind(self):
