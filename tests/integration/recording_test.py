@@ -181,7 +181,7 @@ class Trace(RecordedRun):
                 f"nothing to draw (the recorded steps are 0 to {STEPS})",
             ),
             (("--picture", "p.txt"), 2, "--picture: p.txt is neither PNG nor SVG"),
-            (("--out", "nosuch/x"), 73, "nosuch/x cannot be written (there is no such folder)"),
+            (("--out", "nosuch/x"), 73, "nosuch/x cannot be used (No such file or directory)"),
         ):
             self.run_command("recording", "trace", "out", *arguments, code=code)
             self.assertIn(words, self.last_words)
