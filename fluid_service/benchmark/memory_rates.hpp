@@ -16,7 +16,7 @@ inline double seconds_since(std::chrono::steady_clock::time_point start) {
 
 /// Reads and writes the 19 slots of every cell of the block in place, with one multiplication each and
 /// nothing else: the memory traffic of an in-place update without its arithmetic, asked for ahead of time
-/// like the kernel's (kernel/stream_collide_loop.hpp).
+/// like the kernel's (kernel/stream_collide.hpp).
 template <class T>
 void touch_streams(T* populations, const PopulationLayout& layout) {
   using Pack [[gnu::vector_size(32), gnu::aligned(sizeof(T)), gnu::may_alias]] = T;

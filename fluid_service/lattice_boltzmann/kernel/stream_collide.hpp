@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstring>
 #include <string>
 
 #include "lattice_boltzmann/kernel/collision.hpp"
@@ -32,5 +33,100 @@ template <class T>
 StreamCollide<T> stream_collide_baseline();
 template <class T>
 StreamCollide<T> stream_collide_avx2();
+
+// The loop around `collide`, compiled once per instruction set (stream_collide_avx2.cpp,
+// stream_collide_baseline.cpp). `Isa` is a tag type of the including file: it keeps the instantiations of
+// different instruction sets apart.
+
+template <class T, int width>
+using Pack [[gnu::vector_size(sizeof(T) * width)]] = T;
+
+template <class Isa, class T>
+struct StreamCollideLoop {
+  static constexpr int width = Isa::vector_bytes / static_cast<int>(sizeof(T));
+  using V = Pack<T, width>;
+
+  /// The 19 slots of a row's first cell; slot α is read as direction α or ᾱ (Placement).
+  using Row = T * [d3q19::directions];
+
+  static constexpr std::int64_t values_per_line = 64 / sizeof(T);
+  /// 19 streams are more than the hardware follows: asked for this far ahead, a line is there when it is
+  /// needed. Past a row's end lies the next row (docs/decisions/in_place_streaming.md).
+  static constexpr std::int64_t prefetch_lines = 4;
+
+  [[gnu::always_inline]] static void prefetch(T* const (&row)[d3q19::directions], std::int64_t z) {
+#pragma GCC unroll 19
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) __builtin_prefetch(row[alpha] + z, 1);
+  }
+
+  template <bool streamed, bool has_force, class U>
+  [[gnu::always_inline]] static void update(T* const (&row)[d3q19::directions], std::int64_t z,
+                                            const CollisionConstants<T>& constants) {
+    U g[d3q19::directions];
+    // Home: the slot that receives α afterwards holds ᾱ now. Streamed: the other way round.
+#pragma GCC unroll 19
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      std::memcpy(&g[streamed ? alpha : d3q19::opposite(alpha)], row[alpha] + z, sizeof(U));
+    collide<has_force>(g, constants);
+#pragma GCC unroll 19
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
+  }
+
+  /// Slots of a row's end cells that are not in line with the row's others are put there for the time of its
+  /// update, and back.
+  template <bool into_row>
+  [[gnu::always_inline]] static void move_row_ends(T* populations, const PopulationLayout& layout,
+                                                   const Box& region, std::int64_t x, std::int64_t y) {
+    const std::int64_t last = layout.block().extent(2) - 1;
+    const auto move = [&](const Site& end) {
+      for (const auto& [slot, in_row] : layout.detours(end.faces)) {
+        T* const away = populations + end.index + slot;
+        T* const in_line = populations + end.index + in_row;
+        if constexpr (into_row) {
+          *in_line = *away;
+          __builtin_prefetch(away + layout.row_pitch(), 1);
+          __builtin_prefetch(in_line + layout.row_pitch(), 1);
+        } else {
+          *away = *in_line;
+        }
+      }
+    };
+    if (region.low[2] == 0) move(layout.site(x, y, 0));
+    if (region.high[2] == last + 1 && last > 0) move(layout.site(x, y, last));
+  }
+
+  template <bool streamed, bool has_force>
+  static void rows(T* populations, const PopulationLayout& layout, const Box& region,
+                   const CollisionConstants<T>& constants) {
+    const std::int64_t length = region.extent(2);
+    for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
+      for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
+        const Site middle = layout.in_row(x, y, region.low[2]);
+        Row row;
+#pragma GCC unroll 19
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          row[alpha] = populations + (streamed ? middle.index + layout.slot(alpha)
+                                               : layout.location(middle, alpha, Placement::streamed));
+        if constexpr (!streamed) move_row_ends<true>(populations, layout, region, x, y);
+        std::int64_t z = 0;
+        for (; z + width <= length; z += width) {
+          if (z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
+          update<streamed, has_force, V>(row, z, constants);
+        }
+        for (; z < length; ++z) update<streamed, has_force, T>(row, z, constants);
+        if constexpr (!streamed) move_row_ends<false>(populations, layout, region, x, y);
+      }
+  }
+
+  static void run(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
+                  const CollisionConstants<T>& constants, bool has_force) {
+    const bool streamed = placement == Placement::streamed;
+    if (streamed && has_force) return rows<true, true>(populations, layout, region, constants);
+    if (streamed) return rows<true, false>(populations, layout, region, constants);
+    if (has_force) return rows<false, true>(populations, layout, region, constants);
+    return rows<false, false>(populations, layout, region, constants);
+  }
+};
 
 }  // namespace copepod::fluid

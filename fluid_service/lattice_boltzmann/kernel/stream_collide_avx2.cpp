@@ -1,4 +1,4 @@
-#include "lattice_boltzmann/kernel/stream_collide_loop.hpp"
+#include "lattice_boltzmann/kernel/stream_collide.hpp"
 
 namespace copepod::fluid {
 
