@@ -10,7 +10,6 @@ from typing import Protocol
 
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.programs import Programs
-from copepod_run.checkout import ROOT
 from copepod_run.local_launcher import end_with_parent
 from copepod_run.progress import Event, EventReader
 from copepod_run.signals import SignalRecorder
@@ -105,7 +104,7 @@ class Job:
         self.entry.remark = self._last_line or f"ended with code {code} without reporting an error"
 
     def _command(self, entry: Entry, ranks: int) -> list[str]:
-        words = [sys.executable, str(ROOT / "deploy/copepod_command/__main__.py"), "run", entry.file]
+        words = [sys.executable, "-m", "copepod_command", "run", entry.file]
         for setting in entry.settings:
             words += ["--set", setting]
         if entry.plan.case.get("fluid", {}).get("solver") == "lattice_boltzmann":

@@ -31,8 +31,8 @@ run: {steps: 10}
 # A body component in Python, the example's point masses; CHANGE is what this trial makes of it.
 COMPONENT = f"""
 import os, signal, sys
-sys.path[:0] = [{str(ROOT / "proto/python/examples")!r}, {str(ROOT / "proto/python")!r}]
-from copepod_component import Capabilities, checksum, run_body_component
+sys.path.insert(0, {str(ROOT / "proto/python/examples")!r})
+from copepod_component import Capabilities, run_body_component, server
 from point_masses import PointMasses
 
 FEATURES = ["motion:free", "shape:sphere", "springs", "checkpoint", "neglects:torques", "neglects:periodic"]
@@ -48,12 +48,12 @@ def when_due(act):
 
 def change_message(change):
     "Lets `change` alter the reply to step {STEP} after all checks of the kit, as one without a kit would send it."
-    to_bytes = checksum.to_bytes
+    to_frame = server.to_frame
     def changed(envelope):
         if envelope.WhichOneof("body") == "kinematics" and envelope.step == {STEP + 1}:
             change(envelope)
-        return to_bytes(envelope)
-    checksum.to_bytes = changed
+        return to_frame(envelope)
+    server.to_frame = changed
 
 CHANGE
 
@@ -161,7 +161,7 @@ class InstalledKit(Trial):
         script.write_text("\n".join(line for line in lines if "sys.path" not in line))
         packages = prefix / "share/copepod/python"
         command = (
-            f"/usr/bin/env -u COPEPOD_BUILD_PYTHON PYTHONPATH={packages} /usr/bin/python3 {shlex.quote(str(script))}"
+            f"/usr/bin/env PYTHONPATH={packages} /usr/bin/python3 {shlex.quote(str(script))}"
         )
         session = self.start("run", *SWIMMER, "--body", command, "--out", "out")
         self.assert_ends(session, 0, timeout_s=60)
