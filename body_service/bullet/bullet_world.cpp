@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::body {
 

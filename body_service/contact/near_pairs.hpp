@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "contact/neighbour_grid.hpp"
+#include "geometry/neighbour_grid.hpp"
 #include "model/body_model.hpp"
 
 namespace copepod::body {

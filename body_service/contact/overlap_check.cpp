@@ -6,7 +6,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::body {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::body {
 

@@ -5,7 +5,7 @@
 #include "constraints/motion_constraint.hpp"
 #include "forces/springs.hpp"
 #include "forces/weight.hpp"
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::body {
 

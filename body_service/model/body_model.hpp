@@ -8,7 +8,7 @@
 
 #include "contract/body_setup.hpp"
 #include "model/motion_state.hpp"
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::body {
 

@@ -10,6 +10,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import structure
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -51,7 +53,7 @@ class PlantedTree(unittest.TestCase):
             stream.write(text)
 
     def expect_refusal(self, check, path, line, message):
-        """The check refuses the tree once `line` stands in `path`, and says where."""
+        """The check refuses the tree once `line` stands in `path`, and prints where."""
         self.plant(path, line)
         code, output = run_check(check, self.root)
         self.assertEqual(code, 1, output)
@@ -69,6 +71,12 @@ class IncludeRules(PlantedTree):
         code, output = run_check("check_includes", self.root)
         self.assertEqual(code, 0, output)
         self.assertIn(f"{len(self.SOUND)} files", output)
+
+    def test_folders_that_include_each_other_are_refused(self):
+        self.plant("body_service/forces/spring.hpp", '#include "model/state.hpp"\n')
+        self.plant("body_service/contact/pairs.hpp", '#include "forces/spring.hpp"\n')
+        line = '#include "contact/pairs.hpp"\n'
+        self.expect_refusal("check_includes", "body_service/model/state.hpp", line, "include each other in a circle")
 
     def test_components_must_not_know_each_other(self):
         for path, header in (
@@ -127,6 +135,32 @@ class IncludeRules(PlantedTree):
         self.expect_refusal(
             "check_includes", "proto/session/wrong.hpp", '#include "transport/lane.hpp"\n', "in proto/session"
         )
+
+
+class ImportCycles(PlantedTree):
+    """Python packages and modules; the folders of C++ are checked with the include rules."""
+
+    def cycles(self, root, depth=None):
+        return structure.cycles(structure.grouped(structure.import_edges(structure.sources(root)), depth))
+
+    def test_the_project_has_none(self):
+        self.assertGreater(len(structure.import_edges(structure.sources(ROOT))), 100)
+        self.assertEqual(self.cycles(ROOT, depth=1), [])
+        self.assertEqual(self.cycles(ROOT), [])
+
+    def test_modules_that_import_each_other_are_found(self):
+        self.plant("deploy/copepod_a/__init__.py", "")
+        self.plant("deploy/copepod_a/one.py", "from copepod_a import two\n")
+        self.plant("deploy/copepod_a/two.py", "def late():\n    from .one import x\n")
+        self.assertEqual(self.cycles(self.root), [["copepod_a.one", "copepod_a.two"]])
+
+    def test_packages_that_import_each_other_are_found(self):
+        self.plant("deploy/copepod_a/one.py", "import copepod_b.three\n")
+        self.plant("deploy/copepod_a/two.py", "")
+        self.plant("proto/python/copepod_b/three.py", "")
+        self.plant("proto/python/copepod_b/four.py", "from copepod_a.two import x\n")
+        self.assertEqual(self.cycles(self.root), [])
+        self.assertEqual(self.cycles(self.root, depth=1), [["copepod_a", "copepod_b"]])
 
 
 class NameRules(PlantedTree):

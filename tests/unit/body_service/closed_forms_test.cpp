@@ -8,7 +8,7 @@
 
 #include "body_cases.hpp"
 #include "model/body_model.hpp"
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {

@@ -5,7 +5,7 @@
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::body {
 namespace {

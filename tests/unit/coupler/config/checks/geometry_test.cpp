@@ -45,7 +45,7 @@ std::vector<BodySpecification> scattered(std::size_t count, double cube_m) {
   return bodies;
 }
 
-using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+using Pairs = std::vector<BodyPair>;
 
 /// Those of `candidates` whose surfaces are less than `reach` apart, seen across periodic faces.
 Pairs within(const std::vector<BodySpecification>& bodies, const Pairs& candidates, double period,
@@ -65,8 +65,9 @@ Pairs within(const std::vector<BodySpecification>& bodies, const Pairs& candidat
 TEST(NearPairs, MissNoneThatIsCloseEnough) {
   const auto bodies = scattered(400, 60.0);
   Pairs all;
-  for (std::size_t a = 0; a < bodies.size(); ++a) {
-    for (std::size_t b = a + 1; b < bodies.size(); ++b) all.emplace_back(a, b);
+  const int count = static_cast<int>(bodies.size());
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) all.emplace_back(a, b);
   }
   for (const double period : {0.0, 60.0}) {
     const Pairs near = near_pairs(bodies, {period, period, period}, 0.7);
@@ -82,7 +83,7 @@ TEST(NearPairs, GrowWithTheNumberOfBodies) {
   EXPECT_LT(count(8000, 200.0), 12.0 * count(1000, 100.0));  // 64 times as many pairs in all
 }
 
-TEST(NearPairs, BearOneBodyThatSpansTheDomain) {
+TEST(NearPairs, IncludeOneBodyThatSpansTheDomain) {
   auto bodies = scattered(1000, 100.0);
   bodies.push_back(capsule({50, 50, 50}, upright, 1e6, 0.0));
   const Pairs near = near_pairs(bodies, {0, 0, 0}, 0.0);
@@ -91,7 +92,7 @@ TEST(NearPairs, BearOneBodyThatSpansTheDomain) {
   EXPECT_EQ(with_large, 1000);
 }
 
-TEST(NearPairs, BearLengthsBeyondAnySense) {
+TEST(NearPairs, AcceptAbsurdLengths) {
   std::vector<BodySpecification> bodies = scattered(2, 1.0);
   bodies[0].shape.radius_m = 1e308;
   bodies[1].shape.radius_m = 5e-324;

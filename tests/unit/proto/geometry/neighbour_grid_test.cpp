@@ -1,4 +1,4 @@
-#include "contact/neighbour_grid.hpp"
+#include "geometry/neighbour_grid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace copepod::body {
+namespace copepod {
 namespace {
 
 struct Cloud {
@@ -85,4 +85,4 @@ TEST(NeighbourGrid, ListsPairsInTheSameOrderEveryTime) {
 }
 
 }  // namespace
-}  // namespace copepod::body
+}  // namespace copepod

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace copepod::body {
+namespace copepod {
 
 /// Core of a sphere or capsule: all points within the radius of this segment belong to the body.
 struct CoreSegment {
@@ -15,4 +15,4 @@ struct CoreSegment {
 /// parallel or crossing.
 double segment_distance_m(const CoreSegment& first, const CoreSegment& second);
 
-}  // namespace copepod::body
+}  // namespace copepod

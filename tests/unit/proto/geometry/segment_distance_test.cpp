@@ -1,4 +1,4 @@
-#include "contact/segment_distance.hpp"
+#include "geometry/segment_distance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace copepod::body {
+namespace copepod {
 namespace {
 
 /// Smallest distance over a lattice of points on both segments, refined around the best one.
@@ -83,4 +83,4 @@ TEST(SegmentDistance, BetweenAnEndAndTheMiddleOfTheOther) {
 }
 
 }  // namespace
-}  // namespace copepod::body
+}  // namespace copepod

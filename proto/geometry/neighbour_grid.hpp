@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-namespace copepod::body {
+namespace copepod {
 
 using BodyPair = std::pair<int, int>;  ///< indices, the lower one first
 
@@ -54,4 +54,4 @@ class NeighbourGrid {
   std::vector<std::uint32_t> bucket_of_ball_;
 };
 
-}  // namespace copepod::body
+}  // namespace copepod

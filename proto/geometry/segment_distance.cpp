@@ -1,8 +1,8 @@
-#include "contact/segment_distance.hpp"
+#include "geometry/segment_distance.hpp"
 
 #include <algorithm>
 
-namespace copepod::body {
+namespace copepod {
 
 namespace {
 
@@ -35,4 +35,4 @@ double segment_distance_m(const CoreSegment& first, const CoreSegment& second) {
   return (d + t * h2 - s * h1).norm();
 }
 
-}  // namespace copepod::body
+}  // namespace copepod

@@ -1,11 +1,11 @@
-#include "model/rotation.hpp"
+#include "geometry/rotation.hpp"
 
 #include <numbers>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-namespace copepod::body {
+namespace copepod {
 namespace {
 
 const Eigen::Vector4d tilted = Eigen::Vector4d(0.3, -0.5, 0.7, 0.4).normalized();
@@ -41,4 +41,4 @@ TEST(Rotation, OrientationRateIsTheDerivativeOfTurning) {
 }
 
 }  // namespace
-}  // namespace copepod::body
+}  // namespace copepod

@@ -1,13 +1,16 @@
-#include "contact/neighbour_grid.hpp"
+#include "geometry/neighbour_grid.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <map>
 
-namespace copepod::body {
+namespace copepod {
 
 namespace {
+
+/// Cells along one axis. Further out, a double cannot distinguish neighbours and an integer would overflow.
+constexpr double furthest = 1e15;
 
 std::size_t bucket(const std::array<std::int64_t, 3>& cell, std::size_t buckets) {
   // Teschner et al. (2003): products with large primes spread neighbouring cells over the table.
@@ -55,8 +58,8 @@ void NeighbourGrid::add_level(std::vector<int> balls, double largest_radius_m) {
     level.cells[direction] = 0;
     const double length_m = periodic_length_m_[direction];
     if (length_m <= 0.0) continue;
-    level.cells[direction] =
-        std::max<std::int64_t>(1, static_cast<std::int64_t>(length_m / level.cell_width_m[direction]));
+    level.cells[direction] = std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(std::min(length_m / level.cell_width_m[direction], furthest)));
     level.cell_width_m[direction] = length_m / static_cast<double>(level.cells[direction]);
   }
   level.bucket_start.resize(std::bit_ceil(2 * balls.size()) + 1);
@@ -66,8 +69,6 @@ void NeighbourGrid::add_level(std::vector<int> balls, double largest_radius_m) {
 }
 
 NeighbourGrid::Cell NeighbourGrid::cell_of(const Level& level, const Eigen::Vector3d& point_m) const {
-  // Further out than this a double does not resolve neighbouring cells, and an integer would overflow.
-  constexpr double furthest = 1e15;
   Cell cell;
   for (int direction = 0; direction < 3; ++direction) {
     const double index = std::floor(point_m[direction] / level.cell_width_m[direction]);
@@ -143,4 +144,4 @@ Eigen::Vector3d NeighbourGrid::nearest_image_m(const Eigen::Vector3d& difference
   return nearest_m;
 }
 
-}  // namespace copepod::body
+}  // namespace copepod

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace copepod::body {
+namespace copepod {
 
 /// Rotation matrix R_WB of a unit quaternion (w, x, y, z): p_W = R_WB p_B.
 inline Eigen::Matrix3d rotation_matrix(const Eigen::Vector4d& q) {
@@ -45,4 +45,4 @@ inline Eigen::Vector4d rotated(const Eigen::Vector3d& angle_rad, const Eigen::Ve
   return std::cos(half) * q + (0.5 * sinc) * pure_product(angle_rad, q);
 }
 
-}  // namespace copepod::body
+}  // namespace copepod
