@@ -43,7 +43,7 @@ BROKEN = {
         {
             "a Welcome of protocol 0.0 is refused": STAYS,
             "a Welcome of protocol 2.0 is refused": STAYS,
-            "a Welcome of a minor version that it does not speak is refused": STAYS,
+            "a Welcome of a minor version that it does not support is refused": STAYS,
             "a request of protocol 0.0 is refused": f"Loads #2 of step 0 {REFUSED}",
             "a request of protocol 2.0 is refused": f"Loads #2 of step 0 {REFUSED}",
         },

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""docs/adding_a_component.md is followed word by word; docs/protocol.md says what the table and the checks say.
+"""docs/adding_a_component.md is followed word by word; docs/protocol.md agrees with the table and the checks.
 
     documentation_test.py BUILD      folder of a build that is complete
 """

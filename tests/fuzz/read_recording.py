@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Fuzzes the reader of recordings: changes bytes, cuts, repeats and splices a small recording, mostly with right checksums.
+"""Fuzzes the reader of recordings: changes, cuts, repeats and splices a small recording, mostly with right checksums.
 
     tests/fuzz/read_recording.py [--seconds 20 | --executions N] [--seed S]
 
-Whatever the bytes are, the reader either reads or raises UnreadableRecording, and never reads a damaged block. A
-mutational fuzzer of our own, for there is none for Python in Debian 12.
+Whatever the bytes are, the reader either reads or raises UnreadableRecording, and never reads a damaged block. It is
+a simple mutational fuzzer, because Debian 12 has none for Python.
 """
 
 import argparse
@@ -97,7 +97,7 @@ def main():
     parser.add_argument("--executions", type=int)
     parser.add_argument("--seed", type=int, default=time.time_ns())
     options = parser.parse_args()
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())  # Protocol Buffers tells every damaged text there
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())  # Protocol Buffers reports every damaged text there
     random_ = random.Random(options.seed)
     blocks = split(SEED.read_bytes())
     assert read(join(blocks)), "the seed cannot be read"

@@ -54,8 +54,8 @@ TEST(KeysOverTcp, KeyOfTheBodyCannotSpeakAsTheFluid) {
   EXPECT_EQ(run.fluid_process->wait(), 65);
 }
 
-/// Without a key, or with one of another run, a component ends by itself, and the coupler says whom it
-/// misses.
+/// Without a key, or with one of another run, a component ends by itself, and the coupler names the
+/// missing one.
 class WrongKeys : public testing::TestWithParam<const char*> {};
 
 TEST_P(WrongKeys, AreTurnedAway) {

@@ -121,7 +121,7 @@ class BodyCase:
         return request
 
     def learn(self, configured):
-        """The body says at how many instants of a step it wants driving forces."""
+        """The body requests driving forces at this number of instants of a step."""
         self.driving_nodes = len(configured.configured.driving_nodes)
 
 

@@ -157,7 +157,11 @@ class Conversation:
     def abort(self, code):
         message = self._control_message("Abort")
         failure = message.abort.failure
-        failure.code, failure.component, failure.reason = code, "coupler", "The run is over (a check ends it). Go on."
+        failure.code, failure.component, failure.reason = (
+            code,
+            "coupler",
+            "The run is over (ended by a check). Ignore this.",
+        )
         self.send_bytes(message.SerializeToString(), f"Abort (code {code})", CONTROL)
 
     def stop_pings(self):

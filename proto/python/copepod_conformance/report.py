@@ -88,7 +88,7 @@ def junit(subject, results, seconds):
 
 
 def _printable(text):
-    """XML knows no control characters, a component's last words may hold some."""
+    """XML allows no control characters, but a component's last words may contain some."""
     return "".join(character if character.isprintable() or character in "\n\t" else "?" for character in text)
 
 

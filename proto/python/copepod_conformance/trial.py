@@ -1,4 +1,4 @@
-"""One life of the component under test as a check tells it: reach a state, ask, expect."""
+"""One life of the component under test, controlled by a check: reach a state, ask, expect."""
 
 import time
 
@@ -12,7 +12,7 @@ _REFUSED = 65
 
 
 class Trial(Conversation):
-    """A coupler that keeps the protocol unless it is told otherwise."""
+    """A coupler that follows the protocol unless a check requests otherwise."""
 
     def __init__(self, subject, options=()):
         super().__init__(subject, options)
@@ -56,7 +56,7 @@ class Trial(Conversation):
         return message
 
     def request(self, what):
-        """Sends a request (a name, or an Envelope) and returns the reply, which must be the one that the table says."""
+        """Sends a request (a name, or an Envelope) and returns the reply, which must be the one in the table."""
         message = self.make(what) if isinstance(what, str) else what
         name = self.send(message)
         return self.expect_reply(name, message)
@@ -110,7 +110,7 @@ class Trial(Conversation):
     def expect_failure(self, code=_REFUSED, words=(), told=True):
         """A Failure with this code and these words, and an end with the same code.
 
-        told=False: before the Welcome there is no session, so the Failure may stay untold.
+        With `told` False the Failure may be missing: before the Welcome there is no session.
         """
         if not told:
             self.await_end()
@@ -120,7 +120,7 @@ class Trial(Conversation):
                 raise Violation(f"a Failure with code {failure.code} instead of {code}: {failure.reason}")
             for word in words:
                 if word not in failure.reason:
-                    raise Violation(f"a Failure that does not say «{word}»: {failure.reason}")
+                    raise Violation(f"a Failure without «{word}»: {failure.reason}")
         self.expect_exit(code)
 
     def expect_exit(self, *codes, within_s=None):

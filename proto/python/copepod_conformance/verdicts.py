@@ -5,7 +5,7 @@ from typing import Callable
 
 
 class Violation(Exception):
-    """The component broke the rule; the text says what came."""
+    """The component broke the rule; the text describes its reaction."""
 
 
 class Silence(Violation):
@@ -13,7 +13,7 @@ class Silence(Violation):
 
 
 class NotApplicable(Exception):
-    """The rule is not about this component; the text says why."""
+    """The rule does not apply to this component; the text gives the reason."""
 
 
 @dataclasses.dataclass(frozen=True)

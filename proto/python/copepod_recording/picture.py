@@ -25,7 +25,7 @@ _OTHER = "#999999"
 
 
 def draw(timelines, path):
-    """Writes PNG or SVG, as the path says."""
+    """Writes PNG or SVG, depending on the suffix of the path."""
     start = min(phase.begin_ns for each in timelines for phase in each.phases)
     figure, axes = plt.subplots(figsize=(11, 0.7 * len(timelines) + 1.6))
     seen = []

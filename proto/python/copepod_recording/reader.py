@@ -97,7 +97,7 @@ class Recording:
         return record
 
     def _blocks(self):
-        """Contents of all whole blocks; says in `ending` why it stopped if that is not the end of the file."""
+        """Contents of all whole blocks; `ending` has the reason for stopping before the end of the file."""
         place, self.ending = len(MAGIC), ""
         while place < len(self._content):
             if place + _HEAD.size > len(self._content):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A fluid component in Python: Stokes drag on every body as if it were an isolated sphere.
+"""A fluid component in Python: Stokes drag on every body as on an isolated sphere.
 
     F = −6π η r v,   T = −8π η r³ ω
 

@@ -1,4 +1,4 @@
-"""Broken: goes on waiting when the coupler has ended the run."""
+"""Broken: keeps waiting when the coupler has ended the run."""
 
 import sys
 

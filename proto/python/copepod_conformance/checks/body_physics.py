@@ -124,7 +124,7 @@ def _falling(trial):
 
 
 def _on_a_spring(trial):
-    """So short a time that the spring's force stays nearly the same."""
+    """A time so short that the spring's force is nearly constant."""
     trial.require("springs")
 
     def join(content):

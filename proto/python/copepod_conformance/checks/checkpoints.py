@@ -1,4 +1,4 @@
-"""A component that was restored goes on as if nothing had happened; what is damaged is refused."""
+"""A restored component continues with the same bits; a damaged checkpoint is rejected."""
 
 import shutil
 from pathlib import Path
@@ -8,8 +8,10 @@ from copepod_conformance.reference import SAVED_STEP, digest_of
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _SAVE = Rule("Checkpoints", "Save writes the complete state to a new file or folder and changes nothing")
-_RESTORE = Rule("Checkpoints", "after Restore the component goes on with the same bits as if it had never stopped")
-_UNWRITABLE = Rule("Checkpoints", "a path that cannot be written: Saved with a problem, and the component goes on")
+_RESTORE = Rule("Checkpoints", "after Restore the component continues with the same bits as an undisturbed run")
+_UNWRITABLE = Rule(
+    "Checkpoints", "a path that cannot be written: Saved with a problem, and the component remains usable"
+)
 _STORAGE = Rule("Checkpoints", "a state that is missing or damaged: Failure with code 73")
 
 
@@ -116,7 +118,7 @@ def checks(subject):
         (_overwrite, "a file overwritten with ones"),
     )
     return [
-        Check("checkpoints", "a run goes on after Save as if there had been none", _SAVE, _save_changes_nothing),
+        Check("checkpoints", "a run continues after Save as without it", _SAVE, _save_changes_nothing),
         Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),
         Check("checkpoints", "a restored run equals the undisturbed one", _RESTORE, _restored),
         Check("checkpoints", "Save to a folder that does not exist", _UNWRITABLE, _unwritable),

@@ -11,7 +11,7 @@ from copepod_conformance.verdicts import Check, Rule, Silence, Violation
 _HELLO = Rule(
     "A run", "a component sends Hello on both lanes: role, versions, token, host, one instance number for both"
 )
-_CAPABILITIES = Rule("Command line", "--capabilities prints what the Hello says: name, version, role, features")
+_CAPABILITIES = Rule("Command line", "--capabilities prints the content of the Hello: name, version, role, features")
 _FEATURES = Rule("Features", "a component announces names of the table, or neglects:NAME")
 _REFUSAL = Rule("A run", "after a Refusal the component ends with exit code 65")
 _DEADLINE = Rule("Command line", "a coupler that does not answer within --connect-deadline: exit code 74")
@@ -64,7 +64,7 @@ def _capabilities(trial):
 
 
 def _known_features(trial):
-    """A coupler cannot ask for a name that it does not know."""
+    """A coupler cannot require a name that is not in its table."""
     unknown = sorted(name for name in trial.subject.features if not _is_known(name))
     trial.sent.append("nothing; read the features from --capabilities")
     if unknown:
@@ -97,7 +97,7 @@ def _no_options(trial):
 def _refusal(trial):
     trial.await_hello()
     message = Envelope(protocol_major=PROTOCOL_MAJOR, step=-1)
-    message.refusal.reason = "The component was refused (a check asks for it). Go on."
+    message.refusal.reason = "The component was refused (as part of a check). Ignore this."
     for lane in (DATA, CONTROL):
         trial.send_bytes(message.SerializeToString(), "Refusal", lane)
     trial.expect_failure(65, told=False)
@@ -169,7 +169,7 @@ def checks(subject):
         *refusals,
         Check(
             "versions",
-            "a Welcome of a minor version that it does not speak is refused",
+            "a Welcome of a minor version that it does not support is refused",
             _VERSIONS,
             _welcome_of_unknown_minor,
         ),

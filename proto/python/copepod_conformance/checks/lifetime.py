@@ -1,4 +1,4 @@
-"""Being alive, being told to stop, being left alone; what remains of a component then."""
+"""Liveness, stop requests, loss of the coupler; and the remains of a component afterwards."""
 
 from copepod_conformance.conversation import CONTROL
 from copepod_conformance.verdicts import Check, Rule, Violation
@@ -158,7 +158,7 @@ def checks(subject):
         ("the loss of the coupler", _end_by_orphaning),
     )
     return [
-        Check(lane, "a Pong tells the state of a component that waits", _ALIVE, _pong_at_rest),
+        Check(lane, "a Pong has the state of a component that waits", _ALIVE, _pong_at_rest),
         Check(lane, "a Pong comes within 1 s from a component that works", _ALIVE, _pong_at_work),
         Check(lane, "a Ping of another session is ignored", _FOREIGN, _foreign_ping),
         Check(end, "Finish: exit code 0", _END, _finished),

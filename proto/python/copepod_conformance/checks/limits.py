@@ -17,7 +17,7 @@ _FIELDS = Rule("Limits", "field output of no or negative steps is refused with c
 _CELLS = Rule("Limits", "negative or more than 10¹² cells are refused with code 65")
 _FINITE = Rule("Limits", "a message with a number that is not finite is refused with code 65")
 _SIZE = Rule(
-    "Limits", "a message beyond 256 MiB is refused with code 65, or breaks the data lane; the control lane goes on"
+    "Limits", "a message beyond 256 MiB is refused with code 65, or breaks the data lane; the control lane stays usable"
 )
 _BYTES = Rule("Limits", "bytes from outside never crash a process: what is not a message is refused with code 65")
 
@@ -30,7 +30,7 @@ _UNKNOWN_MESSAGE = b"\xfa\x3f\x00"  # number 1023 of the Envelope
 
 
 def refused(name, spoil, text):
-    """A check that sends the request `name` after `spoil(its content)`; `text` says what is wrong with it."""
+    """A check that sends the request `name` after `spoil(its content)`; `text` describes the fault."""
 
     def run(trial):
         trial.reach("greeted" if name == SETUP[trial.role] else "configured")

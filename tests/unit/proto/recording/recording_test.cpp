@@ -113,9 +113,9 @@ TEST_F(Recording, OfARouterHoldsWhatWentThroughItWithDirectionRoleAndLane) {
     ASSERT_TRUE(router.receive(frame, std::chrono::seconds(1)));
     EXPECT_FALSE(router.receive(frame, std::chrono::milliseconds(1)));
     EXPECT_TRUE(router.send("peer", bytes_of("answer")));
-    EXPECT_FALSE(router.send("nobody", bytes_of("lost")));
+    EXPECT_FALSE(router.send("absent", bytes_of("lost")));
     EXPECT_TRUE(router.connected("peer"));
-    EXPECT_FALSE(router.connected("nobody"));
+    EXPECT_FALSE(router.connected("absent"));
   }
   const Blocks blocks = blocks_of("a");
   ASSERT_EQ(blocks.size(), 4U);  // schema, header, Hello, answer; what never left is not there
