@@ -160,9 +160,7 @@ class InstalledKit(Trial):
         lines = (ROOT / "proto/python/examples/point_masses.py").read_text().splitlines()
         script.write_text("\n".join(line for line in lines if "sys.path" not in line))
         packages = prefix / "share/copepod/python"
-        command = (
-            f"/usr/bin/env PYTHONPATH={packages} /usr/bin/python3 {shlex.quote(str(script))}"
-        )
+        command = f"/usr/bin/env PYTHONPATH={packages} /usr/bin/python3 {shlex.quote(str(script))}"
         session = self.start("run", *SWIMMER, "--body", command, "--out", "out")
         self.assert_ends(session, 0, timeout_s=60)
         self.assertEqual(json.loads((self.folder / "out/summary.json").read_text())["status"], "finished")
