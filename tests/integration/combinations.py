@@ -39,7 +39,7 @@ tests/integration/combinations.py        # writes this page
 `--body "python3 proto/python/examples/point_masses.py"`. Speeds are in cells per step. Δ compares u_swim with our own
 bodies in the same fluid.
 
-| fluid | bodies | u_swim | Δ | d₁ [cells] | d₂ [cells] | sin(φ₁ − φ₂) | u_GA | u_swim against u_GA | wall time | digest |
+| fluid | bodies | u_swim | Δ | d₁ [cells] | d₂ [cells] | sin(φ₁ − φ₂) | u_GA | u_swim to u_GA | wall time | digest |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
 
@@ -51,8 +51,8 @@ Differences and their causes:
   step is off by half a step, ωh/2 = 8e-4 rad of the stroke's phase; amplitudes and speed differ by parts in a thousand
   or less. Digests differ because the hashed states differ.
 * **Lattice against Stokes.** With the same spheres and springs the swimmer is 38 % faster in Stokes flow, which has
-  neither inertia nor walls. At this short period the viscous penetration depth √(2ν/ω) is {depth:.1f} cells, less than an
-  arm, so the arms oscillate differently (d₁, phase), and the interaction of the beads is weaker; walls 20 cells away
+  neither inertia nor walls. At this short period the viscous penetration depth √(2ν/ω) is {depth:.1f} cells, less than
+  an arm, so the arms oscillate differently (d₁, phase), and the interaction of the beads is weaker; walls 20 cells away
   contribute. Relative to the stroke, that is in u_swim/u_GA, the two are 10 % apart. [Stokes](stokes.md) compares them
   for design (a), whose period is seven times longer.
 * **Stokes against u_GA.** The formula of Golestanian and Ajdari is the leading order of Stokes flow in a/l and d/l,
