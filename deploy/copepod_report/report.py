@@ -18,7 +18,7 @@ class Canvas:
         self.folder = folder
 
     def draw(self, name: str, draw: Callable[[Theme], Any], caption: str, wide: bool = False) -> list[str]:
-        """One plot in both themes as a list of one HTML figure, empty without a plot; the light one becomes NAME.png."""
+        """One plot in both themes as a list of one HTML figure, empty without a plot; the light one is NAME.png."""
         pictures = {}
         for theme in (LIGHT, DARK):
             drawn = draw(theme)

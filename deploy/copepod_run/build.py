@@ -42,7 +42,7 @@ def ensure_everything() -> None:
 
 
 def ensure_targets(targets: Sequence[str]) -> None:
-    """Builds `targets` (none: all) unless they are up to date. Raises Stop(1) with the compiler's errors if it fails."""
+    """Builds `targets` (none: all) unless they are up to date. Raises Stop(1) with the compiler's errors."""
     if chosen_programs() or _only_its_owner_builds() or _is_up_to_date(targets):
         return
     packages.ensure()

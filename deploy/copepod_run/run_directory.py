@@ -117,8 +117,8 @@ def _opened(path: Path) -> int:
     except OSError as problem:
         raise Stop(
             ExitCode.STORAGE_FAILED,
-            f"{path} cannot be written to ({problem.strerror}). Choose another --out; to resume another user's run, copy "
-            "its folder first.",
+            f"{path} cannot be written to ({problem.strerror}). Choose another --out; to resume another user's run, "
+            "copy its folder first.",
         ) from None
 
 
@@ -183,7 +183,7 @@ def reopen(name: str, out: str | None) -> RunDirectory:
         directory.close()
         raise Stop(
             ExitCode.BAD_CASE,
-            f"{path} cannot be resumed (it holds no checkpoint). Start again without --resume; that makes a new folder.",
+            f"{path} cannot be resumed (it holds no checkpoint). Start again without --resume, in a new folder.",
         )
     return directory
 
