@@ -1,15 +1,26 @@
-"""Runs one subcommand and turns its ending into exit code and last line."""
+"""The command line: subcommands, their options, and how each ends."""
 
+import argparse
+import importlib
+import math
 import signal
 import sys
+from collections.abc import Sequence
+from types import FrameType
 
 from copepod_run import destinations
-from copepod_command.command_line import parse
+from copepod_run.checkout import called_as
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.messages import say, silence
 
+_EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
+70 a solver failed, 73 storage failed, 74 deadline passed, 130/143 stopped by a signal"""
 
-def main(arguments):
+_TAKES_MORE = {"test": "ctest_arguments", "replay": "component"}  # what follows --
+_KIT_TOOLS = ("conformance", "recording")  # tools with a command line of their own
+
+
+def main(arguments: Sequence[str]) -> int:
     """Exit code of the command."""
     signal.signal(signal.SIGTERM, _terminate)
     try:
@@ -19,7 +30,7 @@ def main(arguments):
     except KeyboardInterrupt:
         say("stopped by Ctrl-C.")
         return ExitCode.INTERRUPTED
-    except BrokenPipeError:  # the reader of our results went away, as in `copepod check … | head`
+    except BrokenPipeError:  # the reader of our results has ended, as in `copepod check … | head`
         _flush_or_silence_stdout()
         return ExitCode.FAILED
     except OSError as problem:
@@ -29,22 +40,234 @@ def main(arguments):
         return ExitCode.STORAGE_FAILED
 
 
-def _carry_out(arguments):
+def _carry_out(arguments: Sequence[str]) -> int:
     try:
         options = parse(arguments)
-        return options.action(options)
+        module, _, function = options.action.partition(":")
+        code: int = getattr(importlib.import_module(module), function)(options)
+        return code
     except Stop as stop:
         if stop.message:
             say(stop.message)
         return stop.code
 
 
-def _flush_or_silence_stdout():
+def _flush_or_silence_stdout() -> None:
     try:
         sys.stdout.flush()
     except OSError:
         silence(sys.stdout)
 
 
-def _terminate(number, frame):
+def _terminate(number: int, frame: FrameType | None) -> None:
     raise Stop(128 + number, "stopped by SIGTERM.")
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Options with `action`, «module:function» of what carries them out. Exits with 2 on a bad command line."""
+    if arguments and arguments[0] in _KIT_TOOLS:
+        return argparse.Namespace(action=f"copepod_command.kit_tools:{arguments[0]}", arguments=arguments[1:])
+    place = arguments.index("--") if "--" in arguments else len(arguments)
+    behind_dashes = arguments[place + 1 :]
+    parser = argparse.ArgumentParser(
+        prog=called_as(), description="Couples fluids and rigid bodies: one command.", epilog=_EXIT_CODES
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_run(commands)
+    _add_check(commands)
+    _add_campaign(commands)
+    _add_report(commands)
+    _add_bench(commands)
+    _add_replay(commands)
+    commands.add_parser("recording", help="list, count or draw what a run recorded")
+    _add_test(commands)
+    commands.add_parser("conformance", help="check a component against the protocol")
+    _add_setup(commands)
+    options = parser.parse_args(arguments[:place])
+    if behind_dashes and options.command not in _TAKES_MORE:
+        parser.error(f"{options.command} takes nothing after --")
+    if options.command in _TAKES_MORE:
+        setattr(options, _TAKES_MORE[options.command], behind_dashes)
+    return options
+
+
+_Commands = argparse._SubParsersAction  # argparse has no public name for it
+
+
+def _add_run(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "run",
+        help="run a case",
+        epilog=_EXIT_CODES,
+        description="Runs a case: builds what is missing, starts and watches the three processes, and prints the "
+        "result table.",
+    )
+    _add_case(parser)
+    parser.add_argument(
+        "--out", metavar="DIR", help="run directory (default: runs/<case>, with a number if that exists)"
+    )
+    parser.add_argument("--resume", action="store_true", help="continue the run in --out, or the case's latest run")
+    parser.add_argument(
+        "--restarts",
+        type=_count,
+        default=0,
+        metavar="N",
+        help="start again up to N times when a component is lost (default: 0)",
+    )
+    parser.add_argument(
+        "--progress",
+        choices=("auto", "json"),
+        default="auto",
+        help="json: one JSON object per line on stderr, for programs; 'event' is its kind (default: auto)",
+    )
+    parser.set_defaults(action="copepod_command.run:run")
+
+
+def _add_check(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "check",
+        help="validate a case without running it",
+        epilog=_EXIT_CODES,
+        description="Checks a case and prints its key figures, estimates and warnings.",
+    )
+    _add_case(parser)
+    parser.set_defaults(action="copepod_command.check:check")
+
+
+def _add_campaign(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "campaign",
+        help="run a list of cases, or continue where it stopped",
+        epilog=_EXIT_CODES,
+        description="Runs the remaining cases of a campaign, several at once, and writes one result table. Repeat the "
+        "command to continue: finished cases are kept, interrupted ones resume from their checkpoints.",
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
+    parser.add_argument("--out", metavar="DIR", help="folder of the campaign (default: runs/<campaign>)")
+    parser.add_argument("--jobs", type=_positive_count, metavar="N", help="cases at once (default: see the campaign)")
+    parser.add_argument(
+        "--rerun-other-builds",
+        action="store_true",
+        help="run cases again that another build of the programs has finished (default: keep and list them)",
+    )
+    parser.set_defaults(action="copepod_campaign.campaign:campaign")
+
+
+def _add_case(parser: argparse.ArgumentParser) -> None:
+    """The options that change what the case is."""
+    parser.add_argument("case", metavar="CASE.yaml")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of the case"
+    )
+    parser.add_argument("--ranks", type=_ranks, metavar="N", help="MPI ranks of the fluid service")
+    parser.add_argument("--fluid", type=_command, metavar="CMD", help="command that replaces the fluid service")
+    parser.add_argument("--body", type=_command, metavar="CMD", help="command that replaces the body service")
+
+
+def _add_report(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "report",
+        help="tables and plots from run directories",
+        epilog=_EXIT_CODES,
+        description="Writes report.html, a page that needs no network, and its plots as PNG.",
+    )
+    parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory of a finished run")
+    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report; several runs: report)")
+    parser.set_defaults(action="copepod_command.report:report")
+
+
+def _add_bench(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "bench",
+        help="measure this machine",
+        description="Measures memory, the fluid alone and coupled runs for a few minutes; prints a table.",
+    )
+    parser.add_argument(
+        "--samples", type=_positive_count, default=5, metavar="N", help="samples per median (default: 5)"
+    )
+    parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
+    parser.add_argument(
+        "--exchange", action="store_true", help="only the exchange between processes, beside a plain ZeroMQ echo"
+    )
+    parser.add_argument("--out", metavar="FILE.json", help="write every sample there")
+    parser.set_defaults(action="copepod_bench.bench:bench")
+
+
+def _add_replay(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "replay",
+        help="replay a recorded run against a component",
+        usage=f"{called_as()} replay RUN_DIR (--fluid | --body | --as ROLE) [options] [-- CMD …]",
+        description="Replays the coupler of a run recorded with output.wire to a component, the one that CMD starts or "
+        "the recorded one, and compares the replies; or (--as) runs the case again with one component replaced by its "
+        "recording. Exit code 0: nothing differs.",
+    )
+    parser.add_argument("directory", metavar="RUN_DIR")
+    which = parser.add_mutually_exclusive_group(required=True)
+    which.add_argument("--fluid", action="store_true", help="to a fluid component")
+    which.add_argument("--body", action="store_true", help="to a body component")
+    which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
+    parser.add_argument(
+        "--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative difference allowed (default: 0)"
+    )
+    parser.add_argument("--ranks", type=_ranks, default=1, metavar="N", help="MPI ranks of our fluid (default: 1)")
+    parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
+    parser.add_argument("--out", metavar="DIR", help="with --as: keep the new run in this directory")
+    parser.set_defaults(action="copepod_command.kit_tools:replay")
+
+
+def _add_test(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "test",
+        help="build and run the test suite",
+        usage=f"{called_as()} test [-- CTEST ARGS]",
+        description="Builds everything and runs ctest; arguments after -- are ctest's, for example: -- -L unit",
+    )
+    parser.set_defaults(action="copepod_command.setup:test")
+
+
+def _add_setup(commands: _Commands) -> None:
+    parser = commands.add_parser("setup", help="install packages and build, nothing else")
+    parser.add_argument("--ci", action="store_true", help="also the packages of .ci/run: clang-tidy, black, gcovr, …")
+    parser.add_argument("--packages-only", action="store_true", help="do not build")
+    parser.set_defaults(action="copepod_command.setup:setup")
+
+
+def _command(text: str) -> str:
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the command is empty (a variable that is not set?). Name a program.")
+    return text
+
+
+def _count(text: str) -> int:
+    return _integer(text, least=0)
+
+
+def _positive_count(text: str) -> int:
+    return _integer(text, least=1)
+
+
+def _ranks(text: str) -> int:
+    return _integer(text, least=1, what="rank count")
+
+
+def _integer(text: str, least: int, what: str = "number") -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(
+            f"«{text}» is not a valid {what} (integer ≥ {least}). Use {max(least, 1)}, for example."
+        )
+    return value
+
+
+def _tolerance(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"«{text}» is not a valid relative difference (number ≥ 0, such as 1e-9).")
+    return value

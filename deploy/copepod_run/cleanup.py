@@ -81,7 +81,7 @@ class Guard:
     def __init__(self, mark: str, folders: Sequence[Path], lock: int | None = None) -> None:
         """`lock`: descriptor that locks the run directory, if there is one."""
         self._process = subprocess.Popen(
-            [sys.executable, "-S", __file__, mark, *map(str, folders)],
+            [sys.executable, "-S", "-P", __file__, mark, *map(str, folders)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -13,7 +13,7 @@ FOLDERS = (ROOT / "deploy", ROOT / "proto" / "python")
 MAY_IMPORT = {
     "copepod_component": set(),
     "copepod_conformance": {"copepod_component"},
-    "copepod_recording": {"copepod_component"},
+    "copepod_recording": {"copepod_component", "copepod_conformance"},
     "copepod_run": set(),
     "copepod_bench": {"copepod_run"},
     "copepod_campaign": {"copepod_run"},

@@ -50,8 +50,8 @@ class RunLifecycle(CommandTest):
         for arguments, words in (
             (("--fluid", ""), "--fluid: the command is empty (a variable that is not set?). Name a program."),
             (("--body", " "), "--body: the command is empty"),
-            (("--ranks", "abc"), "--ranks: abc is no number of ranks (whole, from 1 on)"),
-            (("--restarts", "-1"), "--restarts: -1 is no number (whole, from 0 on)"),
+            (("--ranks", "abc"), "--ranks: «abc» is not a valid rank count (integer ≥ 1)"),
+            (("--restarts", "-1"), "--restarts: «-1» is not a valid number (integer ≥ 0)"),
         ):
             session = self.start("run", self.case(), *arguments)
             self.assert_ends(session, 2)

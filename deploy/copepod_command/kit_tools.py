@@ -1,0 +1,80 @@
+"""`copepod conformance`, `recording` and `replay`: build what is missing, then start the tools of the component kit."""
+
+import os
+import shlex
+import subprocess
+import sys
+from argparse import Namespace
+from dataclasses import replace
+from pathlib import Path
+
+from copepod_run import build, components
+from copepod_run.cleanup import MARK
+from copepod_run.plan import plan_of
+from copepod_run.scratch import GuardedFolder, guarded_folder
+
+_CONFORMANCE = (sys.executable, "-P", "-m", "copepod_conformance")
+_RECORDING = (sys.executable, "-P", "-m", "copepod_recording")
+
+
+def conformance(options: Namespace) -> int:
+    """Exit code of the tool with the same arguments; none of its processes and files remain."""
+    command = [*_CONFORMANCE, *options.arguments]
+    if options.arguments[:1] in (["-h"], ["--help"]):
+        return subprocess.run(command).returncode
+    build.ensure_programs()
+    with guarded_folder() as folder:
+        return _run_in(folder, command, ranks=len(os.sched_getaffinity(0)))
+
+
+def recording(options: Namespace) -> int:
+    """Exit code of the tool with the same arguments."""
+    return subprocess.run([*_RECORDING, *options.arguments]).returncode
+
+
+def replay(options: Namespace) -> int:
+    """Exit code 0 if every reply is the recorded one, or if the run with the recorded component finished."""
+    build.ensure_programs()
+    with guarded_folder() as folder:
+        if options.stand_in:
+            return _run_with_recorded(options, folder)
+        role = "fluid" if options.fluid else "body"
+        command = [*_RECORDING, "replay", *_selection(options, role), "--", *_component(options, role)]
+        return _run_in(folder, command, options.ranks)
+
+
+def _run_in(folder: GuardedFolder, command: list[str], ranks: int) -> int:
+    environment = components.environment(folder.mark, folder.scratch, ranks)
+    return subprocess.run(command, env={**environment, "TMPDIR": str(folder.path)}).returncode
+
+
+def _selection(options: Namespace, role: str) -> list[str]:
+    """Arguments that select what is played of which recording."""
+    attempt = ["--attempt", str(options.attempt)] if options.attempt else []
+    return [str(Path(options.directory).resolve()), "--role", role, "--tolerance", str(options.tolerance), *attempt]
+
+
+def _component(options: Namespace, role: str) -> list[str]:
+    """The component that was recorded, or the one that the user names."""
+    if options.component:
+        return list(options.component)
+    plan = replace(plan_of(Path(options.directory) / "case.yaml"), fluid_ranks=options.ranks)
+    if role == "body":
+        return components.body_program(plan)
+    return components.with_ranks(plan, components.fluid_program(plan))
+
+
+def _run_with_recorded(options: Namespace, folder: GuardedFolder) -> int:
+    """Runs the recorded case with one component replaced by its recording; the run directory stays if the run fails."""
+    role = options.stand_in
+    recorded = [*_RECORDING, "component", *_selection(options, role)]
+    code = subprocess.run([*recorded, "--capabilities"], stdout=subprocess.DEVNULL).returncode
+    if code != 0:
+        return code
+    command = [sys.executable, "-P", "-m", "copepod_command", "run", str(Path(options.directory) / "case.yaml")]
+    command += ["--out", options.out or f"{folder.path}/run"]
+    command += ["--set", "output.wire=false", "--set", "output.trace=false"]
+    command += [f"--{role}", shlex.join(recorded)] + (["--ranks", "1"] if role == "fluid" else [])
+    code = subprocess.run(command, env={**os.environ, MARK: folder.mark}).returncode
+    folder.is_kept = code != 0 and not options.out and (folder.path / "run").exists()
+    return code
