@@ -193,8 +193,7 @@ def _description(pid: int) -> str:
     except (OSError, IndexError, ValueError):
         return f"process {pid}" if pid else "in another container"
     age_s = time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
-    own = next((number for number, word in enumerate(words) if word.endswith("__main__.py")), None)
-    command = words if own is None else ["copepod", *words[own + 1 :]]
+    command = ["copepod", *words[words.index("copepod_command") + 1 :]] if "copepod_command" in words else words
     return f"{shlex.join(command)} (process {pid}, started {elapsed_text(age_s)} ago)"
 
 
