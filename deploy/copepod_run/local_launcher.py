@@ -29,7 +29,7 @@ class LocalLauncher(Launcher):
     def __init__(
         self, mark: str, folders: Sequence[Path], lock: int, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """`mark`: value of COPEPOD_RUN for all processes; `folders`: removed in the end; `lock`: the run directory's."""
+        """`mark`: value of COPEPOD_RUN for all processes; `folders`: removed at the end; `lock`: run directory's."""
         # Grandchildren whose parent dies become ours, so that none escapes.
         _libc.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
         self._mark = mark

@@ -74,7 +74,8 @@ def main():
     options = parser.parse_args()
 
     print(
-        "| domain | 1 rank, ms | 2 halves apart, ms | 2 ranks, ms | strong efficiency | lost to communication |\n|---|---|---|---|---|---|"
+        "| domain | 1 rank, ms | 2 halves apart, ms | 2 ranks, ms | strong efficiency | lost to communication |\n"
+        "|---|---|---|---|---|---|"
     )
     rows = []
     for shape in SHAPES:
@@ -85,8 +86,8 @@ def main():
         )
         rows.append((shape, apart, two))
         print(
-            f"| {'×'.join(map(str, shape))} | {1e3 * one:.4f} | {1e3 * apart:.4f} | {1e3 * two:.4f} | {one / two / 2:.2f} "
-            f"| {100 * (1 - apart / two):.0f} % |",
+            f"| {'×'.join(map(str, shape))} | {1e3 * one:.4f} | {1e3 * apart:.4f} | {1e3 * two:.4f} "
+            f"| {one / two / 2:.2f} | {100 * (1 - apart / two):.0f} % |",
             flush=True,
         )
     weak = [measured((100 * ranks, 100, 100), ranks, options.samples) for ranks in (1, 2)]
@@ -99,13 +100,15 @@ def main():
     cell_s = rows[-1][1] / (math.prod(SHAPES[-1]) / 2)
     errors = [abs(apart + s[1] * s[2] * face_s + message_s - two) / two for s, apart, two in rows]
     print(
-        f"\nFitted: {1e9 * cell_s:.2f} ns per cell, {1e9 * face_s:.1f} ns per face cell, {1e6 * message_s:.1f} µs of messages per step; "
+        f"\nFitted: {1e9 * cell_s:.2f} ns per cell, {1e9 * face_s:.1f} ns per face cell, "
+        f"{1e6 * message_s:.1f} µs of messages per step; "
         f"relative error median {statistics.median(errors):.2f}, worst {max(errors):.2f}"
     )
 
     print(f"\nAssumed network: {1e6 * NETWORK_LATENCY_S:.0f} µs, {NETWORK_B_PER_S / 1e9:.0f} GB/s per rank.\n")
     print(
-        "| ranks | cells per rank | bodies | cells, ms | halo, ms | collectives, ms | cells' share |\n|---|---|---|---|---|---|---|"
+        "| ranks | cells per rank | bodies | cells, ms | halo, ms | collectives, ms | cells' share |\n"
+        "|---|---|---|---|---|---|---|"
     )
     for cells, bodies in ((100**3, 3), (32**3, 3), (100**3, 1000), (100**3, 100000)):
         for ranks in (1000, 10000, 100000):

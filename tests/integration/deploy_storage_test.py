@@ -62,7 +62,7 @@ class Storage(CommandTest):
         self.assert_refused("report", "run", "--out", "file", words="file cannot be made (File exists)")
 
     def test_table_of_a_conformance_test_is_to_go_nowhere(self):
-        words = "nosuch/j.xml cannot be written (there is no such folder). Choose another --junit."
+        words = "nosuch/j.xml cannot be written (its folder is missing or read-only). Choose another --junit."
         self.assert_refused("conformance", "--role", "body", "--junit", "nosuch/j.xml", "--", "sleep", words=words)
 
     def test_standard_output_on_a_full_disk(self):

@@ -93,7 +93,8 @@ def print_table(samples):
     for before, now in zip([None, *samples], samples):
         time_us = f"{step_times_us([before, now])[0]:.0f}" if before and now.step > before.step else ""
         print(
-            f"| {now.step} | {time_us} | {', '.join(map(str, now.memory_kib))} | {', '.join(map(str, now.descriptors))} |"
+            f"| {now.step} | {time_us} | {', '.join(map(str, now.memory_kib))} "
+            f"| {', '.join(map(str, now.descriptors))} |"
         )
 
 

@@ -35,12 +35,13 @@ def main():
     for code, words in failed:
         print(f"failed with {code}: {words}")
     print(
-        "| runs at once | cores | finished | different digests | processes left | all over after | slowest run | median run |"
+        "| runs at once | cores | finished | different digests | processes left "
+        "| all over after | slowest run | median run |"
     )
     print("|---|---|---|---|---|---|---|---|")
     print(
-        f"| {options.runs} | {len(os.sched_getaffinity(0))} | {options.runs - len(failed)} | {len(digests)} | {len(left)} "
-        f"| {wall_s:.0f} s | {max(wall for _, wall, _ in endings):.0f} s "
+        f"| {options.runs} | {len(os.sched_getaffinity(0))} | {options.runs - len(failed)} | {len(digests)} "
+        f"| {len(left)} | {wall_s:.0f} s | {max(wall for _, wall, _ in endings):.0f} s "
         f"| {statistics.median(wall for _, wall, _ in endings):.0f} s |"
     )
     return 1 if failed or left or len(digests) != 1 else 0

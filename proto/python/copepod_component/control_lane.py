@@ -3,6 +3,7 @@
 import os
 import threading
 import time
+from typing import Any
 
 import zmq
 from zmq.utils.monitor import recv_monitor_message
@@ -21,7 +22,7 @@ class ControlLane(threading.Thread):
         super().__init__(daemon=True)
         self._socket, self._endpoint, self._hello, self._context = socket, endpoint, hello, context
         self._orphan_after_s, self._log = orphan_after_s, log
-        self._header = None  # (session_id, epoch) once welcomed
+        self._header: Any = None  # (session_id, epoch) once welcomed
         self._connected = False
         self._disconnected_since = None
         self._last_ping = 0.0

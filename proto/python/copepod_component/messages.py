@@ -23,7 +23,7 @@ except ModuleNotFoundError as missing:
         "build/python, to PYTHONPATH, or use an installed kit."
     ) from missing
 
-_GENERATED = pathlib.Path(handshake.__file__).parent
+_GENERATED = pathlib.Path(str(handshake.__file__)).parent
 
 # One list of rows for components in every language; see proto/session/transition_table.hpp.
 TRANSITIONS = json.loads((_GENERATED / "transitions.json").read_text())

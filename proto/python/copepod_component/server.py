@@ -56,7 +56,7 @@ class Server:
             return self._context.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
         except Exception as error:
             expected = isinstance(error, ComponentError)
-            code = error.code if expected else ExitCode.SOLVER_FAILED
+            code = error.code if isinstance(error, ComponentError) else ExitCode.SOLVER_FAILED
             reason = f"{error}" if expected else _unexpected(error)
             self._log.error("%s", reason, exc_info=not expected)
             if not self._session.session_id:  # the coupler cannot learn of it

@@ -1,6 +1,7 @@
 """Solvers behind the messages of their role; arrays are numpy, shape (bodies, …), SI units, world frame."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class _Served:
 
     def __init__(self, make_solver, context):
         self._make_solver, self._context = make_solver, context
-        self.solver = None
+        self.solver: Any = None  # made by the setup
         self._bodies = 0
 
     def perform(self, request, reply):
@@ -90,6 +91,10 @@ class _Served:
             reply.summary.seconds.update(summary.seconds)
         else:
             self._perform_own(name, body, request, reply)
+
+    def _perform_own(self, name, body, request, reply):
+        """Requests of one role."""
+        raise NotImplementedError
 
     def follow_up(self, name):
         """Work after the reply."""

@@ -13,11 +13,19 @@ import uuid
 from pathlib import Path
 
 _JOBS_PER_CORE = 2  # components mostly wait
-_NOT_CONFORMANT, _BAD_COMMAND, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
+_NOT_CONFORMANT, _BAD_COMMAND, _STORAGE_FAILED, _INTERRUPTED, _TERMINATED = 1, 2, 73, 130, 143
 
 
 class BadCommand(Exception):
     """The command line is wrong. The text reads "problem (why). What to do."."""
+
+    code = _BAD_COMMAND
+
+
+class BadDestination(BadCommand):
+    """The results cannot be written."""
+
+    code = _STORAGE_FAILED
 
 
 def main(arguments=None):
@@ -29,7 +37,7 @@ def main(arguments=None):
             return _check(options, folder)
     except BadCommand as error:
         print(f"error: {error}", file=sys.stderr)
-        return _BAD_COMMAND
+        return error.code
     except KeyboardInterrupt:
         return _INTERRUPTED
 
@@ -70,7 +78,9 @@ def _options(arguments):
             "Give its path, or put it in PATH."
         )
     if options.junit and not os.access(Path(options.junit).resolve().parent, os.W_OK):
-        raise BadCommand(f"--junit {options.junit} cannot be written (its folder is missing or read-only).")
+        raise BadDestination(
+            f"{options.junit} cannot be written (its folder is missing or read-only). Choose another --junit."
+        )
     return options
 
 

@@ -92,7 +92,7 @@ class Conversation:
         self.token = secrets.token_hex(8)
         self.session_id, self.epoch, self.sequence = secrets.randbits(63), 1, 0
         self.hellos, self.sent = {}, []
-        self._inbox = {DATA: [], CONTROL: []}
+        self._inbox: dict = {DATA: [], CONTROL: []}
         self._last_ping = None  # no pings before the Welcome
         self._log = self.folder / "component.log"
         endpoint = f"ipc://{self.folder}/coupler.ipc"

@@ -76,7 +76,8 @@ def path_to(role, state):
 
 def _paths(role):
     """Shortest path to every state; without Restore, since what it reads must have been saved before."""
-    paths, queue = {START: []}, deque([START])
+    paths: dict[str, list] = {START: []}
+    queue = deque([START])
     while queue:
         state = queue.popleft()
         for row in TRANSITIONS:

@@ -93,7 +93,7 @@ def _printable(text):
 
 
 def _reasons_of_skips(results):
-    reasons = {}
+    reasons: dict = {}
     for result in results:
         if result.outcome == "skipped":
             reasons[result.came] = reasons.get(result.came, 0) + 1

@@ -31,7 +31,7 @@ def _message(expected, found, tolerance, path, ignored):
         name = f"{path}.{field.name}" if path else field.name
         a, b = getattr(expected, field.name), getattr(found, field.name, None)
         if field.label == field.LABEL_REPEATED:
-            yield from _repeated(field, list(a), list(b), tolerance, name)
+            yield from _repeated(field, list(a), list(b or ()), tolerance, name)
         elif field.message_type is not None:
             yield from _single(expected, found, field, a, b, tolerance, name)
         elif not _same(a, b, tolerance):

@@ -32,7 +32,8 @@ def lines(recording):
 
 def counts(recording):
     """[(component, direction, message, number, bytes)], most bytes first."""
-    number, size = Counter(), Counter()
+    number: Counter = Counter()
+    size: Counter = Counter()
     for recorded in recording.messages():
         envelope = _envelope(recording, recorded)
         key = (

@@ -50,7 +50,7 @@ def steps(timelines):
 
 def _by_step(timeline, name):
     """First phase of this name in each step."""
-    found = {}
+    found: dict = {}
     for phase in timeline.phases:
         if phase.name == name and phase.step >= 0:
             found.setdefault(phase.step, phase)

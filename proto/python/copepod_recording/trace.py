@@ -113,7 +113,7 @@ def _messages(wire, start, end):
     events = []
     for role, name in _ROLES.items():
         events += _names(_MESSAGES, "messages", role, f"{name}: request to reply")
-    requests = {}
+    requests: dict = {}
     for recorded in wire.messages():
         if recorded.lane != 1 or recorded.role not in _ROLES or not start <= recorded.time_ns <= end:
             continue

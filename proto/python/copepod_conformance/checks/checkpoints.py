@@ -79,7 +79,10 @@ def _damaged(damage, text):
         _configure_for_restore(trial)
         path, _ = trial.subject.reference.checkpoint()
         copy = trial.folder / "damaged"
-        (shutil.copytree if Path(path).is_dir() else shutil.copyfile)(path, copy)
+        if Path(path).is_dir():
+            shutil.copytree(path, copy)
+        else:
+            shutil.copyfile(path, copy)
         damage(copy)
         trial.send(_restore_request(copy))
         trial.sent[-1] += f" of {text}"
