@@ -29,16 +29,21 @@ class Component:
 
 
 class ComponentProcess:
-    def __init__(self, command, environment, folder, shows_output=False):
-        """Unless shown, standard output and error become files in `folder`. Raises OSError if it cannot be started."""
+    def __init__(self, command, environment, folder, shows_output=False, given=os.devnull):
+        """Unless shown, standard output and error become files in `folder`. Raises OSError if it cannot be started.
+
+        `given`: file that becomes its standard input.
+        """
         self._mark = f"{_TRIAL}={uuid.uuid4().hex}"
         name, value = self._mark.split("=")
         self._output, self._errors = Path(folder, "stdout"), Path(folder, "stderr")
-        with open(self._output, "wb") as output, open(self._errors, "wb") as errors:
+        with open(self._output, "wb") as output, open(self._errors, "wb") as errors, open(
+            given, "rb"
+        ) as standard_input:
             self._popen = subprocess.Popen(
                 command,
                 env={**environment, name: value},
-                stdin=subprocess.DEVNULL,
+                stdin=standard_input,
                 stdout=None if shows_output else output,
                 stderr=None if shows_output else errors,
                 start_new_session=True,
@@ -80,10 +85,12 @@ class ComponentProcess:
         self._popen.wait()
 
 
-def run_to_end(command, environment, within_s):
+def run_to_end(command, environment, within_s, standard_input=b""):
     """Exit code (None if it did not end by itself), standard output and last words of a command."""
     with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
-        process = ComponentProcess(command, environment, folder)
+        given = Path(folder, "stdin")
+        given.write_bytes(standard_input)
+        process = ComponentProcess(command, environment, folder, given=given)
         try:
             return process.exit_code(within_s), process.output(), process.last_words()
         finally:

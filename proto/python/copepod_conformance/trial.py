@@ -107,14 +107,14 @@ class Trial(Conversation):
             self.case.learn(header)
         return reply
 
-    def expect_failure(self, code=_REFUSED, words=(), told=True):
+    def expect_failure(self, code=_REFUSED, words=(), is_sent=True):
         """A Failure with this code and these words, and an end with the same code.
 
         With `told` False the Failure may be missing: before the Welcome there is no session.
         """
-        if not told:
+        if not is_sent:
             self.await_end()
-        if told or self.has_mail():
+        if is_sent or self.has_mail():
             failure = self.expect("Failure").envelope.failure
             if failure.code != code:
                 raise Violation(f"a Failure with code {failure.code} instead of {code}: {failure.reason}")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A fluid component in Python: Stokes drag on every body as on an isolated sphere.
+"""A fluid component in Python: Stokes drag on every body, each an isolated sphere.
 
     F = −6π η r v,   T = −8π η r³ ω
 
@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from copepod_component import Capabilities, StorageError, Summary, run_fluid_component
+from copepod_component import Capabilities, Estimate, StorageError, Summary, run_fluid_component
 
 
 class StokesDrag:
@@ -48,21 +48,19 @@ class StokesDrag:
         return Summary(digest=self._steps)
 
 
+def estimate(setup, ranks):
+    """Python with numpy takes about 60 MB; a body, less than 500 bytes."""
+    return Estimate(memory_bytes=60_000_000 + 500 * len(setup.bodies))
+
+
+FEATURES = [
+    "solver:external",
+    "shape:sphere",
+    "checkpoint",
+    "neglects:boundary",
+    "neglects:symmetry_planes",
+    "neglects:fields",
+]
+
 if __name__ == "__main__":
-    sys.exit(
-        run_fluid_component(
-            StokesDrag,
-            Capabilities(
-                "Stokes drag in Python",
-                "1.0",
-                [
-                    "solver:external",
-                    "shape:sphere",
-                    "checkpoint",
-                    "neglects:boundary",
-                    "neglects:symmetry_planes",
-                    "neglects:fields",
-                ],
-            ),
-        )
-    )
+    sys.exit(run_fluid_component(StokesDrag, Capabilities("Stokes drag in Python", "1.0", FEATURES), estimate))

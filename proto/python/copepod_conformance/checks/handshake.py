@@ -1,11 +1,19 @@
 """How a component introduces itself, and which couplers it accepts."""
 
 import difflib
+import json
 
 from copepod_component.messages import FEATURES
 from copepod_conformance.component_process import run_to_end
 from copepod_conformance.conversation import CONTROL, DATA
-from copepod_conformance.protocol import Envelope, PROTOCOL_MAJOR, PROTOCOL_MINOR, ROLE_NUMBER, message_name
+from copepod_conformance.protocol import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    ROLE_NUMBER,
+    Envelope,
+    content,
+    message_name,
+)
 from copepod_conformance.verdicts import Check, Rule, Silence, Violation
 
 _HELLO = Rule(
@@ -13,6 +21,9 @@ _HELLO = Rule(
 )
 _CAPABILITIES = Rule("Command line", "--capabilities prints the content of the Hello: name, version, role, features")
 _FEATURES = Rule("Features", "a component announces names of the table, or neglects:NAME")
+_ESTIMATE = Rule(
+    "Estimates", "--estimate reads a setup and prints memory_bytes and problem as JSON, or ends with 2 and an error"
+)
 _REFUSAL = Rule("A run", "after a Refusal the component ends with exit code 65")
 _DEADLINE = Rule("Command line", "a coupler that does not answer within --connect-deadline: exit code 74")
 _OPTIONS = Rule("Command line", "a bad command line: exit code 2")
@@ -85,6 +96,32 @@ def _nearest(name):
     return f" (did you mean {nearest[0]}?)" if nearest else ""
 
 
+def _estimate(trial):
+    code, output, words = _run_estimate(trial, content(trial.case.setup_request()).SerializeToString(), "a setup")
+    if code != 0:
+        raise Violation(f"exit code {code} instead of 0; its last words: {words}")
+    try:
+        estimate = json.loads(output)
+        fits = estimate["memory_bytes"] > 0 and isinstance(estimate["problem"], str)
+    except (ValueError, KeyError, TypeError):
+        fits = False
+    if not fits:
+        raise Violation(f"«{output.strip()[:300]}» instead of JSON with memory_bytes and problem")
+
+
+def _estimate_of_garbage(trial):
+    code, _, words = _run_estimate(trial, b"\xff" * 20, "20 bytes that are not a setup")
+    if code != 2 or "error" not in words:
+        raise Violation(f"exit code {code} and last words «{words}» instead of 2 and «error: …»")
+
+
+def _run_estimate(trial, standard_input, text):
+    trial.require("estimate")
+    trial.sent.append(f"{text} on standard input of --estimate")
+    subject = trial.subject
+    return run_to_end([*subject.command, "--estimate"], subject.environment, subject.patience_s, standard_input)
+
+
 def _no_options(trial):
     trial.sent.append("nothing; started without options")
     code, *_ = run_to_end(trial.subject.command, trial.subject.environment, trial.subject.patience_s)
@@ -100,7 +137,7 @@ def _refusal(trial):
     message.refusal.reason = "The component was refused (as part of a check). Ignore this."
     for lane in (DATA, CONTROL):
         trial.send_bytes(message.SerializeToString(), "Refusal", lane)
-    trial.expect_failure(65, told=False)
+    trial.expect_failure(65, is_sent=False)
 
 
 def _no_answer(trial):
@@ -114,7 +151,7 @@ def _welcome_of_another_major(major):
         trial.await_hello()
         trial.welcome(protocol_major=major)
         trial.sent[-1] += f" of protocol {major}.0"
-        trial.expect_failure(65, told=False)
+        trial.expect_failure(65, is_sent=False)
 
     return run
 
@@ -124,7 +161,7 @@ def _welcome_of_unknown_minor(trial):
     minor = trial.hellos[DATA].envelope.hello.versions.minor_max + 1
     trial.welcome(minor=minor)
     trial.sent[-1] += f" with minor version {minor}, which the Hello did not offer"
-    trial.expect_failure(65, told=False)
+    trial.expect_failure(65, is_sent=False)
 
 
 def _request_of_another_major(major):
@@ -163,6 +200,8 @@ def checks(subject):
             "handshake", "capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities
         ),
         Check("handshake", "every feature is a known name", _FEATURES, _known_features),
+        Check("handshake", "an estimate of the memory", _ESTIMATE, _estimate),
+        Check("handshake", "no estimate of garbage", _ESTIMATE, _estimate_of_garbage),
         Check("handshake", "ends when it is refused", _REFUSAL, _refusal),
         Check("handshake", "ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
         Check("handshake", "ends without --endpoint and --session", _OPTIONS, _no_options),

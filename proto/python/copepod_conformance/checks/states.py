@@ -65,7 +65,7 @@ def _send(trial, message, saved):
 
 def _expect_legal(trial, row, message):
     if message == "Refusal":
-        trial.expect_failure(_REFUSED, told=False)
+        trial.expect_failure(_REFUSED, is_sent=False)
     elif message == "Finish":
         trial.expect(row["reply"])
         trial.expect_exit(0)
