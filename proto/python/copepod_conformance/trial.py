@@ -110,7 +110,7 @@ class Trial(Conversation):
     def expect_failure(self, code=_REFUSED, words=(), is_sent=True):
         """A Failure with this code and these words, and an end with the same code.
 
-        With `told` False the Failure may be missing: before the Welcome there is no session.
+        With `is_sent` False the Failure may be missing: before the Welcome there is no session.
         """
         if not is_sent:
             self.await_end()
