@@ -3,17 +3,15 @@
 #include <array>
 #include <charconv>
 #include <cstdio>
-#include <fcntl.h>
 #include <fstream>
 #include <functional>
 #include <map>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
 #include "checkpoint/manifest.hpp"
 #include "contract/errors.hpp"
-#include "storage/run_directory.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -40,14 +38,6 @@ std::int64_t step_of_name(const std::string& name) {
   return error == std::errc{} && stop == end ? step : -1;
 }
 
-/// A rename is on the disk only when the folder that holds the name is.
-void sync_folder(const fs::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
-  ::close(descriptor);
-}
-
 CouplerState read_state(const fs::path& folder) {
   std::ifstream stream(folder / "coupler.json");
   return coupler_state_from_json(nlohmann::ordered_json::parse(stream, nullptr, false));
@@ -65,7 +55,7 @@ void CheckpointStore::prepare(FluidSolver& fluid, BodySolver& body, const Couple
     fs::create_directories(draft);
     fluid.save((draft / "fluid.h5").string());
     body.save((draft / "body.bin").string());
-    write_atomically(draft / "coupler.json", to_json(state).dump() + "\n");
+    write_durably(draft / "coupler.json", to_json(state).dump() + "\n");
   });
 }
 
@@ -74,10 +64,8 @@ void CheckpointStore::commit(std::int64_t step) {
   const fs::path final = folder_ / name_of_step(step);
   or_remove_draft([&] {
     write_manifest(draft, case_key_, step);
-    sync_folder(draft);
     fs::remove_all(final);  // one that was damaged and computed again
-    fs::rename(draft, final);
-    sync_folder(folder_);
+    publish(draft.string(), final.string());
     keep_two_up_to(step);
   });
 }

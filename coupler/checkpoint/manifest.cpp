@@ -10,7 +10,7 @@
 
 #include "checkpoint/whole_number.hpp"
 #include "contract/errors.hpp"
-#include "storage/run_directory.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -65,7 +65,7 @@ void write_manifest(const fs::path& folder, const std::string& case_key, std::in
   }
   const ordered_json manifest = {
       {"format", format_version}, {"case", case_key}, {"step", step}, {"files", files}};
-  write_atomically(folder / manifest_name, manifest.dump(2) + "\n");
+  write_durably(folder / manifest_name, manifest.dump(2) + "\n");
 }
 
 std::string find_damage(const fs::path& folder, const std::string& case_key) {

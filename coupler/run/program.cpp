@@ -16,6 +16,7 @@
 #include "run/provenance.hpp"
 #include "run/run_case.hpp"
 #include "storage/run_directory.hpp"
+#include "system/durable_file.hpp"
 #include "system/host_name.hpp"
 
 namespace copepod::coupler {
@@ -71,7 +72,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   start_log(options.log_file);
   for (const std::string& warning : loaded.warnings) spdlog::warn(warning);
   const auto write_case = [&] {
-    write_atomically(directory.resolved_case(), to_yaml(resolved(loaded.content)));
+    write_durably(directory.resolved_case(), to_yaml(resolved(loaded.content)));
   };
   if (!options.resume) write_case();
   Provenance provenance(directory, options.command_line, options.build, loaded.content.services.fluid_ranks,

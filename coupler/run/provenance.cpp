@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "run/build_info.hpp"
+#include "system/durable_file.hpp"
 #include "system/host_name.hpp"
 
 namespace copepod::coupler {
@@ -81,8 +82,8 @@ void Provenance::write(const std::string& status, int code, const std::string& r
       {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
       {"earlier_attempts", ordered_json::parse(earlier_)},
       {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
-  write_atomically(directory_.provenance(),
-                   content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
+  write_durably(directory_.provenance(),
+                content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace copepod::coupler

@@ -12,6 +12,7 @@
 #include "run/run_observers.hpp"
 #include "run/summary.hpp"
 #include "scheme/serial_explicit.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -144,7 +145,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
                                     scheme.kinematics(), timing, observers.swimmer_reports());
   components_.finish();
   recording::timeline().close();
-  write_atomically(directory_.summary(), summary.dump(2) + "\n");
+  write_durably(directory_.summary(), summary.dump(2) + "\n");
   spdlog::info("finished after {:.1f} s", timing.loop_s);
 }
 

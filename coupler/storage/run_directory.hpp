@@ -5,10 +5,6 @@
 
 namespace copepod::coupler {
 
-/// Writes a file so that it is either the old or the new one, never half: temporary file, sync, rename.
-/// @throws StorageError
-void write_atomically(const std::filesystem::path& path, const std::string& content);
-
 /// The folder that a run writes to, and where things lie in it (docs: "The run directory").
 class RunDirectory {
  public:

@@ -2,7 +2,6 @@
 
 #include <fstream>
 #include <iterator>
-#include <span>
 
 #include "contract/errors.hpp"
 #include "system/durable_file.hpp"
@@ -16,8 +15,7 @@ std::string checkpoint_text(const std::string& solver) { return "copepod " + sol
 }  // namespace
 
 void save_stateless(const std::string& path, const std::string& solver) {
-  const std::string text = checkpoint_text(solver);
-  write_durably(path, std::as_bytes(std::span(text)));
+  write_durably(path, checkpoint_text(solver));
 }
 
 void restore_stateless(const std::string& path, const std::string& solver) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace copepod {
 
@@ -12,6 +13,10 @@ namespace copepod {
 /// @throws StorageError naming the file and the cause; nothing is left beside `path`
 void write_durably(const std::string& path, std::span<const std::byte> content,
                    const std::function<void()>& on_piece = {});
+
+inline void write_durably(const std::string& path, std::string_view text) {
+  write_durably(path, std::as_bytes(std::span(text)));
+}
 
 /// Gives a finished file or folder its final name, durably: its content and its name are on the disk on
 /// return.
