@@ -54,6 +54,8 @@ CONTINUOUS_INTEGRATION = (
     "nodejs",
     "npm",
 )
+# Often installed from elsewhere, in versions that conflict with Debian's: the command is what counts.
+_COMMANDS = {"nodejs": "node", "npm": "npm"}
 
 
 def missing(names: Sequence[str]) -> list[str]:
@@ -67,6 +69,7 @@ def missing(names: Sequence[str]) -> list[str]:
         text=True,
     )
     installed = {line.split()[0] for line in answer.stdout.splitlines() if line.endswith(" installed")}
+    installed |= {name for name, command in _COMMANDS.items() if shutil.which(command)}
     return [name for name in names if name not in installed]
 
 
