@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 
 #include "contract/body_setup.hpp"
-#include "model/motion_state.hpp"
 #include "geometry/rotation.hpp"
+#include "model/motion_state.hpp"
 
 namespace copepod::body {
 

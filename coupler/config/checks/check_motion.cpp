@@ -18,9 +18,10 @@ void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::st
   const double velocity_lu = velocity_m_per_s * the_case.step_s / the_case.fluid.cell_size_m;
   const std::string found = what + " is " + shortest_text(velocity_lu) + " cells per step";
   if (velocity_lu > too_fast_lu) {
-    problems.error(path, found +
-                             " (the lattice breaks above about 0.4, sound travels at 0.577). Use a smaller "
-                             "step or slower motion.");
+    problems.error(
+        path, found +
+                  " (the lattice is unstable above about 0.4; the speed of sound is 0.577). Use a smaller "
+                  "step or slower motion.");
   } else if (velocity_lu > fast_lu) {
     problems.warning(
         path, found + " (compressibility shows above about 0.1). Use a smaller step or slower motion.");
@@ -38,10 +39,10 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   const std::string remedy =
       "Use a smaller step, or pressures nearer to 0 (only their differences drive the flow).";
   if (std::abs(excess) > 1.5 * too_fast_lu * too_fast_lu) {
-    problems.error(path,
-                   found + " (a liquid keeps it; the lattice flows like a gas, and breaks at 0). " + remedy);
+    problems.error(
+        path, found + " (unlike a liquid, the lattice fluid is compressible, and it fails at 0). " + remedy);
   } else if (std::abs(excess) > 1.5 * fast_lu * fast_lu) {
-    problems.warning(path, found + " (fluxes of volume will differ by as much from face to face). " + remedy);
+    problems.warning(path, found + " (volume fluxes will differ by as much between faces). " + remedy);
   }
 }
 
@@ -112,11 +113,11 @@ void check_strokes(const Case& the_case, Problems& problems) {
               " (a lag of a whole period or more means something else). Use a lag within one period.");
     }
     if (stroke.cycles * stroke.period_steps > the_case.steps) {
-      problems.warning(
-          "run.steps",
-          "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" + the_case.swimmers[i].name +
-              "' needs " + std::to_string(stroke.cycles * stroke.period_steps) +
-              " (its last period is what the analysis looks at). Run longer for a result table.");
+      problems.warning("run.steps",
+                       "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" +
+                           the_case.swimmers[i].name + "' needs " +
+                           std::to_string(stroke.cycles * stroke.period_steps) +
+                           " (the analysis uses its last period). Run longer for a result table.");
     }
   }
   for (std::size_t i = 0; i < the_case.forces.size(); ++i) {

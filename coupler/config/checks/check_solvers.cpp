@@ -27,10 +27,11 @@ void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& pro
   const std::string plane = std::string("no_slip_plane ") + name_of(plane_names, fluid.no_slip_plane);
   const bool high = fluid.no_slip_plane % 2 == 1;
   if (high && plane_height_m(fluid) == 0.0) {
-    problems.error("fluid.no_slip_plane",
-                   plane +
-                       " is nowhere (the high faces are where the domain ends). Give fluid.domain_cells and "
-                       "fluid.cell_size_m, or use a low face.");
+    problems.error(
+        "fluid.no_slip_plane",
+        plane +
+            " has no position (the high faces are at the end of the domain). Give fluid.domain_cells and "
+            "fluid.cell_size_m, or use a low face.");
     return;
   }
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {

@@ -137,10 +137,11 @@ void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly,
                                Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (middle_m(fluid, axis) == 0.0) {
-    problems.error("fluid.symmetry_planes",
-                   plane +
-                       " is nowhere (it goes through the middle of the domain). Give fluid.domain_cells and "
-                       "fluid.cell_size_m, or remove the plane.");
+    problems.error(
+        "fluid.symmetry_planes",
+        plane +
+            " has no position (it passes through the middle of the domain). Give fluid.domain_cells and "
+            "fluid.cell_size_m, or remove the plane.");
     return;
   }
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {

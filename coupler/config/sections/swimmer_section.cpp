@@ -40,7 +40,7 @@ double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg) {
     spring.problems().error(
         spring.path_of("damping_ratio"),
         spring.path_of("damping_ratio") +
-            " is given beside damping_N_s_per_m (one follows from the other). Remove one.");
+            " is given together with damping_N_s_per_m (one follows from the other). Remove one.");
   }
   return 2.0 * ratio * std::sqrt(mass_kg * stiffness_N_per_m);
 }

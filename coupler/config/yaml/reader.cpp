@@ -119,8 +119,8 @@ std::optional<std::int64_t> Reader::parse_integer(const std::string& path, const
   }
   constexpr std::int64_t largest = 1'000'000'000'000'000;  // sums and differences of two stay countable
   if (number > largest || number < -largest) {
-    problems_.error(path, path + " is " + value.text +
-                              " (nothing in a case comes in more than 10^15). Check its digits.");
+    problems_.error(
+        path, path + " is " + value.text + " (values in a case do not exceed 10^15). Check its digits.");
     return {};
   }
   return parse_number(path, value, range) ? std::optional(number) : std::nullopt;

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
-#include "model/body_model.hpp"
 #include "geometry/rotation.hpp"
+#include "model/body_model.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {

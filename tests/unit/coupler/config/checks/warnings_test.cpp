@@ -28,7 +28,7 @@ const std::vector<Doubtful> doubtful_cases{
      "compressibility shows"},
     {"pressure_of_some_per_cent",
      {"fluid.boundaries={z: {high: {pressure_Pa: 5.0e7}}}"},
-     "fluxes of volume will differ"},
+     "volume fluxes will differ"},
     {"long_stroke", {"swimmers.0.stroke.amplitude_N=3.0e-4"}, "more than the gap between them"},
     {"short_run",
      {"run.steps=11000", "output.fields.mean_over_steps=[0, 0]"},
