@@ -1,8 +1,6 @@
 #include "analysis/swimmer_figures.hpp"
 
-#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "config/sections/expand.hpp"
@@ -11,6 +9,11 @@ namespace copepod::coupler {
 namespace {
 
 constexpr double pi = std::numbers::pi;
+
+std::array<double, 3> equivalent_radii_m(const Swimmer& swimmer) {
+  return {equivalent_radius_m(swimmer.beads[0]), equivalent_radius_m(swimmer.beads[1]),
+          equivalent_radius_m(swimmer.beads[2])};
+}
 
 /// Efficiency after Lighthill [paper, eq. (31)]: 6π η r_eff u² over the mean driving power; r_eff is the sum
 /// of the radii.
@@ -24,16 +27,6 @@ std::optional<double> efficiency(const SwimmerFigures& figures, const std::array
 }
 
 }  // namespace
-
-double rounded_omega_per_step(std::int64_t period_steps) {
-  // Through decimal text, because the captions round decimal digits and 22 × 10⁻⁵ in binary is not quite
-  // 0.00022.
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1e", 2.0 * pi / static_cast<double>(period_steps));
-  double rounded = 0.0;
-  std::from_chars(text.data(), text.data() + text.size(), rounded);
-  return rounded;
-}
 
 double equivalent_radius_m(const Bead& bead) { return 0.25 * (extent_along_m(bead) + extent_across_m(bead)); }
 
@@ -52,41 +45,40 @@ double rest_length_m(const Swimmer& swimmer) {
   return length;
 }
 
+OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures,
+                        const SwimmerMeasurement& measured, const Swimmer& swimmer, const FluidCase& fluid) {
+  OmegaFigures at;
+  at.omega_rad_per_s = omega_rad_per_s;
+  // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
+  at.u_GA_m_per_s = figures.K_per_m * measured.arms[0].amplitude_m * measured.arms[1].amplitude_m *
+                    omega_rad_per_s * figures.sin_dphi;
+  at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
+  at.efficiency = efficiency(figures, equivalent_radii_m(swimmer), power_W, fluid);
+  return at;
+}
+
+std::array<std::optional<double>, 3> reynolds_numbers(const std::array<double, 3>& speed_m_per_s,
+                                                      const Swimmer& swimmer, const FluidCase& fluid) {
+  std::array<std::optional<double>, 3> numbers;
+  const double viscosity = fluid.kinematic_viscosity_m2_per_s;
+  for (std::size_t bead = 0; bead < 3 && viscosity > 0.0; ++bead)
+    numbers[bead] = speed_m_per_s[bead] * extent_along_m(swimmer.beads[bead]) / viscosity;
+  return numbers;
+}
+
 SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimmer, const Case& the_case) {
   const ArmFit& arm1 = measured.arms[0];
   const ArmFit& arm2 = measured.arms[1];
   const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
-  std::array<double, 3> radii_m{};
-  for (std::size_t bead = 0; bead < 3; ++bead) radii_m[bead] = equivalent_radius_m(swimmer.beads[bead]);
-
   SwimmerFigures figures;
   figures.u_swim_m_per_s = measured.displacement_m / period_s;
   figures.sin_dphi = std::sin(arm1.phase_rad - arm2.phase_rad);
-  figures.K_per_m = geometrical_factor_per_m(radii_m, {arm1.mean_m, arm2.mean_m});
-
-  const auto complete = [&](OmegaFigures& at, double omega_rad_per_s, double power_W) {
-    at.omega_rad_per_s = omega_rad_per_s;
-    // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
-    at.u_GA_m_per_s =
-        figures.K_per_m * arm1.amplitude_m * arm2.amplitude_m * omega_rad_per_s * figures.sin_dphi;
-    at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
-    at.efficiency = efficiency(figures, radii_m, power_W, the_case.fluid);
-  };
-  complete(figures.exact, 2.0 * pi / period_s, measured.mean_power_W);
-  complete(figures.as_in_paper, rounded_omega_per_step(swimmer.stroke.period_steps) / the_case.step_s,
-           measured.mean_power_rounded_omega_W);
-
+  figures.K_per_m = geometrical_factor_per_m(equivalent_radii_m(swimmer), {arm1.mean_m, arm2.mean_m});
+  figures.at_omega =
+      figures_at(2.0 * pi / period_s, measured.mean_power_W, figures, measured, swimmer, the_case.fluid);
   const double viscosity = the_case.fluid.kinematic_viscosity_m2_per_s;
-  if (viscosity > 0.0) {
-    figures.Re_swim = figures.u_swim_m_per_s * rest_length_m(swimmer) / viscosity;
-    constexpr std::array<std::size_t, 3> velocity_in_paper{1, 0, 2};
-    for (std::size_t bead = 0; bead < 3; ++bead) {
-      const double length_m = extent_along_m(swimmer.beads[bead]);
-      figures.Re_bodies[bead] = measured.max_speed_m_per_s[bead] * length_m / viscosity;
-      figures.Re_bodies_as_in_paper[bead] =
-          measured.max_speed_m_per_s[velocity_in_paper[bead]] * length_m / viscosity;
-    }
-  }
+  if (viscosity > 0.0) figures.Re_swim = figures.u_swim_m_per_s * rest_length_m(swimmer) / viscosity;
+  figures.Re_bodies = reynolds_numbers(measured.max_speed_m_per_s, swimmer, the_case.fluid);
   return figures;
 }
 

@@ -24,8 +24,7 @@ struct SwimmerMeasurement {
   std::array<double, 3> max_speed_m_per_s{};  ///< of B2, B1, B3 along the axis
 };
 
-/// The numbers of the paper's tables that depend on ω: once with 2π/T, once with the rounded value of its
-/// captions.
+/// The figures that depend on ω.
 struct OmegaFigures {
   double omega_rad_per_s = 0.0;
   double u_GA_m_per_s = 0.0;         ///< [paper, eq. (28)]
@@ -36,18 +35,12 @@ struct OmegaFigures {
 /// Result row of one swimmer; SI units, Reynolds numbers and efficiency absent in vacuum.
 struct SwimmerFigures {
   double u_swim_m_per_s = 0.0;
-  double sin_dphi = 0.0;  ///< sin(φ₁ − φ₂)
-  double K_per_m = 0.0;   ///< [paper, eq. (29)]
-  OmegaFigures exact;
-  OmegaFigures as_in_paper;
+  double sin_dphi = 0.0;                           ///< sin(φ₁ − φ₂)
+  double K_per_m = 0.0;                            ///< [paper, eq. (29)]
+  OmegaFigures at_omega;                           ///< with ω = 2π/T
   std::optional<double> Re_swim;                   ///< [paper, eq. (25)]
   std::array<std::optional<double>, 3> Re_bodies;  ///< of B2, B1, B3 [paper, eq. (26)]
-  std::array<std::optional<double>, 3>
-      Re_bodies_as_in_paper;  ///< the paper's columns: velocities of B2 and B1 exchanged
 };
-
-/// ω = 2π/T per step, rounded to two significant digits as in the captions of the paper's tables (0.00022).
-double rounded_omega_per_step(std::int64_t period_steps);
 
 /// Radius that stands for a bead in K and r_eff [m]: a quarter of extent along plus extent across, so that a
 /// capsule counts as the sphere whose diameter is the mean of both (12 cells for the paper's).
@@ -60,6 +53,14 @@ double geometrical_factor_per_m(const std::array<double, 3>& radii_m,
 
 /// Rest length of the whole swimmer along its axis [m]: extents of the beads and both gaps.
 double rest_length_m(const Swimmer& swimmer);
+
+/// @param power_W  mean driving power
+OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures,
+                        const SwimmerMeasurement& measured, const Swimmer& swimmer, const FluidCase& fluid);
+
+/// Reynolds numbers of B2, B1, B3 [paper, eq. (26)], absent in vacuum.
+std::array<std::optional<double>, 3> reynolds_numbers(const std::array<double, 3>& speed_m_per_s,
+                                                      const Swimmer& swimmer, const FluidCase& fluid);
 
 /// Equations (24)-(31) of the paper from one period's measurement.
 SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimmer, const Case& the_case);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "analysis/as_in_paper.hpp"
+
 namespace copepod::coupler {
 
 SwimmerObserver::SwimmerObserver(const Swimmer& swimmer, int first_body)
@@ -31,24 +33,6 @@ double SwimmerObserver::position_m(const StepRecord& record, int bead) const {
   return record.kinematics.position_m.col(first_body_ + bead).dot(swimmer_.axis);
 }
 
-/// Power of the forces that the stroke would have with the rounded ω of the paper's captions (physics of the
-/// tables, not of the run): −a sin(ωt) on B2, a sin(ω(t − φ)) on B3, the negative sum on B1.
-double SwimmerObserver::rounded_omega_power_W(const StepRecord& record) const {
-  const Stroke& stroke = swimmer_.stroke;
-  const double omega = rounded_omega_per_step(stroke.period_steps);
-  const auto t = static_cast<double>(record.step);
-  const double on_trailing = -stroke.amplitude_N * std::sin(omega * t);
-  const double on_leading =
-      stroke.amplitude_N * std::sin(omega * (t - static_cast<double>(stroke.phase_lag_steps)));
-  const std::array<double, 3> force_N{on_trailing, -(on_trailing + on_leading), on_leading};
-  double power_W = 0.0;
-  for (int bead = 0; bead < 3; ++bead) {
-    const double speed = record.kinematics.velocity_m_per_s.col(first_body_ + bead).dot(swimmer_.axis);
-    power_W += force_N[static_cast<std::size_t>(bead)] * speed;
-  }
-  return power_W;
-}
-
 void SwimmerObserver::sample(const StepRecord& record) {
   const Kinematics& state = record.kinematics;
   if (sums_.samples == 0) sums_.first_position_m = position_m(record, 1);
@@ -70,7 +54,7 @@ void SwimmerObserver::sample(const StepRecord& record) {
     double& fastest = sums_.max_speed_m_per_s[static_cast<std::size_t>(bead)];
     fastest = std::max(fastest, std::abs(velocity.dot(swimmer_.axis)));
   }
-  sums_.power_rounded_omega_W += rounded_omega_power_W(record);
+  sums_.power_rounded_omega_W += power_with_rounded_omega_W(swimmer_, first_body_, record);
   ++sums_.samples;
 }
 

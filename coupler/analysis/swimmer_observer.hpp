@@ -47,7 +47,6 @@ class SwimmerObserver final : public Observer {
   void sample(const StepRecord& record);
   void close_period(const StepRecord& record);
   [[nodiscard]] double position_m(const StepRecord& record, int bead) const;
-  [[nodiscard]] double rounded_omega_power_W(const StepRecord& record) const;
 
   Swimmer swimmer_;
   int first_body_;

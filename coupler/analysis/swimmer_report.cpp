@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "analysis/as_in_paper.hpp"
+
 namespace copepod::coupler {
 namespace {
 
@@ -81,15 +83,16 @@ ordered_json swimmer_report(const Swimmer& swimmer, const SwimmerObserver& obser
   report["mean_arm_cells"] = {number(lattice.length(measured->arms[0].mean_m)),
                               number(lattice.length(measured->arms[1].mean_m))};
   report["K"] = number(lattice.inverse_length(figures.K_per_m));
-  report.update(omega_figures(figures.exact, lattice));
+  report.update(omega_figures(figures.at_omega, lattice));
   report["Re_swim"] = number(figures.Re_swim);
   report["Re_bodies"] = by_bead(figures.Re_bodies);
   report["mean_power_W"] = number(measured->mean_power_W);
   report["max_speed_m_per_s"] = {{"B2", number(measured->max_speed_m_per_s[0])},
                                  {"B1", number(measured->max_speed_m_per_s[1])},
                                  {"B3", number(measured->max_speed_m_per_s[2])}};
-  ordered_json paper = omega_figures(figures.as_in_paper, lattice);
-  paper["Re_bodies"] = by_bead(figures.Re_bodies_as_in_paper);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, *measured, swimmer, the_case);
+  ordered_json paper = omega_figures(as_in_paper.at_rounded_omega, lattice);
+  paper["Re_bodies"] = by_bead(as_in_paper.Re_bodies);
   paper["mean_power_W"] = number(measured->mean_power_rounded_omega_W);
   report["as_in_paper"] = paper;
   return report;

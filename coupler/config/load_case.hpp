@@ -21,8 +21,8 @@ struct LoadedCase {
 /// @throws CaseInvalid with every error found
 LoadedCase load_case(const std::string& file, const std::vector<std::string>& overrides);
 
-/// The same from text; `source` names it in messages. `asked`, if given, receives every key that was looked
-/// for.
+/// The same from text; `source` names it in messages. `asked`, if given, receives every key
+/// that the reading asks for.
 LoadedCase load_case_text(const std::string& text, const std::string& source,
                           const std::vector<std::string>& overrides, AskedKeys* asked = nullptr);
 

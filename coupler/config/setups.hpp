@@ -22,7 +22,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly);
 std::set<std::string> required_of_body(const Case& the_case, const Assembly& assembly);
 
-/// What the user has to know about a component: required features that it neglects, and announced names that
+/// What to report to the user about a component: required features that it neglects, and announced names that
 /// are not features.
 /// @throws Refused naming the features that the component lacks
 std::vector<std::string> require_features(const Capabilities& capabilities,

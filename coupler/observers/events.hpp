@@ -10,7 +10,7 @@
 
 namespace copepod::coupler {
 
-/// Tells the deploy command what happens: one JSON object per line, each flushed.
+/// Reports to the deploy command what happens: one JSON object per line, each flushed.
 class Events {
  public:
   /// @param stream  must outlive this object

@@ -8,7 +8,7 @@
 
 namespace copepod::coupler {
 
-/// Tells how far a run is: first and last step always, in between about five times per second.
+/// Reports how far a run is: first and last step always, in between about five times per second.
 class Progress final : public Observer {
  public:
   /// @param events  must outlive this object

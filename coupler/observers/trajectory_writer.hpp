@@ -22,8 +22,7 @@ namespace copepod::coupler {
 class TrajectoryWriter final : public Observer {
  public:
   /// @param every_steps  0: first and last step only
-  /// @param from_step    0: starts a new file; else goes on with the one that is there, without its rows from
-  /// this
+  /// @param from_step    0: starts a new file; else continues the existing one, without its rows from this
   ///                     step on, which a run that was interrupted may have left
   /// @param sample_from  no samples before this step, except that of the first step
   /// @throws StorageError if the file cannot be written

@@ -32,7 +32,7 @@ class Checkpointer {
   /// @throws Interrupted if a signal asked the run to end now
   bool wants_pause(std::int64_t step);
 
-  /// Writes a checkpoint of the pausing run. A disk that does not take it is reported, and the run goes on.
+  /// Writes a checkpoint of the pausing run. A disk that does not take it is reported, and the run continues.
   /// @throws Interrupted after it, if SIGTERM asked for it; what the solvers throw
   void write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers);
 

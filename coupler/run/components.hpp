@@ -31,7 +31,7 @@ class Components {
   virtual std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t first_step) = 0;
   virtual void finish() = 0;
 
-  /// Does what takes the coupler long. Components elsewhere hear from the coupler meanwhile.
+  /// Runs work that takes the coupler long; remote components receive heartbeats meanwhile.
   virtual void stay_in_touch_during(const std::function<void()>& work) { work(); }
 
   virtual void abort(const FailureReport& report) noexcept = 0;

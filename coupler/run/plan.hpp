@@ -7,12 +7,11 @@
 
 namespace copepod::coupler {
 
-/// Everything that the deploy command needs to know about a case: how to start it, what it needs, what it
-/// will cost.
+/// The description of a case for the deploy command: how to start it, what it requires, what it will cost.
 nlohmann::ordered_json make_plan(const LoadedCase& loaded);
 
-/// The same for a campaign: its name, how many cases at once (null: unsaid), and of each case name, file and
-/// settings.
+/// The same for a campaign: its name, how many cases at once (null: not given), and name, file and settings
+/// of each case.
 nlohmann::ordered_json make_campaign_plan(const Campaign& campaign);
 
 }  // namespace copepod::coupler

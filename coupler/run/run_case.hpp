@@ -23,8 +23,7 @@ class CaseRun {
   CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
           RunSignals& signals);
 
-  /// @param on_ready  called once both components have introduced themselves and the checkpoint to resume was
-  /// found
+  /// @param on_ready  called once both components are connected and the checkpoint to resume was found
   /// @throws what a component, the disk or a signal makes fail; the caller reports it
   void run(Beginning beginning,
            const std::function<void(const Capabilities& fluid, const Capabilities& body)>& on_ready);
@@ -32,7 +31,7 @@ class CaseRun {
   /// Step that was being computed; −1 before the first. Meaningful after a failure too.
   [[nodiscard]] std::int64_t step() const { return step_; }
 
-  /// What the user was told on the way: features that a component neglects, checkpoints left out, …
+  /// What was reported to the user on the way: features that a component neglects, checkpoints left out, …
   [[nodiscard]] const std::vector<std::string>& notices() const { return notices_; }
 
  private:

@@ -26,25 +26,24 @@ std::string hexadecimal(std::uint64_t value) {
   return text.data();
 }
 
-double phase_s(const SolverSummary& solver, const std::string& phase) {
-  const auto found = solver.seconds.find(phase);
-  return found == solver.seconds.end() ? 0.0 : found->second;
-}
-
-/// Time that a solver worked, without what its ranks waited for the coupler.
-double busy_s(const SolverSummary& solver) {
-  double sum = 0.0;
-  for (const auto& [phase, seconds] : solver.seconds) sum += phase.starts_with("wait") ? 0.0 : seconds;
-  return sum;
+/// Time that a solver worked [s]: all its phases but those in which it waited. For a component that reports
+/// none, the time that the coupler waited for it.
+double busy_s(const SolverSummary& solver, double waited_s) {
+  if (solver.seconds.empty()) return waited_s;
+  double sum_s = 0.0;
+  for (const auto& [phase, seconds] : solver.seconds)
+    sum_s += solver.waiting_phases.contains(phase) ? 0.0 : seconds;
+  return sum_s;
 }
 
 /// Part of the loop that a fluid without bodies and without partners would not have needed: messages, waiting
-/// for them, and what the fluid does about its bodies. That its ranks wait for each other's halos is its own.
-double coupling_overhead(const SolverSummary& fluid, double loop_s) {
-  constexpr std::array for_bodies = {"map", "refill", "momentum", "reduce", "reflect"};
+/// for them, and what the fluid does for its bodies. The wait of its ranks for each other's halos is its own.
+/// @return null for a fluid that reports no phases
+ordered_json coupling_overhead(const SolverSummary& fluid, double loop_s) {
+  if (fluid.seconds.empty()) return nullptr;
   double alone_s = 0.0;
-  for (const auto& [phase, seconds] : fluid.seconds) alone_s += seconds;
-  for (const char* phase : for_bodies) alone_s -= phase_s(fluid, phase);
+  for (const auto& [phase, seconds] : fluid.seconds)
+    alone_s += fluid.body_phases.contains(phase) ? 0.0 : seconds;
   return loop_s > 0.0 ? 1.0 - alone_s / loop_s : 0.0;
 }
 
@@ -86,8 +85,8 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
   summary["ranks"] = fluid.ranks;
   summary["precision"] = name_of(precision_names, the_case.fluid.precision);
   summary["digest"] = hexadecimal(run_digest(fluid, body, kinematics));
-  summary["timing"] = {{"fluid_s", phase_s(fluid, "bulk")},
-                       {"body_s", busy_s(body)},
+  summary["timing"] = {{"fluid_s", busy_s(fluid, timing.fluid_wait_s)},
+                       {"body_s", busy_s(body, timing.body_wait_s)},
                        {"coupler_s", own_s},
                        {"exchange_wait_s", timing.fluid_wait_s},
                        {"body_wait_s", timing.body_wait_s},

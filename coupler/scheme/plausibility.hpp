@@ -13,8 +13,7 @@ namespace copepod::coupler {
 /// left the domain must not finish as if nothing had happened.
 class Plausibility {
  public:
-  /// @param bodies  their names, radii and initial positions, in the order of Kinematics; must outlive this
-  /// object
+  /// @param bodies  names, radii, initial positions, in the order of Kinematics; must outlive this object
   Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies);
 
   /// A body must be inside the domain (its centre, and only if it began there), must not move by more than

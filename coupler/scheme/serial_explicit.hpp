@@ -25,7 +25,7 @@ class SerialExplicit {
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
                  const Plausibility& plausibility, LoadAveraging averaging, Observer& observer);
 
-  /// Advances to the start of step `stop`, or of the first step before which `pause` says yes.
+  /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   /// @param pause  asked before every step
   /// @throws what a solver, an observer or `pause` throws, and PeerFailed for a motion that is not plausible
   void run(std::int64_t stop, const std::function<bool(std::int64_t step)>& pause);
@@ -34,7 +34,7 @@ class SerialExplicit {
   [[nodiscard]] const Loads& previous_loads() const { return averaging_.previous(); }
   void restore_previous_loads(const Loads& loads) { averaging_.restore(loads); }
 
-  /// Tells the observer that this was the end.
+  /// Hands the final state to the observer.
   void finish();
 
   /// Step that comes next, and the state of motion at its start.

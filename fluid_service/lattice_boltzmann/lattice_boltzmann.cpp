@@ -265,6 +265,8 @@ SolverSummary LatticeBoltzmann<T>::summarise() {
   summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
   summary.ranks = communicator_.size();
   summary.seconds = timer_.seconds();
+  summary.body_phases = {"map", "refill", "momentum", "reduce", "reflect"};
+  summary.waiting_phases = {"wait"};
   return summary;
 }
 

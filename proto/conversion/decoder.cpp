@@ -257,6 +257,16 @@ void Decoder::read(session::CheckpointPath& path) const {
       read_text(saves ? buffers_->envelope->save().path() : buffers_->envelope->restore().path(), "path");
 }
 
+namespace {
+
+void read_phases(const google::protobuf::RepeatedPtrField<std::string>& wire, std::set<std::string>& phases) {
+  require_at_most(static_cast<std::size_t>(wire.size()), kLimits.timers, "phases");
+  phases.clear();
+  for (const std::string& phase : wire) phases.insert(read_text(phase, "phase"));
+}
+
+}  // namespace
+
 void Decoder::read(SolverSummary& summary) const {
   const v1::Summary& wire = buffers_->envelope->summary();
   require_at_most(wire.seconds().size(), kLimits.timers, "seconds");
@@ -266,6 +276,8 @@ void Decoder::read(SolverSummary& summary) const {
   summary.seconds.clear();
   for (const auto& [phase, seconds] : wire.seconds())
     summary.seconds[read_text(phase, "phase")] = read_finite(seconds, "seconds");
+  read_phases(wire.body_phases(), summary.body_phases);
+  read_phases(wire.waiting_phases(), summary.waiting_phases);
 }
 
 void Decoder::read(session::Ping& ping) const { ping.stamp_ns = buffers_->envelope->ping().stamp_ns(); }

@@ -179,6 +179,8 @@ Bytes Encoder::encode(const Header& header, const SolverSummary& summary) {
   wire.set_cell_updates(summary.cell_updates);
   wire.set_ranks(static_cast<std::uint32_t>(summary.ranks));
   for (const auto& [phase, seconds] : summary.seconds) (*wire.mutable_seconds())[phase] = seconds;
+  for (const std::string& phase : summary.body_phases) wire.add_body_phases(phase);
+  for (const std::string& phase : summary.waiting_phases) wire.add_waiting_phases(phase);
   return serialise(header);
 }
 

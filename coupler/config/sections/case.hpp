@@ -22,13 +22,13 @@ enum class BodySolverChoice { own, bullet, external };
 enum class BeadOrientation { parallel, perpendicular };
 enum class LoadAveraging { none, two_step };
 
-/// Whether a fluid solver of ours knows neither cells nor fields.
+/// Whether a fluid solver of ours has neither cells nor fields.
 inline bool computes_no_cells(FluidSolverChoice solver) {
   return solver == FluidSolverChoice::stokes || solver == FluidSolverChoice::vacuum;
 }
 
 /// Section `fluid` of the case: the setup that the component receives, as far as this section determines it
-/// (`make_fluid_setup` adds what other sections say), and how the case put it.
+/// (`make_fluid_setup` adds what follows from other sections), and how the case specifies it.
 struct FluidCase : FluidSetup {
   FluidSolverChoice solver = FluidSolverChoice::lattice_boltzmann;
   std::vector<std::string> command;       ///< of solver: {command: …}
@@ -54,7 +54,7 @@ struct Stroke {
   std::int64_t cycles = 0;
 };
 
-/// Figures that somebody else found for a swimmer, by their place in summary.json ("Re_bodies.B2").
+/// Figures published for a swimmer, by their place in summary.json ("Re_bodies.B2").
 using PublishedFigures = std::vector<std::pair<std::string, double>>;
 
 /// Three bodies and two springs; beads are trailing (B2), middle (B1), leading (B3).
@@ -104,8 +104,8 @@ struct ServicesCase {
   std::vector<std::string> fluid_command;  ///< empty: the service of ours that has the chosen solver
   std::vector<std::string> body_command;
   std::string transport = "ipc";      ///< "ipc", "tcp://host:port" or "in_process"
-  double connect_deadline_s = 60.0;   ///< for the components to say Hello
-  double progress_deadline_s = 60.0;  ///< a component may stand still for so long while work is due
+  double connect_deadline_s = 60.0;   ///< for the Hello of each component
+  double progress_deadline_s = 60.0;  ///< longest time without progress while work is due
 };
 
 /// One key of the case that takes several values, one run each.

@@ -20,14 +20,14 @@ class CaseInvalid : public CaseError {
   std::vector<std::string> lines_;
 };
 
-/// The case as written, after parameter set and command line had their say; knows the line of every key path.
+/// The case as written, with parameter set and command line applied; locates every key path in the file.
 ///
 /// A key path joins keys and list positions with dots: "swimmers.0.spring.stiffness_N_per_m". Where a list
 /// holds mappings with a `name`, the name may stand for the position.
 class Document {
  public:
   /// Reads `file`, applies the chosen parameter set, then `overrides` ("key.path=value", value in YAML).
-  /// @throws CaseInvalid if the file cannot be read, is no YAML mapping, or an override has no place to go
+  /// @throws CaseInvalid if the file cannot be read, is not a YAML mapping, or an override has no place to go
   static Document load(const std::string& file, const std::vector<std::string>& overrides);
 
   /// The same from text; `source` names it in messages.
@@ -48,7 +48,7 @@ class Document {
 };
 
 /// Collects what is wrong with a case, so that one look shows every error and not only the first.
-/// Places are given as key paths ("swimmers.0.beads.1.radius_m"); the document knows their lines.
+/// Places are given as key paths ("swimmers.0.beads.1.radius_m"); the document has their lines.
 class Problems {
  public:
   explicit Problems(const Document& document) : document_(document) {}

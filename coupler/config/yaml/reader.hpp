@@ -23,12 +23,12 @@ using AskedKeys = std::set<std::string>;
 
 /// Reads one mapping of the case. Every key that is asked for is known; any other key in the mapping is an
 /// error, reported when the reader goes out of scope. A value that cannot be used is reported and replaced by
-/// its default, so that reading goes on and finds every error.
+/// its default, so that reading continues and finds every error.
 class Reader {
  public:
   /// @param mapping  nullptr stands for an empty section
   /// @param path     key path of the section, "" for the top
-  /// @param asked    gets every key that is asked for; nullptr: nobody wants to know
+  /// @param asked    gets every key that is asked for; nullptr: they are not collected
   Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked = nullptr);
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;

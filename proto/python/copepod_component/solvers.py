@@ -1,6 +1,7 @@
 """Solvers behind the messages of their role; arrays are numpy, shape (bodies, …), SI units, world frame."""
 
 import dataclasses
+import time
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,9 @@ class Summary:
     digest: int = 0
     cell_updates: int = 0
     ranks: int = 1
-    seconds: dict = dataclasses.field(default_factory=dict)
+    seconds: dict = dataclasses.field(default_factory=dict)  # by phase; empty: the kit reports what it measured
+    body_phases: tuple = ()  # those phases that a fluid without bodies would not need
+    waiting_phases: tuple = ()  # those phases in which the solver only waited
 
 
 def _read(field, shape, name):
@@ -68,6 +71,7 @@ class _Served:
         self._make_solver, self._context = make_solver, context
         self.solver: Any = None  # made by the setup
         self._bodies = 0
+        self._seconds: dict[str, float] = {}
 
     def perform(self, request, reply):
         body = getattr(request, request.WhichOneof("body"))
@@ -88,7 +92,9 @@ class _Served:
             reply.summary.digest = summary.digest
             reply.summary.cell_updates = summary.cell_updates
             reply.summary.ranks = summary.ranks
-            reply.summary.seconds.update(summary.seconds)
+            reply.summary.seconds.update(summary.seconds or self._seconds)
+            reply.summary.body_phases.extend(summary.body_phases)
+            reply.summary.waiting_phases.extend(summary.waiting_phases)
         else:
             self._perform_own(name, body, request, reply)
 
@@ -98,6 +104,12 @@ class _Served:
 
     def follow_up(self, name):
         """Work after the reply."""
+
+    def _timed(self, phase, work, *arguments):
+        start = time.monotonic()
+        result = work(*arguments)
+        self._seconds[phase] = self._seconds.get(phase, 0.0) + time.monotonic() - start
+        return result
 
 
 class ServedFluid(_Served):
@@ -110,13 +122,14 @@ class ServedFluid(_Served):
             self.solver = self._make_solver(body, self._context)
             reply.configured.SetInParent()
         elif name == "Kinematics":
-            force, torque = self.solver.exchange(read_kinematics(body, request.step, self._bodies))
+            kinematics = read_kinematics(body, request.step, self._bodies)
+            force, torque = self._timed("exchange", self.solver.exchange, kinematics)
             _write(reply.loads.force_N, force, (self._bodies, 3), "force_N")
             _write(reply.loads.torque_N_m, torque, (self._bodies, 3), "torque_N_m")
 
     def follow_up(self, name):
         if name == "Kinematics":
-            self.solver.advance()
+            self._timed("advance", self.solver.advance)
 
 
 class ServedBody(_Served):
@@ -138,7 +151,7 @@ class ServedBody(_Served):
                 _read(body.torque_N_m, (bodies, 3), "torque_N_m"),
                 _read(body.driving_N, (nodes, bodies, 3), "driving_N"),
             )
-            write_kinematics(self.solver.step(applied), self._bodies, reply)
+            write_kinematics(self._timed("step", self.solver.step, applied), self._bodies, reply)
 
 
 def read_kinematics(message, step, bodies):

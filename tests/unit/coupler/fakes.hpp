@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -40,11 +41,14 @@ class ConstantDragFluid : public FluidSolver {
     return {static_cast<std::uint64_t>(exchanges),
             static_cast<std::uint64_t>(exchanges) * 1000,
             1,
-            {{"bulk", 0.25}, {"map", 0.05}}};
+            phases_s,
+            {"map"},
+            {"idle"}};
   }
 
   std::function<void(std::int64_t step)> before_exchange;  ///< to make it fail, or to look
   std::function<void()> before_save;
+  std::map<std::string, double> phases_s{{"bulk", 0.25}, {"map", 0.05}, {"idle", 9.0}};
   int exchanges = 0;
   int advances = 0;
 
@@ -105,7 +109,7 @@ class PointMassBodies : public BodySolver {
     }
     if (!file) throw StorageError(path + " cannot be read (too short). Use another checkpoint.");
   }
-  SolverSummary summarise() override { return {42, 0, 1, {{"integrate", 0.01}}}; }
+  SolverSummary summarise() override { return {42, 0, 1, {{"integrate", 0.01}}, {}, {}}; }
 
  private:
   Eigen::Matrix3Xd acceleration(const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v,
@@ -153,6 +157,7 @@ class LocalComponents : public Components {
     auto fluid = std::make_unique<ConstantDragFluid>(drag_);
     fluid->before_exchange = before_exchange;
     fluid->before_save = before_save;
+    if (!fluid_reports_phases) fluid->phases_s.clear();
     return fluid;
   }
   std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t) override {
@@ -164,6 +169,7 @@ class LocalComponents : public Components {
   std::function<void()> on_connect, before_save;
   std::function<void(std::int64_t step)> before_exchange;
   void rename_bodies(const std::string& name) { body_capabilities_.name = name; }
+  bool fluid_reports_phases = true;
   bool finished = false;
   std::string aborted_with;
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "analysis/as_in_paper.hpp"
 #include "analysis/swimmer_report.hpp"
 
 namespace copepod::coupler {

@@ -61,6 +61,7 @@ output: {trajectory: {every_steps: 100}}
                          made->before_exchange = before_exchange;
                          made->on_connect = on_connect;
                          made->before_save = before_save;
+                         made->fluid_reports_phases = fluid_reports_phases;
                          if (!body_name.empty()) made->rename_bodies(body_name);
                          components = made.get();
                          return std::unique_ptr<Components>(std::move(made));
@@ -88,7 +89,7 @@ output: {trajectory: {every_steps: 100}}
   std::ostringstream err;
   Options seen;
   double drag = 1e-6;
-  bool saves = true;
+  bool saves = true, fluid_reports_phases = true;
   std::string body_name;  ///< of the component; empty: its own
   std::function<void(std::int64_t)> before_exchange;
   std::function<void()> on_connect, before_save;

@@ -3,6 +3,7 @@
 #include <csignal>
 
 #include "config/yaml/reader.hpp"
+#include "conversion/setup_conversion.hpp"
 #include "run/program_fixture.hpp"
 
 namespace copepod::coupler {
@@ -17,7 +18,7 @@ TEST_F(Program, RunsACaseAndLeavesACompleteRunDirectory) {
   EXPECT_EQ(summary["status"], "finished");
   EXPECT_EQ(summary["steps"], 2500);
   EXPECT_EQ(summary["digest"].get<std::string>().size(), 16U);
-  EXPECT_EQ(summary["timing"]["fluid_s"], 0.25);
+  EXPECT_DOUBLE_EQ(summary["timing"]["fluid_s"], 0.25 + 0.05);
   EXPECT_EQ(summary["timing"]["body_s"], 0.01);
   for (const char* key : {"coupler_s", "exchange_wait_s", "coupling_overhead"})
     EXPECT_TRUE(summary["timing"].contains(key)) << key;
@@ -33,6 +34,15 @@ TEST_F(Program, RunsACaseAndLeavesACompleteRunDirectory) {
   EXPECT_NE(content_of(out_dir / "logs" / "coupler.log").find("running steps 0 to 2500"), std::string::npos);
   EXPECT_EQ(content_of(out_dir / "trajectory.csv").substr(0, 5), "step,");
   EXPECT_TRUE(std::filesystem::exists(out_dir / "case.yaml"));
+}
+
+TEST_F(Program, ShowsTheWaitForAFluidThatReportsNoPhases) {
+  fluid_reports_phases = false;
+  EXPECT_EQ(run(), 0) << out.str();
+  const json timing = file("summary.json")["timing"];
+  EXPECT_EQ(timing["fluid_s"], timing["exchange_wait_s"]);
+  EXPECT_GT(timing["fluid_s"].get<double>(), 0.0);
+  EXPECT_TRUE(timing["coupling_overhead"].is_null());
 }
 
 TEST_F(Program, TellsPhasesProgressAndTheEndAsJsonLines) {
@@ -184,6 +194,20 @@ TEST_F(Program, PlansACaseForTheDeployCommand) {
   EXPECT_EQ(plan["case"]["run"]["steps"], 900);
   EXPECT_EQ(plan["warnings"].size(), 1U);  // 900 steps do not cover the stroke
   EXPECT_FALSE(plan["case_yaml"].get<std::string>().empty());
+}
+
+TEST_F(Program, PrintsTheSetupOfAComponent) {
+  EXPECT_EQ(call({"--setup", "fluid", case_file, "--set", "fluid.solver=stokes", "--set",
+                  "fluid.density_kg_per_m3=1000", "--set", "fluid.kinematic_viscosity_m2_per_s=1e-6"}),
+            0)
+      << err.str();
+  const FluidSetup fluid = conversion::fluid_setup_from_bytes(out.str());
+  EXPECT_EQ(fluid.kind, FluidKind::stokes);
+  EXPECT_EQ(fluid.bodies.size(), 3U);
+  EXPECT_EQ(call({"--setup", "body", case_file}), 0) << err.str();
+  EXPECT_EQ(conversion::body_setup_from_bytes(out.str()).springs.size(), 2U);
+  EXPECT_EQ(call({"--setup", "coupler", case_file}), 2);
+  EXPECT_EQ(call({"--setup", "fluid", case_file, "--set", "run.steps=0"}), 2);
 }
 
 TEST_F(Program, EstimatesCellsAndMemoryOfALattice) {

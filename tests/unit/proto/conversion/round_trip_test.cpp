@@ -263,15 +263,19 @@ TEST_F(RoundTrip, MakesTextTravelWhateverItsEncoding) {
 }
 
 TEST_F(RoundTrip, KeepsSummariesAndPaths) {
-  SolverSummary sent{0xffffffffffffffff, 1ULL << 60, 12, {{"bulk", 1.5}, {"map", 0.25}}};
+  SolverSummary sent{
+      0xffffffffffffffff, 1ULL << 60, 12, {{"bulk", 1.5}, {"map", 0.25}, {"idle", 3.0}}, {"map"}, {"idle"}};
   ASSERT_EQ(send(sent), MessageKind::summary);
   SolverSummary summary;
   summary.seconds["old"] = 1;
+  summary.body_phases = {"old"};
   decoder.read(summary);
   EXPECT_EQ(summary.digest, sent.digest);
   EXPECT_EQ(summary.cell_updates, sent.cell_updates);
   EXPECT_EQ(summary.ranks, 12);
   EXPECT_EQ(summary.seconds, sent.seconds);
+  EXPECT_EQ(summary.body_phases, sent.body_phases);
+  EXPECT_EQ(summary.waiting_phases, sent.waiting_phases);
 
   for (const MessageKind kind : {MessageKind::save, MessageKind::restore}) {
     ASSERT_EQ(send(kind, session::CheckpointPath{"/runs/a/checkpoints/7"}), kind);
