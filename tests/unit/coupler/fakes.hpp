@@ -109,7 +109,7 @@ class PointMassBodies : public BodySolver {
     }
     if (!file) throw StorageError(path + " cannot be read (too short). Use another checkpoint.");
   }
-  SolverSummary summarise() override { return {42, 0, 1, {{"integrate", 0.01}}, {}, {}}; }
+  SolverSummary summarise() override { return {42, 0, 1, {{"integrate", 0.01}}}; }
 
  private:
   Eigen::Matrix3Xd acceleration(const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v,
@@ -168,7 +168,7 @@ class LocalComponents : public Components {
 
   std::function<void()> on_connect, before_save;
   std::function<void(std::int64_t step)> before_exchange;
-  void rename_bodies(const std::string& name) { body_capabilities_.name = name; }
+  Capabilities& changeable_body_capabilities() { return body_capabilities_; }
   bool fluid_reports_phases = true;
   bool finished = false;
   std::string aborted_with;

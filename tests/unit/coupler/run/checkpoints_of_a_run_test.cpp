@@ -55,7 +55,7 @@ TEST_F(Program, CannotResumeWithoutACheckpointOrWithThatOfAnotherCase) {
 
 TEST_F(Program, ResumesWithTheComponentsThatWroteTheCheckpointOnly) {
   EXPECT_EQ(run(checkpoints_every_700), 0);
-  body_name = "Other Bodies";
+  change_bodies = [](Capabilities& bodies) { bodies.name = "Other Bodies"; };
   EXPECT_EQ(run({"--resume"}), 73);
   const auto reason = events().back()["reason"].get<std::string>();
   EXPECT_NE(reason.find("was written by the body component PointMassBodies, which is now Other Bodies"),

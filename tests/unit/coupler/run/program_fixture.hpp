@@ -62,7 +62,7 @@ output: {trajectory: {every_steps: 100}}
                          made->on_connect = on_connect;
                          made->before_save = before_save;
                          made->fluid_reports_phases = fluid_reports_phases;
-                         if (!body_name.empty()) made->rename_bodies(body_name);
+                         if (change_bodies) change_bodies(made->changeable_body_capabilities());
                          components = made.get();
                          return std::unique_ptr<Components>(std::move(made));
                        });
@@ -90,7 +90,7 @@ output: {trajectory: {every_steps: 100}}
   Options seen;
   double drag = 1e-6;
   bool saves = true, fluid_reports_phases = true;
-  std::string body_name;  ///< of the component; empty: its own
+  std::function<void(Capabilities&)> change_bodies;  ///< what the body component announces
   std::function<void(std::int64_t)> before_exchange;
   std::function<void()> on_connect, before_save;
   LocalComponents* components = nullptr;  ///< valid inside a run only, like the next

@@ -127,7 +127,7 @@ TEST_F(Program, NamesTheComponentThatWasLost) {
   EXPECT_EQ(run(), 69);
   EXPECT_EQ(events().back()["component"], "body");
   EXPECT_EQ(events().back()["host"], "node2");
-  EXPECT_EQ(events().back()["step"], 4);
+  EXPECT_EQ(events().back()["step"], -1);  // its reporter names none
 }
 
 TEST_F(Program, TurnsAnUnexpectedExceptionIntoAReport) {
@@ -155,6 +155,22 @@ TEST_F(Program, RefusesACaseThatAComponentCannotDo) {
   EXPECT_EQ(run({"--set", "body.integrator=semi_implicit_euler"}), 65);
   EXPECT_NE(events().back()["reason"].get<std::string>().find("integrator:semi_implicit_euler"),
             std::string::npos);
+}
+
+TEST_F(Program, RefusesBodiesWithoutSpringsBeforeTheFirstStep) {
+  change_bodies = [](Capabilities& bodies) { bodies.features.erase("springs"); };
+  before_exchange = [](std::int64_t) { ADD_FAILURE() << "a step was computed"; };
+  EXPECT_EQ(run(), 65);
+  EXPECT_NE(events().back()["reason"].get<std::string>().find("(springs)"), std::string::npos) << out.str();
+  EXPECT_EQ(events().back()["step"], -1);
+}
+
+TEST_F(Program, ReportsAFeatureThatDoesNotExistWithTheNearestOne) {
+  change_bodies = [](Capabilities& bodies) { bodies.features.insert("springz"); };
+  EXPECT_EQ(run(), 0);
+  EXPECT_NE(out.str().find("announces 'springz' (not a known feature). Did you mean 'springs'?"),
+            std::string::npos)
+      << out.str();
 }
 
 TEST_F(Program, FailsBeforeTheFirstStepWhenNobodyConnects) {
