@@ -3,8 +3,7 @@
 import time
 
 from copepod_conformance import protocol
-from copepod_conformance.conversation import Conversation
-from copepod_conformance.conversation import CONTROL, DATA
+from copepod_conformance.conversation import CONTROL, DATA, Conversation
 from copepod_conformance.protocol import Envelope, describe, part
 from copepod_conformance.verdicts import NotApplicable, Violation
 
