@@ -48,6 +48,19 @@ def message_name(envelope):
     return None if field is None else Envelope.DESCRIPTOR.fields_by_name[field].message_type.name
 
 
+def transition(role, state, **trigger):
+    """The row of the session table for message=… or event=…, or None where the state does not allow it."""
+    ((kind, name),) = trigger.items()
+    rows = (row for row in TRANSITIONS if row.get(kind) == name)
+    return next((row for row in rows if role in row["roles"] and state in row["from"]), None)
+
+
+def legal_messages(role, state):
+    """Names of the messages that the state allows."""
+    rows = (row for row in TRANSITIONS if role in row["roles"] and state in row["from"])
+    return [row["message"] for row in rows if "message" in row]
+
+
 def checksum(content):
     """The nine bytes that follow `content` in a frame: tag and XXH3 (64 bits, seed 0, little-endian)."""
     return _TAG + struct.pack("<Q", xxhash.xxh3_64_intdigest(content))

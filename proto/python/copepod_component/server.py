@@ -119,9 +119,9 @@ class Server:
         elif action.kind == "refuse":
             raise Refused(action.reason)
         else:
-            self._work(name, request, action)
+            self._work(name, request)
 
-    def _work(self, name, request, action):
+    def _work(self, name, request):
         if name == "Refusal":
             raise Refused(request.refusal.reason)
         if name == "Welcome":

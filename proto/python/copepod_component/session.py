@@ -1,13 +1,16 @@
 """The component's session as a state machine without sockets: proto/session/component_session.hpp in Python."""
 
-from .messages import TRANSITIONS
+import dataclasses
+
+from .messages import legal_messages, transition
 
 
+@dataclasses.dataclass(frozen=True)
 class Action:
     """What to do about a message: kind is "work", "repeat", "ignore" or "refuse"."""
 
-    def __init__(self, kind, work=None, reply=None, reason=""):
-        self.kind, self.work, self.reply, self.reason = kind, work, reply, reason
+    kind: str
+    reason: str = ""
 
 
 class Session:
@@ -24,7 +27,7 @@ class Session:
         if name in ("Welcome", "Refusal"):
             if self.state != "connected":
                 return Action("ignore", reason="the handshake is over")
-            return self._take(self._find(message=name))
+            return self._take(transition(self.role, self.state, message=name))
         if self.state == "connected":
             return Action("ignore", reason="the Welcome has not come yet")
         if (envelope.session_id, envelope.epoch) != (self.session_id, self.epoch):
@@ -32,20 +35,12 @@ class Session:
         return self._on_request(name, envelope)
 
     def on_event(self, event):
-        row = self._find(event=event)
+        row = transition(self.role, self.state, event=event)
         if row is None:
             return Action("ignore", reason="nothing is left to do")
         if event == "work done" and self.state == "stepping":
             self.next_step += 1
         return self._take(row)
-
-    def legal_messages(self):
-        rows = [
-            row["message"]
-            for row in TRANSITIONS
-            if "message" in row and self.role in row["roles"] and self.state in row["from"]
-        ]
-        return ", ".join(rows) or "no message"
 
     def has_ended(self):
         return self.state in ("done", "failed", "orphaned")
@@ -57,7 +52,7 @@ class Session:
             return Action("repeat")
         if envelope.sequence < self.last_sequence:
             return Action("ignore", reason=f"request {envelope.sequence} was answered long ago")
-        row = self._find(message=name)
+        row = transition(self.role, self.state, message=name)
         if row is None:
             return self._refuse(self._illegal(name))
         if envelope.sequence != self.last_sequence + 1:
@@ -75,23 +70,17 @@ class Session:
         self.last_sequence = envelope.sequence
         return self._take(row)
 
-    def _find(self, **trigger):
-        ((kind, name),) = trigger.items()
-        for row in TRANSITIONS:
-            if row.get(kind) == name and self.role in row["roles"] and self.state in row["from"]:
-                return row
-        return None
-
     def _take(self, row):
         self.state = row.get("to", self.state)
-        return Action("work", row["work"], row.get("reply"))
+        return Action("work")
 
     def _refuse(self, reason):
         self.state = "failed"
         return Action("refuse", reason=reason)
 
     def _illegal(self, name):
+        legal = ", ".join(legal_messages(self.role, self.state)) or "no message"
         return (
-            f"{name} is not allowed now (a {self.role} component in state '{self.state}' allows "
-            f"{self.legal_messages()}). Send the messages in the order of docs/protocol.md."
+            f"{name} is not allowed now (a {self.role} component in state '{self.state}' allows {legal}). "
+            "Send the messages in the order of docs/protocol.md."
         )

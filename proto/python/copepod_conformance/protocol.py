@@ -9,11 +9,13 @@ from copepod_component.messages import (
     Envelope,
     control,
     handshake,
+    legal_messages,
     message_name,
     setup,
+    transition,
 )
 
-__all__ = ["PROTOCOL_MAJOR", "PROTOCOL_MINOR", "control", "setup"]  # for the other modules
+__all__ = ["PROTOCOL_MAJOR", "PROTOCOL_MINOR", "control", "legal_messages", "setup"]  # for the other modules
 
 _FIELDS = {field.message_type.name: field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
 MESSAGES = tuple(_FIELDS)  # every message of the protocol, in the order of the schema
@@ -34,18 +36,6 @@ def part(envelope, name):
 def content(envelope):
     """The message inside an Envelope."""
     return getattr(envelope, envelope.WhichOneof("body"))
-
-
-def transition(role, state, **trigger):
-    """The row for message=… or event=…, or None where the state does not allow it."""
-    ((kind, name),) = trigger.items()
-    rows = (row for row in TRANSITIONS if row.get(kind) == name)
-    return next((row for row in rows if role in row["roles"] and state in row["from"]), None)
-
-
-def legal_messages(role, state):
-    """Names of the messages that the state allows."""
-    return [name for name in MESSAGES if transition(role, state, message=name)]
 
 
 def reply_to(message):
