@@ -15,7 +15,7 @@ inline double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// Reads and writes the 19 slots of every cell of the block in place, with one multiplication each and
-/// nothing else: the memory traffic of an in-place update without its arithmetic, asked for ahead of time
+/// nothing else: the memory traffic of an in-place update without its arithmetic, prefetched
 /// like the kernel's (kernel/stream_collide.hpp).
 template <class T>
 void touch_streams(T* populations, const PopulationLayout& layout) {
@@ -35,8 +35,7 @@ void touch_streams(T* populations, const PopulationLayout& layout) {
     }
 }
 
-/// Bytes per second of a copy between two arrays much larger than the caches (read + write counted once
-/// each).
+/// Bytes per second of a copy between two arrays much larger than the caches, each counted once.
 inline double copy_rate(HugeArray<double>& target, const HugeArray<double>& source) {
   const auto start = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < source.size(); ++i) target[i] = source[i] + 1.0;

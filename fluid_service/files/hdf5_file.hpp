@@ -9,9 +9,9 @@ namespace copepod::fluid {
 /// An HDF5 file opened by one process; the only place that calls HDF5.
 ///
 /// No MPI: rank 0 alone lays a file out, all ranks then write their cells at the offsets of its contiguous
-/// datasets (shared_file.hpp), and each rank reads by itself. docs/decisions/hdf5_without_mpi_io.md says why.
-/// Every method throws StorageError with HDF5's innermost reason. Locks are not used: somebody may look at a
-/// snapshot while the run goes on.
+/// datasets (shared_file.hpp), and each rank reads by itself (docs/decisions/hdf5_without_mpi_io.md).
+/// Every method throws StorageError with HDF5's innermost reason. Locks are not used, so that other programs
+/// can read snapshots during the run.
 class Hdf5File {
  public:
   enum class Access { create, extend, read };
@@ -42,7 +42,7 @@ class Hdf5File {
   template <class T>
   void read(const std::string& dataset, const Extent& start, const Extent& count, T* values);
 
-  /// After this everything is in the file; the destructor closes too, but cannot report.
+  /// On return everything is in the file; the destructor closes it too, but cannot report errors.
   void close();
 
  private:

@@ -26,8 +26,8 @@ void require_space(const std::string& path, std::int64_t bytes);
 /// @throws StorageError
 void reserve_space(const std::string& path);
 
-/// Writes values of a contiguous dataset from any number of processes at once; not collective. Shows
-/// progress, so that a disk that is slow is not taken for one that hangs.
+/// Writes values of a contiguous dataset from any number of processes at once; not collective. Reports
+/// progress, so that a slow disk is not mistaken for a process that hangs.
 class SharedFile {
  public:
   /// Opens an existing file. @throws StorageError

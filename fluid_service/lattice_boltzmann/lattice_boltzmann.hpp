@@ -24,7 +24,7 @@ namespace copepod::fluid {
 /// Phases of a step, in the order in which they happen.
 enum class Phase { map, refill, momentum, reduce, halo, wait, reflect, bulk, check, output };
 
-/// Wall time per phase: each call books the time since the previous one, and tells the process's timeline.
+/// Wall time per phase: each call books the time since the previous one, also in the process's timeline.
 class PhaseTimer {
  public:
   void start() { last_ = Clock::now(); }
@@ -112,7 +112,7 @@ class LatticeBoltzmann final : public FluidSolver {
   ReflectedPopulations<T> reflected_;
   std::vector<LoadSums> load_sums_;            ///< by body
   std::vector<std::int64_t> load_sum_halves_;  ///< of all of them
-  Kinematics mapped_;  ///< of the last exchange; a restart maps it again before it goes on
+  Kinematics mapped_;                          ///< of the last exchange; a restart maps it again first
   Placement placement_ = Placement::home;
   std::int64_t step_ = 0;  ///< steps completed
   PhaseTimer timer_;

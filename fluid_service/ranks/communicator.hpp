@@ -28,17 +28,17 @@ class Communicator {
   virtual void sum_to_all(std::span<std::int64_t> values) = 0;     ///< exact
   virtual void max_to_all(std::span<std::int64_t> values) = 0;
 
-  /// One message to and one from each named peer; both sides name each other and know the sizes.
+  /// One message to and one from each named peer; both sides name each other and have the same sizes.
   struct Message {
     int peer = 0;
     std::span<const std::byte> send;
     std::span<std::byte> receive;
   };
-  /// Starts the exchange; buffers must live until the returned function has been called, which waits for
-  /// completion.
+  /// Starts the exchange. Buffers must live until the returned function, which waits for completion, has
+  /// returned.
   [[nodiscard]] virtual std::function<void()> start_exchange(std::span<const Message> messages) = 0;
 
-  /// Tells all other ranks why this one cannot go on; called once by the code around the solver, which must
+  /// Reports to all other ranks why this one failed; called once by the code around the solver, which must
   /// still be alive: its messages may be under way. Afterwards the communicator is broken and every call
   /// throws PeerFailed.
   virtual void report_failure(const FailureReport& report) = 0;

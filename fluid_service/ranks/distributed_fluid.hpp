@@ -33,8 +33,7 @@ struct Command {
   std::string path;       ///< of save and restore
 };
 
-/// Broadcasts commands in one small message where they fit (19 bodies), in two where they do not; reuses its
-/// buffers.
+/// Broadcasts commands in one small message where they fit (19 bodies), in two otherwise; reuses its buffers.
 class CommandChannel {
  public:
   explicit CommandChannel(Communicator& communicator) : communicator_(communicator) {}
@@ -79,7 +78,7 @@ class DistributedFluid final : public FluidSolver {
   SolverSummary summarise() override;
 
  private:
-  /// Runs `action`; an exception of this rank is reported to the others before it goes on its way.
+  /// Runs `action`; an exception of this rank is reported to the others and thrown on.
   template <class Action>
   auto on_all_ranks(const Action& action);
 
@@ -90,7 +89,7 @@ class DistributedFluid final : public FluidSolver {
   std::unique_ptr<FluidSolver> solver_;
 };
 
-/// The loop of every rank but 0: carries out the orders of rank 0 until it is told to stop.
+/// The loop of every rank but 0: carries out the orders of rank 0 until it sends `stop`.
 ///
 /// An exception of this rank is reported to all others; it is thrown on afterwards.
 /// @param current_step  set to the step of every exchange, for logs

@@ -13,8 +13,8 @@ namespace copepod::fluid {
 /// Communicator over all ranks of MPI_COMM_WORLD, by nonblocking calls and polled waits.
 ///
 /// Legal until one rank fails. From then on every call throws PeerFailed with the report: the ranks are no
-/// longer in step and MPI cannot be put in order again; what is left is to tell the coupler and to abort
-/// (MpiSession). Errors of MPI itself become ComponentLost.
+/// longer in step and MPI cannot be put in order again; what remains is to report to the coupler and to
+/// abort (MpiSession). Errors of MPI itself become ComponentLost.
 class MpiCommunicator final : public Communicator {
  public:
   MpiCommunicator();

@@ -10,8 +10,7 @@ class MpiCommunicator;
 
 /// MPI from initialisation to the end of the process; one object per process, made first thing in main.
 ///
-/// Works with and without mpirun. A rank that mpirun started ends with it: when mpirun is killed, nobody
-/// would stop the ranks otherwise.
+/// Works with and without mpirun. A rank started by mpirun ends with it, even if mpirun is killed.
 class MpiSession {
  public:
   MpiSession();

@@ -32,8 +32,7 @@ struct ImageMobility {
 ImageMobility image_mobility(const Eigen::Vector3d& x_m, double a_m, const Eigen::Vector3d& y_m, double b_m,
                              double viscosity_Pa_s);
 
-/// The plane of a case: takes points and vectors into a frame whose third axis points from the plane into the
-/// fluid.
+/// The plane of a case: transforms to a frame whose third axis points from the plane into the fluid.
 struct NoSlipPlane {
   Eigen::Matrix3d rotation;  ///< from the world to the plane's frame, proper
   Eigen::Vector3d origin_m;  ///< a point of the plane, in the world

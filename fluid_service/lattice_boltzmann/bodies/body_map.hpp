@@ -29,9 +29,8 @@ class BodyMap {
 
   /// Maps the bodies at their present positions; call after changing `bodies()`.
   /// @return whether any cell of the block or its ghosts changed hands
-  /// @throws SolverError if a centre left the domain through a face that is not periodic, or a body that
-  /// moves runs into one: it then is where a fluid should be. Bodies that rest may stand in a wall from the
-  /// start.
+  /// @throws SolverError if a centre left the domain through a face that is not periodic, or a moving body
+  /// runs into one. Bodies at rest may intersect a wall from the start.
   bool update();
   /// Turns fresh cells into fluid ones.
   void accept_fresh_cells();

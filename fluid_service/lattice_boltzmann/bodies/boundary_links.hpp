@@ -22,8 +22,7 @@ class BoundaryLinks {
  public:
   BoundaryLinks(const BodyMap& map, const PopulationLayout& layout, const Box& interior);
 
-  /// Brings the lists in line with the map after an update of it: only cells next to a changed one can
-  /// differ.
+  /// Follows an update of the map: only cells next to a changed one can differ.
   void update();
   /// Sorted by cell.
   [[nodiscard]] std::span<const BoundaryCell> of_body(std::size_t body) const { return cells_[body]; }

@@ -3,7 +3,7 @@
 #include "lattice_boltzmann/lattice/d3q19.hpp"
 
 // Link formulas: what a body's surface sends back along a link. Each is a type with `uses_wall_distance` and
-// `returning`; choose_momentum_exchange picks the one that the case asks for.
+// `returning`; choose_momentum_exchange picks the one named in the case.
 
 namespace copepod::fluid {
 

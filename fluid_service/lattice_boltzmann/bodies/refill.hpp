@@ -19,7 +19,7 @@ namespace copepod::fluid {
 /// same step do not count as neighbours.
 ///
 /// What neighbours on other ranks contribute travels only in steps in which a cell beside the border is
-/// uncovered: both sides see it in their own map and know the size and order of the message without asking.
+/// uncovered: both sides derive the size and order of the message from their own maps.
 template <class T>
 class Refiller {
  public:

@@ -5,9 +5,8 @@
 
 #include "lattice_boltzmann/lattice/moments.hpp"
 
-// Refill formulas: the populations of a cell that a body has uncovered. Each is a type with `Neighbour`, what
-// a fluid cell beside it contributes, `describe` and `fill`; make_refiller picks the one that the case asks
-// for.
+// Refill formulas: the populations of a cell that a body has uncovered. Each is a type with `Neighbour` (what
+// a fluid cell beside it contributes), `describe` and `fill`; make_refiller picks the one named in the case.
 
 namespace copepod::fluid {
 

@@ -82,7 +82,7 @@ class PopulationLayout {
   [[nodiscard]] constexpr Site site(const Cell& global) const {
     return site(global[0] - block_.low[0], global[1] - block_.low[1], global[2] - block_.low[2]);
   }
-  /// A cell of row (x, y) as if it were none of the row's ends.
+  /// A cell of row (x, y), treated like one between the row's ends.
   [[nodiscard]] constexpr Site in_row(std::int64_t x, std::int64_t y, std::int64_t z) const {
     return {cell(x, y, z), on_faces(0, x) | on_faces(1, y)};
   }

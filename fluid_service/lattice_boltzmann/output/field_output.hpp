@@ -61,7 +61,7 @@ class FieldSchedule {
   ~FieldSchedule();
 
   /// @param step    steps completed
-  /// @param fields  computes this rank's fields; called only when they are wanted
+  /// @param fields  computes this rank's fields; called only when they are needed
   /// @throws StorageError
   void after_step(std::int64_t step, const std::function<FieldBlock()>& fields);
 
@@ -69,9 +69,8 @@ class FieldSchedule {
   [[nodiscard]] const MeanField& mean() const { return mean_; }
   [[nodiscard]] Sampling sampling() const { return {output_.mean_start, output_.mean_every_steps}; }
 
-  /// Goes on after `step` with the sums of a checkpoint if they are of the very steps that would be in the
-  /// mean by then. Otherwise the sums start anew, since a run may be resumed with another mean, and the log
-  /// says what is missing.
+  /// Continues after `step` with the sums of a checkpoint if they are of the very steps that would be in the
+  /// mean by then. Otherwise, when a run is resumed with another mean, the sums start anew with a warning.
   void restore(std::int64_t step, const Sampling& sampling, MeanField mean);
 
  private:

@@ -65,8 +65,8 @@ void save_populations(const std::string& path, Communicator& communicator, const
 /// Reads what save_populations wrote, on any decomposition. Collective.
 ///
 /// @param expected  of the running case; its `step` is ignored
-/// @param take      called once for every piece; what it got is good only if nothing is thrown in the end
-/// @return header with the step to go on from
+/// @param take      called once for every piece; the values are valid only if nothing is thrown
+/// @return header with the step to continue from
 /// @throws StorageError on all ranks if the file is missing, damaged (checksum) or of another case
 template <class T>
 PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
