@@ -34,8 +34,7 @@ class Communicator {
     std::span<const std::byte> send;
     std::span<std::byte> receive;
   };
-  /// Starts the exchange. Buffers must live until the returned function, which waits for completion, has
-  /// returned.
+  /// Starts the exchange; the returned function waits for completion. Buffers must live until then.
   [[nodiscard]] virtual std::function<void()> start_exchange(std::span<const Message> messages) = 0;
 
   /// Reports to all other ranks why this one failed; called once by the code around the solver, which must
