@@ -11,7 +11,6 @@ from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from copepod_run.cleanup import MARK
 from copepod_run.checkout import build_digest, program
@@ -125,35 +124,47 @@ def require_program(role: str, command: Sequence[str]) -> None:
 
 def announces(command: Sequence[str], feature: str) -> bool:
     """Whether a component can be asked and announces `feature`."""
-    if not shutil.which(command[0]):
-        return False
-    return feature in (announced(tuple(command)) or {}).get("features", [])
+    return shutil.which(command[0]) is not None and feature in ask(tuple(command)).features
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What `COMMAND --capabilities` printed; `problem`: why it cannot be read."""
+
+    name: str = ""
+    role: str = ""
+    features: Sequence[str] = ()
+    problem: str = ""
 
 
 @functools.cache
-def announced(command: tuple[str, ...]) -> dict[str, Any] | None:
-    """What `COMMAND --capabilities` prints, a dictionary with `name` and `features`; None if that cannot be read.
-
-    Raises Stop(2) if the command cannot be started.
-    """
+def ask(command: tuple[str, ...]) -> Answer:
+    """A component's capabilities. Raises Stop(2) if the command cannot be started."""
     try:
-        answer = subprocess.run(
+        done = subprocess.run(
             [*command, "--capabilities"],
             env={**settings_of_components(), **os.environ},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
             text=True,
+            errors="replace",
             timeout=_ANSWER_WITHIN_S,
         )
-        read, _ = json.JSONDecoder().raw_decode(answer.stdout.lstrip())  # under mpirun every rank may print it
+        read, _ = json.JSONDecoder().raw_decode(done.stdout.lstrip())  # under mpirun every rank may print it
+        if isinstance(read, dict):
+            return Answer(read.get("name", shlex.join(command)), read.get("role", ""), read.get("features", []))
     except OSError as problem:
         raise Stop(
             ExitCode.BAD_CASE, f"a component cannot be started ({problem}). Check this command: {shlex.join(command)}"
         ) from None
-    except (ValueError, subprocess.TimeoutExpired):
-        return None
-    return read if isinstance(read, dict) else None
+    except subprocess.TimeoutExpired:
+        return Answer(problem=f"it does not answer --capabilities within {_ANSWER_WITHIN_S} s")
+    except ValueError:
+        pass
+    lines = done.stderr.strip().splitlines()
+    last = f" but with: {lines[-1].strip()}" if lines else ""
+    return Answer(problem=f"it does not answer --capabilities with JSON{last}")
 
 
 def problems_of_components(plan: Plan, only_replaced: bool = False) -> list[str]:
@@ -175,18 +186,17 @@ def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Map
     """
     if is_ours and not Path(command[0]).exists():  # a folder of programs for runs in one process need not hold it
         return
-    answer = announced(tuple(command))
-    if answer is None:
+    answer = ask(tuple(command))
+    if answer.problem:
         yield (
-            f"{shlex.join(command)} cannot be used as {role} component (it does not answer --capabilities with "
-            "JSON). Give the command of a component, see docs/adding_a_component.md."
+            f"{shlex.join(command)} cannot be used as {role} component ({answer.problem}). "
+            "Give the command of a component, see docs/adding_a_component.md."
         )
         return
-    name = answer.get("name", shlex.join(command))
-    if answer.get("role", role) != role:
-        yield f"{name} cannot be used as {role} component (it is a {answer['role']} component). Use --{answer['role']}."
+    name, features = answer.name, answer.features
+    if answer.role not in (role, ""):
+        yield f"{name} cannot be used as {role} component (it is a {answer.role} component). Use --{answer.role}."
         return
-    features = answer.get("features", [])
     for feature, kind in required.items():
         waived = kind == "method" and "solver:external" in features
         neglected = f"neglects:{feature}" in features or f"neglects:{feature.partition(':')[0]}" in features

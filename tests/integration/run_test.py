@@ -257,7 +257,7 @@ class Failing(RealRun):
     def test_more_ranks_than_the_machine_can_bear_are_refused(self):
         session = self.start("run", QUICK, "--ranks", str(33 * len(os.sched_getaffinity(0))))
         self.assert_ends(session, 2)
-        self.assertIn("fluid ranks (each is a process", session.last_line)
+        self.assertIn("fluid ranks are too many (each is a process", session.last_line)
         self.assertFalse((self.folder / "runs").exists())
 
     def test_diverging_case_names_solver_and_step(self):
