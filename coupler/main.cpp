@@ -1,7 +1,7 @@
 #include <iostream>
 
+#include "remote/remote_solvers.hpp"
 #include "run/program.hpp"
-#include "run/remote_components.hpp"
 
 int main(int argc, char** argv) {
   using namespace copepod::coupler;

@@ -1,4 +1,4 @@
-#include "checkpoint/checkpoint_schedule.hpp"
+#include "run/checkpointer.hpp"
 
 #include <gtest/gtest.h>
 
