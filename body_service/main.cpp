@@ -4,7 +4,7 @@
 int main(int argc, char** argv) {
   using copepod::body::RigidBodySolver;
   return copepod::run_body_component(
-      argc, argv, {copepod::body::rigid_body_capabilities(), [](const copepod::BodySetup& setup) {
-                     return std::make_unique<RigidBodySolver>(setup);
+      argc, argv, {copepod::body::rigid_body_capabilities(), [](const auto& setup, auto& context) {
+                     return std::make_unique<RigidBodySolver>(setup, &context);
                    }});
 }

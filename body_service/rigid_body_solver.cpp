@@ -57,8 +57,9 @@ Capabilities rigid_body_capabilities() {
            "periodic", "checkpoint"}};
 }
 
-RigidBodySolver::RigidBodySolver(const BodySetup& setup)
-    : case_digest_(case_digest(setup)),
+RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
+    : context_(context),
+      case_digest_(case_digest(setup)),
       equations_(setup, preferred_block_bodies),
       integrator_(make_time_integrator(setup.integrator, equations_, setup.step_s)),
       driving_nodes_(static_cast<Eigen::Index>(integrator_->driving_nodes().size())),
@@ -103,10 +104,17 @@ void RigidBodySolver::integrate(const AppliedLoads& applied) {
   }
 }
 
-void RigidBodySolver::save(const std::string& path) { write_state(path, {case_digest_, step_}, state_); }
+std::function<void()> RigidBodySolver::report_progress() const {
+  if (context_ == nullptr) return {};
+  return [this] { context_->report_progress(); };
+}
+
+void RigidBodySolver::save(const std::string& path) {
+  write_state(path, {case_digest_, step_}, state_, report_progress());
+}
 
 void RigidBodySolver::restore(const std::string& path) {
-  step_ = read_state(path, case_digest_, state_);
+  step_ = read_state(path, case_digest_, state_, report_progress());
   overlap_check_.check(state_, step_);
 }
 

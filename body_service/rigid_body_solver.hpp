@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "contact/overlap_check.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
+#include "contract/solver_context.hpp"
 #include "integration/equations_of_motion.hpp"
 #include "integration/time_integrator.hpp"
 #include "model/motion_state.hpp"
@@ -18,8 +20,10 @@ Capabilities rigid_body_capabilities();
 /// Rigid spheres and capsules with springs, gravity and constraints; the theory is in docs/theory_bodies.md.
 class RigidBodySolver final : public BodySolver {
  public:
+  /// @param context  to report progress to while a state is saved or restored; null: none. Outlives the
+  /// solver
   /// @throws CaseError if the setup is not valid, SolverError if bodies overlap at the start
-  explicit RigidBodySolver(const BodySetup& setup);
+  explicit RigidBodySolver(const BodySetup& setup, SolverContext* context = nullptr);
 
   [[nodiscard]] std::vector<double> driving_nodes() const override;
   void kinematics(Kinematics& kinematics) override;
@@ -31,6 +35,9 @@ class RigidBodySolver final : public BodySolver {
  private:
   void integrate(const AppliedLoads& applied);
 
+  [[nodiscard]] std::function<void()> report_progress() const;
+
+  SolverContext* context_;
   std::uint64_t case_digest_;  ///< of the setup: a saved state fits this case only
   EquationsOfMotion equations_;
   std::unique_ptr<TimeIntegrator> integrator_;

@@ -21,7 +21,9 @@ class LocalComponents final : public coupler::Components {
  private:
   Capabilities fluid_;
   Capabilities body_;
-  fluid::SelfCommunicator alone_;
+  SolverContext fluid_context_;
+  SolverContext body_context_;
+  fluid::SelfCommunicator alone_{fluid_context_};
 };
 
 }  // namespace copepod

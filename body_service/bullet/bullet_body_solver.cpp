@@ -30,8 +30,9 @@ Capabilities bullet_capabilities() {
            "springs", "anchors", "gravity", "contacts", "checkpoint"}};
 }
 
-BulletBodySolver::BulletBodySolver(const BodySetup& setup)
-    : case_digest_(mix_bits(case_digest(setup))),
+BulletBodySolver::BulletBodySolver(const BodySetup& setup, SolverContext* context)
+    : context_(context),
+      case_digest_(mix_bits(case_digest(setup))),
       model_(checked(setup)),
       weight_(setup),
       world_(setup, model_),
@@ -61,13 +62,18 @@ void BulletBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   kinematics(next);
 }
 
+std::function<void()> BulletBodySolver::report_progress() const {
+  if (context_ == nullptr) return {};
+  return [this] { context_->report_progress(); };
+}
+
 void BulletBodySolver::save(const std::string& path) {
-  write_state(path, {case_digest_, step_}, as_motion_state(state_));
+  write_state(path, {case_digest_, step_}, as_motion_state(state_), report_progress());
 }
 
 void BulletBodySolver::restore(const std::string& path) {
   MotionState saved = as_motion_state(state_);
-  step_ = read_state(path, case_digest_, saved);
+  step_ = read_state(path, case_digest_, saved, report_progress());
   state_ = {saved.position_m, saved.orientation_wxyz, saved.velocity_m_per_s, saved.angular_momentum_N_m_s};
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <functional>
+
 #include "bullet/bullet_world.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
+#include "contract/solver_context.hpp"
 #include "forces/weight.hpp"
 #include "model/body_model.hpp"
 
@@ -21,8 +24,10 @@ Capabilities bullet_capabilities();
 /// has the derivation. Contacts across periodic faces are not detected.
 class BulletBodySolver final : public BodySolver {
  public:
+  /// @param context  to report progress to while a state is saved or restored; null: none. Outlives the
+  /// solver
   /// @throws CaseError if the setup is not valid
-  explicit BulletBodySolver(const BodySetup& setup);
+  explicit BulletBodySolver(const BodySetup& setup, SolverContext* context = nullptr);
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0}; }
   void kinematics(Kinematics& kinematics) override;
@@ -32,6 +37,9 @@ class BulletBodySolver final : public BodySolver {
   SolverSummary summarise() override;
 
  private:
+  [[nodiscard]] std::function<void()> report_progress() const;
+
+  SolverContext* context_;
   std::uint64_t case_digest_;  ///< of the setup, and of Bullet: states of the other solver do not fit
   BodyModel model_;
   Weight weight_;

@@ -4,7 +4,7 @@
 int main(int argc, char** argv) {
   using copepod::body::BulletBodySolver;
   return copepod::run_body_component(
-      argc, argv, {copepod::body::bullet_capabilities(), [](const copepod::BodySetup& setup) {
-                     return std::make_unique<BulletBodySolver>(setup);
+      argc, argv, {copepod::body::bullet_capabilities(), [](const auto& setup, auto& context) {
+                     return std::make_unique<BulletBodySolver>(setup, &context);
                    }});
 }

@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "component/progress.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "system/durable_file.hpp"
@@ -62,14 +61,14 @@ void take(std::span<const std::uint64_t>& words, Matrix& numbers) {
 
 /// Fills zeroed `words` from a file and shortens them to its length; a last word that is cut off is kept,
 /// padded with zeros.
-void read_all(std::istream& file, Words& words) {
+void read_all(std::istream& file, Words& words, const std::function<void()>& on_piece) {
   const auto bytes = std::as_writable_bytes(std::span(words));
   std::size_t done = 0;
   while (file && done < bytes.size()) {
     const std::size_t piece = std::min(bytes.size() - done, piece_bytes);
     file.read(reinterpret_cast<char*>(bytes.data() + done), static_cast<std::streamsize>(piece));
     done += static_cast<std::size_t>(file.gcount());
-    report_progress();
+    if (on_piece) on_piece();
   }
   words.resize((done + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t));
 }
@@ -114,7 +113,8 @@ std::uint64_t state_digest(std::int64_t step, const MotionState& state) {
   return digest.value();
 }
 
-void write_state(const std::string& path, const StateLabel& label, const MotionState& state) {
+void write_state(const std::string& path, const StateLabel& label, const MotionState& state,
+                 const std::function<void()>& on_piece) {
   const auto bodies = static_cast<std::size_t>(state.bodies());
   Words words{magic, version, label.case_digest, static_cast<std::uint64_t>(label.step), bodies};
   words.reserve(header_words + words_per_body * bodies + 1);
@@ -124,10 +124,11 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   append(words, state.angular_momentum_N_m_s);
   words.push_back(digest_of(words));
 
-  write_durably(path, std::as_bytes(std::span(words)), report_progress);
+  write_durably(path, std::as_bytes(std::span(words)), on_piece);
 }
 
-std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state) {
+std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state,
+                        const std::function<void()>& on_piece) {
   const std::string remedy = "Resume from another checkpoint.";
   const auto bodies = static_cast<std::size_t>(state.bodies());
   const std::size_t expected = header_words + words_per_body * bodies + 1;
@@ -135,7 +136,7 @@ std::int64_t read_state(const std::string& path, std::uint64_t case_digest, Moti
   std::ifstream file(path, std::ios::binary);
   if (!file) fail(path, "could not be opened (" + std::string(std::strerror(errno)) + ")", remedy);
   Words words(expected + 1);  // one more than fits, to notice a file that is too long
-  read_all(file, words);
+  read_all(file, words, on_piece);
 
   if (words.size() < header_words || words[0] != magic) fail(path, "is not a saved body state", remedy);
   if (words[1] != version) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "contract/body_setup.hpp"
@@ -25,14 +26,17 @@ struct StateLabel {
 /// Layout, 64-bit little-endian words: magic "COPEBODY", version, case digest, step, bodies; then position (3
 /// words per body), orientation (4), velocity (3) and angular momentum (3), each body by body; last the
 /// digest of all words before.
+/// @param on_piece  called after every piece, so that a slow disk is not mistaken for a process that hangs
 /// @throws StorageError
-void write_state(const std::string& path, const StateLabel& label, const MotionState& state);
+void write_state(const std::string& path, const StateLabel& label, const MotionState& state,
+                 const std::function<void()>& on_piece = {});
 
 /// Reads what `write_state` wrote, bit for bit.
 /// @param case_digest  of the present case
 /// @param state        must have the case's number of bodies; overwritten
 /// @return the step before which the state was saved
 /// @throws StorageError if the file is missing, truncated, damaged, of another version or of another case
-std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state);
+std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state,
+                        const std::function<void()>& on_piece = {});
 
 }  // namespace copepod::body

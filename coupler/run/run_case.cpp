@@ -97,7 +97,7 @@ void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
   FluidSetup fluid = make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string());
   if (loaded_.content.output.trace) {
     body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
-    recording::timeline().open(fluid.trace_directory, "coupler", 0);
+    recording::open_timeline(timeline_, fluid.trace_directory, "coupler", 0);
   }
   body_ = components_.make_body(body, first);
   fluid_ = components_.make_fluid(fluid, first);
@@ -113,7 +113,8 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
                                 static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
   RunObservers observers(loaded_, directory_, events_, first_step(checkpoint), step_);
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
-  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all());
+  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(),
+                        timeline_);
   if (checkpoint) {
     scheme.restore_previous_loads(checkpoint->state.previous_loads);
     observers.restore(checkpoint->state.swimmers);
@@ -144,7 +145,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(),
                                     scheme.kinematics(), timing, observers.swimmer_reports());
   components_.finish();
-  recording::timeline().close();
+  timeline_.close();
   write_durably(directory_.summary(), summary.dump(2) + "\n");
   spdlog::info("finished after {:.1f} s", timing.loop_s);
 }

@@ -6,6 +6,7 @@
 
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/load_case.hpp"
+#include "contract/timeline.hpp"
 #include "observers/events.hpp"
 #include "run/components.hpp"
 #include "run/signals.hpp"
@@ -48,6 +49,7 @@ class CaseRun {
   Components& components_;
   Events& events_;
   RunSignals& signals_;
+  Timeline timeline_;
   std::unique_ptr<FluidSolver> fluid_;
   std::unique_ptr<BodySolver> body_;
   std::int64_t step_ = -1;

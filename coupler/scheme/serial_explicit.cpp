@@ -17,13 +17,15 @@ void LoadAverage::apply(const Loads& raw, Loads& applied) {
 }
 
 SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
-                               const Plausibility& plausibility, LoadAveraging averaging, Observer& observer)
+                               const Plausibility& plausibility, LoadAveraging averaging, Observer& observer,
+                               Timeline& timeline)
     : fluid_(fluid),
       body_(body),
       driving_(driving),
       plausibility_(plausibility),
       averaging_(averaging),
       observer_(observer),
+      timeline_(timeline),
       nodes_(body.driving_nodes()) {
   body_.kinematics(kinematics_);
   step_ = kinematics_.step;
@@ -31,7 +33,7 @@ SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const Drivi
 
 void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_t)>& pause) {
   while (step_ < stop && !pause(step_)) {
-    recording::timeline().set_step(step_);
+    timeline_.set_step(step_);
     // Map the bodies to the lattice; hydrodynamic forces on them.
     fluid_watch_.time([&] { fluid_.exchange(kinematics_, loads_); });
     couple_watch_.time([&] { couple(); });

@@ -44,7 +44,8 @@ class LoadAverage {
 class SerialExplicit {
  public:
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
-                 const Plausibility& plausibility, LoadAveraging averaging, Observer& observer);
+                 const Plausibility& plausibility, LoadAveraging averaging, Observer& observer,
+                 Timeline& timeline);
 
   /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   /// @param pause  asked before every step
@@ -75,6 +76,7 @@ class SerialExplicit {
   const Plausibility& plausibility_;
   LoadAverage averaging_;
   Observer& observer_;
+  Timeline& timeline_;
   std::vector<double> nodes_;
 
   std::int64_t step_ = 0;
@@ -82,9 +84,9 @@ class SerialExplicit {
   Kinematics next_;
   Loads loads_;
   AppliedLoads applied_;
-  Stopwatch fluid_watch_{"wait for fluid"};
-  Stopwatch couple_watch_{"couple"};
-  Stopwatch body_watch_{"wait for bodies"};
+  Stopwatch fluid_watch_{timeline_, "wait for fluid"};
+  Stopwatch couple_watch_{timeline_, "couple"};
+  Stopwatch body_watch_{timeline_, "wait for bodies"};
 };
 
 }  // namespace copepod::coupler

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <string_view>
 
-#include "recording/timeline.hpp"
+#include "contract/timeline.hpp"
 
 namespace copepod::coupler {
 
@@ -12,8 +12,9 @@ class Stopwatch {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param phase  what the timeline calls it; a literal
-  explicit Stopwatch(std::string_view phase) : phase_(phase) {}
+  /// @param timeline  outlives this object
+  /// @param phase     its name in the timeline; a literal
+  Stopwatch(Timeline& timeline, std::string_view phase) : timeline_(timeline), phase_(phase) {}
 
   /// Runs `work` and adds the time it took.
   template <typename Work>
@@ -22,11 +23,12 @@ class Stopwatch {
     work();
     const Clock::time_point end = Clock::now();
     total_ += end - start;
-    recording::timeline().add(phase_, start, end);
+    timeline_.add(phase_, start, end);
   }
   [[nodiscard]] double seconds() const { return std::chrono::duration<double>(total_).count(); }
 
  private:
+  Timeline& timeline_;
   std::string_view phase_;
   Clock::duration total_{};
 };

@@ -20,15 +20,17 @@ class Failure:
     component: str
     host: str
     rank: str  # "0", or "0-3" where all ranks ended together
-    step: int  # -1: before the first, or unknown
+    step: int  # -1: before the first
     reason: str
     log: str = ""  # file to look into, if the reason is not all that is known
     was_killed: bool = False  # by a signal from outside
+    is_after_step: bool = False  # `step` is the last one known to have begun
 
     def sentence(self) -> str:
         """Component, host, rank, step and reason on one line."""
         name = COMPONENTS.get(self.component, self.component)
-        place = f"at step {self.step}" if self.step >= 0 else "before the first step"
+        when = "after" if self.is_after_step else "at"
+        place = f"{when} step {self.step}" if self.step >= 0 else "before the first step"
         see = f" See its log {self.log}." if self.log else ""
         return f"{name} on host {self.host}, rank {self.rank}, {place}: {self.reason}{see}"
 
@@ -98,14 +100,15 @@ def judge(reported: Failure | None, exits: Sequence[Exit], last_step: int, host:
     """
     killed = next((exit for exit in exits if exit.signal), None)
     if reported is not None:
-        reported = replace(reported, step=reported.step if reported.step >= 0 else last_step)
-        return _with_cause(reported, killed, exits, host)
-    if killed and not _is_consequence(killed, exits):
-        return _of_killed(killed, last_step)
-    if exits:
-        return _of_exit(exits[0], last_step, host)
-    reason = "closed its output without reporting an error (a defect). See its log, and report it."
-    return Failure(ExitCode.COMPONENT_LOST, "coupler", host, "0", last_step, reason)
+        failure = _with_cause(reported, killed, exits, host)
+    elif killed and not _is_consequence(killed, exits):
+        failure = _of_killed(killed, -1)
+    elif exits:
+        failure = _of_exit(exits[0], -1, host)
+    else:
+        reason = "closed its output without reporting an error (a defect). See its log, and report it."
+        failure = Failure(ExitCode.COMPONENT_LOST, "coupler", host, "0", -1, reason)
+    return failure if failure.step >= 0 else replace(failure, step=last_step, is_after_step=True)
 
 
 def _with_cause(reported: Failure, killed: Exit | None, exits: Sequence[Exit], host: str) -> Failure:

@@ -113,7 +113,7 @@ class Watch:
         self._next_look = time.monotonic() + LOOK_EVERY_S
         if trouble is None or self._signals.received:
             return
-        step = self.last_step if self._reported is None else self._reported.step
+        step = -1 if self._reported is None else self._reported.step
         self._reported = Failure(
             ExitCode.COMPONENT_LOST, trouble.component, trouble.host, trouble.rank, step, trouble.reason
         )
@@ -237,7 +237,7 @@ class Watch:
             return judge(None, [bad], self.last_step, self._host)
         late = next(iter(self._alive.values()))
         reason = f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished."
-        return Failure(ExitCode.COMPONENT_LOST, late.name, late.host, "0", self.last_step, reason)
+        return Failure(ExitCode.COMPONENT_LOST, late.name, late.host, "0", self.last_step, reason, is_after_step=True)
 
 
 def _shown(path: Path) -> str:

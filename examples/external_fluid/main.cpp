@@ -74,6 +74,6 @@ int main(int argc, char** argv) {
        "1.0",
        {"solver:external", "shape:sphere", "checkpoint", "imposes:flow", "neglects:boundary",
         "neglects:symmetry_planes", "neglects:fields"}},
-      [](const FluidSetup& setup) { return std::make_unique<UniformStream>(setup); }};
+      [](const FluidSetup& setup, SolverContext&) { return std::make_unique<UniformStream>(setup); }};
   return run_fluid_component(argc, argv, component);
 }

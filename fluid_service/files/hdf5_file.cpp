@@ -8,7 +8,6 @@
 
 #include <hdf5.h>
 
-#include "component/progress.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::fluid {
@@ -71,7 +70,8 @@ hid_t open_file(const std::string& path, Hdf5File::Access kind) {
 
 }  // namespace
 
-Hdf5File::Hdf5File(const std::string& path, Access access) : path_(path), access_(access) {
+Hdf5File::Hdf5File(const std::string& path, Access access, SolverContext& context)
+    : path_(path), access_(access), context_(context) {
   file_ = open_file(path, access);
   require(file_ >= 0, "open it");
 }
@@ -160,7 +160,7 @@ void Hdf5File::read(const std::string& dataset, const Extent& start, const Exten
   const auto cut = std::find_if(count.begin(), count.end(), [](std::uint64_t along) { return along > 1; });
   if (size * sizeof(T) <= piece_bytes || cut == count.end()) {
     read_piece(dataset, start, count, values);
-    report_progress();
+    context_.report_progress();
     return;
   }
   // Halves along the first axis that can be cut lie one behind the other in memory.

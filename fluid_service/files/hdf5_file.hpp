@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "contract/solver_context.hpp"
+
 namespace copepod::fluid {
 
 /// An HDF5 file opened by one process; the only place that calls HDF5.
@@ -17,7 +19,8 @@ class Hdf5File {
   enum class Access { create, extend, read };
   using Extent = std::vector<std::uint64_t>;
 
-  Hdf5File(const std::string& path, Access access);
+  /// @param context  to report progress to; outlives the file
+  Hdf5File(const std::string& path, Access access, SolverContext& context);
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
   ~Hdf5File();
@@ -52,6 +55,7 @@ class Hdf5File {
 
   std::string path_;
   Access access_;
+  SolverContext& context_;
   std::int64_t file_ = -1;  ///< HDF5 identifier
 };
 

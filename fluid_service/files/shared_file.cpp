@@ -8,7 +8,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "component/progress.hpp"
 #include "contract/errors.hpp"
 #include "ranks/rank_failure.hpp"
 
@@ -25,11 +24,11 @@ StorageError storage_error(const std::string& path, const std::string& action, i
 
 /// Takes the disk space of a part of a file.
 /// @return 0, or the error's number
-int allocate(int file, std::int64_t start, std::int64_t bytes) {
+int allocate(int file, std::int64_t start, std::int64_t bytes, SolverContext& context) {
   int error = 0;
   for (std::int64_t done = 0; done < bytes && error == 0; done += piece_bytes) {
     error = posix_fallocate(file, start + done, std::min(piece_bytes, bytes - done));
-    report_progress();
+    context.report_progress();
   }
   return error;
 }
@@ -78,28 +77,28 @@ void on_leader(Communicator& communicator, const std::function<void()>& action) 
   });
 }
 
-void require_space(const std::string& path, std::int64_t bytes) {
+void require_space(const std::string& path, std::int64_t bytes, SolverContext& context) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) throw storage_error(path, "open it", errno);
   struct stat status {};
-  int error = fstat(file, &status) != 0 ? errno : allocate(file, status.st_size, bytes);
+  int error = fstat(file, &status) != 0 ? errno : allocate(file, status.st_size, bytes, context);
   if (ftruncate(file, status.st_size) != 0 && error == 0) error = errno;
   close(file);
   if (error != 0) throw storage_error(path, "get " + std::to_string(bytes) + " bytes of disk space", error);
 }
 
-void reserve_space(const std::string& path) {
+void reserve_space(const std::string& path, SolverContext& context) {
   const int file = open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) throw storage_error(path, "open it", errno);
   struct stat status {};
-  const int error = fstat(file, &status) != 0 ? errno : allocate(file, 0, status.st_size);
+  const int error = fstat(file, &status) != 0 ? errno : allocate(file, 0, status.st_size, context);
   close(file);
   if (error != 0)
     throw storage_error(path, "get " + std::to_string(status.st_size) + " bytes of disk space", error);
 }
 
-SharedFile::SharedFile(const std::string& path)
-    : path_(path), file_(open(path.c_str(), O_WRONLY | O_CLOEXEC)) {
+SharedFile::SharedFile(const std::string& path, SolverContext& context)
+    : path_(path), context_(context), file_(open(path.c_str(), O_WRONLY | O_CLOEXEC)) {
   if (file_ < 0) fail("open it");
 }
 
@@ -113,7 +112,7 @@ void SharedFile::write_run(std::uint64_t position, const char* bytes, std::size_
   while (size > 0) {
     const std::size_t piece = std::min(size, static_cast<std::size_t>(piece_bytes));
     const ssize_t written = pwrite(file_, bytes, piece, static_cast<off_t>(position));
-    report_progress();
+    context_.report_progress();
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) fail("write to it");
     position += static_cast<std::uint64_t>(written);
@@ -155,7 +154,7 @@ void SharedFile::sync() {
   for (std::int64_t position = 0; position < status.st_size; position += piece_bytes) {
     if (sync_file_range(file_, position, piece_bytes, now) != 0 && errno != ENOSYS)
       fail("bring it to the disk");
-    report_progress();
+    context_.report_progress();
   }
   if (fsync(file_) != 0) fail("bring it to the disk");
 }

@@ -20,18 +20,20 @@ void on_leader(Communicator& communicator, const std::function<void()>& action);
 ///
 /// HDF5 cannot end properly once one of its writes has failed, so a full disk must show before HDF5 writes.
 /// @throws StorageError
-void require_space(const std::string& path, std::int64_t bytes);
+void require_space(const std::string& path, std::int64_t bytes, SolverContext& context);
 
 /// Takes the disk space of a whole file that so far has holes, so that no later write finds the disk full.
 /// @throws StorageError
-void reserve_space(const std::string& path);
+void reserve_space(const std::string& path, SolverContext& context);
 
 /// Writes values of a contiguous dataset from any number of processes at once; not collective. Reports
 /// progress, so that a slow disk is not mistaken for a process that hangs.
 class SharedFile {
  public:
-  /// Opens an existing file. @throws StorageError
-  explicit SharedFile(const std::string& path);
+  /// Opens an existing file.
+  /// @param context  to report progress to; outlives the file
+  /// @throws StorageError
+  SharedFile(const std::string& path, SolverContext& context);
   SharedFile(const SharedFile&) = delete;
   SharedFile& operator=(const SharedFile&) = delete;
   ~SharedFile();
@@ -53,6 +55,7 @@ class SharedFile {
   [[noreturn]] void fail(const std::string& action) const;
 
   std::string path_;
+  SolverContext& context_;
   int file_;
 };
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <string>
 
-#include "component/progress.hpp"
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/boundary/mirror.hpp"
 #include "lattice_boltzmann/output/population_file.hpp"
@@ -46,6 +45,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size()),
       load_sum_halves_(2 * load_components * setup.bodies.size()),
+      timer_(communicator.context().timeline()),
       output_(setup, communicator) {}
 
 template <class T>
@@ -177,7 +177,7 @@ void LatticeBoltzmann<T>::check_all_rows() const {
   const Box& block = layout_.block();
   for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
     for (std::int64_t y = block.low[1]; y < block.high[1]; ++y) check_row(x, y);
-    report_progress();
+    communicator_.context().report_progress();
   }
 }
 
@@ -232,7 +232,7 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
           result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
         result.body.push_back(owner);
       }
-    report_progress();
+    communicator_.context().report_progress();
   }
   return result;
 }
@@ -250,7 +250,7 @@ std::uint64_t LatticeBoltzmann<T>::digest_of_fluid_cells() const {
           return populations_[static_cast<std::size_t>(layout_.location(site, alpha, placement_))];
         });
       }
-    report_progress();
+    communicator_.context().report_progress();
   }
   return sum;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contract/fluid_solver.hpp"
+#include "contract/timeline.hpp"
 #include "lattice_boltzmann/bodies/momentum_exchange.hpp"
 #include "lattice_boltzmann/bodies/refill.hpp"
 #include "lattice_boltzmann/boundary/halo_exchange.hpp"
@@ -17,21 +18,21 @@
 #include "lattice_boltzmann/lattice/huge_array.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 #include "lattice_boltzmann/output/field_output.hpp"
-#include "recording/timeline.hpp"
 
 namespace copepod::fluid {
 
 /// Phases of a step, in the order in which they happen.
 enum class Phase { map, refill, momentum, reduce, halo, wait, reflect, bulk, check, output };
 
-/// Wall time per phase: each call books the time since the previous one, also in the process's timeline.
+/// Wall time per phase: each call books the time since the previous one, and adds it to the timeline.
 class PhaseTimer {
  public:
+  explicit PhaseTimer(Timeline& timeline) : timeline_(timeline) {}
   void start() { last_ = Clock::now(); }
   void book(Phase phase) {
     const auto now = Clock::now();
     seconds_[static_cast<int>(phase)] += std::chrono::duration<double>(now - last_).count();
-    recording::timeline().add(names[static_cast<int>(phase)], last_, now);
+    timeline_.add(names[static_cast<int>(phase)], last_, now);
     last_ = now;
   }
   [[nodiscard]] std::map<std::string, double> seconds() const {
@@ -45,6 +46,7 @@ class PhaseTimer {
   static constexpr int phases = static_cast<int>(Phase::output) + 1;
   static constexpr const char* names[phases] = {"map",  "refill",  "momentum", "reduce", "halo",
                                                 "wait", "reflect", "bulk",     "check",  "output"};
+  Timeline& timeline_;
   Clock::time_point last_ = Clock::now();
   double seconds_[phases] = {};
 };

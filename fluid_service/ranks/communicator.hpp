@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "contract/errors.hpp"
+#include "contract/solver_context.hpp"
 
 namespace copepod::fluid {
 
@@ -19,7 +20,11 @@ namespace copepod::fluid {
 /// PeerFailed with that report instead of deadlocking.
 class Communicator {
  public:
+  /// @param context  of the solver on this rank; outlives the communicator
+  explicit Communicator(SolverContext& context) : context_(context) {}
   virtual ~Communicator() = default;
+  /// Progress, stop request and timeline of this rank's solver.
+  [[nodiscard]] SolverContext& context() const { return context_; }
   [[nodiscard]] virtual int rank() const = 0;
   [[nodiscard]] virtual int size() const = 0;
 
@@ -41,11 +46,15 @@ class Communicator {
   /// still be alive: its messages may be under way. Afterwards the communicator is broken and every call
   /// throws PeerFailed.
   virtual void report_failure(const FailureReport& report) = 0;
+
+ private:
+  SolverContext& context_;
 };
 
 /// One rank, no messages: for unit tests and in-process use.
 class SelfCommunicator final : public Communicator {
  public:
+  using Communicator::Communicator;
   [[nodiscard]] int rank() const override { return 0; }
   [[nodiscard]] int size() const override { return 1; }
   void broadcast(std::span<std::byte>) override {}

@@ -187,12 +187,16 @@ namespace {
 class Follower {
  public:
   Follower(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& step)
-      : communicator_(communicator), make_solver_(make_solver), channel_(communicator), step_(step) {}
+      : communicator_(communicator),
+        timeline_(communicator.context().timeline()),
+        make_solver_(make_solver),
+        channel_(communicator),
+        step_(step) {}
 
   /// Receives one order and carries it out. @return false when there is nothing more to do
   bool obey() {
     {
-      const recording::Span waiting("waiting");
+      const Span waiting(timeline_, "waiting");
       channel_.receive(command_);
     }
     switch (command_.order) {
@@ -221,17 +225,17 @@ class Follower {
  private:
   void open_timeline() {
     const std::string& folder = command_.setup.trace_directory;
-    if (!folder.empty()) recording::timeline().open(folder, "fluid", communicator_.rank());
+    if (!folder.empty()) recording::open_timeline(timeline_, folder, "fluid", communicator_.rank());
   }
 
   void advance_one_step() {
     step_ = command_.kinematics.step;
-    recording::timeline().set_step(step_);
+    timeline_.set_step(step_);
     {
-      const recording::Span exchanging("exchanging");
+      const Span exchanging(timeline_, "exchanging");
       solver_->exchange(command_.kinematics, loads_);
     }
-    const recording::Span advancing("advancing");
+    const Span advancing(timeline_, "advancing");
     solver_->advance();
   }
 
@@ -244,6 +248,7 @@ class Follower {
   }
 
   Communicator& communicator_;
+  Timeline& timeline_;
   const RankSolverFactory& make_solver_;
   CommandChannel channel_;
   Command command_;

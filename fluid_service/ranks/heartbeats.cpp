@@ -4,7 +4,6 @@
 #include <chrono>
 #include <new>
 
-#include "component/progress.hpp"
 #include "system/block_signals.hpp"
 
 namespace copepod::fluid {
@@ -22,7 +21,7 @@ struct alignas(64) HeartbeatBoard::Place {
   std::atomic<bool> waits{false};
 };
 
-HeartbeatBoard::HeartbeatBoard(MPI_Comm ranks) {
+HeartbeatBoard::HeartbeatBoard(MPI_Comm ranks, const SolverContext& context) : context_(context) {
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "processes share these");
   int rank = 0;
   MPI_Comm_rank(ranks, &rank);
@@ -78,7 +77,7 @@ void HeartbeatBoard::beat() {
   block_signals();
   std::unique_lock lock(mutex_);
   while (!leaving_) {
-    own_->progress.store(progress_counter().load(std::memory_order_relaxed), std::memory_order_relaxed);
+    own_->progress.store(context_.progress(), std::memory_order_relaxed);
     own_->beats.fetch_add(1, std::memory_order_relaxed);
     leave_.wait_for(lock, beat_every);
   }

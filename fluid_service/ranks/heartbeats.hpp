@@ -10,6 +10,8 @@
 
 #include <mpi.h>
 
+#include "contract/solver_context.hpp"
+
 namespace copepod::fluid {
 
 /// What one rank showed of itself at some moment.
@@ -69,7 +71,8 @@ class HeartbeatBoard {
  public:
   /// Collective. Every rank but 0 starts a thread that beats and never calls MPI; the coupler's pings
   /// cover rank 0.
-  explicit HeartbeatBoard(MPI_Comm ranks);
+  /// @param context  whose progress the thread shows; outlives this object
+  HeartbeatBoard(MPI_Comm ranks, const SolverContext& context);
   HeartbeatBoard(const HeartbeatBoard&) = delete;
   HeartbeatBoard& operator=(const HeartbeatBoard&) = delete;
   /// Ends the thread; leaves the memory to the end of the process unless `free` was called.
@@ -90,6 +93,7 @@ class HeartbeatBoard {
   void beat();
   void stop_beating();
 
+  const SolverContext& context_;
   MPI_Win window_ = MPI_WIN_NULL;
   Place* own_ = nullptr;
   std::vector<const Place*> others_;

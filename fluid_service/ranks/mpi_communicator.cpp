@@ -7,8 +7,6 @@
 #include <sched.h>
 #include <utility>
 
-#include "component/progress.hpp"
-#include "component/stop_request.hpp"
 #include "contract/errors.hpp"
 #include "ranks/rank_failure.hpp"
 
@@ -84,10 +82,11 @@ MPI_Comm duplicate_of_world() {
 
 }  // namespace
 
-MpiCommunicator::MpiCommunicator() : ranks_(duplicate_of_world()), failures_(duplicate_of_world()) {
+MpiCommunicator::MpiCommunicator(SolverContext& context)
+    : Communicator(context), ranks_(duplicate_of_world()), failures_(duplicate_of_world()) {
   check(MPI_Comm_rank(ranks_, &rank_), "MPI_Comm_rank");
   check(MPI_Comm_size(ranks_, &size_), "MPI_Comm_size");
-  if (size_ > 1) heartbeats_ = std::make_unique<HeartbeatBoard>(ranks_);
+  if (size_ > 1) heartbeats_ = std::make_unique<HeartbeatBoard>(ranks_, context);
 }
 
 MpiCommunicator::~MpiCommunicator() {
@@ -122,8 +121,8 @@ void MpiCommunicator::look_at_ranks() {
   const double now_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   const RankVerdict verdict = watch_.look(heartbeats_->read(), now_s);
-  if (verdict.progressed) report_progress();
-  awaited_rank() = verdict.awaited;
+  if (verdict.progressed) context().report_progress();
+  context().await_rank(verdict.awaited);
   if (!verdict.frozen) return;
   failure_ = failure_of_rank(
       ComponentLost("frozen: it has shown no sign of life for some seconds (its process is suspended). See "
@@ -135,7 +134,7 @@ void MpiCommunicator::look_at_ranks() {
 void MpiCommunicator::stop_waiting() {
   if (!heartbeats_) return;
   heartbeats_->show_waiting(false);
-  awaited_rank() = 0;
+  context().await_rank(0);
 }
 
 void MpiCommunicator::wait(MPI_Request& request) {
@@ -153,7 +152,7 @@ void MpiCommunicator::wait(MPI_Request& request) {
       next_look_s = backoff.waited_s() + look_every_s;
     }
     look_for_failure();
-    if (const int code = stop_request(); code != 0)
+    if (const int code = context().stop_requested(); code != 0)
       throw Error(static_cast<ExitCode>(code),
                   "stopped while waiting for another rank (the coupler ended the run). "
                   "See the coupler's log.");

@@ -17,7 +17,7 @@ namespace copepod::fluid {
 /// abort (MpiSession). Errors of MPI itself become ComponentLost.
 class MpiCommunicator final : public Communicator {
  public:
-  MpiCommunicator();
+  explicit MpiCommunicator(SolverContext& context);
   MpiCommunicator(const MpiCommunicator&) = delete;
   MpiCommunicator& operator=(const MpiCommunicator&) = delete;
   /// Collective, unless broken.

@@ -35,7 +35,7 @@ MpiSession::MpiSession() : exit_code_(static_cast<int>(ExitCode::solver_failed))
   int provided = 0;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED,
                   &provided);  // errors end the process by MPI's default
-  communicator_ = std::make_unique<MpiCommunicator>();
+  communicator_ = std::make_unique<MpiCommunicator>(context_);
 }
 
 MpiSession::~MpiSession() {

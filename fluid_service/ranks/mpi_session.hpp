@@ -28,6 +28,7 @@ class MpiSession {
   [[nodiscard]] int exit_code() const { return exit_code_; }
 
  private:
+  SolverContext context_;
   std::unique_ptr<MpiCommunicator> communicator_;
   int exit_code_;
 };

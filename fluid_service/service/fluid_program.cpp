@@ -53,10 +53,10 @@ std::shared_ptr<spdlog::logger> open_or_do_without(const component::Options& opt
 class FollowerLog {
  public:
   /// Reads --log-file and --log-level; the rest of the command line concerns rank 0.
-  FollowerLog(int argc, char** argv, int rank)
-      : vitals_(std::make_shared<component::Vitals>()),
-        log_(open_or_do_without(log_options(argc, argv, rank), rank, vitals_)) {
-    log_->info("Rank {} of the fluid, pid {}.", rank, getpid());
+  FollowerLog(int argc, char** argv, const Communicator& ranks)
+      : vitals_(std::make_shared<component::Vitals>(ranks.context())),
+        log_(open_or_do_without(log_options(argc, argv, ranks.rank()), ranks.rank(), vitals_)) {
+    log_->info("Rank {} of the fluid, pid {}.", ranks.rank(), getpid());
   }
 
   /// Shown in every later line.
@@ -73,16 +73,16 @@ class FollowerLog {
 };
 
 int run_leader(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
-  const FluidComponent component{capabilities(), [&](const FluidSetup& setup) {
+  const FluidComponent component{capabilities(), [&](const FluidSetup& setup, SolverContext&) {
                                    return std::make_unique<DistributedFluid>(setup, ranks, make_solver);
                                  }};
-  const int code = run_fluid_component(argc, argv, component, ranks.size());
+  const int code = run_fluid_component(argc, argv, component, ranks.size(), ranks.context());
   dismiss_followers(ranks);
   return code;
 }
 
 int run_follower(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
-  const FollowerLog log(argc, argv, ranks.rank());
+  const FollowerLog log(argc, argv, ranks);
   try {
     follow(ranks, make_solver, log.current_step());
     log.finished();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -19,15 +20,22 @@ struct Options {
   double connect_deadline_s = 60.0;
 };
 
-/// Options, or the exit code to end with: after --help and --capabilities, or for a bad command line.
+/// `--estimate`: reads a serialised setup for so many ranks and returns what to print, a line of JSON.
+/// @throws Error if the component cannot handle the setup
+using EstimateText = std::function<std::string(const std::string& setup_bytes, int ranks)>;
+
+/// Options, or the exit code to end with: after --help, --capabilities and --estimate, or for a bad command
+/// line.
 struct ParsedCommandLine {
   std::optional<Options> options;
   int exit_code = 0;
 };
 
-/// Reads the command line; prints capabilities, help or an error where that is all there is to do.
+/// Reads the command line; prints capabilities, an estimate, help or an error where that is all there is to
+/// do.
+/// @param estimate  empty if the component does not estimate
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
-                                     const Capabilities& capabilities);
+                                     const Capabilities& capabilities, const EstimateText& estimate = {});
 
 /// {"name": …, "version": …, "role": "fluid", "features": […]} in one line.
 std::string capabilities_as_json(session::Role role, const Capabilities& capabilities);

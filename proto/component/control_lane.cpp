@@ -3,7 +3,6 @@
 #include <chrono>
 #include <unistd.h>
 
-#include "component/stop_request.hpp"
 #include "contract/errors.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
@@ -95,24 +94,21 @@ class Conversation {
     if (connected) signs_.disconnected_since_s = -1;
     if (!connected && signs_.disconnected_since_s < 0) signs_.disconnected_since_s = now_s();
     const std::string reason = orphan_reason(signs_, patience_, now_s());
-    if (reason.empty() || stop_request().load() != 0) return;
+    if (reason.empty() || vitals_.context.stop_requested() != 0) return;
     log_.error("{}", reason);
     request_stop(ExitCode::component_lost);
   }
 
-  void request_stop(ExitCode code) {
-    int none = 0;
-    stop_request().compare_exchange_strong(none, static_cast<int>(code));
-  }
+  void request_stop(ExitCode code) { vitals_.context.request_stop(static_cast<int>(code)); }
 
   /// The solver may be deep in a computation or in MPI; its result is no longer needed.
   void enforce_stop() {
-    if (stop_request().load() == 0) return;
+    if (vitals_.context.stop_requested() == 0) return;
     if (stopping_since_s_ < 0) stopping_since_s_ = now_s();
     if (now_s() - stopping_since_s_ < kGrace_s) return;
     log_.error("The solver did not stop within {} s; ending the process.", kGrace_s);
     log_.flush();
-    _exit(stop_request().load());
+    _exit(vitals_.context.stop_requested());
   }
 
   std::unique_ptr<transport::Dealer> dealer_;

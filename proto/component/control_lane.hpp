@@ -15,8 +15,8 @@
 namespace copepod::component {
 
 /// A thread that answers the coupler's pings and its Abort, also while the solver computes, and that notices
-/// when the coupler is gone. It never touches the solver or MPI: it sets `stop_request()`, and if the
-/// solver's thread has not ended the process 2 s later, it does so itself.
+/// when the coupler is gone. It never touches the solver or MPI: it requests a stop from the SolverContext,
+/// and if the solver's thread has not ended the process 2 s later, it does so itself.
 class ControlLane {
  public:
   /// Starts the thread.

@@ -5,14 +5,15 @@
 #include <random>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
 #include "component/command_line.hpp"
 #include "component/control_lane.hpp"
 #include "component/log.hpp"
-#include "component/served_body.hpp"
-#include "component/served_fluid.hpp"
+#include "component/served_solver.hpp"
 #include "component/server.hpp"
+#include "conversion/setup_conversion.hpp"
 #include "system/host_name.hpp"
 #include "transport/zeromq.hpp"
 
@@ -46,8 +47,9 @@ std::string lane_name(const session::Hello& hello, session::Lane lane) {
          std::string(name_of(lane));
 }
 
-ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks, const Options& options) {
-  const auto vitals = std::make_shared<Vitals>();
+ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks, SolverContext& context,
+               const Options& options) {
+  const auto vitals = std::make_shared<Vitals>(context);
   const auto log = open_log(options, solver.role(), 0, vitals);
   const session::Hello hello = introduce(solver.role(), capabilities, ranks, options);
   log->info("{} {} connects to {} as {}.", capabilities.name, capabilities.version, options.endpoint,
@@ -66,12 +68,24 @@ ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks
   return code;
 }
 
-int run(int argc, char** argv, ServedSolver& solver, const Capabilities& capabilities, int ranks) {
-  const ParsedCommandLine parsed = parse_command_line(argc, argv, solver.role(), capabilities);
+/// The component's estimate of a setup as `--estimate` prints it; empty if it has none.
+template <class Component, class Setup>
+EstimateText estimate_text(const Component& component, Setup setup_from_bytes(std::string_view)) {
+  if (!component.estimate) return {};
+  return [&component, setup_from_bytes](const std::string& setup_bytes, int ranks) {
+    const Estimate estimate = component.estimate(setup_from_bytes(setup_bytes), ranks);
+    return nlohmann::json{{"memory_bytes", estimate.memory_bytes}, {"problem", estimate.problem}}.dump();
+  };
+}
+
+int run(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, const EstimateText& estimate,
+        int ranks, SolverContext& context) {
+  if (estimate) capabilities.features.insert("estimate");
+  const ParsedCommandLine parsed = parse_command_line(argc, argv, solver.role(), capabilities, estimate);
   if (!parsed.options) return parsed.exit_code;
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
   try {
-    return static_cast<int>(serve(solver, capabilities, ranks, *parsed.options));
+    return static_cast<int>(serve(solver, capabilities, ranks, context, *parsed.options));
   } catch (const Error& error) {
     std::cerr << "error: " << error.what() << std::endl;
     return static_cast<int>(error.code());
@@ -83,14 +97,23 @@ int run(int argc, char** argv, ServedSolver& solver, const Capabilities& capabil
 
 }  // namespace
 
-int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks) {
-  ServedFluid solver(component);
-  return run(argc, argv, solver, component.capabilities, ranks);
+int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks,
+                        SolverContext& context) {
+  ServedFluid solver(component, context);
+  const EstimateText estimate = estimate_text(component, conversion::fluid_setup_from_bytes);
+  return run(argc, argv, solver, component.capabilities, estimate, ranks, context);
+}
+
+int run_fluid_component(int argc, char** argv, const FluidComponent& component) {
+  SolverContext context;
+  return run_fluid_component(argc, argv, component, 1, context);
 }
 
 int run_body_component(int argc, char** argv, const BodyComponent& component) {
-  ServedBody solver(component);
-  return run(argc, argv, solver, component.capabilities, 1);
+  SolverContext context;
+  ServedBody solver(component, context);
+  const EstimateText estimate = estimate_text(component, conversion::body_setup_from_bytes);
+  return run(argc, argv, solver, component.capabilities, estimate, 1, context);
 }
 
 }  // namespace copepod

@@ -7,15 +7,19 @@ namespace copepod {
 /// Turns a solver into a service: reads the command line, connects to the coupler, answers it until the run
 /// ends.
 ///
-/// Command line: `--endpoint E --session TOKEN [--log-file F] [--log-level L]`, or `--capabilities`, which
-/// prints the capabilities as JSON. The solver is made on, and called from, the calling thread only; a second
+/// Command line: `--endpoint E --session TOKEN [--log-file F] [--log-level L]`; `--capabilities`, which
+/// prints the capabilities as JSON; or `--estimate [--ranks N]`, which reads a setup from standard input and
+/// prints the component's estimate. The solver is made on, and called from, the calling thread only; a second
 /// thread answers the coupler's pings and never touches the solver. Exceptions of the solver become a Failure
 /// message.
-///
-/// MPI programs call this on rank 0 only; `make_solver` captures what it needs of the communicator.
-/// @param ranks  number of processes of the component, for messages to people
 /// @return exit code of the process (contract/exit_code.hpp)
-int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks = 1);
+int run_fluid_component(int argc, char** argv, const FluidComponent& component);
+
+/// The same for rank 0 of an MPI program; `make_solver` captures what it needs of the communicator.
+/// @param ranks    number of processes of the component, for messages to the user
+/// @param context  what `make_solver` receives; outlives the call
+int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks,
+                        SolverContext& context);
 
 /// The same for a body solver.
 int run_body_component(int argc, char** argv, const BodyComponent& component);

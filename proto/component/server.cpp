@@ -3,8 +3,6 @@
 #include <chrono>
 #include <iostream>
 
-#include "component/stop_request.hpp"
-
 namespace copepod::component {
 
 using session::Action;
@@ -128,10 +126,10 @@ void Server::stay_for_repeated_goodbyes() {
 bool Server::wait_for_message(double seconds) {
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
   do {
-    if (stop_request().load() != 0) {
+    if (vitals_.context.stop_requested() != 0) {
       log_.warn("Stopping (the coupler is gone or has aborted the run).");
       session_ = on_event(session_, LocalEvent::coupler_lost).session;
-      exit_code_ = static_cast<ExitCode>(stop_request().load());
+      exit_code_ = static_cast<ExitCode>(vitals_.context.stop_requested());
       return false;
     }
     if (dealer_.receive(frame_, kSlice)) return true;
@@ -193,7 +191,7 @@ void Server::do_work(const Action& action) {
   vitals_.received_sequence = request.sequence;
   enter(phase_of(action.work));
   vitals_.step = request.step;
-  recording::timeline().set_step(request.step);
+  vitals_.context.timeline().set_step(request.step);
   Header reply = header(request.sequence);
   reply.step = request.step;
   const bool says_goodbye = action.work == Work::say_goodbye;
@@ -210,8 +208,8 @@ void Server::do_work(const Action& action) {
 
 /// Informs the control lane, and records the duration of the previous phase in the timeline.
 void Server::enter(Phase phase) {
-  const auto now = recording::Clock::now();
-  recording::timeline().add(name_of(vitals_.phase.load()), phase_since_, now);
+  const auto now = Timeline::Clock::now();
+  vitals_.context.timeline().add(name_of(vitals_.phase.load()), phase_since_, now);
   phase_since_ = now;
   vitals_.phase = phase;
 }
@@ -231,8 +229,8 @@ FailureReport Server::report(ExitCode code, const std::string& reason, int rank,
 
 /// Reports to the coupler and ends. An exception due to a stop request is not a failure of the solver.
 void Server::fail(const FailureReport& report) {
-  const bool stopping = stop_request().load() != 0;
-  exit_code_ = stopping ? static_cast<ExitCode>(stop_request().load()) : report.code;
+  const bool stopping = vitals_.context.stop_requested() != 0;
+  exit_code_ = stopping ? static_cast<ExitCode>(vitals_.context.stop_requested()) : report.code;
   log_.error("{}", report.reason);
   const bool was_greeted = session_.state != State::connected && session_.session_id != 0;
   session_.state = State::failed;

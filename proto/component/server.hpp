@@ -5,7 +5,6 @@
 #include "component/served_solver.hpp"
 #include "component/vitals.hpp"
 #include "contract/errors.hpp"
-#include "recording/timeline.hpp"
 #include "session/component_session.hpp"
 #include "session/messages.hpp"
 #include "transport/dealer.hpp"
@@ -56,7 +55,7 @@ class Server {
   conversion::Encoder replies_;  ///< keeps the bytes of the last reply for a request that is repeated
   conversion::Encoder handshake_;
   std::span<const std::byte> last_reply_;
-  recording::Clock::time_point phase_since_ = recording::Clock::now();
+  Timeline::Clock::time_point phase_since_ = Timeline::Clock::now();
   ExitCode exit_code_ = ExitCode::finished;
 };
 

@@ -3,13 +3,16 @@
 #include <atomic>
 #include <cstdint>
 
-#include "component/progress.hpp"
+#include "contract/solver_context.hpp"
 #include "session/messages.hpp"
 
 namespace copepod::component {
 
-/// What the solver's thread lets the control lane know, so that pings are answered while it computes.
+/// State of the solver's thread that the control lane reads, so that pings are answered while it computes.
 struct Vitals {
+  explicit Vitals(SolverContext& solver_context) : context(solver_context) {}
+
+  SolverContext& context;
   std::atomic<std::int64_t> step{-1};
   std::atomic<session::Phase> phase{session::Phase::greeting};
   std::atomic<std::uint64_t> received_sequence{0};
@@ -19,10 +22,10 @@ struct Vitals {
     return {ping.stamp_ns,
             step.load(),
             phase.load(),
-            progress_counter().load(),
+            context.progress(),
             received_sequence.load(),
             replied_sequence.load(),
-            awaited_rank().load()};
+            context.awaited_rank()};
   }
 };
 

@@ -1,26 +1,40 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
+#include "contract/solver_context.hpp"
 
 namespace copepod {
+
+/// What a component predicts about a setup before a run (`--estimate`).
+struct Estimate {
+  std::int64_t memory_bytes = 0;  ///< of each process
+  std::string problem;            ///< a warning for the user; empty: none
+};
 
 /// A fluid solver together with what it can do: all that `run_fluid_component` needs to make a service of it.
 struct FluidComponent {
   Capabilities capabilities;
-  std::function<std::unique_ptr<FluidSolver>(const FluidSetup&)> make_solver;
+  /// The context outlives the solver.
+  std::function<std::unique_ptr<FluidSolver>(const FluidSetup&, SolverContext&)> make_solver;
+  /// Optional; announced as feature "estimate". Must be quick and allocate little.
+  /// @throws CaseError if so many ranks cannot handle the setup
+  std::function<Estimate(const FluidSetup&, int ranks)> estimate = {};
 };
 
 /// The same for bodies.
 struct BodyComponent {
   Capabilities capabilities;
-  std::function<std::unique_ptr<BodySolver>(const BodySetup&)> make_solver;
+  std::function<std::unique_ptr<BodySolver>(const BodySetup&, SolverContext&)> make_solver;
+  std::function<Estimate(const BodySetup&, int ranks)> estimate = {};
 };
 
 }  // namespace copepod

@@ -20,7 +20,7 @@
 #include <zmq.hpp>
 
 #include "component/run_component.hpp"
-#include "component/served_fluid.hpp"
+#include "component/served_solver.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
 #include "coupled_run.hpp"
@@ -54,7 +54,7 @@ class SilentFluid final : public FluidSolver {
 
 FluidComponent silent_component() {
   return {{"silent", "1.0", {"solver:vacuum"}},
-          [](const FluidSetup&) { return std::make_unique<SilentFluid>(); }};
+          [](const FluidSetup&, SolverContext&) { return std::make_unique<SilentFluid>(); }};
 }
 
 FluidSetup fluid_setup(Eigen::Index bodies) {
@@ -269,7 +269,8 @@ class ExchangeWithoutTransport {
   }
 
   FluidComponent component_ = silent_component();
-  component::ServedFluid fluid_{component_};
+  SolverContext context_;
+  component::ServedFluid fluid_{component_, context_};
   session::ComponentSession component_session_;
   session::CouplerSession coupler_session_;
   conversion::Encoder request_encoder_, reply_encoder_;

@@ -11,17 +11,18 @@ FluidComponent constant_drag_component() {
            "1.0",
            {"solver:external", "shape:sphere", "checkpoint", "neglects:boundary", "neglects:symmetry_planes",
             "neglects:fields"}},
-          [](const FluidSetup& setup) { return std::make_unique<ConstantDragFluid>(setup); }};
+          [](const FluidSetup& setup, SolverContext&) { return std::make_unique<ConstantDragFluid>(setup); }};
 }
 
 BodyComponent prescribed_motion_component() {
-  return {{"prescribed motion", "1.0", {"motion:prescribed", "shape:sphere", "checkpoint", "neglects:loads"}},
-          [](const BodySetup& setup) { return std::make_unique<PrescribedMotionBody>(setup); }};
+  return {
+      {"prescribed motion", "1.0", {"motion:prescribed", "shape:sphere", "checkpoint", "neglects:loads"}},
+      [](const BodySetup& setup, SolverContext&) { return std::make_unique<PrescribedMotionBody>(setup); }};
 }
 
 BodyComponent free_point_component() {
   return {{"free point masses", "1.0", {"motion:free", "shape:sphere", "checkpoint", "neglects:torques"}},
-          [](const BodySetup& setup) { return std::make_unique<FreePointBody>(setup); }};
+          [](const BodySetup& setup, SolverContext&) { return std::make_unique<FreePointBody>(setup); }};
 }
 
 }  // namespace copepod::doubles

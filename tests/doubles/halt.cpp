@@ -6,8 +6,6 @@
 #include <thread>
 #include <utility>
 
-#include "component/progress.hpp"
-
 namespace copepod::doubles {
 
 namespace {
@@ -21,65 +19,67 @@ namespace {
 
 class HaltingFluid final : public FluidSolver {
  public:
-  HaltingFluid(std::unique_ptr<FluidSolver> inner, Halt halt)
-      : inner_(std::move(inner)), halt_(std::move(halt)) {}
+  HaltingFluid(std::unique_ptr<FluidSolver> inner, Halt halt, SolverContext& context)
+      : inner_(std::move(inner)), halt_(std::move(halt)), context_(context) {}
 
   void exchange(const Kinematics& kinematics, Loads& loads) override {
     step_ = kinematics.step;
-    halt_here(halt_, "exchange", step_);
+    halt_here(halt_, "exchange", step_, &context_);
     inner_->exchange(kinematics, loads);
   }
   void advance() override {
-    halt_here(halt_, "advance", step_);
+    halt_here(halt_, "advance", step_, &context_);
     inner_->advance();
   }
   void save(const std::string& path) override {
-    halt_here(halt_, "save", step_);
+    halt_here(halt_, "save", step_, &context_);
     inner_->save(path);
   }
   void restore(const std::string& path) override { inner_->restore(path); }
   SolverSummary summarise() override {
-    halt_here(halt_, "summarise");
+    halt_here(halt_, "summarise", 0, &context_);
     return inner_->summarise();
   }
 
  private:
   std::unique_ptr<FluidSolver> inner_;
   Halt halt_;
+  SolverContext& context_;
   std::int64_t step_ = 0;
 };
 
 class HaltingBody final : public BodySolver {
  public:
-  HaltingBody(std::unique_ptr<BodySolver> inner, Halt halt)
-      : inner_(std::move(inner)), halt_(std::move(halt)) {}
+  HaltingBody(std::unique_ptr<BodySolver> inner, Halt halt, SolverContext& context)
+      : inner_(std::move(inner)), halt_(std::move(halt)), context_(context) {}
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return inner_->driving_nodes(); }
   void kinematics(Kinematics& kinematics) override { inner_->kinematics(kinematics); }
   void step(const AppliedLoads& applied, Kinematics& next) override {
     step_ = applied.hydrodynamic.step;
-    halt_here(halt_, "exchange", step_);
+    halt_here(halt_, "exchange", step_, &context_);
     inner_->step(applied, next);
   }
   void save(const std::string& path) override {
-    halt_here(halt_, "save", step_);
+    halt_here(halt_, "save", step_, &context_);
     inner_->save(path);
   }
   void restore(const std::string& path) override { inner_->restore(path); }
   SolverSummary summarise() override {
-    halt_here(halt_, "summarise");
+    halt_here(halt_, "summarise", 0, &context_);
     return inner_->summarise();
   }
 
  private:
   std::unique_ptr<BodySolver> inner_;
   Halt halt_;
+  SolverContext& context_;
   std::int64_t step_ = 0;
 };
 
 }  // namespace
 
-void halt_here(const Halt& halt, const std::string& place, std::int64_t step) {
+void halt_here(const Halt& halt, const std::string& place, std::int64_t step, SolverContext* context) {
   static bool has_halted = false;
   if (has_halted || place != halt.in || step < halt.at_step) return;
   has_halted = true;
@@ -87,17 +87,19 @@ void halt_here(const Halt& halt, const std::string& place, std::int64_t step) {
   if (halt.hangs) hang();
   while (std::filesystem::exists(halt.file)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    report_progress();
+    if (context != nullptr) context->report_progress();
   }
 }
 
-std::unique_ptr<FluidSolver> halting(std::unique_ptr<FluidSolver> solver, const Halt& halt, int rank) {
+std::unique_ptr<FluidSolver> halting(std::unique_ptr<FluidSolver> solver, const Halt& halt, int rank,
+                                     SolverContext& context) {
   if (rank != halt.rank) return solver;
-  return std::make_unique<HaltingFluid>(std::move(solver), halt);
+  return std::make_unique<HaltingFluid>(std::move(solver), halt, context);
 }
 
-std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt) {
-  return std::make_unique<HaltingBody>(std::move(solver), halt);
+std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt,
+                                    SolverContext& context) {
+  return std::make_unique<HaltingBody>(std::move(solver), halt, context);
 }
 
 }  // namespace copepod::doubles

@@ -3,17 +3,16 @@
 #include <chrono>
 #include <thread>
 
-#include "component/progress.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::doubles {
 
 namespace {
 
-void sleep_for_slices(int milliseconds, bool reports_progress) {
-  for (int slept = 0; slept < milliseconds; slept += 10) {
+void sleep_for_slices(const Misbehaviour& how, SolverContext& context) {
+  for (int slept = 0; slept < how.slow_ms; slept += 10) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    if (reports_progress) report_progress();
+    if (how.reports_progress) context.report_progress();
   }
 }
 
@@ -26,8 +25,8 @@ void misbehave(const Misbehaviour& how, std::int64_t step) {
 
 class MisbehavingFluid final : public FluidSolver {
  public:
-  MisbehavingFluid(std::unique_ptr<FluidSolver> inner, const Misbehaviour& how)
-      : inner_(std::move(inner)), how_(how) {}
+  MisbehavingFluid(std::unique_ptr<FluidSolver> inner, const Misbehaviour& how, SolverContext& context)
+      : inner_(std::move(inner)), how_(how), context_(context) {}
 
   void exchange(const Kinematics& kinematics, Loads& loads) override {
     step_ = kinematics.step;
@@ -36,7 +35,7 @@ class MisbehavingFluid final : public FluidSolver {
   }
 
   void advance() override {
-    sleep_for_slices(how_.slow_ms, how_.reports_progress);
+    sleep_for_slices(how_, context_);
     if (step_ == how_.throw_in_advance_of_step) {
       throw SolverError("The bulk update diverged (as this test asked for). Ask for something else.", 1,
                         step_);
@@ -51,19 +50,20 @@ class MisbehavingFluid final : public FluidSolver {
  private:
   std::unique_ptr<FluidSolver> inner_;
   Misbehaviour how_;
+  SolverContext& context_;
   std::int64_t step_ = -1;
 };
 
 class MisbehavingBody final : public BodySolver {
  public:
-  MisbehavingBody(std::unique_ptr<BodySolver> inner, const Misbehaviour& how)
-      : inner_(std::move(inner)), how_(how) {}
+  MisbehavingBody(std::unique_ptr<BodySolver> inner, const Misbehaviour& how, SolverContext& context)
+      : inner_(std::move(inner)), how_(how), context_(context) {}
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return inner_->driving_nodes(); }
   void kinematics(Kinematics& kinematics) override { inner_->kinematics(kinematics); }
   void step(const AppliedLoads& applied, Kinematics& next) override {
     misbehave(how_, applied.hydrodynamic.step);
-    sleep_for_slices(how_.slow_ms, how_.reports_progress);
+    sleep_for_slices(how_, context_);
     inner_->step(applied, next);
   }
 
@@ -74,19 +74,20 @@ class MisbehavingBody final : public BodySolver {
  private:
   std::unique_ptr<BodySolver> inner_;
   Misbehaviour how_;
+  SolverContext& context_;
 };
 
 }  // namespace
 
 FluidComponent misbehaving(const FluidComponent& component, const Misbehaviour& how) {
-  return {component.capabilities, [component, how](const FluidSetup& setup) {
-            return std::make_unique<MisbehavingFluid>(component.make_solver(setup), how);
+  return {component.capabilities, [component, how](const FluidSetup& setup, SolverContext& context) {
+            return std::make_unique<MisbehavingFluid>(component.make_solver(setup, context), how, context);
           }};
 }
 
 BodyComponent misbehaving(const BodyComponent& component, const Misbehaviour& how) {
-  return {component.capabilities, [component, how](const BodySetup& setup) {
-            return std::make_unique<MisbehavingBody>(component.make_solver(setup), how);
+  return {component.capabilities, [component, how](const BodySetup& setup, SolverContext& context) {
+            return std::make_unique<MisbehavingBody>(component.make_solver(setup, context), how, context);
           }};
 }
 

@@ -132,7 +132,7 @@ class RunLifecycle(CommandTest):
 
     def assert_loss(self, session, component, rank):
         self.assert_ends(session, 69)
-        self.assertIn(f"{component} on host {os.uname().nodename}, rank {rank}, at step ", session.last_line)
+        self.assertIn(f"{component} on host {os.uname().nodename}, rank {rank}, after step ", session.last_line)
         self.assertIn("signal 9, SIGKILL", session.last_line)
         provenance = json.loads((self.folder / "runs/tiny/provenance.json").read_text())
         self.assertEqual(provenance["exit_code"], 69)
@@ -216,7 +216,7 @@ class RunLifecycle(CommandTest):
             self.assert_ends(session, 69)
             name = "coupler" if component == "coupler" else "fluid service"
             self.assertRegex(
-                session.last_line, rf"{name} on host .*, rank {rank or 0}, at step .*frozen.*\({program}\)"
+                session.last_line, rf"{name} on host .*, rank {rank or 0}, after step .*frozen.*\({program}\)"
             )
 
     def test_process_that_is_stopped_for_a_moment_is_forgiven(self):

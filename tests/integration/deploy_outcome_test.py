@@ -91,6 +91,7 @@ class Judge(unittest.TestCase):
     def test_report_without_a_step_gets_the_last_known_one(self):
         verdict = judge(Failure(70, "body", "sea", "0", -1, "overlap."), [], 17, "here")
         self.assertEqual(verdict.step, 17)
+        self.assertIn("after step 17: overlap.", verdict.sentence())
 
     def test_services_that_gave_up_mean_a_frozen_coupler(self):
         verdict = judge(None, [Exit("body", code=69), Exit("fluid", code=69)], 17, "here")

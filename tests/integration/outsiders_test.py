@@ -7,6 +7,7 @@ deploy_preparation_test.py.
 import json
 import os
 import shlex
+import shutil
 import subprocess
 import unittest
 from pathlib import Path
@@ -133,7 +134,11 @@ class Messages(Trial):
         self.assert_blamed(65, "envelope.kinematics.position_m.pop()", "position_m.* 8 .*9")
 
     def test_wrong_sequence_number(self):
-        self.assert_blamed(65, "setattr(envelope, 'sequence', envelope.sequence + 5)", "sequence")
+        for change in ("+ 5", "- 1"):
+            with self.subTest(change):
+                change = f"setattr(envelope, 'sequence', envelope.sequence {change})"
+                self.assert_blamed(65, change, "with sequence number [0-9]+, that of the request is [0-9]+")
+                shutil.rmtree(self.folder / "out")
 
 
 class Plausibility(Trial):

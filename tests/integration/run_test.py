@@ -189,7 +189,8 @@ class Failing(RealRun):
     def assert_loss(self, session, component, rank):
         self.assert_ends(session, 69)
         self.assertRegex(
-            session.last_line, f"^copepod: {component} on host {os.uname().nodename}, rank {rank}, at step [0-9]+: "
+            session.last_line,
+            f"^copepod: {component} on host {os.uname().nodename}, rank {rank}, (at|after) step [0-9]+: ",
         )
         provenance = json.loads((self.folder / RUN / "provenance.json").read_text())
         self.assertEqual((provenance["status"], provenance["exit_code"]), ("failed", 69))

@@ -19,7 +19,8 @@ std::span<std::byte> bytes_of(std::vector<std::int64_t>& values) {
 }
 
 TEST(MpiCommunicator, BroadcastsFromRankZero) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   std::vector<std::int64_t> values(3000, ranks.rank());
   if (ranks.rank() == 0) std::iota(values.begin(), values.end(), 5);
   ranks.broadcast(bytes_of(values));
@@ -28,7 +29,8 @@ TEST(MpiCommunicator, BroadcastsFromRankZero) {
 }
 
 TEST(MpiCommunicator, SumsIntegersExactly) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   constexpr std::int64_t large = (std::int64_t{1} << 53) + 1;  // not a double
   std::array<std::int64_t, 2> values = {large, -ranks.rank()};
   ranks.sum_to_all(values);
@@ -44,7 +46,8 @@ TEST(MpiCommunicator, SumsIntegersExactly) {
 }
 
 TEST(MpiCommunicator, SumsDigestsModuloTwoToThe64) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   std::array<std::int64_t, 1> value = {std::numeric_limits<std::int64_t>::max()};
   ranks.sum_to_all(value);
   const auto expected = static_cast<std::uint64_t>(ranks.size()) *
@@ -53,7 +56,8 @@ TEST(MpiCommunicator, SumsDigestsModuloTwoToThe64) {
 }
 
 TEST(MpiCommunicator, FindsTheMaximum) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   std::array<std::int64_t, 2> values = {-1 - ranks.rank(), ranks.rank()};
   ranks.max_to_all(values);
   EXPECT_EQ(values[0], -1);
@@ -61,7 +65,8 @@ TEST(MpiCommunicator, FindsTheMaximum) {
 }
 
 TEST(MpiCommunicator, ExchangesWithBothNeighboursInARing) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const int next = (ranks.rank() + 1) % ranks.size();
   const int previous = (ranks.rank() + ranks.size() - 1) % ranks.size();
   for (const std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{200000}}) {
@@ -81,7 +86,8 @@ TEST(MpiCommunicator, ExchangesWithBothNeighboursInARing) {
 }
 
 TEST(MpiCommunicator, GivesUpAnExchangeThatNobodyFinishes) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const int next = (ranks.rank() + 1) % ranks.size();
   std::vector<std::int64_t> received(10, -1);
   const std::vector<std::int64_t> sent(10, 1);

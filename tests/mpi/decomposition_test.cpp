@@ -60,11 +60,13 @@ Outcome run(FluidSolver& solver, std::int64_t from, std::int64_t to) {
 class Decomposition : public testing::TestWithParam<Precision> {};
 
 TEST_P(Decomposition, GivesTheBitsOfOneRank) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const FluidSetup setup = wandering_bodies(GetParam());
   const Outcome distributed = run(*make_lattice_boltzmann(setup, ranks), 0, 400);
   if (ranks.rank() != 0) return;
-  SelfCommunicator self;
+  SolverContext own_context;
+  SelfCommunicator self{own_context};
   const Outcome alone = run(*make_lattice_boltzmann(setup, self), 0, 400);
   EXPECT_EQ(distributed.digest, alone.digest);
   EXPECT_EQ(distributed.loads.force_N, alone.loads.force_N);
@@ -74,7 +76,8 @@ TEST_P(Decomposition, GivesTheBitsOfOneRank) {
 
 // Saved and restored after an odd number of steps, when the populations lie in their neighbours' slots.
 TEST_P(Decomposition, ContinuesFromACheckpointWithTheSameBits) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const FluidSetup setup = wandering_bodies(GetParam());
   std::int64_t tag[1] = {getpid()};
   ranks.max_to_all(tag);
@@ -115,10 +118,12 @@ double first_torque(double radius, Precision precision, Communicator& communicat
 
 // The torque of a sphere of radius 32 is -10⁴ in lattice units: more than 64 bits of the unit hold.
 TEST_P(Decomposition, SumsTheTorqueOfABigSphereToTheSameBits) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const double distributed = first_torque(32.0, GetParam(), ranks);
   if (ranks.rank() != 0) return;
-  SelfCommunicator self;
+  SolverContext own_context;
+  SelfCommunicator self{own_context};
   EXPECT_EQ(distributed, first_torque(32.0, GetParam(), self));
   EXPECT_NEAR(distributed / first_torque(16.0, GetParam(), self), 1.0, 0.05);
 }

@@ -78,7 +78,8 @@ void run_two_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver,
 class DistributedFluidWith : public testing::TestWithParam<Eigen::Index> {};
 
 TEST_P(DistributedFluidWith, MakesTheSameCallsOnEveryRank) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   Calls calls;
   const RankSolverFactory make_solver = [&](const FluidSetup& setup, Communicator& communicator) {
     return std::make_unique<RecordingSolver>(setup, communicator, calls);
@@ -98,7 +99,8 @@ TEST_P(DistributedFluidWith, MakesTheSameCallsOnEveryRank) {
 INSTANTIATE_TEST_SUITE_P(OneAndTwoBroadcasts, DistributedFluidWith, testing::Values(3, 50));
 
 TEST(DistributedFluid, LetsTheOtherRanksGoWhenThereWasNeverASolver) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const RankSolverFactory make_solver = [](const FluidSetup&, Communicator&) -> std::unique_ptr<FluidSolver> {
     ADD_FAILURE() << "no solver should be made";
     return nullptr;

@@ -82,7 +82,8 @@ void run_five_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver
 
 /// @return what this rank learned
 FailureReport learn_of(Fault fault) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const RankSolverFactory make_solver = [=](const FluidSetup&, Communicator& communicator) {
     return std::make_unique<FaultySolver>(communicator, fault);
   };
@@ -111,7 +112,8 @@ class FailureOn : public testing::TestWithParam<std::tuple<Where, int>> {};
 
 TEST_P(FailureOn, ReachesEveryRank) {
   const auto [where, rank] = GetParam();
-  if (rank >= MpiCommunicator().size()) GTEST_SKIP() << "there is no such rank";
+  SolverContext own_context;
+  if (rank >= MpiCommunicator(own_context).size()) GTEST_SKIP() << "there is no such rank";
   const FailureReport learned = learn_of({where, rank});
   EXPECT_EQ(learned.rank, rank);
   EXPECT_EQ(learned.code, ExitCode::solver_failed);
@@ -131,7 +133,8 @@ TEST(Failure, IsNotReportedWhenThereIsNone) {
 }
 
 TEST(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   const RankSolverFactory make_solver = [](const FluidSetup&, Communicator& communicator) {
     return std::make_unique<FaultySolver>(communicator, Fault{Where::nowhere, 0});
   };
@@ -147,7 +150,8 @@ TEST(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
 }
 
 TEST(Failure, BreaksTheCommunicatorForGood) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   if (ranks.size() == 1) GTEST_SKIP() << "needs another rank";
   const FailureReport report{ExitCode::solver_failed, "fluid", "here", 1, 9, "first"};
   std::array<std::int64_t, 1> value = {1};

@@ -31,7 +31,8 @@ class Fields : public testing::Test {
     setup_.fields.mean_stop = 20;
   }
 
-  MpiCommunicator ranks_;
+  SolverContext context_;
+  MpiCommunicator ranks_{context_};
   SharedFolder folder_{ranks_};
   FluidSetup setup_ = quarter_domain();
   FieldBlock block_ = numbered_fields(BlockPartition({4, 3, 5}, ranks_.size()).block(ranks_.rank()));
@@ -39,7 +40,8 @@ class Fields : public testing::Test {
 };
 
 TEST(OnEveryRank, TellsTheReasonOfTheLowestFailingRankAndCutsNoCharacterInTwo) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   std::string reason = "of rank " + std::to_string(ranks.rank()) + ": ";
   while (reason.size() < 4000) reason += "é…";
   std::string told;
@@ -57,7 +59,7 @@ TEST(OnEveryRank, TellsTheReasonOfTheLowestFailingRankAndCutsNoCharacterInTwo) {
 
 TEST_F(Fields, CoverTheWholeDomainWithMirroredVelocities) {
   FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1000, block_);
-  Hdf5File file(path_, Hdf5File::Access::read);
+  Hdf5File file(path_, Hdf5File::Access::read, context_);
   std::array<double, 5 * 6 * 8> density{};
   std::array<double, 5 * 6 * 8 * 3> velocity{};
   std::array<std::int32_t, 5 * 6 * 8> body{};
@@ -82,7 +84,7 @@ TEST_F(Fields, KnowTheirStepTimeAndUnits) {
   FieldWriter writer(setup_.fields, setup_, ranks_);
   writer.write_snapshot(1000, block_);
   writer.write_mean(10, block_);
-  Hdf5File file(path_, Hdf5File::Access::read);
+  Hdf5File file(path_, Hdf5File::Access::read, context_);
   EXPECT_EQ(file.names(), (std::vector<std::string>{"mean", "step_000001000"}));
   EXPECT_EQ(file.read_attribute<std::int64_t>("step_000001000", "step"), 1000);
   EXPECT_EQ(file.read_attribute<double>("step_000001000", "time_s"), 1000 * 2e-10);
@@ -98,7 +100,7 @@ TEST_F(Fields, GoOnInTheSameFileAfterARestartAndReplaceARepeatedStep) {
   FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1, block_);
   FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(2, first);
   FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(2, block_);
-  Hdf5File file(path_, Hdf5File::Access::read);
+  Hdf5File file(path_, Hdf5File::Access::read, context_);
   EXPECT_EQ(file.names(), (std::vector<std::string>{"step_000000001", "step_000000002"}));
   std::array<double, 1> density{};
   file.read("step_000000002/density_kg_per_m3", {0, 0, 0}, {1, 1, 1}, density.data());

@@ -82,7 +82,8 @@ class Checkpoint : public testing::Test {
     return "no error";
   }
 
-  MpiCommunicator ranks_;
+  SolverContext context_;
+  MpiCommunicator ranks_{context_};
   SharedFolder folder_{ranks_};
   std::string path_ = folder_.path() + "/fluid.h5";
   Box box_ = BlockPartition(cells, ranks_.size()).block(ranks_.rank());

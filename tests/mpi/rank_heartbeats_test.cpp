@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "component/progress.hpp"
 #include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {
@@ -41,7 +40,8 @@ void wait_until(const Condition& condition) {
 }
 
 TEST(RankHeartbeats, NamesTheRankThatTheOthersWaitFor) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   if (ranks.size() == 1) GTEST_SKIP() << "there is no other rank";
   const Flag seen(ranks, "seen");
   const int last = ranks.size() - 1;
@@ -49,35 +49,37 @@ TEST(RankHeartbeats, NamesTheRankThatTheOthersWaitFor) {
   std::thread observer;
   if (ranks.rank() == 0) {
     observer = std::thread([&] {  // the test times out if the last rank is never named
-      wait_until([&] { return awaited_rank() == last; });
+      wait_until([&] { return context.awaited_rank() == last; });
       seen.raise();
     });
   }
   if (ranks.rank() == last) wait_until([&] { return seen.is_raised(); });
   ranks.sum_to_all(value);
   if (ranks.rank() == 0) observer.join();
-  EXPECT_EQ(awaited_rank(), 0) << "no rank waits any more";
+  EXPECT_EQ(context.awaited_rank(), 0) << "no rank waits any more";
 }
 
 TEST(RankHeartbeats, ProgressOfAnotherRankCountsAsProgress) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   if (ranks.size() == 1) GTEST_SKIP() << "there is no other rank";
   std::array<std::int64_t, 1> value{1};
-  const std::uint64_t before = progress_counter();
+  const std::uint64_t before = context.progress();
   if (ranks.rank() == 1) {
     for (int i = 0; i < 150; ++i) {
       std::this_thread::sleep_for(10ms);
-      report_progress();
+      context.report_progress();
     }
   }
   ranks.sum_to_all(value);
   if (ranks.rank() == 0) {
-    EXPECT_GT(progress_counter(), before);
+    EXPECT_GT(context.progress(), before);
   }
 }
 
 TEST(RankHeartbeats, FrozenRankIsNamed) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   if (ranks.size() == 1) GTEST_SKIP() << "the coupler watches rank 0";
   const Flag given_up(ranks, "given_up");
   const int last = ranks.size() - 1;

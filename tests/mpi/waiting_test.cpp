@@ -42,7 +42,8 @@ void busy_wait(double seconds) {
 }
 
 TEST(Waiting, UsesLessThanFivePercentOfACore) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   std::array<std::byte, 100> data{};
   ranks.broadcast(data);
   const double cpu = cpu_seconds();
@@ -56,7 +57,8 @@ TEST(Waiting, UsesLessThanFivePercentOfACore) {
 }
 
 TEST(Waiting, SeesAMessageSoonAfterItCame) {
-  MpiCommunicator ranks;
+  SolverContext context;
+  MpiCommunicator ranks{context};
   if (ranks.size() != 2) GTEST_SKIP() << "measures two ranks on their own cores";
   for (const double delay_s : {50e-6, 200e-6, 1e-3, 5e-3}) {
     std::array<std::int64_t, 1> nanoseconds = {0};

@@ -82,8 +82,9 @@ double decay_per_step() {
 }
 
 Digests digests_of_local_run(int steps) {
-  const auto fluid = doubles::constant_drag_component().make_solver(two_spheres_in_fluid());
-  const auto body = doubles::free_point_component().make_solver(two_free_spheres());
+  SolverContext context;
+  const auto fluid = doubles::constant_drag_component().make_solver(two_spheres_in_fluid(), context);
+  const auto body = doubles::free_point_component().make_solver(two_free_spheres(), context);
   Kinematics kinematics;
   Loads loads;
   body->kinematics(kinematics);

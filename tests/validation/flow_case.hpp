@@ -57,7 +57,8 @@ class FlowCase {
   [[nodiscard]] Kinematics& kinematics() { return kinematics_; }
 
  private:
-  SelfCommunicator communicator_;
+  SolverContext context_;
+  SelfCommunicator communicator_{context_};
   LatticeBoltzmann<T> solver_;
   Kinematics kinematics_;
   Loads loads_;

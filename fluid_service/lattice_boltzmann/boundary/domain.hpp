@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 
-#include "component/progress.hpp"
 #include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/lattice/lattice_units.hpp"
 #include "lattice_boltzmann/lattice/population_layout.hpp"
@@ -108,7 +107,6 @@ void for_each_entering(const Box& block, const Visit& visit) {
           visit(Cell{x, y, e[2] > 0 ? block.low[2] - 1 : block.high[2]}, direction);
         }
       }
-      report_progress();
     }
   }
 }

@@ -59,8 +59,9 @@ FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Com
 FieldWriter::Offsets FieldWriter::lay_out(const Attributes& attributes) const {
   const Cell& cells = images_.domain_cells();
   const bool exists = std::filesystem::exists(path_) && std::filesystem::file_size(path_) > 0;
-  require_space(path_, cells[0] * cells[1] * cells[2] * bytes_per_cell + structure_bytes);
-  Hdf5File file(path_, exists ? Hdf5File::Access::extend : Hdf5File::Access::create);
+  require_space(path_, cells[0] * cells[1] * cells[2] * bytes_per_cell + structure_bytes,
+                communicator_.context());
+  Hdf5File file(path_, exists ? Hdf5File::Access::extend : Hdf5File::Access::create, communicator_.context());
   if (file.has(unfinished)) file.remove(unfinished);  // of a run that was killed
   file.make_group(unfinished);
   file.write_attribute(unfinished, "cell_size_m", cell_size_m_);
@@ -72,13 +73,13 @@ FieldWriter::Offsets FieldWriter::lay_out(const Attributes& attributes) const {
   offsets.velocity = file.make_dataset<double>(unfinished + "/velocity_m_per_s", with(shape, 3));
   offsets.body = file.make_dataset<std::int32_t>(unfinished + "/body", shape);
   file.close();
-  reserve_space(path_);
+  reserve_space(path_, communicator_.context());
   return offsets;
 }
 
 void FieldWriter::write_cells(const Offsets& offsets, const FieldBlock& block) const {
   const Extent shape = in_file_order(images_.domain_cells());
-  SharedFile file(path_);
+  SharedFile file(path_, communicator_.context());
   for (const auto& mirrored : images_.images()) {
     const FileBlock image = images_.image(block, mirrored);
     const Extent start = in_file_order(image.box.low);
@@ -91,7 +92,7 @@ void FieldWriter::write_cells(const Offsets& offsets, const FieldBlock& block) c
 }
 
 void FieldWriter::publish(const std::string& group) const {
-  Hdf5File file(path_, Hdf5File::Access::extend);
+  Hdf5File file(path_, Hdf5File::Access::extend, communicator_.context());
   if (file.has(group)) file.remove(group);  // from before a restart
   file.rename(unfinished, group);
   XdmfDescription description;

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <vector>
 
-#include "component/progress.hpp"
 #include "contract/errors.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "files/shared_file.hpp"
@@ -72,20 +71,21 @@ void for_each_piece_of_populations(const Box& box, const Visit& visit) {
 
 /// Sum of the digests of all cells of `box`. Shows progress.
 template <class T>
-std::uint64_t digest_of_populations(const Cell& cells, const Box& box, std::span<const T> populations) {
+std::uint64_t digest_of_populations(const Cell& cells, const Box& box, std::span<const T> populations,
+                                    SolverContext& context) {
   std::uint64_t sum = 0;
   auto next = populations.begin();
   for (std::int64_t x = box.low[0]; x < box.high[0]; ++x) {
     for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
       for (std::int64_t z = box.low[2]; z < box.high[2]; ++z)
         sum += digest_of_cell(cells, {x, y, z}, [&](int) { return *next++; });
-    report_progress();
+    context.report_progress();
   }
   return sum;
 }
 
 /// The same for the sums of a mean field; 0 without samples.
-std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean) {
+std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean, SolverContext& context) {
   if (mean.samples() == 0) return 0;
   const FieldBlock& sums = mean.sums();
   const auto samples = static_cast<std::uint64_t>(mean.samples());
@@ -101,7 +101,7 @@ std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean) {
         digest.add(static_cast<std::uint64_t>(sums.body[cell]));
         sum += digest.value();
       }
-    report_progress();
+    context.report_progress();
   }
   return sum;
 }
@@ -122,7 +122,7 @@ std::uint64_t digest_of_kinematics(const Kinematics& kinematics) {
 /// @param populations  digest of this rank's
 std::uint64_t checksum(Communicator& communicator, const PopulationHeader& header, std::uint64_t populations,
                        const FluidState& state) {
-  std::uint64_t sum = populations + digest_of_mean(header.cells, state.mean);
+  std::uint64_t sum = populations + digest_of_mean(header.cells, state.mean, communicator.context());
   if (communicator.rank() == 0)
     sum += digest_of_kinematics(state.kinematics) + mix_bits(static_cast<std::uint64_t>(header.step));
   std::array<std::int64_t, 1> total = {static_cast<std::int64_t>(sum)};
@@ -142,12 +142,14 @@ struct Offsets {
 /// Makes the file with everything but the values of its datasets, and takes the disk space.
 template <class T>
 Offsets lay_out(const std::string& path, const PopulationHeader& header, const FluidState& state,
-                std::uint64_t sum) {
+                std::uint64_t sum, SolverContext& context) {
   const std::int64_t mean_bytes = state.mean.samples() > 0 ? 4 * sizeof(double) + sizeof(std::int32_t) : 0;
   const std::int64_t cell_bytes = 19 * std::int64_t{sizeof(T)} + mean_bytes;
-  require_space(path, header.cells[0] * header.cells[1] * header.cells[2] * cell_bytes + structure_bytes +
-                          state.kinematics.bodies() * 13 * std::int64_t{sizeof(double)});
-  Hdf5File file(path, Hdf5File::Access::create);
+  require_space(path,
+                header.cells[0] * header.cells[1] * header.cells[2] * cell_bytes + structure_bytes +
+                    state.kinematics.bodies() * 13 * std::int64_t{sizeof(double)},
+                context);
+  Hdf5File file(path, Hdf5File::Access::create, context);
   file.write_attribute(root, "format_version", format_version);
   file.write_attribute(root, "case_digest", header.case_digest);
   file.write_attribute(root, "nx", header.cells[0]);
@@ -172,7 +174,7 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
     offsets.body = file.make_dataset<std::int32_t>(body_name, shape);
   }
   file.close();
-  reserve_space(path);
+  reserve_space(path, context);
   return offsets;
 }
 
@@ -195,10 +197,11 @@ void write_mean(SharedFile& file, const Offsets& offsets, const Cell& cells, con
   file.write(offsets.body, shape, start, count, sums.body.data());
 }
 
-void write_kinematics(const std::string& path, const Offsets& offsets, const Kinematics& kinematics) {
+void write_kinematics(const std::string& path, const Offsets& offsets, const Kinematics& kinematics,
+                      SolverContext& context) {
   const Extent shape = {static_cast<std::uint64_t>(kinematics.bodies()), 13};
   const std::vector<double> rows = rows_of(kinematics);
-  SharedFile(path).write(offsets.kinematics, shape, {0, 0}, shape, rows.data());
+  SharedFile(path, context).write(offsets.kinematics, shape, {0, 0}, shape, rows.data());
 }
 
 void read_kinematics(Hdf5File& file, Kinematics& kinematics) {
@@ -212,11 +215,11 @@ void read_kinematics(Hdf5File& file, Kinematics& kinematics) {
 /// @return digest of this rank's populations
 template <class T>
 std::uint64_t read_populations(Hdf5File& file, const PopulationHeader& header, const Box& box,
-                               const TakePopulations<T>& take) {
+                               const TakePopulations<T>& take, SolverContext& context) {
   std::uint64_t digest = 0;
   for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
     file.read(populations_name, with(extent_of(piece.low), 0), with(count_of(piece), 19), populations.data());
-    digest += digest_of_populations<T>(header.cells, piece, populations);
+    digest += digest_of_populations<T>(header.cells, piece, populations, context);
     take(header, piece, populations);
   });
   return digest;
@@ -286,17 +289,18 @@ void save_populations(const std::string& path, Communicator& communicator, const
   std::uint64_t digest = 0;
   for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
     get(piece, populations);
-    digest += digest_of_populations<T>(header.cells, piece, populations);
+    digest += digest_of_populations<T>(header.cells, piece, populations, communicator.context());
   });
   const std::uint64_t sum = checksum(communicator, header, digest, state);
   Offsets offsets;
   on_leader(communicator, [&] {
-    offsets = lay_out<T>(unfinished, header, state, sum);
-    if (state.kinematics.bodies() > 0) write_kinematics(unfinished, offsets, state.kinematics);
+    offsets = lay_out<T>(unfinished, header, state, sum, communicator.context());
+    if (state.kinematics.bodies() > 0)
+      write_kinematics(unfinished, offsets, state.kinematics, communicator.context());
   });
   communicator.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
   on_every_rank(communicator, [&] {
-    SharedFile file(unfinished);
+    SharedFile file(unfinished, communicator.context());
     write_populations<T>(file, offsets.populations, header.cells, box, get);
     if (state.mean.samples() > 0) write_mean(file, offsets, header.cells, state.mean.sums());
     file.sync();
@@ -312,9 +316,9 @@ PopulationHeader restore_populations(const std::string& path, Communicator& comm
   std::uint64_t digest = 0;
   std::uint64_t written = 0;
   on_every_rank(communicator, [&] {
-    Hdf5File file(path, Hdf5File::Access::read);
+    Hdf5File file(path, Hdf5File::Access::read, communicator.context());
     header = read_header(file, path, expected);
-    digest = read_populations<T>(file, header, box, take);
+    digest = read_populations<T>(file, header, box, take, communicator.context());
     read_kinematics(file, state.kinematics);
     read_mean(file, box, state);
     written = file.read_attribute<std::uint64_t>(root, "checksum");

@@ -42,8 +42,9 @@ Kinematics advance(FluidSolver& fluid, BodySolver& body, int steps) {
 }
 
 TEST(Link, RemoteSolversGiveTheBitsOfLocalOnes) {
-  const auto local_fluid = doubles::constant_drag_component().make_solver(fluid_setup());
-  const auto local_body = doubles::free_point_component().make_solver(body_setup());
+  SolverContext context;
+  const auto local_fluid = doubles::constant_drag_component().make_solver(fluid_setup(), context);
+  const auto local_body = doubles::free_point_component().make_solver(body_setup(), context);
   const Kinematics expected = advance(*local_fluid, *local_body, 50);
 
   MemoryCoupling coupling(doubles::constant_drag_component(), doubles::free_point_component());
@@ -62,8 +63,9 @@ TEST(Link, RemoteSolversGiveTheBitsOfLocalOnes) {
 }
 
 TEST(Link, LostRequestsAndRepliesAreMadeGoodWithoutASecondStep) {
-  const auto local_fluid = doubles::constant_drag_component().make_solver(fluid_setup());
-  const auto local_body = doubles::free_point_component().make_solver(body_setup());
+  SolverContext context;
+  const auto local_fluid = doubles::constant_drag_component().make_solver(fluid_setup(), context);
+  const auto local_body = doubles::free_point_component().make_solver(body_setup(), context);
   advance(*local_fluid, *local_body, 3);
 
   MemoryCoupling coupling(doubles::constant_drag_component(), doubles::free_point_component());

@@ -7,10 +7,8 @@
 #include <spdlog/sinks/null_sink.h>
 
 #include "component/control_lane.hpp"
-#include "component/served_body.hpp"
-#include "component/served_fluid.hpp"
+#include "component/served_solver.hpp"
 #include "component/server.hpp"
-#include "component/stop_request.hpp"
 #include "remote/link.hpp"
 #include "transport/in_memory.hpp"
 
@@ -25,12 +23,14 @@ class MemoryCoupling {
     settings.session = "token";
     link = std::make_unique<Link>(settings, wire.make_router());
     fluid_thread_ = std::thread([this] {
-      component::ServedFluid solver(fluid_component_);
-      fluid_exit = serve(solver, fluid_component_.capabilities, 1);
+      SolverContext context;
+      component::ServedFluid solver(fluid_component_, context);
+      fluid_exit = serve(solver, context, fluid_component_.capabilities, 1);
     });
     body_thread_ = std::thread([this] {
-      component::ServedBody solver(body_component_);
-      body_exit = serve(solver, body_component_.capabilities, 2);
+      SolverContext context;
+      component::ServedBody solver(body_component_, context);
+      body_exit = serve(solver, context, body_component_.capabilities, 2);
     });
   }
 
@@ -39,10 +39,7 @@ class MemoryCoupling {
     if (body_thread_.joinable()) body_thread_.join();
   }
 
-  ~MemoryCoupling() {
-    join();
-    stop_request() = 0;  // an abort reaches the whole process, the next test included
-  }
+  ~MemoryCoupling() { join(); }
 
   transport::InMemoryWire wire;  ///< lanes are called fluid-data, fluid-control, body-data, body-control
   std::unique_ptr<Link> link;
@@ -50,11 +47,12 @@ class MemoryCoupling {
   ExitCode body_exit{};
 
  private:
-  ExitCode serve(component::ServedSolver& solver, const Capabilities& capabilities, std::uint64_t instance) {
+  ExitCode serve(component::ServedSolver& solver, SolverContext& context, const Capabilities& capabilities,
+                 std::uint64_t instance) {
     const std::string name(name_of(solver.role()));
     const auto data_lane = wire.make_dealer(name + "-data");
     spdlog::logger log("test", std::make_shared<spdlog::sinks::null_sink_mt>());
-    component::Vitals vitals;
+    component::Vitals vitals(context);
     session::Hello hello;
     hello.role = solver.role();
     hello.capabilities = capabilities;

@@ -47,12 +47,14 @@ BodySetup one_ball() {
 const std::vector<BodySpecification> balls = one_ball().bodies;
 const Plausibility plausible({}, balls);
 
+Timeline timeline;  ///< never opened
+
 TEST(SerialExplicit, CallsEachSolverOncePerStepInThePapersOrder) {
   ConstantDragFluid fluid(0.0);
   PointMassBodies body(one_ball());
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   fluid.before_exchange = [&](std::int64_t step) {
     EXPECT_EQ(step, fluid.exchanges);
     EXPECT_EQ(step, fluid.advances);
@@ -72,7 +74,7 @@ TEST(SerialExplicit, LetsDragSlowABodyDownExponentially) {
   PointMassBodies body(one_ball());
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   scheme.run(100, never);
   // Loads are held over a step, so the explicit scheme is of first order: v(n+1) = (1 − h c/m) v(n).
   EXPECT_NEAR(scheme.kinematics().velocity_m_per_s(2, 0), std::pow(1.0 - 0.01 * 2.0, 100), 1e-12);
@@ -84,7 +86,7 @@ TEST(SerialExplicit, AppliesTheAverageOfTwoStepsLoads) {
   PointMassBodies body(one_ball());
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   scheme.run(3, never);
   EXPECT_EQ(witness.applied[0], witness.raw[0]);
   EXPECT_EQ(witness.applied[1], 0.5 * (witness.raw[0] + witness.raw[1]));
@@ -98,7 +100,7 @@ TEST(SerialExplicit, DrivesABodyWithForcesSampledInsideTheStep) {
   PointMassBodies body(setup);
   const DrivingProtocol driving({{0, Eigen::Vector3d(0, 0, 1), 100, 0, 0, DrivingTerm::never}}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   scheme.run(25, never);
   // v(T/4) = ∫ sin(ωt) dt = 1/ω; a force held over each step would be off by 3 %.
   EXPECT_NEAR(scheme.kinematics().velocity_m_per_s(2, 0), 1.0 / (2.0 * std::numbers::pi), 1e-8);
@@ -109,7 +111,7 @@ TEST(SerialExplicit, GoesOnWhereItStopped) {
   PointMassBodies body(one_ball());
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   scheme.run(3, never);
   scheme.run(7, never);
   EXPECT_EQ(witness.steps.size(), 7U);
@@ -132,7 +134,7 @@ TEST(SerialExplicit, PausesBeforeTheStepThatItIsAskedToPauseBefore) {
   PointMassBodies body(one_ball());
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   scheme.run(100, [](std::int64_t step) { return step == 3; });
   EXPECT_EQ(scheme.step(), 3);
   EXPECT_EQ(fluid.exchanges, 3);
@@ -147,7 +149,7 @@ TEST(SerialExplicit, PassesTheErrorsOfItsSolversOn) {
   PointMassBodies body(one_ball());
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   EXPECT_THROW(scheme.run(100, never), SolverError);
   EXPECT_EQ(scheme.step(), 4);
 }
@@ -159,7 +161,7 @@ TEST(SerialExplicit, EndsWithAMotionThatIsNotPlausible) {
   PointMassBodies body(setup);
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   EXPECT_THROW(scheme.run(100, never), PeerFailed);
   EXPECT_EQ(scheme.step(), 0);
 }

@@ -40,7 +40,8 @@ class Divergence : public testing::Test {
     });
   }
 
-  SelfCommunicator self_;
+  SolverContext context_;
+  SelfCommunicator self_{context_};
   LatticeBoltzmann<double> solver_{periodic_box(), self_};
   Kinematics kinematics_;
   Loads loads_;

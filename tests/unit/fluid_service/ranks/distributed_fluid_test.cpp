@@ -12,7 +12,8 @@ namespace {
 /// Rank 0 and rank 1 in one process: what one broadcasts, the other receives.
 class Tape final : public Communicator {
  public:
-  explicit Tape(std::deque<std::vector<std::byte>>& tape, int rank) : tape_(tape), rank_(rank) {}
+  Tape(SolverContext& context, std::deque<std::vector<std::byte>>& tape, int rank)
+      : Communicator(context), tape_(tape), rank_(rank) {}
   [[nodiscard]] int rank() const override { return rank_; }
   [[nodiscard]] int size() const override { return 2; }
   void broadcast(std::span<std::byte> data) override {
@@ -41,8 +42,9 @@ class Tape final : public Communicator {
 class CommandChannelTest : public testing::Test {
  protected:
   std::deque<std::vector<std::byte>> tape_;
-  Tape leader_{tape_, 0};
-  Tape follower_{tape_, 1};
+  SolverContext context_;
+  Tape leader_{context_, tape_, 0};
+  Tape follower_{context_, tape_, 1};
   CommandChannel sender_{leader_};
   CommandChannel receiver_{follower_};
   Command received_;

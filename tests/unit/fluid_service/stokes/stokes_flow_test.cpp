@@ -13,7 +13,8 @@ namespace {
 
 using std::numbers::pi;
 
-const SelfCommunicator alone;
+SolverContext context;
+const SelfCommunicator alone{context};
 
 FluidSetup unit_fluid(std::vector<double> radii) {
   FluidSetup setup;

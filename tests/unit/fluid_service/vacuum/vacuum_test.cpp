@@ -21,7 +21,8 @@ class VacuumOfThreeBodies : public testing::Test {
     return setup;
   }
 
-  SelfCommunicator ranks_;
+  SolverContext context_;
+  SelfCommunicator ranks_{context_};
   Vacuum vacuum_;
   std::string path_ = testing::TempDir() + "/vacuum_checkpoint";
 };

@@ -7,8 +7,7 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/null_sink.h>
 
-#include "component/served_body.hpp"
-#include "component/served_fluid.hpp"
+#include "component/served_solver.hpp"
 #include "component/server.hpp"
 #include "component/vitals.hpp"
 #include "conversion/decoder.hpp"
@@ -81,7 +80,8 @@ class MemoryServer {
   conversion::Encoder encoder;
   conversion::Decoder decoder;
   std::vector<std::byte> last;
-  Vitals vitals;
+  SolverContext context;
+  Vitals vitals{context};
 
  private:
   MemoryServer(FluidComponent fluid, BodyComponent body, session::Role role, double connect_deadline_s)
@@ -104,8 +104,8 @@ class MemoryServer {
 
   FluidComponent fluid_component_;
   BodyComponent body_component_;
-  ServedFluid fluid_{fluid_component_};
-  ServedBody body_{body_component_};
+  ServedFluid fluid_{fluid_component_, context};
+  ServedBody body_{body_component_, context};
   ExitCode exit_code_ = ExitCode::finished;
   std::thread thread_;
 };

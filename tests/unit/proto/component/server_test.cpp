@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "component/stop_request.hpp"
 #include "components.hpp"
 #include "conversion/checksum.hpp"
 #include "memory_server.hpp"
@@ -64,7 +63,9 @@ class CountingFluid final : public FluidSolver {
 };
 
 FluidComponent counting_component(int& exchanges) {
-  return {{}, [&exchanges](const FluidSetup&) { return std::make_unique<CountingFluid>(exchanges); }};
+  return {{}, [&exchanges](const FluidSetup&, SolverContext&) {
+            return std::make_unique<CountingFluid>(exchanges);
+          }};
 }
 
 TEST(Server, RefusesAMinorVersionThatItDidNotOffer) {
@@ -223,7 +224,8 @@ TEST(Server, CheckpointThatCannotBeWrittenIsToldAndTheSolverGoesOn) {
 }
 
 TEST(Server, FailingConstructionOfTheSolverIsReportedWithItsReason) {
-  const FluidComponent component = {{}, [](const FluidSetup&) -> std::unique_ptr<FluidSolver> {
+  const FluidComponent component = {{},
+                                    [](const FluidSetup&, SolverContext&) -> std::unique_ptr<FluidSolver> {
                                       throw CaseError("The domain is empty (0 cells). Enlarge it.");
                                     }};
   MemoryServer server(component);
@@ -250,9 +252,8 @@ TEST(Server, HelloIsRepeatedUntilTheDeadlineWhenNobodyAnswers) {
 TEST(Server, StopRequestEndsAWaitingComponentWithItsCode) {
   MemoryServer server(doubles::constant_drag_component());
   server.welcome();
-  stop_request() = static_cast<int>(ExitCode::component_lost);
+  server.context.request_stop(static_cast<int>(ExitCode::component_lost));
   EXPECT_EQ(server.join(), ExitCode::component_lost);
-  stop_request() = 0;
 }
 
 }  // namespace

@@ -133,7 +133,7 @@ TEST_F(Recording, OfATimelineHoldsItsPhasesOnceItIsOpen) {
   const auto now = Clock::now();
   timeline.add("dropped", now, now);
   EXPECT_FALSE(timeline.is_on());
-  timeline.open(folder_.path().string(), "fluid", 3);
+  open_timeline(timeline, folder_.path().string(), "fluid", 3);
   EXPECT_TRUE(timeline.is_on());
   timeline.set_step(7);
   timeline.add("bulk", now, now + std::chrono::nanoseconds(300));

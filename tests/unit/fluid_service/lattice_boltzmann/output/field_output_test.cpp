@@ -56,7 +56,8 @@ class MeanRun {
 
  private:
   TemporaryFolder folder_;
-  SelfCommunicator self_;
+  SolverContext context_;
+  SelfCommunicator self_{context_};
   FluidSetup setup_;
   std::unique_ptr<FieldSchedule> schedule_;
   std::int64_t step_ = 0;

@@ -1,0 +1,161 @@
+#include "component/served_solver.hpp"
+
+#include <stdexcept>
+#include <string>
+
+#include "contract/errors.hpp"
+#include "conversion/finite.hpp"
+#include "recording/timeline.hpp"
+
+namespace copepod::component {
+
+using session::MessageKind;
+using session::Work;
+
+namespace {
+
+/// The path in a Save or Restore.
+std::string checkpoint_path(const conversion::Decoder& request) {
+  session::CheckpointPath path;
+  request.read(path);
+  return path.path;
+}
+
+/// Lets a solver write its state. A full disk is no reason to end: the solver is as it was.
+/// @throws what else the solver throws
+template <class Solver>
+session::Saved save(Solver& solver, const conversion::Decoder& request) {
+  try {
+    solver.save(checkpoint_path(request));
+    return {};
+  } catch (const StorageError& error) {
+    return {error.what()};
+  }
+}
+
+/// Loads that are not finite would only be noticed by the bodies, who are not to blame.
+void require_finite(const Loads& loads, Eigen::Index bodies) {
+  if (loads.force_N.cols() != bodies || loads.torque_N_m.cols() != bodies) {
+    throw SolverError("The fluid solver returned loads on " + std::to_string(loads.bodies()) +
+                          " bodies (there are " + std::to_string(bodies) + "). Fix exchange().",
+                      0, loads.step);
+  }
+  if (conversion::all_finite(loads.force_N) && conversion::all_finite(loads.torque_N_m)) return;
+  for (Eigen::Index body = 0; body < bodies; ++body) {
+    if (loads.force_N.col(body).allFinite() && loads.torque_N_m.col(body).allFinite()) continue;
+    throw SolverError(
+        "The load on body " + std::to_string(body) +
+            " is not a finite number (the flow has diverged). Use a smaller step or a larger viscosity.",
+        0, loads.step);
+  }
+}
+
+void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
+  if (kinematics.bodies() != bodies) {
+    throw SolverError("The body solver returned " + std::to_string(kinematics.bodies()) +
+                          " bodies (there are " + std::to_string(bodies) + "). Fix step().",
+                      0, kinematics.step);
+  }
+  using conversion::all_finite;
+  if (all_finite(kinematics.position_m) && all_finite(kinematics.orientation_wxyz) &&
+      all_finite(kinematics.velocity_m_per_s) && all_finite(kinematics.angular_velocity_rad_per_s))
+    return;
+  for (Eigen::Index body = 0; body < bodies; ++body) {
+    const bool finite = kinematics.position_m.col(body).allFinite() &&
+                        kinematics.orientation_wxyz.col(body).allFinite() &&
+                        kinematics.velocity_m_per_s.col(body).allFinite() &&
+                        kinematics.angular_velocity_rad_per_s.col(body).allFinite();
+    if (finite) continue;
+    throw SolverError("The state of body " + std::to_string(body) +
+                          " is not a finite number (its motion has diverged). Use a smaller step.",
+                      0, kinematics.step);
+  }
+}
+
+}  // namespace
+
+void ServedFluid::make_solver(const conversion::Decoder& request) {
+  FluidSetup setup;
+  request.read(setup);
+  if (!setup.trace_directory.empty())
+    recording::open_timeline(context_.timeline(), setup.trace_directory, "fluid", 0);
+  bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
+  solver_ = component_.make_solver(setup, context_);
+}
+
+void ServedFluid::compute_loads(const conversion::Decoder& request) {
+  request.read(kinematics_, bodies_);
+  solver_->exchange(kinematics_, loads_);
+  require_finite(loads_, bodies_);
+}
+
+std::span<const std::byte> ServedFluid::perform(Work work, const conversion::Decoder& request,
+                                                const session::Header& header, conversion::Encoder& encoder) {
+  switch (work) {
+    case Work::make_solver:
+      make_solver(request);
+      return encoder.encode(header, session::Configured{});
+    case Work::compute_loads:
+      compute_loads(request);
+      return encoder.encode(header, loads_);
+    case Work::write_state:
+      return encoder.encode(header, save(*solver_, request));
+    case Work::read_state:
+      solver_->restore(checkpoint_path(request));
+      return encoder.encode(header, MessageKind::restored);
+    case Work::tell_summary:
+      return encoder.encode(header, solver_->summarise());
+    default:
+      throw std::logic_error("A fluid was asked to " + std::string(name_of(work)) + ".");
+  }
+}
+
+void ServedFluid::follow_up(Work work) {
+  if (work == Work::compute_loads) solver_->advance();
+}
+
+session::Configured ServedBody::make_solver(const conversion::Decoder& request) {
+  BodySetup setup;
+  request.read(setup);
+  if (!setup.trace_directory.empty())
+    recording::open_timeline(context_.timeline(), setup.trace_directory, "body", 0);
+  bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
+  solver_ = component_.make_solver(setup, context_);
+  session::Configured configured{solver_->driving_nodes()};
+  driving_nodes_ = static_cast<Eigen::Index>(configured.driving_nodes.size());
+  return configured;
+}
+
+void ServedBody::advance_bodies(const conversion::Decoder& request) {
+  request.read(applied_, bodies_, driving_nodes_);
+  {
+    const Span integrate(context_.timeline(), "integrate");
+    solver_->step(applied_, kinematics_);
+  }
+  require_finite(kinematics_, bodies_);
+}
+
+std::span<const std::byte> ServedBody::perform(Work work, const conversion::Decoder& request,
+                                               const session::Header& header, conversion::Encoder& encoder) {
+  switch (work) {
+    case Work::make_solver:
+      return encoder.encode(header, make_solver(request));
+    case Work::tell_kinematics:
+      solver_->kinematics(kinematics_);
+      return encoder.encode(header, kinematics_);
+    case Work::advance_bodies:
+      advance_bodies(request);
+      return encoder.encode(header, kinematics_);
+    case Work::write_state:
+      return encoder.encode(header, save(*solver_, request));
+    case Work::read_state:
+      solver_->restore(checkpoint_path(request));
+      return encoder.encode(header, MessageKind::restored);
+    case Work::tell_summary:
+      return encoder.encode(header, solver_->summarise());
+    default:
+      throw std::logic_error("A body component was asked to " + std::string(name_of(work)) + ".");
+  }
+}
+
+}  // namespace copepod::component
