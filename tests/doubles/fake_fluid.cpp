@@ -10,8 +10,9 @@ int main(int argc, char** argv) {
   doubles::FakeArguments arguments(argc, argv);
   const doubles::Halt& halt = arguments.halt();
   const auto inner = misbehaving(doubles::constant_drag_component(), arguments.misbehaviour());
-  const FluidComponent component = {inner.capabilities, [&](const FluidSetup& setup) {
-                                      return doubles::halting(inner.make_solver(setup), halt, halt.rank);
+  const FluidComponent component = {inner.capabilities, [&](const FluidSetup& setup, SolverContext& context) {
+                                      return doubles::halting(inner.make_solver(setup, context), halt,
+                                                              halt.rank, context);
                                     }};
   return run_fluid_component(arguments.argc(), arguments.argv(), component);
 }

@@ -83,7 +83,8 @@ std::vector<std::vector<std::byte>> one_of_each() {
   messages.push_back(copy(encoder.encode(header, sample_kinematics(3))));
   messages.push_back(copy(encoder.encode(header, sample_loads(3))));
   messages.push_back(copy(encoder.encode(header, sample_applied_loads(3, 2))));
-  messages.push_back(copy(encoder.encode(header, SolverSummary{1, 2, 3, {{"bulk", 1.0}}, {"map"}, {"wait"}})));
+  messages.push_back(
+      copy(encoder.encode(header, SolverSummary{1, 2, 3, {{"bulk", 1.0}}, {"map"}, {"wait"}})));
   messages.push_back(copy(encoder.encode(header, FailureReport{})));
   messages.push_back(copy(encoder.encode(header, session::Pong{})));
   messages.push_back(copy(encoder.encode(header, session::Configured{{0, 1}})));
