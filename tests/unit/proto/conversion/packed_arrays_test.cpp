@@ -129,12 +129,12 @@ const std::array<const VectorPasses*, 2>& all_builds() {
 }
 
 TEST(VectorPasses, HashAsTheReferenceDoes) {
-  std::vector<unsigned char> bytes(5000);
+  std::vector<unsigned char> bytes(5000 + 8);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<unsigned char>(i % 251);
   for (const VectorPasses* passes : all_builds()) {  // python3-xxhash: xxh3_64_hexdigest(bytes(i % 251 …))
     EXPECT_EQ(passes->hash(bytes.data(), 0), 0x2d06800538d394c2U);
     EXPECT_EQ(passes->hash(bytes.data(), 5000), 0xb418500fc42320eeU);
-    for (std::size_t size = 0; size < bytes.size(); size += 7)
+    for (std::size_t size = 0; size < 5000; size += 7)
       EXPECT_EQ(passes->hash(bytes.data() + size % 9, size),
                 kBaselinePasses.hash(bytes.data() + size % 9, size));
   }
