@@ -24,6 +24,7 @@ _BODY_SERVICES = {"own": "body_service", "external": "body_service", "bullet": "
 _MOST_RANKS_PER_CORE = 32
 _STARTERS = ("mpirun", "mpiexec", "srun")
 _ANSWER_WITHIN_S = 20
+_AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # mpirun would refuse to start
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ def ask(command: tuple[str, ...]) -> Answer:
     try:
         done = subprocess.run(
             [*command, "--capabilities"],
-            env={**settings_of_components(), **os.environ},
+            env=environment_to_ask(command),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -212,7 +213,7 @@ def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Map
 def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
     """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
     settings = {
-        **settings_of_components(),
+        **_AS_ROOT,
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
@@ -225,9 +226,7 @@ def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
     return {**settings, **os.environ, MARK: mark}
 
 
-def settings_of_components() -> dict[str, str]:
-    """Without these a component may not start: mpirun as root."""
-    return {
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    }
+def environment_to_ask(command: Sequence[str]) -> dict[str, str]:
+    """Environment of a component that only answers a question; a single process starts MPI by itself."""
+    alone = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
+    return {**_AS_ROOT, **({} if _brings_starter(command) else alone), **os.environ}

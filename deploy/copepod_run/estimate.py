@@ -67,7 +67,7 @@ def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Mem
         answer = subprocess.run(
             command,
             input=setup,
-            env=components.settings_of_components() | os.environ,
+            env=components.environment_to_ask(command),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             timeout=_ANSWER_WITHIN_S,
