@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+LOOK_EVERY_S = 0.5  # how often look() is called
+
 
 @dataclass(frozen=True)
 class Trouble:

@@ -12,7 +12,6 @@ from copepod_run import cleanup
 from copepod_run.cleanup import COMPONENT, MARK
 from copepod_run.launcher import Launcher, Process, Trouble
 
-LOOK_EVERY_S = 0.5
 _STOPPED_FOR_S = 1.4  # longer than by accident; with the looks and the clean-up it remains below three seconds
 _ENDED_FOR_S = 2.0  # mpirun had its time to report how a rank ended
 _AWAY_S = 1.5  # this command was stopped itself (Ctrl-Z, a suspended machine): the clocks start again

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from copepod_run.errors import ExitCode
-from copepod_run.launcher import Launcher, Process
-from copepod_run.local_launcher import LOOK_EVERY_S
+from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
 from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge, reported_by_mpirun
 from copepod_run.progress import Event, EventReader, Progress
 from copepod_run.signals import SignalRecorder

@@ -1,0 +1,139 @@
+"""How a run is watched, with processes of a launcher that starts none: they end when the test says so."""
+
+import json
+import os
+import signal
+import time
+import unittest
+from pathlib import Path
+
+import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_run.launcher import Launcher, Process, Trouble
+from copepod_run.signals import SignalRecorder
+from copepod_run.watch import Watch
+
+
+class FakeProcess(Process):
+    """A process on some host; `end` makes its descriptor readable."""
+
+    def __init__(self, name, host):
+        self.name, self.host = name, host
+        self.log, self.output = Path(f"logs/{name}.log"), Path(f"logs/{name}.out")
+        self.descriptor, self._writing_end = os.pipe()
+        self._returncode = None
+
+    @property
+    def returncode(self):
+        return self._returncode
+
+    def end(self, returncode):
+        self._returncode = returncode
+        os.write(self._writing_end, b".")
+
+    def send(self, number):
+        pass
+
+    def tail(self):
+        return ""
+
+    def log_tail(self):
+        return ""
+
+    def close(self):
+        os.close(self.descriptor)
+        os.close(self._writing_end)
+
+
+class FakeLauncher(Launcher):
+    """Processes on three hosts."""
+
+    def __init__(self):
+        self.processes = {}
+        self.trouble = None
+
+    def start(self, name, command, environment, logs, events=None):
+        self.processes[name] = FakeProcess(name, command[0])
+        return self.processes[name]
+
+    def look(self):
+        return self.trouble
+
+    def has_ended_rank(self):
+        return False
+
+    def end_all(self):
+        return 0
+
+    def close(self):
+        for process in self.processes.values():
+            process.close()
+
+
+class Display:
+    """Shows nothing."""
+
+    def phase(self, name):
+        pass
+
+    def step(self, event):
+        pass
+
+    def notice(self, text):
+        pass
+
+    def close(self):
+        pass
+
+
+class WatchOfThreeHosts(unittest.TestCase):
+    def setUp(self):
+        self.launcher = FakeLauncher()
+        self.addCleanup(self.launcher.close)
+        hosts = {"coupler": "a", "fluid": "b", "body": "c"}
+        processes = [self.launcher.start(name, [host], {}, Path("logs")) for name, host in hosts.items()]
+        events, self.coupler_stdout = os.pipe()
+        self.addCleanup(os.close, events)
+        self.addCleanup(os.close, self.coupler_stdout)
+        signals = SignalRecorder()
+        self.addCleanup(signals.__exit__)
+        self.display = Display()
+        self.watch = Watch(self.launcher, processes, events, signals.__enter__(), self.display, ranks=1)
+        self.addCleanup(self.watch.close)
+
+    def emit(self, **event):
+        os.write(self.coupler_stdout, json.dumps(event).encode() + b"\n")
+
+    def finish(self):
+        self.emit(event="finished", summary="summary.json")
+        for process in self.launcher.processes.values():
+            process.end(0)
+
+    def test_a_finished_run_ends_with_its_summary(self):
+        self.finish()
+        self.assertEqual(self.watch.wait().summary, "summary.json")
+
+    def test_a_killed_component_is_named_with_its_host_and_the_reported_step(self):
+        self.emit(event="failure", code=69, component="body", host="a", rank=0, step=700, reason="is gone.")
+        self.launcher.processes["body"].end(-signal.SIGSEGV)
+        failure = self.watch.wait().failure
+        self.assertEqual((failure.component, failure.host, failure.step), ("body", "c", 700))
+        self.assertIn("SIGSEGV", failure.reason)
+
+    def test_trouble_that_the_launcher_sees_ends_the_run(self):
+        self.launcher.trouble = Trouble("fluid", "b", "3", "frozen: its process 7 is stopped.")
+        start = time.monotonic()
+        failure = self.watch.wait().failure
+        self.assertLess(time.monotonic() - start, 5.0)
+        self.assertEqual((failure.code, failure.host, failure.rank), (69, "b", "3"))
+
+    def test_a_wish_for_a_checkpoint_reaches_the_coupler_once_it_runs(self):
+        received = []
+        self.launcher.processes["coupler"].send = lambda number: (received.append(number), self.finish())
+        self.display.phase = lambda name: os.kill(os.getpid(), signal.SIGUSR1)
+        self.emit(event="phase", phase="running")
+        self.watch.wait()
+        self.assertEqual(received, [signal.SIGUSR1])
+
+
+if __name__ == "__main__":
+    unittest.main()
