@@ -23,7 +23,7 @@ std::vector<LatticeBody> bodies() {
   std::vector<LatticeBody> all = {body_of(ShapeKind::sphere, 4.3, 0.0, {0, 0, 1})};
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 1),
-        Eigen::Vector3d(3, -2, 1), Eigen::Vector3d(1, 2, -0.01)})
+        Eigen::Vector3d(3, -2, 1), Eigen::Vector3d(1, 2, -0.01), Eigen::Vector3d(0.1, -0.2, 1)})
     all.push_back(body_of(ShapeKind::capsule, 3.3, 4.55, axis));
   return all;
 }
