@@ -73,9 +73,11 @@ class FollowerLog {
 };
 
 int run_leader(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
-  const FluidComponent component{capabilities(), [&](const FluidSetup& setup, SolverContext&) {
+  const FluidComponent component{capabilities(),
+                                 [&](const FluidSetup& setup, SolverContext&) {
                                    return std::make_unique<DistributedFluid>(setup, ranks, make_solver);
-                                 }};
+                                 },
+                                 estimate};
   const int code = run_fluid_component(argc, argv, component, ranks.size(), ranks.context());
   dismiss_followers(ranks);
   return code;

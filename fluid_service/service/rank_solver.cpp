@@ -30,6 +30,7 @@ Capabilities capabilities() {
                        "moving_boundary:bounce_back",
                        "refill:equilibrium",
                        "fields",
+                       "estimate",
                        "mpi",
                        "checkpoint"}};
 }
@@ -44,6 +45,14 @@ std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communica
       return std::make_unique<StokesFlow>(setup, communicator);
   }
   throw CaseError("unknown kind of fluid solver (newer coupler?). Use lattice_boltzmann, stokes or vacuum.");
+}
+
+Estimate estimate(const FluidSetup& setup, int ranks) {
+  // What a process has before the setup: libraries, MPI, sockets (docs/results/memory.md).
+  constexpr std::int64_t process_bytes = std::int64_t{26} << 20;
+  const bool has_lattice = setup.kind == FluidKind::lattice_boltzmann;
+  return {.memory_bytes = process_bytes + (has_lattice ? estimate_lattice_boltzmann_bytes(setup, ranks) : 0),
+          .problem = {}};
 }
 
 }  // namespace copepod::fluid
