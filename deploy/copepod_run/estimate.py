@@ -37,21 +37,20 @@ class Memory:
 
 
 def memory_of(plan: Plan, options: Namespace) -> list[Memory]:
-    """Estimates of the components that announce `estimate`, before anything is started; else the coupler's.
+    """Estimates of the coupler and of the components that announce `estimate`, before anything is started.
 
     Raises Stop(2) with the component's sentence if it cannot handle the setup, its ranks for instance.
     """
     known = plan.estimate.get("memory_of", {})
+    services = [
+        ("fluid", components.fluid_program(plan), plan.fluid_ranks),
+        ("body", components.body_program(plan), 1),
+    ]
     found = []
-    for role, command, processes, key in (
-        ("fluid", components.fluid_program(plan), plan.fluid_ranks, "fluid_rank_bytes"),
-        ("body", components.body_program(plan), 1, "body_bytes"),
-    ):
+    for role, command, processes in services if plan.transport != components.IN_PROCESS else []:
         setup = _setup(role, options) if components.announces(command, "estimate") else None
         if setup is not None:
             found.append(_ask(role, [*command, "--estimate", "--ranks", str(processes)], setup, processes))
-        elif known.get(key):
-            found.append(Memory(role, processes, known[key]))
     return found + ([Memory("coupler", 1, known["coupler_bytes"])] if known.get("coupler_bytes") else [])
 
 

@@ -52,14 +52,20 @@ def measure(programs, folder, cells, precision, ranks, output="{}", overrides=()
         CASE.format(cells=", ".join(map(str, cells)), precision=precision, ranks=ranks, steps=steps, output=output)
     )
     settings = [word for override in overrides for word in ("--set", override)]
-    plan = subprocess.run([programs / "coupler", "--plan", case, *settings], check=True, stdout=subprocess.PIPE)
-    predicted = json.loads(plan.stdout)["estimate"]["memory_of"]
+    plan = json.loads(_output_of(programs / "coupler", "--plan", case, *settings))
+    predicted = {"coupler": plan["estimate"]["memory_of"]["coupler_bytes"]}
+    bodies = "bullet_body_service" if plan["services"]["body"]["solver"] == "bullet" else "body_service"
+    for role, program in (("fluid", "fluid_service"), ("body", bodies)):
+        setup = _output_of(programs / "coupler", "--setup", role, case, *settings)
+        answer = _output_of(programs / program, "--estimate", "--ranks", str(ranks), given=setup)
+        separate = plan["services"]["transport"] != "in_process"
+        predicted[role] = json.loads(answer)["memory_bytes"] if separate else 0
     measured = _peaks_of_run(programs, folder, [case, *settings])
-    return {
-        "fluid": (predicted["fluid_rank_bytes"], measured.get("fluid", 0)),
-        "body": (predicted["body_bytes"], measured.get("body", 0)),
-        "coupler": (predicted["coupler_bytes"], measured.get("coupler", 0)),
-    }
+    return {role: (predicted[role], measured.get(role, 0)) for role in ("fluid", "body", "coupler")}
+
+
+def _output_of(*command, given=b""):
+    return subprocess.run(command, check=True, input=given, stdout=subprocess.PIPE).stdout
 
 
 def _peaks_of_run(programs, folder, arguments):

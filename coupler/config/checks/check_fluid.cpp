@@ -1,7 +1,3 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-
 #include "config/checks/checks.hpp"
 #include "config/sections/case.hpp"
 
@@ -57,42 +53,6 @@ void check_time(const Case& the_case, Problems& problems) {
   }
 }
 
-namespace {
-
-using Extent = std::array<std::int64_t, 3>;
-
-/// Whether a box of cells can be cut into px · py · pz = ranks blocks without an empty one: the rule of the
-/// fluid service [docs/decisions/partition_cost.md].
-bool can_be_cut(const Extent& cells, std::int64_t ranks) {
-  for (std::int64_t px = 1; px <= std::min(ranks, cells[0]); ++px) {
-    if (ranks % px != 0) continue;
-    const std::int64_t rest = ranks / px;
-    for (std::int64_t py = 1; py <= std::min(rest, cells[1]); ++py) {
-      if (rest % py == 0 && rest / py <= cells[2]) return true;
-    }
-  }
-  return false;
-}
-
-void check_ranks(const Case& the_case, Problems& problems) {
-  if (!the_case.services.fluid_command.empty()) return;  // another component cuts as it likes
-  const FluidCase& fluid = the_case.fluid;
-  const std::int64_t ranks = the_case.services.fluid_ranks;
-  Extent cells;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    cells[axis] = fluid.domain_cells[axis] / (fluid.symmetry_planes[axis] ? 2 : 1);
-  if (computed_cells(fluid) == 0 || can_be_cut(cells, ranks)) return;
-  std::int64_t fewer = std::min(ranks - 1, computed_cells(fluid));
-  while (!can_be_cut(cells, fewer)) --fewer;  // ends at 1 at the latest
-  problems.error("services.fluid.ranks",
-                 "services.fluid.ranks is " + std::to_string(ranks) + " for " + std::to_string(cells[0]) +
-                     " × " + std::to_string(cells[1]) + " × " + std::to_string(cells[2]) +
-                     " computed cells (cut into so many blocks, some ranks would be empty). Use " +
-                     std::to_string(fewer) + ".");
-}
-
-}  // namespace
-
 void check_domain(const Case& the_case, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -116,7 +76,6 @@ void check_domain(const Case& the_case, Problems& problems) {
                        " cells in all (no machine holds them). Use fewer or larger cells.");
     return;
   }
-  check_ranks(the_case, problems);
 }
 
 }  // namespace copepod::coupler

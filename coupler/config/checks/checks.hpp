@@ -9,7 +9,7 @@ namespace copepod::coupler {
 // What can be known about a case before it runs. Each check reports to `problems` with the key it is about.
 
 void check_time(const Case& the_case, Problems& problems);    ///< step, relaxation time
-void check_domain(const Case& the_case, Problems& problems);  ///< cells, faces, ranks
+void check_domain(const Case& the_case, Problems& problems);  ///< cells, faces
 /// What comes with the choice of solvers: a command, a plane, output that only some have.
 void check_solvers(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems);
