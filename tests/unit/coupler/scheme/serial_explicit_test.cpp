@@ -123,7 +123,7 @@ TEST(SerialExplicit, MeasuresTheTimeOfTheFluidAndOfTheBodiesSeparately) {
   PointMassBodies body(one_ball());
   const DrivingProtocol driving({}, 1);
   Witness witness;
-  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness);
+  SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   scheme.run(10, never);
   EXPECT_GE(scheme.fluid_wait_s(), 10 * 2e-3);
   EXPECT_LT(scheme.body_wait_s(), scheme.fluid_wait_s());
