@@ -16,6 +16,7 @@ import unittest
 from pathlib import Path
 
 import protocol_vectors
+from copepod_component import validation
 from copepod_conformance import protocol, suite
 from copepod_conformance.cases import BodyCase, FluidCase
 
@@ -119,6 +120,25 @@ class ProtocolPage(unittest.TestCase):
             for check in suite.all_checks(types.SimpleNamespace(role=role, case=case)):
                 self.assertIn(check.rule.section, headings, f"{check.group}: {check.name}")
                 self.assertIn(check.group, suite.groups())
+
+    def test_the_limits_are_those_of_the_kits(self):
+        header = (ROOT / "proto/conversion/limits.hpp").read_text()
+        limits = re.search(r"\n## Limits\n(.*?)\n## ", self.page, re.DOTALL)[1]
+        for code, text in (
+            ("message_bytes = std::size_t{256} << 20", "256 MiB"),
+            ("hello_bytes = std::size_t{64} << 10", "64 KiB"),
+            ("bodies = 1'000'000", "1 000 000"),
+            ("springs = 1'000'000", "1 000 000"),
+            ("cells = 1e12", "10¹²"),
+            ("driving_nodes = 16", "| 16 |"),
+            ("string_bytes = 4096", "4096 bytes"),
+            ("features = 1024", "| 1024 each |"),
+            ("timers = 1024", "| 1024 each |"),
+        ):
+            self.assertIn(code, header)
+            self.assertIn(text, limits)
+        kit = (validation.MESSAGE_BYTES, validation.ENTRIES, validation.CELLS, validation.STRING_BYTES)
+        self.assertEqual(kit, (256 << 20, 1_000_000, 10**12, 4096))
 
     def test_the_message_sequence_is_the_one_of_the_table(self):
         """Each request of the coupler is followed by the reply that the table has for it; no request is missing."""

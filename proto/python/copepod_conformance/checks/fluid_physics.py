@@ -53,7 +53,7 @@ def _against(kind):
 
 def _require_loads(trial, kind):
     if trial.case.solver == "vacuum" or trial.subject.can("neglects:loads"):
-        raise NotApplicable("it exerts no loads by nature: its solver is vacuum, or it announces neglects:loads")
+        raise NotApplicable("it exerts no loads: its solver is vacuum, or it announces neglects:loads")
     if kind == "torque" and trial.subject.can("neglects:torques"):
         raise NotApplicable("it announces neglects:torques")
     if trial.subject.can("imposes:flow"):
