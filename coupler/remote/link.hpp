@@ -49,9 +49,8 @@ class Link {
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
-  /// Waits until a fluid and a body component have said Hello on both lanes and welcomes them.
-  /// @throws DeadlinePassed naming the missing ones, Refused if a component of ours speaks another protocol
-  /// version
+  /// Waits for the Hello of a fluid and a body component on both lanes and welcomes them.
+  /// @throws DeadlinePassed naming the missing ones, Refused for a component of another protocol version
   void await_components();
 
   /// Legal after await_components.
@@ -63,10 +62,10 @@ class Link {
   /// @throws also what `work` throws; nothing is thrown before `work` is over
   void stay_in_touch_during(const std::function<void()>& work);
 
-  /// Tells both components that the run is over and waits until they have said goodbye; they exit with 0.
+  /// Ends the run: both components receive Finish, answer it and exit with 0.
   void finish();
 
-  /// Tells every component that is still there why the run ends; never throws and never waits for an answer.
+  /// Reports to every component that is still connected why the run ends; never throws and never waits for an answer.
   void abort(const FailureReport& report) noexcept;
 
   /// Sends a request about `step`, waits for the reply and reads it.
