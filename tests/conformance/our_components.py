@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -142,7 +143,8 @@ def _page(columns):
     for component, column in columns.items():
         reasons = sorted({reason for counts in column.values() for reason in counts[2]})
         if reasons:
-            lines.append(f"* {component.name.replace('_', ' ')}: {'; '.join(reasons)}.")
+            text = f"* {component.name.replace('_', ' ')}: {'; '.join(reasons)}."
+            lines += textwrap.wrap(text, 120, subsequent_indent="  ", break_on_hyphens=False)
     return "\n".join(lines) + "\n"
 
 
