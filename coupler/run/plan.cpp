@@ -7,7 +7,6 @@
 #include "analysis/swimmer_figures.hpp"
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"
-#include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/features.hpp"
 

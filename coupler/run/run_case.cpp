@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include "config/sections/sections.hpp"
-#include "config/setups.hpp"
 #include "recording/timeline.hpp"
 #include "run/checkpointer.hpp"
 #include "run/run_observers.hpp"

@@ -11,7 +11,6 @@
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/packed_arrays.hpp"
-#include "conversion/setup_conversion.hpp"
 #include "copepod/v1/envelope.pb.h"
 
 namespace copepod::conversion {
@@ -168,6 +167,8 @@ Decoder::Decoder() : buffers_(std::make_unique<Buffers>()) {
 }
 Decoder::~Decoder() = default;
 
+const v1::Envelope& Decoder::envelope() const { return *buffers_->envelope; }
+
 MessageKind Decoder::parse(std::span<const std::byte> bytes) {
   buffers_->kind = MessageKind::none;
   require_at_most(bytes.size(), kLimits.message_bytes, "the message");
@@ -220,9 +221,6 @@ void Decoder::read(session::Welcome& welcome) const {
 void Decoder::read(session::Refusal& refusal) const {
   refusal.reason = read_text(buffers_->envelope->refusal().reason(), "reason");
 }
-
-void Decoder::read(FluidSetup& setup) const { conversion::read(buffers_->envelope->fluid_setup(), setup); }
-void Decoder::read(BodySetup& setup) const { conversion::read(buffers_->envelope->body_setup(), setup); }
 
 void Decoder::read(session::Configured& configured) const {
   const Doubles& nodes = buffers_->envelope->configured().driving_nodes();

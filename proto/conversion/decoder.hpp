@@ -14,6 +14,10 @@
 #include "session/message_kind.hpp"
 #include "session/messages.hpp"
 
+namespace copepod::v1 {
+class Envelope;
+}
+
 namespace copepod::conversion {
 
 /// Turns the bytes of an Envelope into contract structs and checks them on the way.
@@ -57,6 +61,7 @@ class Decoder {
 
  private:
   struct Buffers;
+  [[nodiscard]] const v1::Envelope& envelope() const;  ///< that was parsed
   std::unique_ptr<Buffers> buffers_;
 };
 

@@ -8,7 +8,6 @@
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/packed_arrays.hpp"
-#include "conversion/setup_conversion.hpp"
 #include "conversion/text.hpp"
 #include "copepod/v1/envelope.pb.h"
 
@@ -80,6 +79,8 @@ struct Encoder::Buffers {
 Encoder::Encoder() : buffers_(std::make_unique<Buffers>()) {}
 Encoder::~Encoder() = default;
 
+v1::Envelope& Encoder::envelope() { return buffers_->envelope; }
+
 Bytes Encoder::serialise(const Header& header) {
   const v1::Envelope& envelope = buffers_->envelope;
   std::byte* target = buffers_->resize_body(envelope.ByteSizeLong());
@@ -135,16 +136,6 @@ Bytes Encoder::encode(const Header& header, const session::Welcome& welcome) {
 
 Bytes Encoder::encode(const Header& header, const session::Refusal& refusal) {
   buffers_->envelope.mutable_refusal()->set_reason(as_utf8(refusal.reason, kLimits.string_bytes));
-  return serialise(header);
-}
-
-Bytes Encoder::encode(const Header& header, const FluidSetup& setup) {
-  write(setup, *buffers_->envelope.mutable_fluid_setup());
-  return serialise(header);
-}
-
-Bytes Encoder::encode(const Header& header, const BodySetup& setup) {
-  write(setup, *buffers_->envelope.mutable_body_setup());
   return serialise(header);
 }
 

@@ -14,6 +14,10 @@
 #include "session/message_kind.hpp"
 #include "session/messages.hpp"
 
+namespace copepod::v1 {
+class Envelope;
+}
+
 namespace copepod::conversion {
 
 /// Turns contract structs into the bytes of an Envelope.
@@ -58,6 +62,7 @@ class Encoder {
 
  private:
   struct Buffers;
+  v1::Envelope& envelope();  ///< receives the body of the message
   Bytes serialise(const session::Header& header);
   Bytes serialise(const session::Header& header, int message, const Arrays& arrays);
   Bytes finish(const session::Header& header);

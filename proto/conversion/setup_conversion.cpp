@@ -6,9 +6,11 @@
 
 #include "contract/words.hpp"
 #include "conversion/arrays.hpp"
+#include "conversion/decoder.hpp"
+#include "conversion/encoder.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
-#include "copepod/v1/setup.pb.h"
+#include "copepod/v1/envelope.pb.h"
 
 namespace copepod::conversion {
 
@@ -336,5 +338,20 @@ FluidSetup fluid_setup_from_bytes(std::string_view bytes) {
 BodySetup body_setup_from_bytes(std::string_view bytes) {
   return setup_from<v1::BodySetup, BodySetup>(bytes);
 }
+
+// The setups as messages.
+
+Bytes Encoder::encode(const session::Header& header, const FluidSetup& setup) {
+  write(setup, *envelope().mutable_fluid_setup());
+  return serialise(header);
+}
+
+Bytes Encoder::encode(const session::Header& header, const BodySetup& setup) {
+  write(setup, *envelope().mutable_body_setup());
+  return serialise(header);
+}
+
+void Decoder::read(FluidSetup& setup) const { conversion::read(envelope().fluid_setup(), setup); }
+void Decoder::read(BodySetup& setup) const { conversion::read(envelope().body_setup(), setup); }
 
 }  // namespace copepod::conversion

@@ -15,7 +15,6 @@
 
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
-#include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "copepod/v1/setup.pb.h"

@@ -1,11 +1,10 @@
-#include "config/setups.hpp"
+#include "config/load_case.hpp"
 
 #include <fstream>
 #include <sstream>
 
 #include <gtest/gtest.h>
 
-#include "config/load_case.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::coupler {
