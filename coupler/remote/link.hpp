@@ -65,7 +65,7 @@ class Link {
   /// Ends the run: both components receive Finish, answer it and exit with 0.
   void finish();
 
-  /// Reports to every component that is still connected why the run ends; never throws and never waits for an answer.
+  /// Reports to every component that is still connected why the run ends; never throws, never waits.
   void abort(const FailureReport& report) noexcept;
 
   /// Sends a request about `step`, waits for the reply and reads it.

@@ -21,7 +21,7 @@ Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
 Eigen::Vector3d across(const Eigen::Vector3d& axis) {
   Eigen::Index least = 0;
   axis.cwiseAbs().minCoeff(&least);
-  const Eigen::Vector3d candidate = Eigen::Vector3d::Unit(least);
+  Eigen::Vector3d candidate = Eigen::Vector3d::Unit(least);
   if (axis[least] == 0.0) return candidate;
   return (candidate - axis[least] * axis).normalized();
 }
