@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from copepod_run import components
-from copepod_run.checkout import BUILD, program
+from copepod_run.checkout import BUILD, chosen_programs, program
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import Plan, case_arguments
 
@@ -43,12 +43,14 @@ def memory_of(plan: Plan, options: Namespace) -> list[Memory]:
     """
     known = plan.estimate.get("memory_of", {})
     services = [
-        ("fluid", components.fluid_program(plan), plan.fluid_ranks),
-        ("body", components.body_program(plan), 1),
+        ("fluid", components.fluid_program(plan), plan.fluid_ranks, plan.fluid_command is None),
+        ("body", components.body_program(plan), 1, plan.body_command is None),
     ]
     found = []
-    for role, command, processes in services if plan.transport != components.IN_PROCESS else []:
-        setup = _setup(role, options) if components.announces(command, "estimate") else None
+    for role, command, processes, is_ours in services if plan.transport != components.IN_PROCESS else []:
+        # The services of this build estimate; asking them for their capabilities first would take longer than that.
+        estimates = (is_ours and not chosen_programs()) or components.announces(command, "estimate")
+        setup = _setup(role, options) if estimates else None
         if setup is not None:
             found.append(_ask(role, [*command, "--estimate", "--ranks", str(processes)], setup, processes))
     return found + ([Memory("coupler", 1, known["coupler_bytes"])] if known.get("coupler_bytes") else [])
