@@ -20,8 +20,8 @@ Capabilities rigid_body_capabilities();
 /// Rigid spheres and capsules with springs, gravity and constraints; the theory is in docs/theory_bodies.md.
 class RigidBodySolver final : public BodySolver {
  public:
-  /// @param context  to report progress to while a state is saved or restored; null: none. Outlives the
-  /// solver
+  /// @param context  to report progress to while a state is saved or restored; null: none. Outlives
+  /// the solver
   /// @throws CaseError if the setup is not valid, SolverError if bodies overlap at the start
   explicit RigidBodySolver(const BodySetup& setup, SolverContext* context = nullptr);
 

@@ -24,8 +24,8 @@ Capabilities bullet_capabilities();
 /// has the derivation. Contacts across periodic faces are not detected.
 class BulletBodySolver final : public BodySolver {
  public:
-  /// @param context  to report progress to while a state is saved or restored; null: none. Outlives the
-  /// solver
+  /// @param context  to report progress to while a state is saved or restored; null: none. Outlives
+  /// the solver
   /// @throws CaseError if the setup is not valid
   explicit BulletBodySolver(const BodySetup& setup, SolverContext* context = nullptr);
 

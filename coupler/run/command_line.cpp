@@ -70,7 +70,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   app.add_option("--endpoint", options.endpoint,
                  "Where the components connect: ipc:///path or tcp://host:port");
   app.add_option("--session", options.session, "Token that the components must show");
-  app.add_option("--keys", options.key_file, "File with the keys of the coupler; a must off this machine");
+  app.add_option("--keys", options.key_file, "File with the keys of the coupler; required off this machine");
   app.add_option("--log-file", options.log_file, "Log file");
   app.add_option("--build", options.build, "What identifies the programs of this run");
   app.add_flag("--resume", options.resume, "Continue from the newest checkpoint of the run directory");

@@ -86,7 +86,7 @@ void CaseRun::notice_missing_samples(const CouplerState& state) {
   const bool has_begun = output.fields.mean_stop > 0 && output.fields.mean_start < state.step;
   if (!has_begun || state.mean == mean_sampling(output)) return;
   notice("The mean field lacks its samples up to step " + std::to_string(state.step) +
-         " (the run before took others). Resume with its output.fields, or start anew.");
+         " (the previous run used others). Resume with its output.fields, or start again.");
 }
 
 void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {

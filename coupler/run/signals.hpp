@@ -6,9 +6,8 @@ namespace copepod::coupler {
 
 /// What signals have asked a run to do; each is the signal's number, 0 for none.
 struct RunSignals {
-  std::atomic<int> stop{0};  ///< SIGINT, SIGTERM: end as soon as possible
-  std::atomic<int> checkpoint{
-      0};  ///< SIGUSR1: write a checkpoint and continue; SIGTERM: write one, then stop
+  std::atomic<int> stop{0};        ///< SIGINT, SIGTERM: end as soon as possible
+  std::atomic<int> checkpoint{0};  ///< SIGUSR1: write one and continue; SIGTERM: write one, then stop
   std::atomic<bool> sigterm_waits_for_checkpoint{false};  ///< while a run can write one
 };
 

@@ -126,7 +126,7 @@ function serve(options) {
   const instance = (BigInt("0x" + randomBytes(8).toString("hex")) | 1n).toString();
   const [data, control] = ["data", "control"].map((lane) => new Dealer({
     routingId: `fluid-${instance}-${lane}`, linger: 500, maxMessageSize: 256 << 20, reconnectInterval: 100 }));
-  let state = "connected", phase = "GREETING", step = -1, nextStep = -1, last = 0, replied = 0;
+  let state = "connected", phase = "HANDSHAKE", step = -1, nextStep = -1, last = 0, replied = 0;
   let session, controlSession, lastReply, solver, bodies, lastPing, brokenSince;
 
   async function fail({ message, code }) {

@@ -1,4 +1,4 @@
-"""How a run is watched, with processes of a launcher that starts none: they end when the test says so."""
+"""How a run is watched, with processes of a launcher that starts none: the test decides when they end."""
 
 import json
 import os

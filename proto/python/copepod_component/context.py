@@ -8,7 +8,7 @@ class SolverContext:
 
     def __init__(self):
         self.step = -1
-        self.phase = control.PHASE_GREETING
+        self.phase = control.PHASE_HANDSHAKE
         self.progress = 0
         self.awaited_rank = 0
         self.received_sequence = 0
