@@ -85,8 +85,10 @@ TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
   EXPECT_THROW(Link link(settings), CaseError);
   ChildProcess fluid({kFakeFluid, "--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"});
   EXPECT_EQ(fluid.wait(), 2);
-  ChildProcess python({kPython, std::string(kPythonExamples) + "point_masses.py", "--endpoint",
-                       "tcp://10.0.0.1:47613", "--session", "secret"});
+  std::vector<std::string> words = in_python().body;
+  for (const char* word : {"--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"})
+    words.emplace_back(word);
+  ChildProcess python(words);
   EXPECT_EQ(python.wait(), 2);
 }
 
