@@ -104,10 +104,10 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& load
       if (domain_.cut_by_symmetry_plane(map_.bodies()[static_cast<std::size_t>(b)].position, plane))
         whole.cut(static_cast<std::size_t>(plane));
     const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[axis]) * whole.force[axis]);
-      loads.torque_N_m(axis, b) =
-          units_.torque_N_m(fixed_point::to_double(sums[3 + axis]) * whole.torque[axis]);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[i]) * whole.force[i]);
+      loads.torque_N_m(axis, b) = units_.torque_N_m(fixed_point::to_double(sums[3 + i]) * whole.torque[i]);
     }
   }
 }

@@ -56,7 +56,7 @@ struct StreamCollideLoop {
 
   [[gnu::always_inline]] static void prefetch(T* const (&row)[d3q19::directions], std::int64_t z) {
 #pragma GCC unroll 19
-    for (int alpha = 0; alpha < d3q19::directions; ++alpha) __builtin_prefetch(row[alpha] + z, 1);
+    for (const auto& populations_of_row : row) __builtin_prefetch(populations_of_row + z, 1);
   }
 
   template <bool streamed, bool has_force, class U>
