@@ -107,7 +107,7 @@ void Handshake::admit(const Hello& hello, const std::string& peer, std::uint32_t
   if (is_first || on_data_lane) party.hello = hello;
   (on_data_lane ? party.data_peer : party.control_peer) = peer;
   if (is_first) {
-    party.session = greet(party.session, session_id_, epoch_);
+    party.session = welcomed(party.session, session_id_, epoch_);
     party.liveness.attention_s = now_s;
     party.liveness.last_change_s = now_s;
   }

@@ -9,7 +9,7 @@
 
 namespace copepod::component {
 
-/// What a component is told on its command line; the same for every component.
+/// The options of a command line; the same for every component.
 struct Options {
   std::string endpoint;
   std::string session_token;
@@ -24,15 +24,13 @@ struct Options {
 /// @throws Error if the component cannot handle the setup
 using EstimateText = std::function<std::string(const std::string& setup_bytes, int ranks)>;
 
-/// Options, or the exit code to end with: after --help, --capabilities and --estimate, or for a bad command
-/// line.
+/// Options, or the exit code to end with: after --help, --capabilities and --estimate, or if it is not valid.
 struct ParsedCommandLine {
   std::optional<Options> options;
   int exit_code = 0;
 };
 
-/// Reads the command line; prints capabilities, an estimate, help or an error where that is all there is to
-/// do.
+/// Reads the command line; prints capabilities, an estimate, help or an error if that is all it asks for.
 /// @param estimate  empty if the component does not estimate
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
                                      const Capabilities& capabilities, const EstimateText& estimate = {});

@@ -20,7 +20,7 @@ namespace copepod::component {
 class ControlLane {
  public:
   /// Starts the thread.
-  /// @param hello  what to say; its lane is set here
+  /// @param hello  to send; its lane is set here
   /// @param vitals  outlives this object, as does `log`
   ControlLane(std::unique_ptr<transport::Dealer> dealer, const Vitals& vitals, spdlog::logger& log,
               session::Hello hello, session::OrphanPatience patience);

@@ -21,7 +21,7 @@ std::string checkpoint_path(const conversion::Decoder& request) {
   return path.path;
 }
 
-/// Lets a solver write its state. A full disk is no reason to end: the solver is as it was.
+/// Lets a solver write its state. A full disk does not end the run: the solver is unchanged.
 /// @throws what else the solver throws
 template <class Solver>
 session::Saved save(Solver& solver, const conversion::Decoder& request) {
@@ -103,7 +103,7 @@ std::span<const std::byte> ServedFluid::perform(Work work, const conversion::Dec
     case Work::read_state:
       solver_->restore(checkpoint_path(request));
       return encoder.encode(header, MessageKind::restored);
-    case Work::tell_summary:
+    case Work::send_summary:
       return encoder.encode(header, solver_->summarise());
     default:
       throw std::logic_error("A fluid was asked to " + std::string(name_of(work)) + ".");
@@ -140,7 +140,7 @@ std::span<const std::byte> ServedBody::perform(Work work, const conversion::Deco
   switch (work) {
     case Work::make_solver:
       return encoder.encode(header, make_solver(request));
-    case Work::tell_kinematics:
+    case Work::send_kinematics:
       solver_->kinematics(kinematics_);
       return encoder.encode(header, kinematics_);
     case Work::advance_bodies:
@@ -151,7 +151,7 @@ std::span<const std::byte> ServedBody::perform(Work work, const conversion::Deco
     case Work::read_state:
       solver_->restore(checkpoint_path(request));
       return encoder.encode(header, MessageKind::restored);
-    case Work::tell_summary:
+    case Work::send_summary:
       return encoder.encode(header, solver_->summarise());
     default:
       throw std::logic_error("A body component was asked to " + std::string(name_of(work)) + ".");

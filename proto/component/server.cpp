@@ -29,7 +29,7 @@ Phase phase_of(Work work) {
     case Work::write_state:
     case Work::read_state:
       return Phase::checkpointing;
-    case Work::say_goodbye:
+    case Work::confirm_end:
       return Phase::finishing;
     default:
       return Phase::exchanging;
@@ -64,7 +64,7 @@ Server::Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, 
 
 ExitCode Server::run() noexcept {
   try {
-    greet();
+    shake_hands();
     serve();
     if (session_.state == State::done) stay_for_repeated_goodbyes();
   } catch (const Error& error) {
@@ -83,7 +83,7 @@ void Server::give_up(ExitCode code, const char* reason) {
 }
 
 /// Repeats the Hello, since the coupler does not wait for it yet and would not ask again.
-void Server::greet() {
+void Server::shake_hands() {
   const auto start = Clock::now();
   const auto deadline = start + std::chrono::duration<double>(connect_deadline_s_);
   for (std::uint32_t attempt = 0; session_.state == State::connected; ++attempt) {
@@ -194,12 +194,12 @@ void Server::do_work(const Action& action) {
   vitals_.context.timeline().set_step(request.step);
   Header reply = header(request.sequence);
   reply.step = request.step;
-  const bool says_goodbye = action.work == Work::say_goodbye;
-  last_reply_ = says_goodbye ? replies_.encode(reply, MessageKind::finished)
-                             : solver_.perform(action.work, decoder_, reply, replies_);
+  const bool is_end = action.work == Work::confirm_end;
+  last_reply_ = is_end ? replies_.encode(reply, MessageKind::finished)
+                       : solver_.perform(action.work, decoder_, reply, replies_);
   send(last_reply_);
   vitals_.replied_sequence = request.sequence;
-  if (says_goodbye) return;
+  if (is_end) return;
   enter(Phase::advancing);
   solver_.follow_up(action.work);
   session_ = on_event(session_, LocalEvent::work_done).session;
@@ -232,9 +232,9 @@ void Server::fail(const FailureReport& report) {
   const bool stopping = vitals_.context.stop_requested() != 0;
   exit_code_ = stopping ? static_cast<ExitCode>(vitals_.context.stop_requested()) : report.code;
   log_.error("{}", report.reason);
-  const bool was_greeted = session_.state != State::connected && session_.session_id != 0;
+  const bool has_session = session_.state != State::connected && session_.session_id != 0;
   session_.state = State::failed;
-  if (!stopping && was_greeted) send(handshake_.encode(header(0), report));
+  if (!stopping && has_session) send(handshake_.encode(header(0), report));
 }
 
 Header Server::header(std::uint64_t sequence) const {

@@ -11,14 +11,14 @@
 
 namespace copepod::component {
 
-/// The data lane of a component: says Hello, then answers requests until the run ends. Messages that were
+/// The data lane of a component: sends Hello, then answers requests until the run ends. Messages that were
 /// damaged on their way count as lost.
 ///
 /// The session table decides what a message means; this class does what it decides. Single-threaded: a
 /// request that arrives during a bulk update waits in the transport's queue.
 class Server {
  public:
-  /// @param hello  what to say; its lane is set here
+  /// @param hello  to send; its lane is set here
   /// All references outlive the server.
   Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, spdlog::logger& log,
          session::Hello hello, double connect_deadline_s);
@@ -27,7 +27,7 @@ class Server {
   ExitCode run() noexcept;
 
  private:
-  void greet();
+  void shake_hands();
   void serve();
   void stay_for_repeated_goodbyes();
   void handle(const transport::Frame& frame);

@@ -14,7 +14,7 @@ struct Vitals {
 
   SolverContext& context;
   std::atomic<std::int64_t> step{-1};
-  std::atomic<session::Phase> phase{session::Phase::greeting};
+  std::atomic<session::Phase> phase{session::Phase::connecting};
   std::atomic<std::uint64_t> received_sequence{0};
   std::atomic<std::uint64_t> replied_sequence{0};
 

@@ -46,7 +46,7 @@ struct SpringSpecification {
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
 };
 
-/// Everything a body solver needs to know before the first step; SI units.
+/// Everything that a body solver needs before the first step; SI units.
 struct BodySetup {
   double step_s = 0.0;
   Integrator integrator = Integrator::runge_kutta_4;

@@ -21,7 +21,7 @@ class BodySolver {
   BodySolver& operator=(const BodySolver&) = delete;
   virtual ~BodySolver() = default;
 
-  /// Where inside a step the driving forces are wanted, as fractions of the step, ascending, the first 0.
+  /// Where inside a step the driving forces are needed, as fractions of the step, ascending, the first 0.
   [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
 
   /// State of motion at the start of the next step.

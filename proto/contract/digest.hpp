@@ -5,8 +5,8 @@
 
 namespace copepod {
 
-/// 64-bit mixing function (finaliser of splitmix64, Steele et al. 2014): every input bit affects every output
-/// bit.
+/// 64-bit mixing function (finaliser of splitmix64, Steele et al. 2014): every
+/// input bit affects every output bit.
 constexpr std::uint64_t mix_bits(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ULL;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;

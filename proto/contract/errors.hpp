@@ -21,8 +21,8 @@ struct FailureReport {
   std::string reason;      ///< one sentence that names problem, cause and remedy
 };
 
-/// Base of all errors that end a run. `what()` is the reason; rank and step are filled in where they are
-/// known.
+/// Base of all errors that end a run. `what()` is the reason; rank and step are
+/// filled in where they are known.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& reason, int rank = 0, std::int64_t step = -1)
@@ -43,7 +43,7 @@ class CaseError : public Error {
   explicit CaseError(const std::string& reason) : Error(ExitCode::bad_case, reason) {}
 };
 
-/// A solver cannot go on: diverged, NaN, coinciding bodies.
+/// A solver cannot continue: diverged, NaN, coinciding bodies.
 class SolverError : public Error {
  public:
   explicit SolverError(const std::string& reason, int rank = 0, std::int64_t step = -1)
@@ -68,18 +68,18 @@ class ComponentLost : public Error {
   explicit ComponentLost(const std::string& reason, std::int64_t step = -1)
       : Error(ExitCode::component_lost, reason, 0, step) {}
 
-  /// Somebody else was lost: which component, on which host and rank.
+  /// Another component was lost: which one, on which host and rank.
   explicit ComponentLost(FailureReport lost)
       : Error(ExitCode::component_lost, lost.reason, lost.rank, lost.step), lost_(std::move(lost)) {}
 
-  /// Absent if it is the thrower itself that cannot go on.
+  /// Absent if it is the thrower itself that cannot continue.
   [[nodiscard]] const std::optional<FailureReport>& lost() const { return lost_; }
 
  private:
   std::optional<FailureReport> lost_;
 };
 
-/// Nobody answered before the deadline.
+/// No answer came before the deadline.
 class DeadlinePassed : public Error {
  public:
   explicit DeadlinePassed(const std::string& reason, std::int64_t step = -1)
@@ -91,9 +91,10 @@ class Interrupted : public Error {
  public:
   explicit Interrupted(int signal, std::int64_t step = -1,
                        const std::string& remedy = "Run again, with --resume if there is a checkpoint.")
-      : Error(static_cast<ExitCode>(128 + signal),
-              "stopped by signal " + std::to_string(signal) + " (somebody asked for it). " + remedy, 0,
-              step) {}
+      : Error(
+            static_cast<ExitCode>(128 + signal),
+            "stopped by signal " + std::to_string(signal) + " (sent by a user or another program). " + remedy,
+            0, step) {}
 };
 
 /// A failure that a peer reported in a Failure message; keeps the peer's report unchanged.

@@ -10,7 +10,7 @@ enum class ExitCode : int {
   component_lost = 69,   ///< a component died, froze or hung
   solver_failed = 70,    ///< diverged, NaN
   storage_failed = 73,   ///< output or checkpoint could not be written or read
-  deadline_passed = 74,  ///< nobody answered in time
+  deadline_passed = 74,  ///< no answer came in time
   interrupted = 130,     ///< SIGINT
   terminated = 143,      ///< SIGTERM
 };

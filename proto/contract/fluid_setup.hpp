@@ -25,8 +25,8 @@ struct Boundary {
   double pressure_Pa = 0.0;  ///< relative to rest, for BoundaryKind::pressure
 };
 
-/// Field output; steps count from the start of the run. `every_steps` 0: no snapshots; `mean_stop` 0: no
-/// mean.
+/// Field output; steps count from the start of the run. `every_steps` 0: no snapshots;
+/// `mean_stop` 0: no mean.
 struct FieldOutput {
   std::string directory;  ///< absolute; receives fields.h5 and fields.xdmf
   std::int64_t every_steps = 0;
@@ -35,7 +35,7 @@ struct FieldOutput {
   std::int64_t mean_every_steps = 1;  ///< one sample every so many steps
 };
 
-/// Everything a fluid solver needs to know before the first exchange; SI units.
+/// Everything that a fluid solver needs before the first exchange; SI units.
 /// The domain is the box [0, domain_cells · cell_size_m]; cell (i, j, k) has its centre at ((i, j, k) + 1/2)
 /// · cell_size_m.
 struct FluidSetup {

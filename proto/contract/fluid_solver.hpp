@@ -9,7 +9,7 @@
 
 namespace copepod {
 
-/// What a solver knows at the end of a run.
+/// Results of a solver at the end of a run.
 struct SolverSummary {
   std::uint64_t digest = 0;        ///< of the solver's complete state; equal digests mean equal bits
   std::uint64_t cell_updates = 0;  ///< fluid: cells of the computed domain × steps
@@ -24,10 +24,10 @@ struct SolverSummary {
 /// Legal call order:
 ///   construct(FluidSetup)  ->  [restore]  ->  { exchange -> advance -> [save] }*  ->  summarise
 ///
-/// `exchange(n)` fixes the bodies of step n and tells the loads on them; `advance()` then does the bulk
-/// update of the step. A service replies to the coupler between the two, so everybody else works in the
-/// shadow of `advance`. An exception from any call means that the solver is unusable from then on; it must be
-/// destroyed. Only after a StorageError of `save` it goes on as if it had not been asked to.
+/// `exchange(n)` fixes the bodies of step n and returns the loads on them; `advance()` then does the bulk
+/// update of the step. A service replies to the coupler between the two, so the others
+/// work while it advances. An exception from any call means that the solver is unusable from then on; it must
+/// be destroyed. Only after a StorageError of `save` it remains usable and unchanged.
 class FluidSolver {
  public:
   FluidSolver() = default;

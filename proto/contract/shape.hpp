@@ -14,8 +14,8 @@ struct Shape {
   double length_m = 0.0;  ///< cylinder part only; 0 for a sphere
 };
 
-/// Half the length of the shape's core segment [m]: the shape is all points within `radius_m` of it. 0 for a
-/// sphere.
+/// Half the length of the shape's core segment [m]: the shape is all points within `radius_m` of it.
+/// 0 for a sphere.
 inline double core_half_length_m(const Shape& shape) {
   return shape.kind == ShapeKind::capsule ? 0.5 * shape.length_m : 0.0;
 }

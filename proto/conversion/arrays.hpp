@@ -42,8 +42,8 @@ inline void require_finite(const double* values, Eigen::Index count, const char*
     throw NotFinite(std::string(name) + " holds a number that is not finite");
 }
 
-/// Copies an array of shape (rows, columns), one column per body, from the wire, where numbers are not
-/// aligned.
+/// Copies an array of shape (rows, columns), one column per body, from the wire, where
+/// numbers are not aligned.
 template <class Matrix>
 void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const char* name, Matrix& matrix) {
   require_length(bytes.size() / sizeof(double), Matrix::RowsAtCompileTime * columns, name);

@@ -35,7 +35,7 @@ class Decoder {
 
   /// @param bytes  stay where they are until the message was read: its arrays are not copied before
   /// @return the message's kind, never `none`
-  /// @throws DamagedMessage if the bytes do not end with their seal
+  /// @throws DamagedMessage if the bytes do not end with their checksum
   session::MessageKind parse(std::span<const std::byte> bytes);
 
   [[nodiscard]] session::MessageKind kind() const;

@@ -17,7 +17,7 @@ Wire to_wire(Ours value) {
   return static_cast<Wire>(static_cast<int>(value) + 1);
 }
 
-/// @param last  newest value that this build knows
+/// @param last  newest value of this build
 template <class Ours, class Wire>
 Ours from_wire(Wire value, Ours last, const char* what) {
   const int number = static_cast<int>(value) - 1;

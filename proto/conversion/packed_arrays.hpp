@@ -29,7 +29,7 @@ struct ArraysOnWire {
   std::array<Bytes, kMostArrays> arrays{};
 };
 
-/// @param envelope  without its seal
+/// @param envelope  without its checksum
 /// @return nothing for all other messages, among them those that hold the same in one of the rarer ways that
 ///         Protobuf allows (arrays in pieces or unpacked, fields in another order or unknown): for its parser
 std::optional<ArraysOnWire> find_arrays(Bytes envelope);

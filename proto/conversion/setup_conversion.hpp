@@ -16,8 +16,8 @@ namespace copepod::conversion {
 void write(const FluidSetup& setup, v1::FluidSetup& wire);
 void write(const BodySetup& setup, v1::BodySetup& wire);
 
-/// @throws MalformedMessage for wrong lengths, unknown kinds, numbers that are not finite, indices out of
-/// range
+/// @throws MalformedMessage for wrong lengths, unknown kinds, numbers that are not finite, or indices
+/// that do not exist
 void read(const v1::FluidSetup& wire, FluidSetup& setup);
 void read(const v1::BodySetup& wire, BodySetup& setup);
 

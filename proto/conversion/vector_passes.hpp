@@ -5,8 +5,8 @@
 
 namespace copepod::conversion {
 
-/// What goes over all bytes of a large message. There is one build per instruction set; all give the same
-/// bits.
+/// Functions that pass over all bytes of a large message. There is one build per instruction set; all give
+/// the same bits.
 struct VectorPasses {
   /// XXH3, 64 bits, seed 0.
   std::uint64_t (*hash)(const void* bytes, std::size_t size);

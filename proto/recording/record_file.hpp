@@ -10,7 +10,7 @@
 
 namespace copepod::recording {
 
-/// Appends records to a new file from a thread of its own, so that whoever records waits for no disk.
+/// Appends records to a new file from a thread of its own, so that recording never waits for a disk.
 ///
 ///   file  = magic, block, block, …       the first block is the schema, all others are copepod.v1.Record
 ///   magic = 89 43 50 44 52 45 43 0A      "\x89CPDREC\n"

@@ -27,7 +27,7 @@ struct Action {
     work,          ///< do `work` and answer with `reply`
     repeat_reply,  ///< send the reply of the last request again, byte for byte
     ignore,        ///< belongs to another run or was overtaken: log it, do nothing
-    refuse,        ///< answer with a Failure that says `reason`, then end
+    refuse,        ///< answer with a Failure with `reason`, then end
   };
   Kind kind = Kind::ignore;
   Work work = Work::none;

@@ -27,7 +27,7 @@ std::string text_of(MessageKind kind, std::int64_t step) {
 
 }  // namespace
 
-CouplerSession greet(CouplerSession session, std::uint64_t session_id, std::uint64_t epoch) {
+CouplerSession welcomed(CouplerSession session, std::uint64_t session_id, std::uint64_t epoch) {
   session.state = State::greeted;
   session.session_id = session_id;
   session.epoch = epoch;

@@ -48,10 +48,10 @@ struct Heard {
   std::string problem;
 };
 
-/// The component was welcomed.
-CouplerSession greet(CouplerSession session, std::uint64_t session_id, std::uint64_t epoch);
+/// The component was sent its Welcome.
+CouplerSession welcomed(CouplerSession session, std::uint64_t session_id, std::uint64_t epoch);
 
-/// The coupler wants to send a request about `step`.
+/// The coupler is to send a request about `step`.
 Asked ask(const CouplerSession& session, MessageKind request, std::int64_t step);
 
 /// The open request is sent once more.

@@ -28,7 +28,8 @@ struct HelloVerdict {
 /// Decides whether a component may take part. The token comes first: a stranger learns nothing else.
 HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation);
 
-/// Whether who holds the key of `identity` may speak as `role`; without keys (empty) the token alone decides.
+/// Whether the holder of the key of `identity` may act as `role`; without keys (empty) the token
+/// decides alone.
 bool is_entitled(const std::string& identity, Role role);
 
 /// Equality of secrets in a time that does not depend on where they differ.

@@ -10,7 +10,7 @@ namespace copepod::session {
 /// How long the coupler puts up with what; seconds.
 struct Patience {
   double ping_every_s = 0.5;    ///< at rest
-  double ping_broken_s = 0.05;  ///< while a connection is broken: the first pong tells that it is back
+  double ping_broken_s = 0.05;  ///< while a connection is broken: the first pong shows that it is back
   double disconnected_s = 0.5;  ///< a broken connection may come back for so long
   double silence_s = 3.0;       ///< a ping may stay without pong for so long
   double progress_deadline_s =
@@ -20,7 +20,7 @@ struct Patience {
   double slowest_bytes_per_s = 1e7;  ///< of a message that is still under way
 };
 
-/// What the coupler knows of a component's control lane. Times are seconds of one monotonic clock.
+/// State of a component's control lane as the coupler sees it. Times are seconds of one monotonic clock.
 struct Liveness {
   double attention_s = 0.0;  ///< when the coupler last looked
   double last_ping_s = -1e300;
@@ -37,7 +37,7 @@ enum class Health { fine, disconnected, silent, hung };
 /// A ping was sent.
 Liveness on_ping(Liveness liveness, const Patience& patience, double now_s);
 
-/// A pong arrived. One that was overtaken by a newer one tells nothing.
+/// A pong arrived. One that was overtaken by a newer one is ignored.
 Liveness on_pong(Liveness liveness, const Pong& pong, double now_s);
 
 /// A request was sent on the data lane: the component has the full deadline for it, and is asked after
@@ -56,14 +56,14 @@ Health judge(const Liveness& liveness, bool work_due, const Patience& patience, 
 double resend_after_s(const Patience& patience, std::size_t message_bytes, std::uint32_t attempt);
 
 /// Whether the open request, or its reply, got lost: a pong to a ping that was sent `after_s` later than the
-/// request tells that the component waits for a request, or has answered it. Wrong suspicions cost a message
+/// request shows that the component waits for a request, or has answered it. Wrong suspicions cost a message
 /// and nothing else, since a repeated request is not computed again.
 bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, double after_s);
 
 bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_s);
 
-/// "is gone (its connection broke and did not come back: the process has died)": to follow the component's
-/// name.
+/// "is gone (its connection broke and did not come back: the process has died)":
+/// follows the component's name.
 std::string describe(Health health, const Liveness& liveness, double now_s);
 
 }  // namespace copepod::session

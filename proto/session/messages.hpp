@@ -38,13 +38,13 @@ struct Configured {
   std::vector<double> driving_nodes;  ///< bodies only: fractions of a step, ascending, the first 0
 };
 
-/// What a component is doing, for people and for telling progress from a standstill.
-enum class Phase { greeting, waiting, configuring, exchanging, advancing, checkpointing, finishing };
+/// What a component is doing, for messages to the user and to distinguish progress from a standstill.
+enum class Phase { connecting, waiting, configuring, exchanging, advancing, checkpointing, finishing };
 
 constexpr std::string_view name_of(Phase phase) {
   switch (phase) {
-    case Phase::greeting:
-      return "greeting";
+    case Phase::connecting:
+      return "connecting";
     case Phase::waiting:
       return "waiting";
     case Phase::configuring:
@@ -68,7 +68,7 @@ struct Ping {
 struct Pong {
   std::uint64_t stamp_ns = 0;  ///< of the Ping
   std::int64_t step = -1;
-  Phase phase = Phase::greeting;
+  Phase phase = Phase::connecting;
   std::uint64_t progress = 0;
   std::uint64_t received_sequence = 0;
   std::uint64_t replied_sequence = 0;
@@ -81,7 +81,7 @@ struct CheckpointPath {
 };
 
 struct Saved {
-  std::string problem;  ///< why nothing was saved, while the solver goes on; empty: saved
+  std::string problem;  ///< why nothing was saved; the solver is unchanged; empty: saved
 };
 
 }  // namespace copepod::session

@@ -10,7 +10,7 @@ struct OrphanPatience {
   double disconnected_s = 3.0;   ///< without a connection
 };
 
-/// What a component knows of its coupler. Times are seconds of one monotonic clock.
+/// Signs of life of the coupler, as a component sees them. Times are seconds of one monotonic clock.
 struct CouplerSigns {
   double last_ping_s = 0.0;          ///< or when the Welcome came
   double disconnected_since_s = -1;  ///< negative: connected

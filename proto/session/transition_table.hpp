@@ -18,7 +18,7 @@ enum class State : std::uint8_t {
   ready,          ///< between two steps
   stepping,       ///< works on a step; requests wait in the queue
   checkpointing,  ///< writes or reads a state; requests wait in the queue
-  done,           ///< the coupler said that the run is over
+  done,           ///< the coupler ended the run
   failed,         ///< a Failure was sent, or the coupler refused us
   orphaned,       ///< the coupler is gone
 };
@@ -36,12 +36,12 @@ enum class Work : std::uint8_t {
   accept_welcome,
   make_solver,
   read_state,
-  tell_kinematics,
+  send_kinematics,
   compute_loads,  ///< reply, then the bulk update
   advance_bodies,
   write_state,
-  tell_summary,
-  say_goodbye,
+  send_summary,
+  confirm_end,
   report_failure,
   end_process,
 };
@@ -96,13 +96,13 @@ inline constexpr std::array kTransitions = {
   row (only(Role::body),  in(State::greeted),                          MessageKind::body_setup,         State::configured,    Work::make_solver,     MessageKind::configured),
   row (any_role,          in(State::configured),                       MessageKind::restore,            State::checkpointing, Work::read_state,      MessageKind::restored),
   row (only(Role::fluid), in(State::configured) | in(State::ready),    MessageKind::kinematics,         State::stepping,      Work::compute_loads,   MessageKind::loads),
-  stay(only(Role::body),  in(State::configured) | in(State::ready),    MessageKind::kinematics_request,                       Work::tell_kinematics, MessageKind::kinematics),
+  stay(only(Role::body),  in(State::configured) | in(State::ready),    MessageKind::kinematics_request,                       Work::send_kinematics, MessageKind::kinematics),
   row (only(Role::body),  in(State::configured) | in(State::ready),    MessageKind::applied_loads,      State::stepping,      Work::advance_bodies,  MessageKind::kinematics),
   row (any_role,          in(State::ready),                            MessageKind::save,               State::checkpointing, Work::write_state,     MessageKind::saved),
   row (any_role,          in(State::stepping) | in(State::checkpointing), LocalEvent::work_done,        State::ready,         Work::none,            MessageKind::none),
   stay(any_role,          in(State::greeted) | in(State::configured) | in(State::ready), LocalEvent::work_done,               Work::none,            MessageKind::none),
-  stay(any_role,          in(State::configured) | in(State::ready),    MessageKind::summarise,                                Work::tell_summary,    MessageKind::summary),
-  row (any_role,          in(State::greeted) | in(State::configured) | in(State::ready), MessageKind::finish, State::done,    Work::say_goodbye,     MessageKind::finished),
+  stay(any_role,          in(State::configured) | in(State::ready),    MessageKind::summarise,                                Work::send_summary,    MessageKind::summary),
+  row (any_role,          in(State::greeted) | in(State::configured) | in(State::ready), MessageKind::finish, State::done,    Work::confirm_end,     MessageKind::finished),
   row (any_role,          while_running,                               LocalEvent::work_failed,         State::failed,        Work::report_failure,  MessageKind::failure),
   row (any_role,          while_running,                               LocalEvent::coupler_lost,        State::orphaned,      Work::end_process,     MessageKind::none),
 };
@@ -134,11 +134,18 @@ constexpr std::string_view name_of(LocalEvent event) {
 }
 
 constexpr std::string_view name_of(Work work) {
-  constexpr std::array<std::string_view, 12> names = {
-      "none",           "accept the welcome",  "make the solver",
-      "read the state", "tell the kinematics", "compute loads, reply, bulk update",
-      "advance bodies", "write the state",     "tell the summary",
-      "say goodbye",    "report the failure",  "end the process"};
+  constexpr std::array<std::string_view, 12> names = {"none",
+                                                      "accept the welcome",
+                                                      "make the solver",
+                                                      "read the state",
+                                                      "send the kinematics",
+                                                      "compute loads, reply, bulk update",
+                                                      "advance bodies",
+                                                      "write the state",
+                                                      "send the summary",
+                                                      "confirm the end",
+                                                      "report the failure",
+                                                      "end the process"};
   return names[static_cast<std::size_t>(work)];
 }
 

@@ -9,7 +9,7 @@
 
 namespace copepod::session {
 
-/// Protocol versions that one side speaks.
+/// Protocol versions of one side.
 struct VersionRange {
   std::uint32_t major = kProtocolMajor;
   std::uint32_t minor_min = 0;
@@ -18,7 +18,7 @@ struct VersionRange {
   bool operator==(const VersionRange&) const = default;
 };
 
-/// Newest minor version that both sides speak; nothing if there is none.
+/// Newest minor version of both sides; nothing if there is none.
 constexpr std::optional<std::uint32_t> negotiate(const VersionRange& ours, const VersionRange& theirs) {
   if (ours.major != theirs.major) return std::nullopt;
   const std::uint32_t newest = std::min(ours.minor_max, theirs.minor_max);

@@ -18,8 +18,8 @@ inline void write_durably(const std::string& path, std::string_view text) {
   write_durably(path, std::as_bytes(std::span(text)));
 }
 
-/// Gives a finished file or folder its final name, durably: its content and its name are on the disk on
-/// return.
+/// Gives a finished file or folder its final name, durably: its content and its name are on
+/// the disk on return.
 /// @throws StorageError naming the file and the cause
 void publish(const std::string& unfinished, const std::string& path);
 

@@ -8,7 +8,7 @@
 namespace copepod {
 
 /// Writes all bytes, however many calls that takes.
-/// @return false if one failed; errno says why
+/// @return false if one failed; errno holds the reason
 inline bool write_all(int descriptor, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());

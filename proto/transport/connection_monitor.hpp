@@ -6,7 +6,7 @@
 
 namespace copepod::transport {
 
-/// Tells what happens to the connections of a socket: ZeroMQ reports it on a second, inner socket. A
+/// Reports what happens to the connections of a socket, which ZeroMQ sends to a second, inner socket. A
 /// handshake fails for good (turned_away) if a key is refused or only one side has keys; it is broken off,
 /// and tried again, if the peer cannot read it or ends.
 class ConnectionMonitor {

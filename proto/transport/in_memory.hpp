@@ -8,8 +8,8 @@
 
 namespace copepod::transport {
 
-/// A wire inside one process, for tests: any number of dealers and one router, each end used by its own
-/// thread.
+/// A wire inside one process, for tests: any number of dealers and one router, each end used
+/// by its own thread.
 class InMemoryWire {
  public:
   InMemoryWire();
@@ -18,7 +18,7 @@ class InMemoryWire {
   std::unique_ptr<Router> make_router();
   std::unique_ptr<Dealer> make_dealer(const std::string& name);
 
-  /// Breaks or mends the connection of a dealer, as a network or a killed process would.
+  /// Breaks or restores the connection of a dealer, as a network or a killed process would.
   void disconnect(const std::string& name);
   void reconnect(const std::string& name);
 

@@ -4,9 +4,9 @@
 
 namespace copepod::transport {
 
-/// Keeps a second coupler from an ipc path that a living one uses: ZeroMQ would take the path over without a
-/// word. The kernel drops the lock when its process ends, however it ends, so what a dead coupler left behind
-/// is no obstacle.
+/// Keeps a second coupler from an ipc path that a living one uses: ZeroMQ would take the path over
+/// silently. The kernel drops the lock when its process ends, however it ends, so what a dead coupler left
+/// behind does not matter.
 class LockFile {
  public:
   /// @throws Refused if a living process holds the lock (its pid is named) or the file cannot be made

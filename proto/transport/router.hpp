@@ -15,7 +15,7 @@ class Router {
   virtual ~Router() = default;
 
   /// Waits at most `wait` for the next message.
-  /// @return false if none came, or one that is no message of ours
+  /// @return false if none came, or one that is not of the protocol
   virtual bool receive(Frame& frame, Duration wait) = 0;
 
   /// Hands a message to the transport; never blocks for long.

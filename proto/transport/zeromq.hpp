@@ -17,7 +17,7 @@ std::unique_ptr<Router> bind_router(const std::string& endpoint,
                                     const std::optional<CouplerKeys>& keys = std::nullopt);
 
 /// Connects a DEALER socket; the coupler need not be there yet.
-/// @param name  how the coupler's socket tells its peers apart: unique among them
+/// @param name  name for the coupler's socket, unique among its peers
 /// @throws CaseError if the address is not valid or needs keys
 std::unique_ptr<Dealer> connect_dealer(const std::string& endpoint, const std::string& name,
                                        const std::optional<ComponentKeys>& keys = std::nullopt);

@@ -236,7 +236,7 @@ class ExchangeWithoutTransport {
   explicit ExchangeWithoutTransport(Eigen::Index bodies) : kinematics_(kinematics_of(bodies)) {
     component_session_.state = session::State::connected;
     component_session_ = on_message(component_session_, session::MessageKind::welcome, {}).session;
-    coupler_session_ = greet(coupler_session_, 0, 0);
+    coupler_session_ = welcomed(coupler_session_, 0, 0);
     const FluidSetup setup = fluid_setup(bodies);
     ask(session::MessageKind::fluid_setup,
         [&](const session::Header& header) { return request_encoder_.encode(header, setup); });

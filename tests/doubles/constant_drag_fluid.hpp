@@ -10,7 +10,7 @@
 
 namespace copepod::doubles {
 
-/// A fluid without memory: Stokes drag on every body as if it were a lonely sphere of its radius.
+/// A fluid without memory: Stokes drag on every body, that of an isolated sphere of its radius.
 ///   F = −6π η r v,   T = −8π η r³ ω                          [Happel & Brenner 1983, eqs. (4-17.19),
 ///   (5-2.4)]
 /// Neglects the other bodies, the walls, the cylinder of capsules and the inertia of the fluid.

@@ -6,8 +6,8 @@
 
 namespace copepod::doubles {
 
-/// Masses that move under hydrodynamic and driving forces; torques are neglected, angular velocities are
-/// kept.
+/// Masses that move under hydrodynamic and driving forces; torques are neglected,
+/// angular velocities are kept.
 ///   v(n+1) = v(n) + (F + F_drive) h / m,   x(n+1) = x(n) + h v(n+1)         semi-implicit Euler
 /// In a ConstantDragFluid without driving: v(n) = v(0) (1 − 6π η r h / m)^n.
 class FreePointBody final : public PointBodies {

@@ -16,8 +16,8 @@ struct Halt {
   std::string in;            ///< start, construct, exchange, advance, save or summarise; empty: nowhere
   std::int64_t at_step = 0;  ///< exchange, advance and save: at the first one of this step or a later one
   int rank = 0;              ///< on which rank
-  std::string file;          ///< made when the place is reached; the solver goes on when it is removed
-  bool hangs = false;        ///< never goes on and shows no progress; otherwise it is slow but moving
+  std::string file;          ///< made when the place is reached; the solver continues when it is removed
+  bool hangs = false;        ///< never continues and shows no progress; otherwise it is slow but moving
 };
 
 /// Halts if this is the place.

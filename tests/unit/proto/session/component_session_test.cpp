@@ -22,9 +22,9 @@ TEST(FluidSession, RunsFromWelcomeToFinished) {
 ! work done             | ready         | none
 > Save #4 @2            | checkpointing | write the state -> Saved
 ! work done             | ready         | none
-> Summarise #5 @2       | ready         | tell the summary -> Summary
+> Summarise #5 @2       | ready         | send the summary -> Summary
 ! work done             | ready         | none
-> Finish #6             | done          | say goodbye -> Finished
+> Finish #6             | done          | confirm the end -> Finished
 )");
 }
 
@@ -33,13 +33,13 @@ TEST(BodySession, RunsFromWelcomeToFinished) {
 > Welcome               | greeted       | accept the welcome
 > BodySetup #1 @0       | configured    | make the solver -> Configured
 ! work done             | configured    | none
-> KinematicsRequest #2  | configured    | tell the kinematics -> Kinematics
+> KinematicsRequest #2  | configured    | send the kinematics -> Kinematics
 ! work done             | configured    | none
 > AppliedLoads #3 @0    | stepping      | advance bodies -> Kinematics
 ! work done             | ready         | none
 > AppliedLoads #4 @1    | stepping      | advance bodies -> Kinematics
 ! work done             | ready         | none
-> Finish #5             | done          | say goodbye -> Finished
+> Finish #5             | done          | confirm the end -> Finished
 )");
 }
 
@@ -161,7 +161,7 @@ TEST(ComponentSession, IsOrphanedFromAnyRunningStateButNotAfterTheEnd) {
 )");
   EXPECT_GOES(Role::body, R"(
 > Welcome               | greeted       | accept the welcome
-> Finish #1             | done          | say goodbye -> Finished
+> Finish #1             | done          | confirm the end -> Finished
 ! coupler lost          | done          | ignore: nothing is left to do
 )");
 }

@@ -5,7 +5,7 @@
 namespace copepod::session {
 namespace {
 
-CouplerSession greeted_fluid() { return greet({}, 4711, 1); }
+CouplerSession greeted_fluid() { return welcomed({}, 4711, 1); }
 
 /// The session after a request and its reply.
 CouplerSession after(const CouplerSession& session, MessageKind request, std::int64_t step,
@@ -116,7 +116,7 @@ TEST(CouplerSession, RefusesAReplyOfTheWrongKind) {
 TEST(CouplerSession, RefusesAReplyOfTheWrongStep) {
   CouplerSession body;
   body.role = Role::body;
-  body = after(greet(body, 4711, 1), MessageKind::body_setup, 7, MessageKind::configured);
+  body = after(welcomed(body, 4711, 1), MessageKind::body_setup, 7, MessageKind::configured);
   const Asked asked = ask(body, MessageKind::applied_loads, 7);
   Header header = header_of(asked.session);
   const Heard heard = hear(asked.session, MessageKind::kinematics, header);
