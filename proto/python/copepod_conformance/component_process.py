@@ -68,11 +68,12 @@ class ComponentProcess:
         return {pid: _cpu_seconds(pid) for pid in marked_processes(self._mark)}
 
     def last_words(self, *logs):
-        """The last line of its logs, or else of what it printed."""
+        """The last line of its logs, or else of what it printed; a line «error: …» comes before what mpirun adds."""
         texts = (
             Path(path).read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists()
         )
-        return next((text.strip().rpartition("\n")[2] for text in texts if text.strip()), "")
+        lines = next((text.strip().split("\n") for text in texts if text.strip()), [""])
+        return next((line for line in reversed(lines) if line.startswith("error: ")), lines[-1])
 
     def output(self):
         """What it wrote to its standard output."""
