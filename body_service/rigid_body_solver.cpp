@@ -17,9 +17,7 @@ constexpr Eigen::Index preferred_block_bodies = 256;
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Zero times inf or NaN is NaN; unlike a test of every number, this vectorises.
 template <typename Columns>
@@ -28,8 +26,7 @@ bool all_finite(const Columns& columns) {
 }
 
 /// @throws SolverError naming the first body of a block whose state is not finite
-void check_finite(const BodyBlock& block, const BodyModel& model, const MotionState& state,
-                  std::int64_t step) {
+void check_finite(const BodyBlock& block, const BodyModel& model, const MotionState& state, std::int64_t step) {
   const auto finite = [&state](Eigen::Index first, Eigen::Index bodies) {
     return all_finite(state.position_m.middleCols(first, bodies)) &&
            all_finite(state.orientation_wxyz.middleCols(first, bodies)) &&
@@ -39,11 +36,10 @@ void check_finite(const BodyBlock& block, const BodyModel& model, const MotionSt
   if (finite(block.first, block.bodies)) return;
   for (Eigen::Index body = block.first; body < block.first + block.bodies; ++body) {
     if (finite(body, 1)) continue;
-    throw SolverError(
-        "the motion of body '" + model.name(body) +
-            "' is not finite (its loads are not, or the step is too long for its springs). Look at the "
-            "loads of the last steps, or use a shorter step.",
-        0, step);
+    throw SolverError("the motion of body '" + model.name(body) +
+                          "' is not finite (its loads are not, or the step is too long for its springs). Look at the "
+                          "loads of the last steps, or use a shorter step.",
+                      0, step);
   }
 }
 
@@ -53,8 +49,8 @@ Capabilities rigid_body_capabilities() {
   return {"Copepod rigid bodies",
           COPEPOD_VERSION,
           {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
-           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "anchors", "gravity",
-           "periodic", "checkpoint"}};
+           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "anchors", "gravity", "periodic",
+           "checkpoint"}};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)

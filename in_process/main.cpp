@@ -4,7 +4,6 @@
 #include "run/program.hpp"
 
 int main(int argc, char** argv) {
-  return copepod::coupler::run_program(argc, argv, std::cout, std::cerr, [](const auto&...) {
-    return std::make_unique<copepod::LocalComponents>();
-  });
+  return copepod::coupler::run_program(argc, argv, std::cout, std::cerr,
+                                       [](const auto&...) { return std::make_unique<copepod::LocalComponents>(); });
 }

@@ -17,8 +17,8 @@ const BodySetup& checked(const BodySetup& setup) {
 }
 
 bool all_finite(const BulletState& state) {
-  return state.position_m.allFinite() && state.orientation_wxyz.allFinite() &&
-         state.velocity_m_per_s.allFinite() && state.angular_velocity_rad_per_s.allFinite();
+  return state.position_m.allFinite() && state.orientation_wxyz.allFinite() && state.velocity_m_per_s.allFinite() &&
+         state.angular_velocity_rad_per_s.allFinite();
 }
 
 }  // namespace

@@ -84,8 +84,8 @@ void BulletWorld::add_body(Eigen::Index body) {
   const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
   const Eigen::Vector3d inertia = inertia_tensor_kg_m2(shape, mass_kg).diagonal();
   const double inertia_unit = units_.mass_kg * units_.length_m * units_.length_m;
-  btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr,
-                                                shapes_.back().get(), to_bullet(inertia, inertia_unit));
+  btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shapes_.back().get(),
+                                                to_bullet(inertia, inertia_unit));
   info.m_friction = 0.0;
   info.m_restitution = 0.0;
   bodies_.push_back(std::make_unique<btRigidBody>(info));
@@ -96,11 +96,10 @@ void BulletWorld::add_body(Eigen::Index body) {
 
 void BulletWorld::add_joint(Eigen::Index body, const BulletState& start) {
   btRigidBody& moving = *bodies_[static_cast<std::size_t>(body)];
-  const btTransform rail(frame_along(model_.axis(body)),
-                         to_bullet(start.position_m.col(body), units_.length_m));
+  const btTransform rail(frame_along(model_.axis(body)), to_bullet(start.position_m.col(body), units_.length_m));
   const btTransform on_body = moving.getWorldTransform().inverse() * rail;
-  auto joint = std::make_unique<btGeneric6DofSpring2Constraint>(btTypedConstraint::getFixedBody(), moving,
-                                                                rail, on_body);
+  auto joint =
+      std::make_unique<btGeneric6DofSpring2Constraint>(btTypedConstraint::getFixedBody(), moving, rail, on_body);
   constexpr int along = 0;
   constexpr int about = 3;
   for (int freedom = 0; freedom < 6; ++freedom) {
@@ -116,8 +115,7 @@ void BulletWorld::place(Eigen::Index body, const BulletState& state) {
   const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)),
                          to_bullet(state.position_m.col(body), units_.length_m));
   const btVector3 velocity = to_bullet(state.velocity_m_per_s.col(body), units_.velocity_m_per_s());
-  const btVector3 angular_velocity =
-      to_bullet(state.angular_velocity_rad_per_s.col(body), 1.0 / units_.time_s);
+  const btVector3 angular_velocity = to_bullet(state.angular_velocity_rad_per_s.col(body), 1.0 / units_.time_s);
   placed.setWorldTransform(pose);
   placed.setLinearVelocity(velocity);
   placed.setAngularVelocity(angular_velocity);
@@ -129,8 +127,7 @@ void BulletWorld::place(Eigen::Index body, const BulletState& state) {
   placed.clearForces();
 }
 
-void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N,
-                          const Eigen::Matrix3Xd& torque_N_m) {
+void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N, const Eigen::Matrix3Xd& torque_N_m) {
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld world(&dispatcher_, &broadphase, &solver, &configuration_);

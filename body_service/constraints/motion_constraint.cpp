@@ -32,10 +32,9 @@ BodyVelocities constrained_velocities(const BodySpecification& body) {
       return given;
     case MotionKind::fixed:
       if (!given.linear_m_per_s.isZero(0.0) || !given.angular_rad_per_s.isZero(0.0)) {
-        throw CaseError(
-            "body '" + body.name +
-            "': a velocity is given (motion: fixed never moves). Remove the velocity or use motion: "
-            "prescribed.");
+        throw CaseError("body '" + body.name +
+                        "': a velocity is given (motion: fixed never moves). Remove the velocity or use motion: "
+                        "prescribed.");
       }
       return given;
     case MotionKind::axis:

@@ -18,8 +18,8 @@ BodyVelocities constrained_velocities(const BodySpecification& body);
 
 /// Takes from force and torque what the constraint force of the body's kind of motion balances      (B12)
 ///   free: nothing;   fixed, prescribed: all;   axis: all but the part along the axis, F → a (a·F)
-inline void constrain_loads(MotionKind motion, const Eigen::Vector3d& axis,
-                            Eigen::Ref<Eigen::Vector3d> force_N, Eigen::Ref<Eigen::Vector3d> torque_N_m) {
+inline void constrain_loads(MotionKind motion, const Eigen::Vector3d& axis, Eigen::Ref<Eigen::Vector3d> force_N,
+                            Eigen::Ref<Eigen::Vector3d> torque_N_m) {
   switch (motion) {
     case MotionKind::free:
       return;

@@ -43,16 +43,14 @@ void OverlapCheck::check_pair(int A, int B, const MotionState& state, std::int64
 double OverlapCheck::smallest_gap_m(int A, int B, const MotionState& state) const {
   const CoreSegment first{Eigen::Vector3d::Zero(), core(A, state).half_W_m};
   CoreSegment second = core(B, state);
-  const Eigen::Vector3d nearest_m =
-      near_pairs_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
+  const Eigen::Vector3d nearest_m = near_pairs_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
 
   // Of bodies longer than half the box, the image with the nearest centre need not be the nearest image.
   const double reach_m = bounding_radius_m(model_.shape(A)) + bounding_radius_m(model_.shape(B));
   std::array<int, 3> images{};
   for (int direction = 0; direction < 3; ++direction) {
     const double length_m = periodic_length_m_[direction];
-    if (length_m > 0.0 && 2.0 * reach_m > length_m)
-      images[direction] = 1 + static_cast<int>(reach_m / length_m);
+    if (length_m > 0.0 && 2.0 * reach_m > length_m) images[direction] = 1 + static_cast<int>(reach_m / length_m);
   }
   double smallest_m = std::numeric_limits<double>::infinity();
   for (int x = -images[0]; x <= images[0]; ++x) {

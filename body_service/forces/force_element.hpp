@@ -26,8 +26,7 @@ class ForceElement {
   /// Adds the forces and the torques about the centres of mass on the bodies of a block, world frame.
   /// @param force_N, torque_N_m  sums to add to, shape (3, ≥ bodies), same columns as the stage
   /// @throws SolverError if a force is not defined in this state
-  virtual void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N,
-                         Eigen::Matrix3Xd& torque_N_m) const = 0;
+  virtual void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const = 0;
 };
 
 }  // namespace copepod::body

@@ -21,12 +21,10 @@ void check(const SpringSpecification& spring, std::size_t index, int bodies) {
     throw CaseError(name + " connects body " + std::to_string(spring.body_A) +
                     " to itself (such a spring does no work). Connect two bodies.");
   }
-  if (!(spring.stiffness_N_per_m >= 0.0) || !(spring.damping_N_s_per_m >= 0.0) ||
-      !(spring.rest_length_m >= 0.0)) {
-    throw CaseError(
-        name +
-        " has a negative stiffness, damping or rest length (a spring must not create energy, and a length "
-        "is not negative). Use 0 or more.");
+  if (!(spring.stiffness_N_per_m >= 0.0) || !(spring.damping_N_s_per_m >= 0.0) || !(spring.rest_length_m >= 0.0)) {
+    throw CaseError(name +
+                    " has a negative stiffness, damping or rest length (a spring must not create energy, and a length "
+                    "is not negative). Use 0 or more.");
   }
 }
 
@@ -59,8 +57,7 @@ void Springs::add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Ma
       force_N.col(B) -= f_A_W_N;
       continue;
     }
-    const Pull anchored =
-        pull(static_cast<std::size_t>(index), first, state, stage.angular_velocity_rad_per_s);
+    const Pull anchored = pull(static_cast<std::size_t>(index), first, state, stage.angular_velocity_rad_per_s);
     force_N.col(A) += anchored.f_A_W_N;
     force_N.col(B) -= anchored.f_A_W_N;
     torque_N_m.col(A) += anchored.r_A_W_m.cross(anchored.f_A_W_N);

@@ -29,8 +29,8 @@ inline Eigen::Vector3d spring_force(const SpringLaw& law, const Eigen::Vector3d&
                                     const Eigen::Vector3d& ddot_AB_W_m_per_s) {
   const double length_m = d_AB_W_m.norm();
   const Eigen::Vector3d direction = d_AB_W_m / length_m;
-  const double tension_N = law.stiffness_N_per_m * (length_m - law.rest_length_m) +
-                           law.damping_N_s_per_m * ddot_AB_W_m_per_s.dot(direction);
+  const double tension_N =
+      law.stiffness_N_per_m * (length_m - law.rest_length_m) + law.damping_N_s_per_m * ddot_AB_W_m_per_s.dot(direction);
   return tension_N * direction;
 }
 

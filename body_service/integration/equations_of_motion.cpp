@@ -46,8 +46,8 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
                              applied.driving_N.middleCols(node * model_.bodies() + first, bodies);
   torque_N_m.leftCols(bodies) = applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
   for (Eigen::Index i = 0; i < bodies; ++i) {
-    angular_velocity_rad_per_s_.col(i) = model_.angular_velocity_rad_per_s(
-        first + i, state.orientation_wxyz.col(i), state.angular_momentum_N_m_s.col(i));
+    angular_velocity_rad_per_s_.col(i) = model_.angular_velocity_rad_per_s(first + i, state.orientation_wxyz.col(i),
+                                                                           state.angular_momentum_N_m_s.col(i));
   }
   const Stage stage{block, state, angular_velocity_rad_per_s_};
   for (const auto& element : elements_) element->add_loads(stage, force_N, torque_N_m);
@@ -57,8 +57,7 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
     const Eigen::Index body = first + i;
     constrain_loads(model_.motion(body), model_.axis(body), force_N.col(i), torque_N_m.col(i));
     force_N.col(i) *= model_.inverse_mass_per_kg(body);
-    rate.orientation_wxyz.col(i) =
-        orientation_rate(angular_velocity_rad_per_s_.col(i), state.orientation_wxyz.col(i));
+    rate.orientation_wxyz.col(i) = orientation_rate(angular_velocity_rad_per_s_.col(i), state.orientation_wxyz.col(i));
   }
 }
 

@@ -32,8 +32,8 @@ class EquationsOfMotion {
   /// @param state  of the block's bodies, column 0 is body block.first
   /// @param rate   overwritten, same columns
   /// @throws SolverError if a force element does
-  void evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node,
-                const MotionState& state, MotionState& rate);
+  void evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node, const MotionState& state,
+                MotionState& rate);
 
  private:
   BodyModel model_;

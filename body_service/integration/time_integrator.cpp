@@ -20,9 +20,8 @@ void for_each_part(const Apply& apply) {
 
 /// Copies the columns of a block to the front of a work array.
 void copy_block(const MotionState& state, const BodyBlock& block, MotionState& work) {
-  for_each_part([&](auto part) {
-    (work.*part).leftCols(block.bodies) = (state.*part).middleCols(block.first, block.bodies);
-  });
+  for_each_part(
+      [&](auto part) { (work.*part).leftCols(block.bodies) = (state.*part).middleCols(block.first, block.bodies); });
 }
 
 /// work = state + factor · rate, for the columns of a block; `work` and `rate` begin with its first body.
@@ -35,10 +34,8 @@ void extrapolate(const MotionState& state, const BodyBlock& block, double factor
 }
 
 /// sum += factor · rate, for `bodies` columns of the sum from `first` on; `rate` begins with that body.
-void accumulate(MotionState& sum, Eigen::Index first, Eigen::Index bodies, double factor,
-                const MotionState& rate) {
-  for_each_part(
-      [&](auto part) { (sum.*part).middleCols(first, bodies) += factor * (rate.*part).leftCols(bodies); });
+void accumulate(MotionState& sum, Eigen::Index first, Eigen::Index bodies, double factor, const MotionState& rate) {
+  for_each_part([&](auto part) { (sum.*part).middleCols(first, bodies) += factor * (rate.*part).leftCols(bodies); });
 }
 
 /// Brings the quaternions of a block back to unit length, from which a step leaves them by its error.
@@ -47,8 +44,7 @@ void normalise_orientations(const BodyBlock& block, MotionState& state) {
   constexpr double rounding = 2e-15;
   for (Eigen::Index body = block.first; body < block.first + block.bodies; ++body) {
     const double squared_norm = state.orientation_wxyz.col(body).squaredNorm();
-    if (std::abs(squared_norm - 1.0) > rounding)
-      state.orientation_wxyz.col(body) *= 1.0 / std::sqrt(squared_norm);
+    if (std::abs(squared_norm - 1.0) > rounding) state.orientation_wxyz.col(body) *= 1.0 / std::sqrt(squared_norm);
   }
 }
 
@@ -140,16 +136,14 @@ class RungeKutta4 final : public TimeIntegrator {
 
 }  // namespace
 
-std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations,
-                                                     double step_s) {
+std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations, double step_s) {
   switch (kind) {
     case Integrator::semi_implicit_euler:
       return std::make_unique<SemiImplicitEuler>(equations, step_s);
     case Integrator::runge_kutta_4:
       return std::make_unique<RungeKutta4>(equations, step_s);
   }
-  throw CaseError(
-      "unknown integrator (the setup holds no valid value). Use semi_implicit_euler or runge_kutta_4.");
+  throw CaseError("unknown integrator (the setup holds no valid value). Use semi_implicit_euler or runge_kutta_4.");
 }
 
 }  // namespace copepod::body

@@ -27,7 +27,6 @@ class TimeIntegrator {
 };
 
 /// @param equations  must outlive the integrator
-std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations,
-                                                     double step_s);
+std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations, double step_s);
 
 }  // namespace copepod::body

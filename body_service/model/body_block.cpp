@@ -5,8 +5,7 @@
 
 namespace copepod::body {
 
-std::vector<BodyBlock> independent_blocks(Eigen::Index bodies,
-                                          const std::vector<SpringSpecification>& springs,
+std::vector<BodyBlock> independent_blocks(Eigen::Index bodies, const std::vector<SpringSpecification>& springs,
                                           Eigen::Index preferred_bodies) {
   // reach[i]: the last body that a spring connects to body i or, further down, to one before it.
   std::vector<Eigen::Index> reach(static_cast<std::size_t>(bodies));

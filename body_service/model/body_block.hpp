@@ -21,8 +21,7 @@ struct BodyBlock {
 /// Cuts the bodies into blocks of about `preferred_bodies`, longer only where springs prevent a cut.
 /// @param springs  with valid body indices
 /// @return blocks in ascending order that cover all bodies and all springs once
-std::vector<BodyBlock> independent_blocks(Eigen::Index bodies,
-                                          const std::vector<SpringSpecification>& springs,
+std::vector<BodyBlock> independent_blocks(Eigen::Index bodies, const std::vector<SpringSpecification>& springs,
                                           Eigen::Index preferred_bodies);
 
 }  // namespace copepod::body

@@ -15,15 +15,13 @@ namespace {
 
 void check(const BodySpecification& body) {
   if (!(body.mass_kg > 0.0) || !std::isfinite(body.mass_kg)) {
-    reject(body, "mass_kg " + std::to_string(body.mass_kg) +
-                     " (a body needs a finite mass > 0). Use a positive mass.");
+    reject(body, "mass_kg " + std::to_string(body.mass_kg) + " (a body needs a finite mass > 0). Use a positive mass.");
   }
   if (!(body.shape.radius_m > 0.0) || !std::isfinite(body.shape.radius_m)) {
     reject(body, "radius_m " + std::to_string(body.shape.radius_m) +
                      " (a shape needs a finite extent > 0). Use a positive radius.");
   }
-  if (body.shape.kind == ShapeKind::capsule &&
-      (!(body.shape.length_m >= 0.0) || !std::isfinite(body.shape.length_m))) {
+  if (body.shape.kind == ShapeKind::capsule && (!(body.shape.length_m >= 0.0) || !std::isfinite(body.shape.length_m))) {
     reject(body, "length_m " + std::to_string(body.shape.length_m) +
                      " (the cylinder part cannot be negative). Use 0 or more.");
   }

@@ -22,8 +22,7 @@ double power_with_rounded_omega_W(const Swimmer& swimmer, int first_body, const 
   const double omega = rounded_omega_per_step(stroke.period_steps);
   const auto t = static_cast<double>(record.step);
   const double on_trailing = -stroke.amplitude_N * std::sin(omega * t);
-  const double on_leading =
-      stroke.amplitude_N * std::sin(omega * (t - static_cast<double>(stroke.phase_lag_steps)));
+  const double on_leading = stroke.amplitude_N * std::sin(omega * (t - static_cast<double>(stroke.phase_lag_steps)));
   const std::array<double, 3> force_N{on_trailing, -(on_trailing + on_leading), on_leading};
   double power_W = 0.0;
   for (int bead = 0; bead < 3; ++bead) {
@@ -37,8 +36,8 @@ FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const Swimm
                                       const Swimmer& swimmer, const Case& the_case) {
   FiguresAsInPaper result;
   const double omega_rad_per_s = rounded_omega_per_step(swimmer.stroke.period_steps) / the_case.step_s;
-  result.at_rounded_omega = figures_at(omega_rad_per_s, measured.mean_power_rounded_omega_W, figures,
-                                       measured, swimmer, the_case.fluid);
+  result.at_rounded_omega =
+      figures_at(omega_rad_per_s, measured.mean_power_rounded_omega_W, figures, measured, swimmer, the_case.fluid);
   const auto& [B2, B1, B3] = measured.max_speed_m_per_s;
   result.Re_bodies = reynolds_numbers({B1, B2, B3}, swimmer, the_case.fluid);
   return result;

@@ -17,21 +17,19 @@ std::array<double, 3> equivalent_radii_m(const Swimmer& swimmer) {
 
 /// Efficiency after Lighthill [paper, eq. (31)]: 6π η r_eff u² over the mean driving power; r_eff is the sum
 /// of the radii.
-std::optional<double> efficiency(const SwimmerFigures& figures, const std::array<double, 3>& radii_m,
-                                 double power_W, const FluidCase& fluid) {
+std::optional<double> efficiency(const SwimmerFigures& figures, const std::array<double, 3>& radii_m, double power_W,
+                                 const FluidCase& fluid) {
   const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
   if (viscosity_Pa_s == 0.0 || power_W == 0.0) return {};
   const double effective_radius_m = radii_m[0] + radii_m[1] + radii_m[2];
-  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * figures.u_swim_m_per_s * figures.u_swim_m_per_s /
-         power_W;
+  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * figures.u_swim_m_per_s * figures.u_swim_m_per_s / power_W;
 }
 
 }  // namespace
 
 double equivalent_radius_m(const Bead& bead) { return 0.25 * (extent_along_m(bead) + extent_across_m(bead)); }
 
-double geometrical_factor_per_m(const std::array<double, 3>& radii_m,
-                                const std::array<double, 2>& mean_arms_m) {
+double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m) {
   const double sum = radii_m[0] + radii_m[1] + radii_m[2];
   const double both = mean_arms_m[0] + mean_arms_m[1];
   const double arms =
@@ -50,8 +48,8 @@ OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFig
   OmegaFigures at;
   at.omega_rad_per_s = omega_rad_per_s;
   // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
-  at.u_GA_m_per_s = figures.K_per_m * measured.arms[0].amplitude_m * measured.arms[1].amplitude_m *
-                    omega_rad_per_s * figures.sin_dphi;
+  at.u_GA_m_per_s = figures.K_per_m * measured.arms[0].amplitude_m * measured.arms[1].amplitude_m * omega_rad_per_s *
+                    figures.sin_dphi;
   at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
   at.efficiency = efficiency(figures, equivalent_radii_m(swimmer), power_W, fluid);
   return at;
@@ -74,8 +72,7 @@ SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimm
   figures.u_swim_m_per_s = measured.displacement_m / period_s;
   figures.sin_dphi = std::sin(arm1.phase_rad - arm2.phase_rad);
   figures.K_per_m = geometrical_factor_per_m(equivalent_radii_m(swimmer), {arm1.mean_m, arm2.mean_m});
-  figures.at_omega =
-      figures_at(2.0 * pi / period_s, measured.mean_power_W, figures, measured, swimmer, the_case.fluid);
+  figures.at_omega = figures_at(2.0 * pi / period_s, measured.mean_power_W, figures, measured, swimmer, the_case.fluid);
   const double viscosity = the_case.fluid.kinematic_viscosity_m2_per_s;
   if (viscosity > 0.0) figures.Re_swim = figures.u_swim_m_per_s * rest_length_m(swimmer) / viscosity;
   figures.Re_bodies = reynolds_numbers(measured.max_speed_m_per_s, swimmer, the_case.fluid);

@@ -48,8 +48,7 @@ double equivalent_radius_m(const Bead& bead);
 
 /// Geometrical factor [1/m] [paper, eq. (29)]:
 ///   K = 3 r₁r₂r₃ / (2 (r₁+r₂+r₃)²) · [1/l̄₁² + 1/l̄₂² − 1/(l̄₁+l̄₂)²]
-double geometrical_factor_per_m(const std::array<double, 3>& radii_m,
-                                const std::array<double, 2>& mean_arms_m);
+double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m);
 
 /// Rest length of the whole swimmer along its axis [m]: extents of the beads and both gaps.
 double rest_length_m(const Swimmer& swimmer);

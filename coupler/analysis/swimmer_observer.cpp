@@ -68,8 +68,7 @@ std::optional<SwimmerMeasurement> SwimmerObserver::measurement() const {
   for (std::size_t arm = 0; arm < 2; ++arm) {
     const double a = 2.0 * sums_.arm_cosine_m[arm] / samples;
     const double b = 2.0 * sums_.arm_sine_m[arm] / samples;
-    measured.arms[arm] = {sums_.first_arm_m[arm] + sums_.arm_m[arm] / samples, std::hypot(a, b),
-                          std::atan2(-b, a)};
+    measured.arms[arm] = {sums_.first_arm_m[arm] + sums_.arm_m[arm] / samples, std::hypot(a, b), std::atan2(-b, a)};
   }
   measured.mean_power_W = sums_.power_W / samples;
   measured.mean_power_rounded_omega_W = sums_.power_rounded_omega_W / samples;

@@ -12,13 +12,9 @@ namespace {
 using nlohmann::ordered_json;
 
 /// JSON has no infinities: what cannot be divided is null.
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
+ordered_json number(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
 
-ordered_json number(const std::optional<double>& value) {
-  return value ? number(*value) : ordered_json(nullptr);
-}
+ordered_json number(const std::optional<double>& value) { return value ? number(*value) : ordered_json(nullptr); }
 
 ordered_json by_bead(const std::array<std::optional<double>, 3>& values) {
   return {{"B2", number(values[0])}, {"B1", number(values[1])}, {"B3", number(values[2])}};
@@ -67,9 +63,8 @@ ordered_json swimmer_report(const Swimmer& swimmer, const SwimmerObserver& obser
                          {"window_steps", {observer.start_step(), observer.stop_step()}}};
   if (!swimmer.published.empty()) report["published"] = published(swimmer.published);
   if (!measured) {
-    for (const char* key :
-         {"u_swim_lattice", "u_swim_m_per_s", "d1_cells", "d2_cells", "sin_dphi", "mean_arm_cells", "K",
-          "u_GA_lattice", "error_percent", "efficiency", "Re_swim", "Re_bodies"}) {
+    for (const char* key : {"u_swim_lattice", "u_swim_m_per_s", "d1_cells", "d2_cells", "sin_dphi", "mean_arm_cells",
+                            "K", "u_GA_lattice", "error_percent", "efficiency", "Re_swim", "Re_bodies"}) {
       report[key] = nullptr;
     }
     return report;

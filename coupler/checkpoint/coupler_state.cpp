@@ -21,8 +21,7 @@ ordered_json list(const Eigen::Matrix3Xd& matrix) {
 Eigen::Matrix3Xd matrix(const ordered_json& json) {
   const auto numbers = json.get<std::vector<double>>();
   Eigen::Matrix3Xd result(3, static_cast<Eigen::Index>(numbers.size() / 3));
-  if (numbers.size() % 3 != 0)
-    throw StorageError("loads of a checkpoint are incomplete (damaged). Use another one.");
+  if (numbers.size() % 3 != 0) throw StorageError("loads of a checkpoint are incomplete (damaged). Use another one.");
   std::copy(numbers.begin(), numbers.end(), result.data());
   return result;
 }
@@ -82,8 +81,7 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
     state.previous_loads.torque_N_m = matrix(loads.at("torque_N_m"));
     for (const ordered_json& swimmer : json.at("swimmers")) state.swimmers.push_back(period_sums(swimmer));
     const ordered_json& mean = json.at("mean");
-    state.mean = {whole_number<std::int64_t>(mean.at("start")),
-                  whole_number<std::int64_t>(mean.at("every_steps"))};
+    state.mean = {whole_number<std::int64_t>(mean.at("start")), whole_number<std::int64_t>(mean.at("every_steps"))};
     const ordered_json components = json.value("components", ordered_json::object());  // absent in older ones
     state.fluid_component = components.value("fluid", "");
     state.body_component = components.value("body", "");

@@ -25,7 +25,7 @@ struct CouplerState {
   Loads previous_loads;              ///< of the load averaging; no bodies: none yet
   std::vector<PeriodSums> swimmers;  ///< of the analysis, in the order of the case
   MeanSampling mean;                 ///< the fluid keeps its sums of the mean field for these steps only
-  std::string fluid_component;  ///< name of the component whose state lies beside this one; empty: unknown
+  std::string fluid_component;       ///< name of the component whose state lies beside this one; empty: unknown
   std::string body_component;
 };
 

@@ -35,8 +35,7 @@ std::string find_damage_of_file(const fs::path& folder, const ordered_json& file
   std::error_code error;
   if (fs::file_size(path, error) != whole_number<std::uintmax_t>(file.at("bytes")) || error)
     return path.string() + " has the wrong size";
-  if (checksum(path) != whole_number<std::uint64_t>(file.at("checksum")))
-    return path.string() + " has changed";
+  if (checksum(path) != whole_number<std::uint64_t>(file.at("checksum"))) return path.string() + " has changed";
   return {};
 }
 
@@ -59,12 +58,10 @@ std::uint64_t checksum(const fs::path& file) {
 void write_manifest(const fs::path& folder, const std::string& case_key, std::int64_t step) {
   ordered_json files = ordered_json::array();
   for (const fs::path& file : files_below(folder)) {
-    files.push_back({{"path", file.string()},
-                     {"bytes", fs::file_size(folder / file)},
-                     {"checksum", checksum(folder / file)}});
+    files.push_back(
+        {{"path", file.string()}, {"bytes", fs::file_size(folder / file)}, {"checksum", checksum(folder / file)}});
   }
-  const ordered_json manifest = {
-      {"format", format_version}, {"case", case_key}, {"step", step}, {"files", files}};
+  const ordered_json manifest = {{"format", format_version}, {"case", case_key}, {"step", step}, {"files", files}};
   write_durably(folder / manifest_name, manifest.dump(2) + "\n");
 }
 

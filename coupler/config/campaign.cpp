@@ -26,8 +26,7 @@ std::vector<std::string> read_settings(Reader& entry) {
   if (set->kind != Value::Kind::mapping) {
     entry.problems().error(
         entry.path_of("set"),
-        entry.path_of("set") +
-            " is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
+        entry.path_of("set") + " is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
   }
   for (const Value::Entry& setting : set->entries)
     settings.push_back(setting.key + "=" + to_json(setting.value).dump());
@@ -58,9 +57,9 @@ void check_names(const std::vector<CampaignEntry>& cases, Problems& problems) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const auto [earlier, is_new] = first.emplace(cases[i].name, i);
     if (is_new) continue;
-    problems.error("cases." + std::to_string(i),
-                   "cases." + std::to_string(i) + " is called '" + cases[i].name + "' (so is cases." +
-                       std::to_string(earlier->second) + "). Give it a `name` of its own.");
+    problems.error("cases." + std::to_string(i), "cases." + std::to_string(i) + " is called '" + cases[i].name +
+                                                     "' (so is cases." + std::to_string(earlier->second) +
+                                                     "). Give it a `name` of its own.");
   }
 }
 
@@ -68,11 +67,9 @@ Campaign read_campaign(Reader top, const fs::path& folder) {
   Campaign result;
   result.name = top.text("campaign");
   result.jobs = top.integer("jobs", Range::positive, 0);
-  for (std::size_t i = 0; i < top.size("cases"); ++i)
-    result.cases.push_back(read_entry(top.item("cases", i), folder));
+  for (std::size_t i = 0; i < top.size("cases"); ++i) result.cases.push_back(read_entry(top.item("cases", i), folder));
   if (result.cases.empty()) {
-    top.problems().error("cases",
-                         "the campaign has no cases (there is nothing to run). List them below `cases:`.");
+    top.problems().error("cases", "the campaign has no cases (there is nothing to run). List them below `cases:`.");
   }
   check_names(result.cases, top.problems());
   return result;
@@ -81,24 +78,20 @@ Campaign read_campaign(Reader top, const fs::path& folder) {
 void refuse_case(const Document& document) {
   const Value& root = document.root();
   if (root.find("case") == nullptr || root.find("campaign") != nullptr) return;
-  throw CaseInvalid(document.locate("case"),
-                    "the file is a case (it lists no cases). Run it with `copepod run`.");
+  throw CaseInvalid(document.locate("case"), "the file is a case (it lists no cases). Run it with `copepod run`.");
 }
 
 Campaign read_document(const Document& document, const std::string& source, AskedKeys* asked) {
   refuse_case(document);
   Problems problems(document);
-  Campaign campaign =
-      read_campaign(Reader(&document.root(), "", problems, asked), fs::path(source).parent_path());
+  Campaign campaign = read_campaign(Reader(&document.root(), "", problems, asked), fs::path(source).parent_path());
   problems.throw_if_any();
   return campaign;
 }
 
 }  // namespace
 
-Campaign load_campaign(const std::string& file) {
-  return read_document(Document::load(file, {}), file, nullptr);
-}
+Campaign load_campaign(const std::string& file) { return read_document(Document::load(file, {}), file, nullptr); }
 
 Campaign load_campaign_text(const std::string& text, const std::string& source, AskedKeys* asked) {
   return read_document(Document::parse(text, source, {}), source, asked);

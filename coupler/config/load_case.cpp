@@ -24,8 +24,7 @@ OutputCase read_output(Reader output) {
   {
     Reader fields = output.section("fields");
     result.fields.every_steps = fields.integer("every_steps", Range::not_negative, 0);
-    const auto mean =
-        fields.integers("mean_over_steps", 2, Range::not_negative, std::vector<std::int64_t>{0, 0});
+    const auto mean = fields.integers("mean_over_steps", 2, Range::not_negative, std::vector<std::int64_t>{0, 0});
     result.fields.mean_start = mean[0];
     result.fields.mean_stop = mean[1];
     result.fields.mean_every_steps = fields.integer("mean_every_steps", Range::positive, 10);
@@ -66,9 +65,8 @@ ServicesCase read_services(Reader services) {
     const std::int64_t ranks = fluid.integer("ranks", Range::positive, 1);
     constexpr std::int64_t most_ranks = 1'000'000;
     if (ranks > most_ranks) {
-      fluid.problems().error(fluid.path_of("ranks"),
-                             fluid.path_of("ranks") + " is " + std::to_string(ranks) +
-                                 " (no machine has so many). Give the number of processes.");
+      fluid.problems().error(fluid.path_of("ranks"), fluid.path_of("ranks") + " is " + std::to_string(ranks) +
+                                                         " (no machine has so many). Give the number of processes.");
     }
     result.fluid_ranks = static_cast<int>(std::min(ranks, most_ranks));
     result.fluid_command = fluid.command("command");
@@ -80,10 +78,9 @@ ServicesCase read_services(Reader services) {
   result.transport = services.text("transport", "ipc");
   if (result.transport != "ipc" && result.transport != in_process_transport &&
       !result.transport.starts_with("tcp://")) {
-    services.problems().error(
-        services.path_of("transport"),
-        services.path_of("transport") + " is '" + result.transport +
-            "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
+    services.problems().error(services.path_of("transport"),
+                              services.path_of("transport") + " is '" + result.transport +
+                                  "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
   }
   result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
   result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);
@@ -109,8 +106,8 @@ std::optional<Sweep> read_sweep(Reader& top) {
   Reader sweep = top.section("sweep");
   Sweep result{sweep.text("key"), sweep.words("values")};
   if (result.values.empty()) {
-    sweep.problems().error(
-        "sweep", "sweep has no values (there is nothing to run). List them: values: [1.0e-6, 2.0e-6].");
+    sweep.problems().error("sweep",
+                           "sweep has no values (there is nothing to run). List them: values: [1.0e-6, 2.0e-6].");
   }
   return result;
 }
@@ -149,18 +146,14 @@ Case read_case(Reader top) {
   result.body = read_body_solver(top.section("body"));
   for (std::size_t i = 0; i < top.size("swimmers"); ++i)
     result.swimmers.push_back(read_swimmer(top.item("swimmers", i)));
-  for (std::size_t i = 0; i < top.size("bodies"); ++i)
-    result.bodies.push_back(read_body(top.item("bodies", i)));
-  for (std::size_t i = 0; i < top.size("springs"); ++i)
-    result.springs.push_back(read_spring(top.item("springs", i)));
-  for (std::size_t i = 0; i < top.size("forces"); ++i)
-    result.forces.push_back(read_force(top.item("forces", i)));
+  for (std::size_t i = 0; i < top.size("bodies"); ++i) result.bodies.push_back(read_body(top.item("bodies", i)));
+  for (std::size_t i = 0; i < top.size("springs"); ++i) result.springs.push_back(read_spring(top.item("springs", i)));
+  for (std::size_t i = 0; i < top.size("forces"); ++i) result.forces.push_back(read_force(top.item("forces", i)));
   result.body.gravity_m_per_s2 = top.numbers("gravity_m_per_s2", 3, Eigen::VectorXd::Zero(3));
   {
     Reader coupling = top.section("coupling");
     coupling.choice("scheme", scheme_names, std::optional(SchemeKind::serial_explicit));
-    result.load_averaging =
-        coupling.choice("load_averaging", averaging_names, std::optional(LoadAveraging::two_step));
+    result.load_averaging = coupling.choice("load_averaging", averaging_names, std::optional(LoadAveraging::two_step));
   }
   {
     Reader run = top.section("run");
@@ -204,8 +197,7 @@ std::string case_key(Case the_case) {
   std::erase_if(physics.entries, [](const Value::Entry& entry) {
     return entry.key == "run" || entry.key == "output" || entry.key == "services";
   });
-  for (const char letter : to_yaml(physics))
-    digest.add(static_cast<std::uint64_t>(static_cast<unsigned char>(letter)));
+  for (const char letter : to_yaml(physics)) digest.add(static_cast<std::uint64_t>(static_cast<unsigned char>(letter)));
   return std::to_string(digest.value());
 }
 
@@ -214,18 +206,15 @@ namespace {
 double derived_step_s(const Case& the_case) {
   if (the_case.given_step_s) return *the_case.given_step_s;
   const FluidCase& fluid = the_case.fluid;
-  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0)
-    return 0.0;
-  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m,
-                                   fluid.kinematic_viscosity_m2_per_s);
+  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0) return 0.0;
+  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
 }
 
 void refuse_campaign(const Document& document) {
   if (document.root().find("campaign") == nullptr) return;
-  throw CaseInvalid(
-      document.locate("campaign"),
-      "the file is a campaign (a list of cases). Run it with `copepod campaign`, or name one of its "
-      "cases.");
+  throw CaseInvalid(document.locate("campaign"),
+                    "the file is a campaign (a list of cases). Run it with `copepod campaign`, or name one of its "
+                    "cases.");
 }
 
 LoadedCase read_document(const Document& document, AskedKeys* asked) {
@@ -253,13 +242,12 @@ LoadedCase load_case(const std::string& file, const std::vector<std::string>& ov
   return read_document(Document::load(file, overrides), nullptr);
 }
 
-LoadedCase load_case_text(const std::string& text, const std::string& source,
-                          const std::vector<std::string>& overrides, AskedKeys* asked) {
+LoadedCase load_case_text(const std::string& text, const std::string& source, const std::vector<std::string>& overrides,
+                          AskedKeys* asked) {
   return read_document(Document::parse(text, source, overrides), asked);
 }
 
-FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
-                            const std::string& field_directory) {
+FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory) {
   FluidSetup setup = the_case.fluid;
   setup.step_s = the_case.step_s;
   for (const BodySpecification& body : assembly.bodies) setup.bodies.push_back(body.shape);
@@ -298,8 +286,7 @@ std::set<std::string> required_of_body(const Case& the_case, const Assembly& ass
   return required;
 }
 
-std::vector<std::string> require_features(const Capabilities& capabilities,
-                                          const std::set<std::string>& required) {
+std::vector<std::string> require_features(const Capabilities& capabilities, const std::set<std::string>& required) {
   const FeatureComparison comparison = compare_features(required, capabilities.features);
   const std::string who = capabilities.name + " " + capabilities.version;
   std::vector<std::string> notices;
@@ -309,8 +296,7 @@ std::vector<std::string> require_features(const Capabilities& capabilities,
   }
   if (!comparison.missing.empty()) {
     throw Refused("the case needs what " + who + " cannot do (" + joined(comparison.missing) +
-                  "). Change the case, or use another component." + (notices.empty() ? "" : " ") +
-                  joined(notices));
+                  "). Change the case, or use another component." + (notices.empty() ? "" : " ") + joined(notices));
   }
   if (!comparison.neglected.empty())
     notices.push_back(who + " neglects " + joined(comparison.neglected) + " (the case uses it).");

@@ -27,12 +27,11 @@ LoadedCase load_case(const std::string& file, const std::vector<std::string>& ov
 
 /// The same from text; `source` names it in messages. `asked`, if given, receives every key
 /// that the reading asks for.
-LoadedCase load_case_text(const std::string& text, const std::string& source,
-                          const std::vector<std::string>& overrides, AskedKeys* asked = nullptr);
+LoadedCase load_case_text(const std::string& text, const std::string& source, const std::vector<std::string>& overrides,
+                          AskedKeys* asked = nullptr);
 
 /// @param field_directory  absolute path of the run directory
-FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly,
-                            const std::string& field_directory);
+FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory);
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
 
 /// Features that a case requires of its components: those of the setup (contract/features.hpp) and those of
@@ -43,7 +42,6 @@ std::set<std::string> required_of_body(const Case& the_case, const Assembly& ass
 /// What to report to the user about a component: required features that it neglects, and announced names that
 /// are not features.
 /// @throws Refused naming the features that the component lacks
-std::vector<std::string> require_features(const Capabilities& capabilities,
-                                          const std::set<std::string>& required);
+std::vector<std::string> require_features(const Capabilities& capabilities, const std::set<std::string>& required);
 
 }  // namespace copepod::coupler

@@ -52,18 +52,16 @@ DrivingProtocol::DrivingProtocol(std::vector<DrivingTerm> terms, Eigen::Index bo
     : terms_(std::move(terms)), bodies_(bodies) {
   for (const DrivingTerm& term : terms_) {
     if (term.body < 0 || term.body >= bodies_) {
-      throw CaseError("a driving force acts on body " + std::to_string(term.body) + " of " +
-                      std::to_string(bodies_) + " (there is no such body). Name an existing body.");
+      throw CaseError("a driving force acts on body " + std::to_string(term.body) + " of " + std::to_string(bodies_) +
+                      " (there is no such body). Name an existing body.");
     }
     if (term.period_steps < 0 || term.start_step < 0 || term.stop_step < term.start_step) {
-      throw CaseError(
-          "a driving force has a negative period or duration (time runs forwards). Check its steps.");
+      throw CaseError("a driving force has a negative period or duration (time runs forwards). Check its steps.");
     }
   }
 }
 
-void DrivingProtocol::sample(std::int64_t step, std::span<const double> nodes,
-                             Eigen::Matrix3Xd& force_N) const {
+void DrivingProtocol::sample(std::int64_t step, std::span<const double> nodes, Eigen::Matrix3Xd& force_N) const {
   force_N.setZero(3, static_cast<Eigen::Index>(nodes.size()) * bodies_);
   for (const DrivingTerm& term : terms_) {
     if (step < term.start_step || step >= term.stop_step) continue;

@@ -24,16 +24,13 @@ void Events::failure(const FailureReport& report) {
          {"reason", report.reason}});
 }
 
-void Events::finished(const std::string& summary_path) {
-  write({{"event", "finished"}, {"summary", summary_path}});
-}
+void Events::finished(const std::string& summary_path) { write({{"event", "finished"}, {"summary", summary_path}}); }
 
 void Events::notice(const std::string& text) { write({{"event", "notice"}, {"text", text}}); }
 
 void Events::write(const nlohmann::ordered_json& event) {
   // A reason may contain bytes of a peer that are not UTF-8; they must not end the coupler.
-  stream_ << event.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n'
-          << std::flush;
+  stream_ << event.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n' << std::flush;
 }
 
 }  // namespace copepod::coupler

@@ -43,9 +43,8 @@ std::string csv_field(const std::string& name) {
 
 }  // namespace
 
-TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::string> body_names,
-                                   double step_s, std::int64_t every_steps, std::int64_t from_step,
-                                   std::int64_t sample_from)
+TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
+                                   std::int64_t every_steps, std::int64_t from_step, std::int64_t sample_from)
     : path_(path),
       body_names_(std::move(body_names)),
       step_s_(step_s),
@@ -54,8 +53,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::str
       file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {
-    throw StorageError(path + " cannot be written (" + std::strerror(errno) +
-                       "). Choose another --out folder.");
+    throw StorageError(path + " cannot be written (" + std::strerror(errno) + "). Choose another --out folder.");
   }
   for (std::string& name : body_names_) name = csv_field(name);
   keep_rows_before(from_step);

@@ -45,9 +45,7 @@ void require_entitlement(const Party& party, const transport::Frame& frame) {
                 " component). Find out who sent it; the run cannot be trusted.");
 }
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::uint64_t stamp_ns() {
   return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
@@ -71,8 +69,7 @@ void Link::await_components() {
     if (now_s() > end_s && !parties_.are_complete()) {
       throw DeadlinePassed("The " + parties_.missing() + " component did not connect within " +
                            std::to_string(static_cast<int>(connect_deadline_s_)) +
-                           " s (it did not start, or got another address)." + note_on_damage() +
-                           " Look at its log.");
+                           " s (it did not start, or got another address)." + note_on_damage() + " Look at its log.");
     }
   }
 }
@@ -135,8 +132,7 @@ void Link::attend() {
   throw_if_stopped();
   const double now = now_s();
   for (Party& party : parties_) {
-    if (party.is_complete() && !party.is_finished() && ping_is_due(party.liveness, patience_, now))
-      ping(party);
+    if (party.is_complete() && !party.is_finished() && ping_is_due(party.liveness, patience_, now)) ping(party);
   }
   if (router_->receive(frame_, std::min<transport::Duration>(kSlice, time_to_next_ping(now)))) {
     handle(frame_);
@@ -216,9 +212,8 @@ void Link::look_after(Party& party) {
   if (health == Health::fine) return;
   const int rank = health == Health::hung ? party.liveness.pong.awaited_rank : 0;
   const std::int64_t step = party.session.current_step();
-  const std::string reason = party.description(rank, step) + " " + describe(health, party.liveness, now) +
-                             "." + note_on_damage() +
-                             " Look at its log, then run again or resume from a checkpoint.";
+  const std::string reason = party.description(rank, step) + " " + describe(health, party.liveness, now) + "." +
+                             note_on_damage() + " Look at its log, then run again or resume from a checkpoint.";
   throw ComponentLost(FailureReport{ExitCode::component_lost, std::string(name_of(party.session.role)),
                                     party.hello.host, rank, step, reason});
 }
@@ -234,8 +229,7 @@ void Link::send_again_if_lost(Party& party) {
 }
 
 /// A message of this component that breaks the protocol, or numbers of its solver that are not finite.
-PeerFailed Link::violation(const Party& party, std::int64_t step,
-                           const conversion::MalformedMessage& problem) {
+PeerFailed Link::violation(const Party& party, std::int64_t step, const conversion::MalformedMessage& problem) {
   const bool diverged = dynamic_cast<const conversion::NotFinite*>(&problem) != nullptr;
   const ExitCode code = diverged ? ExitCode::solver_failed : problem.code();
   const std::string reason = party.description(0, step) +
@@ -243,8 +237,7 @@ PeerFailed Link::violation(const Party& party, std::int64_t step,
                              problem.problem() +
                              (diverged ? "). Look at its log and at the last steps of the trajectory."
                                        : "). Test it with: copepod conformance.");
-  return PeerFailed(
-      FailureReport{code, std::string(name_of(party.session.role)), party.hello.host, 0, step, reason});
+  return PeerFailed(FailureReport{code, std::string(name_of(party.session.role)), party.hello.host, 0, step, reason});
 }
 
 std::string Link::note_on_damage() const {

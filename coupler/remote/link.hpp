@@ -95,8 +95,7 @@ class Link {
   void ping(Party& party);
   void look_after(Party& party);
   void send_again_if_lost(Party& party);
-  static PeerFailed violation(const Party& party, std::int64_t step,
-                              const conversion::MalformedMessage& problem);
+  static PeerFailed violation(const Party& party, std::int64_t step, const conversion::MalformedMessage& problem);
   [[nodiscard]] std::string note_on_damage() const;
   void throw_if_stopped() const;
 

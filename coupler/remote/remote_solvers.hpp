@@ -70,9 +70,7 @@ class RemoteComponents final : public Components {
   RemoteComponents(const Options& options, const ServicesCase& services, const std::atomic<int>& stop_signal);
 
   void connect() override;
-  [[nodiscard]] const Capabilities& fluid_capabilities() const override {
-    return link_->fluid_capabilities();
-  }
+  [[nodiscard]] const Capabilities& fluid_capabilities() const override { return link_->fluid_capabilities(); }
   [[nodiscard]] const Capabilities& body_capabilities() const override { return link_->body_capabilities(); }
   std::unique_ptr<FluidSolver> make_fluid(const FluidSetup& setup, std::int64_t first_step) override;
   std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t first_step) override;

@@ -14,8 +14,8 @@ MeanSampling mean_sampling(const OutputCase& output) {
   return {output.fields.mean_start, output.fields.mean_every_steps};
 }
 
-Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able,
-                           const Case& the_case, std::int64_t first_step, RunSignals& signals, Events& events)
+Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
+                           std::int64_t first_step, RunSignals& signals, Events& events)
     : store_(store),
       components_(components),
       able_(able),
@@ -41,8 +41,7 @@ bool Checkpointer::wants_pause(std::int64_t step) {
   return signals_.checkpoint.load() != 0 || schedule_.due(step, CheckpointSchedule::Clock::now());
 }
 
-void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
-                         RunObservers& observers) {
+void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers) {
   events_.phase("checkpointing");
   bool is_written = true;
   try {
@@ -64,13 +63,11 @@ void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExpli
 
 /// Checks the disk first, to leave some room for other programs; if it fills up meanwhile, the solvers
 /// report that.
-void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme,
-                          RunObservers& observers) {
+void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers) {
   const std::uintmax_t needed = std::max(store_.newest_bytes(), expected_bytes_) + (std::uintmax_t{1} << 20);
   if (const std::uintmax_t available = free_bytes(store_.folder().parent_path()); available < needed) {
     throw StorageError(std::to_string(available) + " bytes are free where a checkpoint takes about " +
-                       std::to_string(needed) +
-                       " (the disk is nearly full). Free some space; the run continues.");
+                       std::to_string(needed) + " (the disk is nearly full). Free some space; the run continues.");
   }
   observers.sync_files();
   store_.prepare(fluid, body,

@@ -24,8 +24,7 @@ class CheckpointSchedule {
   /// @param every_steps   0: not by steps
   /// @param every_wall_s  0: not by time
   /// @param first_step    where the run begins; nothing is due there
-  CheckpointSchedule(std::int64_t every_steps, double every_wall_s, std::int64_t first_step,
-                     Clock::time_point now)
+  CheckpointSchedule(std::int64_t every_steps, double every_wall_s, std::int64_t first_step, Clock::time_point now)
       : every_steps_(every_steps), every_wall_(every_wall_s), last_step_(first_step), last_time_(now) {}
 
   [[nodiscard]] bool due(std::int64_t step, Clock::time_point now) const {

@@ -47,28 +47,24 @@ Options parse_command_line(int argc, const char* const* argv) {
   int ranks = 0;
   app.set_version_flag("--version", build_info().version);
   auto* plan_option = app.add_option("--plan", plan, "Check a case file and print it, resolved, as JSON");
-  auto* campaign_option = app.add_option("--campaign", campaign, "Check a campaign file and print it as JSON")
-                              ->excludes(plan_option);
-  auto* setup_option =
-      app.add_option("--setup", setup,
-                     "Print the setup that a component of a case receives (fluid|body CASE), in "
-                     "Protocol Buffers, for its --estimate")
-          ->expected(2)
-          ->excludes(plan_option)
-          ->excludes(campaign_option);
+  auto* campaign_option =
+      app.add_option("--campaign", campaign, "Check a campaign file and print it as JSON")->excludes(plan_option);
+  auto* setup_option = app.add_option("--setup", setup,
+                                      "Print the setup that a component of a case receives (fluid|body CASE), in "
+                                      "Protocol Buffers, for its --estimate")
+                           ->expected(2)
+                           ->excludes(plan_option)
+                           ->excludes(campaign_option);
   app.add_option("--run", run, "Run a case file")
       ->excludes(plan_option)
       ->excludes(campaign_option)
       ->excludes(setup_option);
-  app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")
-      ->expected(1)
-      ->take_all();
+  app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")->expected(1)->take_all();
   app.add_option("--ranks", ranks, "Processes of the fluid service")->check(CLI::PositiveNumber);
   app.add_option("--fluid", fluid, "Command that starts another fluid component");
   app.add_option("--body", body, "Command that starts another body component");
   app.add_option("--out", options.out, "Run directory");
-  app.add_option("--endpoint", options.endpoint,
-                 "Where the components connect: ipc:///path or tcp://host:port");
+  app.add_option("--endpoint", options.endpoint, "Where the components connect: ipc:///path or tcp://host:port");
   app.add_option("--session", options.session, "Token that the components must show");
   app.add_option("--keys", options.key_file, "File with the keys of the coupler; required off this machine");
   app.add_option("--log-file", options.log_file, "Log file");

@@ -30,8 +30,8 @@ ordered_json make_notes(const Case& the_case) {
   const FluidCase& fluid = the_case.fluid;
   if (fluid.solver == FluidSolverChoice::lattice_boltzmann) {
     note(notes, "relaxation time",
-         fluid.relaxation_time.value_or(relaxation_time_from_step(the_case.step_s, fluid.cell_size_m,
-                                                                  fluid.kinematic_viscosity_m2_per_s)));
+         fluid.relaxation_time.value_or(
+             relaxation_time_from_step(the_case.step_s, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s)));
     note(notes, "viscosity [cells^2/step]",
          fluid.kinematic_viscosity_m2_per_s * the_case.step_s / (fluid.cell_size_m * fluid.cell_size_m));
   }
@@ -80,8 +80,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
   plan["name"] = the_case.name;
   plan["steps"] = the_case.steps;
   plan["services"] = {
-      {"fluid",
-       {{"ranks", the_case.services.fluid_ranks}, {"command", command(the_case.services.fluid_command)}}},
+      {"fluid", {{"ranks", the_case.services.fluid_ranks}, {"command", command(the_case.services.fluid_command)}}},
       {"body",
        {{"solver", name_of(body_solver_names, the_case.body.solver)},
         {"command", command(the_case.services.body_command)}}},

@@ -44,8 +44,7 @@ FailureReport report_of(const Error& error, std::int64_t step) {
   } else if (const auto* loss = dynamic_cast<const ComponentLost*>(&error); loss != nullptr && loss->lost()) {
     report = *loss->lost();
   } else {
-    report = {error.code(), "coupler", host_name(), error.rank(), error.step() < 0 ? step : error.step(),
-              error.what()};
+    report = {error.code(), "coupler", host_name(), error.rank(), error.step() < 0 ? step : error.step(), error.what()};
   }
   return report;
 }
@@ -62,15 +61,13 @@ int run_campaign_plan(const Options& options, std::ostream& out) {
 
 int print_setup(const Options& options, std::ostream& out) {
   const LoadedCase loaded = load_case(options.case_file, options.overrides);
-  out << (options.role == "fluid"
-              ? conversion::to_bytes(make_fluid_setup(loaded.content, loaded.assembly, ""))
-              : conversion::to_bytes(make_body_setup(loaded.content, loaded.assembly)))
+  out << (options.role == "fluid" ? conversion::to_bytes(make_fluid_setup(loaded.content, loaded.assembly, ""))
+                                  : conversion::to_bytes(make_body_setup(loaded.content, loaded.assembly)))
       << std::flush;
   return static_cast<int>(ExitCode::finished);
 }
 
-int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components,
-             RunSignals& signals) {
+int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components, RunSignals& signals) {
   Events events(out);
   events.phase("starting");
   const LoadedCase loaded = load_case(options.case_file, options.overrides);
@@ -81,9 +78,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   const RunDirectory directory(options.out);
   start_log(options.log_file);
   for (const std::string& warning : loaded.warnings) spdlog::warn(warning);
-  const auto write_case = [&] {
-    write_durably(directory.resolved_case(), to_yaml(resolved(loaded.content)));
-  };
+  const auto write_case = [&] { write_durably(directory.resolved_case(), to_yaml(resolved(loaded.content))); };
   if (!options.resume) write_case();
   Provenance provenance(directory, options.command_line, options.build, loaded.content.services.fluid_ranks,
                         options.resume);
@@ -91,8 +86,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
 
   Options with_recording = options;
   if (loaded.content.output.wire) with_recording.wire_file = directory.new_wire_file();
-  const std::unique_ptr<Components> components =
-      make_components(with_recording, loaded.content.services, signals);
+  const std::unique_ptr<Components> components = make_components(with_recording, loaded.content.services, signals);
   CaseRun run(loaded, directory, *components, events, signals);
   FailureReport failure;
   try {

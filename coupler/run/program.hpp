@@ -13,8 +13,8 @@
 namespace copepod::coupler {
 
 /// @param signals  of the run; outlives the components
-using MakeComponents = std::function<std::unique_ptr<Components>(const Options&, const ServicesCase&,
-                                                                 const RunSignals& signals)>;
+using MakeComponents =
+    std::function<std::unique_ptr<Components>(const Options&, const ServicesCase&, const RunSignals& signals)>;
 
 /// The coupler program: plans or runs a case and turns whatever happens into events and an exit code.
 /// @param out   plan, or events of the run, one JSON object per line

@@ -38,8 +38,8 @@ std::string earlier_attempts(const RunDirectory& directory) {
 
 }  // namespace
 
-Provenance::Provenance(const RunDirectory& directory, std::string command_line, std::string build,
-                       int fluid_ranks, bool resumed)
+Provenance::Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks,
+                       bool resumed)
     : directory_(directory),
       command_line_(std::move(command_line)),
       build_(std::move(build)),
@@ -58,32 +58,29 @@ void Provenance::write_end(ExitCode code, const std::string& reason) {
   write(code == ExitCode::finished ? "finished" : "failed", static_cast<int>(code), reason, utc_now());
 }
 
-void Provenance::write(const std::string& status, int code, const std::string& reason,
-                       const std::string& end) {
+void Provenance::write(const std::string& status, int code, const std::string& reason, const std::string& end) {
   using nlohmann::ordered_json;
   const BuildInfo& build = build_info();
   ordered_json components = ordered_json::object();
   for (const auto& [role, name] : components_) components[role] = name;
-  const ordered_json content = {
-      {"version", build.version},
-      {"git_revision", build.git_revision},
-      {"compiler", build.compiler},
-      {"build_type", build.build_type},
-      {"build", build_.empty() ? ordered_json(nullptr) : ordered_json(build_)},
-      {"host", host_name()},
-      {"fluid_ranks", fluid_ranks_},
-      {"command_line", command_line_},
-      {"resumed", resumed_},
-      {"components", components},
-      {"notices", notices_},
-      {"start", start_},
-      {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
-      {"status", status},
-      {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
-      {"earlier_attempts", ordered_json::parse(earlier_)},
-      {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
-  write_durably(directory_.provenance(),
-                content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
+  const ordered_json content = {{"version", build.version},
+                                {"git_revision", build.git_revision},
+                                {"compiler", build.compiler},
+                                {"build_type", build.build_type},
+                                {"build", build_.empty() ? ordered_json(nullptr) : ordered_json(build_)},
+                                {"host", host_name()},
+                                {"fluid_ranks", fluid_ranks_},
+                                {"command_line", command_line_},
+                                {"resumed", resumed_},
+                                {"components", components},
+                                {"notices", notices_},
+                                {"start", start_},
+                                {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
+                                {"status", status},
+                                {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
+                                {"earlier_attempts", ordered_json::parse(earlier_)},
+                                {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
+  write_durably(directory_.provenance(), content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace copepod::coupler

@@ -16,8 +16,7 @@ namespace copepod::coupler {
 class Provenance {
  public:
   /// @param build  identifies the programs of the run; empty: unknown
-  Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks,
-             bool resumed);
+  Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks, bool resumed);
 
   void set_components(const Capabilities& fluid, const Capabilities& body);
   void set_notices(std::vector<std::string> notices) { notices_ = std::move(notices); }

@@ -22,12 +22,11 @@ std::int64_t first_step(const std::optional<FoundCheckpoint>& checkpoint) {
 
 }  // namespace
 
-CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components,
-                 Events& events, RunSignals& signals)
+CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
+                 RunSignals& signals)
     : loaded_(loaded), directory_(directory), components_(components), events_(events), signals_(signals) {}
 
-void CaseRun::run(Beginning beginning,
-                  const std::function<void(const Capabilities&, const Capabilities&)>& on_ready) {
+void CaseRun::run(Beginning beginning, const std::function<void(const Capabilities&, const Capabilities&)>& on_ready) {
   const CheckpointStore store(directory_.checkpoints(), case_key(loaded_.content));
   events_.phase("handshake");
   components_.connect();
@@ -71,8 +70,8 @@ FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store) {
 void CaseRun::require_same_components(const CouplerState& state) const {
   const auto require = [&](const std::string& role, const std::string& writer, const std::string& reader) {
     if (writer.empty() || writer == reader) return;
-    throw StorageError("the checkpoint of step " + std::to_string(state.step) + " was written by the " +
-                       role + " component " + writer + ", which is now " + reader +
+    throw StorageError("the checkpoint of step " + std::to_string(state.step) + " was written by the " + role +
+                       " component " + writer + ", which is now " + reader +
                        " (a component reads its own checkpoints only). Resume with " + writer +
                        ", or start a new run with another --out.");
   };
@@ -108,21 +107,18 @@ void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
 void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint) {
   using Clock = std::chrono::steady_clock;
   const Case& the_case = loaded_.content;
-  const DrivingProtocol driving(loaded_.assembly.driving,
-                                static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
+  const DrivingProtocol driving(loaded_.assembly.driving, static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
   RunObservers observers(loaded_, directory_, events_, first_step(checkpoint), step_);
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
-  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(),
-                        timeline_);
+  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_);
   if (checkpoint) {
     scheme.restore_previous_loads(checkpoint->state.previous_loads);
     observers.restore(checkpoint->state.swimmers);
   }
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");
-  Checkpointer checkpointer(store, components_,
-                            able ? Checkpointer::Ability::saves : Checkpointer::Ability::none, the_case,
-                            scheme.step(), signals_, events_);
+  Checkpointer checkpointer(store, components_, able ? Checkpointer::Ability::saves : Checkpointer::Ability::none,
+                            the_case, scheme.step(), signals_, events_);
 
   events_.phase("running");
   spdlog::info("running steps {} to {} of {}", scheme.step(), the_case.steps, the_case.name);
@@ -141,8 +137,8 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   scheme.finish();
 
   events_.phase("finishing");
-  const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(),
-                                    scheme.kinematics(), timing, observers.swimmer_reports());
+  const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(), scheme.kinematics(),
+                                    timing, observers.swimmer_reports());
   components_.finish();
   timeline_.close();
   write_durably(directory_.summary(), summary.dump(2) + "\n");

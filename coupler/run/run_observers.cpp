@@ -48,9 +48,8 @@ std::vector<PeriodSums> RunObservers::sums() const {
 
 void RunObservers::restore(const std::vector<PeriodSums>& sums) {
   if (sums.size() != swimmers_.size()) {
-    throw StorageError("the checkpoint has the analysis of " + std::to_string(sums.size()) +
-                       " swimmers, the case " + std::to_string(swimmers_.size()) +
-                       " (it is of another case). Use another run directory.");
+    throw StorageError("the checkpoint has the analysis of " + std::to_string(sums.size()) + " swimmers, the case " +
+                       std::to_string(swimmers_.size()) + " (it is of another case). Use another run directory.");
   }
   for (std::size_t i = 0; i < sums.size(); ++i) swimmers_[i]->restore(sums[i]);
 }

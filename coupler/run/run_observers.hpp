@@ -34,8 +34,8 @@ class RunObservers {
   /// References must outlive this object.
   /// @param first_step  0, or that of the checkpoint which is resumed
   /// @param step        receives the step that is being computed
-  RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
-               std::int64_t first_step, std::int64_t& step);
+  RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events, std::int64_t first_step,
+               std::int64_t& step);
 
   Observer& all() { return all_; }
 

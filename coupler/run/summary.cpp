@@ -31,8 +31,7 @@ std::string hexadecimal(std::uint64_t value) {
 double busy_s(const SolverSummary& solver, double waited_s) {
   if (solver.seconds.empty()) return waited_s;
   double sum_s = 0.0;
-  for (const auto& [phase, seconds] : solver.seconds)
-    sum_s += solver.waiting_phases.contains(phase) ? 0.0 : seconds;
+  for (const auto& [phase, seconds] : solver.seconds) sum_s += solver.waiting_phases.contains(phase) ? 0.0 : seconds;
   return sum_s;
 }
 
@@ -42,15 +41,13 @@ double busy_s(const SolverSummary& solver, double waited_s) {
 ordered_json coupling_overhead(const SolverSummary& fluid, double loop_s) {
   if (fluid.seconds.empty()) return nullptr;
   double alone_s = 0.0;
-  for (const auto& [phase, seconds] : fluid.seconds)
-    alone_s += fluid.body_phases.contains(phase) ? 0.0 : seconds;
+  for (const auto& [phase, seconds] : fluid.seconds) alone_s += fluid.body_phases.contains(phase) ? 0.0 : seconds;
   return loop_s > 0.0 ? 1.0 - alone_s / loop_s : 0.0;
 }
 
 }  // namespace
 
-std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body,
-                         const Kinematics& kinematics) {
+std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, const Kinematics& kinematics) {
   Digest digest;
   digest.add(fluid.digest);
   digest.add(body.digest);
@@ -72,16 +69,14 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
       the_case.parameter_set.empty() ? ordered_json(nullptr) : ordered_json(the_case.parameter_set);
   summary["status"] = "finished";
   summary["steps"] = steps_done;
-  summary["resumed_from_step"] =
-      timing.first_step > 0 ? ordered_json(timing.first_step) : ordered_json(nullptr);
+  summary["resumed_from_step"] = timing.first_step > 0 ? ordered_json(timing.first_step) : ordered_json(nullptr);
   summary["step_s"] = the_case.step_s;
   summary["cell_size_m"] =
       the_case.fluid.cell_size_m > 0.0 ? ordered_json(the_case.fluid.cell_size_m) : ordered_json(nullptr);
   summary["wall_s"] = timing.loop_s;
   const std::int64_t computed = steps_done - timing.first_step;  // the solver counts from step 0
   const double share = steps_done > 0 ? static_cast<double>(computed) / static_cast<double>(steps_done) : 0.0;
-  summary["mlups"] =
-      timing.loop_s > 0.0 ? share * static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
+  summary["mlups"] = timing.loop_s > 0.0 ? share * static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
   summary["ranks"] = fluid.ranks;
   summary["precision"] = name_of(precision_names, the_case.fluid.precision);
   summary["digest"] = hexadecimal(run_digest(fluid, body, kinematics));

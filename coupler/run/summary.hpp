@@ -25,7 +25,7 @@ std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, 
 
 /// Content of summary.json (docs: "The run directory").
 nlohmann::ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const SolverSummary& fluid,
-                                    const SolverSummary& body, const Kinematics& kinematics,
-                                    const RunTiming& timing, const nlohmann::ordered_json& swimmers);
+                                    const SolverSummary& body, const Kinematics& kinematics, const RunTiming& timing,
+                                    const nlohmann::ordered_json& swimmers);
 
 }  // namespace copepod::coupler

@@ -27,8 +27,7 @@ std::string rounded(double value) {
 
 }  // namespace
 
-Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies)
-    : bodies_(bodies) {
+Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies) : bodies_(bodies) {
   confined_.resize(bodies.size());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
@@ -65,15 +64,14 @@ void Plausibility::judge(const Kinematics& before, const Kinematics& after) cons
         moved[axis] -= length_m_[axis] * std::round(moved[axis] / length_m_[axis]);
       } else if (confined_[static_cast<std::size_t>(column)][i] && !(at >= 0.0 && at <= length_m_[axis])) {
         fail(body, before.step,
-             std::string("left the domain: ") + axes[i] + " = " + rounded(at) +
-                 " m (the domain ends at 0 and " + rounded(length_m_[axis]) + " m)");
+             std::string("left the domain: ") + axes[i] + " = " + rounded(at) + " m (the domain ends at 0 and " +
+                 rounded(length_m_[axis]) + " m)");
       }
     }
     const double distance = moved.norm();
     if (!(distance <= body.shape.radius_m)) {
       fail(body, before.step,
-           "moved by " + rounded(distance) + " m (more than its radius of " + rounded(body.shape.radius_m) +
-               " m)");
+           "moved by " + rounded(distance) + " m (more than its radius of " + rounded(body.shape.radius_m) + " m)");
     }
   }
 }

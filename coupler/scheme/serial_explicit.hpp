@@ -43,9 +43,8 @@ class LoadAverage {
 /// outlive the scheme. An exception of a solver leaves the scheme unusable.
 class SerialExplicit {
  public:
-  SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
-                 const Plausibility& plausibility, LoadAveraging averaging, Observer& observer,
-                 Timeline& timeline);
+  SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving, const Plausibility& plausibility,
+                 LoadAveraging averaging, Observer& observer, Timeline& timeline);
 
   /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   /// @param pause  asked before every step

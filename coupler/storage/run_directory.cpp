@@ -12,8 +12,7 @@ void make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
-    throw StorageError(folder.string() + " cannot be created (" + error.message() +
-                       "). Choose another --out folder.");
+    throw StorageError(folder.string() + " cannot be created (" + error.message() + "). Choose another --out folder.");
   }
 }
 

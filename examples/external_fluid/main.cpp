@@ -21,8 +21,7 @@ using namespace copepod;
 class UniformStream final : public FluidSolver {
  public:
   explicit UniformStream(const FluidSetup& setup)
-      : bodies_(setup.bodies),
-        viscosity_Pa_s_(setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s) {}
+      : bodies_(setup.bodies), viscosity_Pa_s_(setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s) {}
 
   void exchange(const Kinematics& kinematics, Loads& loads) override {
     constexpr double pi = std::numbers::pi;
@@ -42,8 +41,7 @@ class UniformStream final : public FluidSolver {
   void save(const std::string& path) override {
     std::ofstream file(path);
     file << steps_ << " steps" << std::endl;
-    if (!file)
-      throw StorageError("The file " + path + " cannot be written (no such folder?). Choose another path.");
+    if (!file) throw StorageError("The file " + path + " cannot be written (no such folder?). Choose another path.");
   }
 
   void restore(const std::string& path) override {

@@ -89,8 +89,7 @@ nlohmann::json measure(const Options& options, Communicator& ranks) {
     const double copy_s = slowest(ranks, [&] { copy_rate(target, source); });
     result["streams_mcells_per_s"].push_back(1e-6 * cells * sweeps / streams_s);
     result["fluid_mlups"].push_back(1e-6 * cells * options.steps / fluid_s);
-    result["copy_gb_per_s"].push_back(1e-9 * 16.0 * static_cast<double>(source.size()) * ranks.size() /
-                                      copy_s);
+    result["copy_gb_per_s"].push_back(1e-9 * 16.0 * static_cast<double>(source.size()) * ranks.size() / copy_s);
   }
   return result;
 }
@@ -104,8 +103,7 @@ int run_benchmark(int argc, char** argv, Communicator& ranks) {
   app.add_option("--samples", options.samples)->check(CLI::PositiveNumber);
   app.add_option("--steps", options.steps, "steps per sample")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
-  const nlohmann::json result =
-      options.single ? measure<float>(options, ranks) : measure<double>(options, ranks);
+  const nlohmann::json result = options.single ? measure<float>(options, ranks) : measure<double>(options, ranks);
   if (ranks.rank() == 0) std::puts(result.dump().c_str());
   return 0;
 }

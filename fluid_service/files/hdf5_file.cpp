@@ -58,14 +58,12 @@ std::string hdf5_reason() {
 }
 
 hid_t open_file(const std::string& path, Hdf5File::Access kind) {
-  H5dont_atexit();  // at exit HDF5 would flush again what a full disk refused, and crash
+  H5dont_atexit();                              // at exit HDF5 would flush again what a full disk refused, and crash
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to report
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access.get(), false, true);
-  if (kind == Hdf5File::Access::create)
-    return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
-  return H5Fopen(path.c_str(), kind == Hdf5File::Access::extend ? H5F_ACC_RDWR : H5F_ACC_RDONLY,
-                 access.get());
+  if (kind == Hdf5File::Access::create) return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
+  return H5Fopen(path.c_str(), kind == Hdf5File::Access::extend ? H5F_ACC_RDWR : H5F_ACC_RDONLY, access.get());
 }
 
 }  // namespace
@@ -82,9 +80,8 @@ Hdf5File::~Hdf5File() {
 
 void Hdf5File::require(bool succeeded, const std::string& action) const {
   if (succeeded) return;
-  const std::string remedy = access_ == Access::read
-                                 ? "Use another checkpoint."
-                                 : "Make room on the disk, check permissions, and resume.";
+  const std::string remedy =
+      access_ == Access::read ? "Use another checkpoint." : "Make room on the disk, check permissions, and resume.";
   throw StorageError(path_ + ": cannot " + action + " (" + hdf5_reason() + "). " + remedy);
 }
 
@@ -121,33 +118,30 @@ std::vector<std::string> Hdf5File::names() {
 template <class T>
 void Hdf5File::write_attribute(const std::string& object, const std::string& name, T value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(H5Acreate_by_name(file_, object.c_str(), name.c_str(), type_of<T>(), space.get(),
-                                           H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+  const Handle attribute(H5Acreate_by_name(file_, object.c_str(), name.c_str(), type_of<T>(), space.get(), H5P_DEFAULT,
+                                           H5P_DEFAULT, H5P_DEFAULT),
                          H5Aclose);
-  require(attribute.valid() && H5Awrite(attribute.get(), type_of<T>(), &value) >= 0,
-          "write attribute " + name);
+  require(attribute.valid() && H5Awrite(attribute.get(), type_of<T>(), &value) >= 0, "write attribute " + name);
 }
 
 template <class T>
 T Hdf5File::read_attribute(const std::string& object, const std::string& name) {
   T value{};
-  const Handle attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
+  const Handle attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   require(attribute.valid() && H5Aread(attribute.get(), type_of<T>(), &value) >= 0, "read attribute " + name);
   return value;
 }
 
 template <class T>
 std::int64_t Hdf5File::make_dataset(const std::string& dataset, const Extent& shape) {
-  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), sizes(shape).data(), nullptr),
-                     H5Sclose);
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), sizes(shape).data(), nullptr), H5Sclose);
   const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_layout(properties.get(), H5D_CONTIGUOUS);
   H5Pset_alloc_time(properties.get(), H5D_ALLOC_TIME_EARLY);
   H5Pset_fill_time(properties.get(), H5D_FILL_TIME_NEVER);
-  const Handle made(H5Dcreate2(file_, dataset.c_str(), type_of<T>(), space.get(), H5P_DEFAULT,
-                               properties.get(), H5P_DEFAULT),
-                    H5Dclose);
+  const Handle made(
+      H5Dcreate2(file_, dataset.c_str(), type_of<T>(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      H5Dclose);
   require(made.valid(), "make dataset " + dataset);
   const haddr_t offset = H5Dget_offset(made.get());
   require(offset != HADDR_UNDEF, "place dataset " + dataset);
@@ -178,12 +172,10 @@ void Hdf5File::read_piece(const std::string& dataset, const Extent& start, const
   const Handle set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   require(set.valid(), "open dataset " + dataset);
   const Handle file_space(H5Dget_space(set.get()), H5Sclose);
-  const Handle memory_space(H5Screate_simple(static_cast<int>(count.size()), sizes(count).data(), nullptr),
-                            H5Sclose);
+  const Handle memory_space(H5Screate_simple(static_cast<int>(count.size()), sizes(count).data(), nullptr), H5Sclose);
   const bool selected = H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, sizes(start).data(), nullptr,
                                             sizes(count).data(), nullptr) >= 0;
-  require(selected && H5Dread(set.get(), type_of<T>(), memory_space.get(), file_space.get(), H5P_DEFAULT,
-                              values) >= 0,
+  require(selected && H5Dread(set.get(), type_of<T>(), memory_space.get(), file_space.get(), H5P_DEFAULT, values) >= 0,
           "read dataset " + dataset);
 }
 

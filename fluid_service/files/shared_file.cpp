@@ -93,8 +93,7 @@ void reserve_space(const std::string& path, SolverContext& context) {
   struct stat status {};
   const int error = fstat(file, &status) != 0 ? errno : allocate(file, 0, status.st_size, context);
   close(file);
-  if (error != 0)
-    throw storage_error(path, "get " + std::to_string(status.st_size) + " bytes of disk space", error);
+  if (error != 0) throw storage_error(path, "get " + std::to_string(status.st_size) + " bytes of disk space", error);
 }
 
 SharedFile::SharedFile(const std::string& path, SolverContext& context)
@@ -121,9 +120,8 @@ void SharedFile::write_run(std::uint64_t position, const char* bytes, std::size_
   }
 }
 
-void SharedFile::write_bytes(std::int64_t offset, const Hdf5File::Extent& shape,
-                             const Hdf5File::Extent& start, const Hdf5File::Extent& count, const char* bytes,
-                             std::size_t value_bytes) {
+void SharedFile::write_bytes(std::int64_t offset, const Hdf5File::Extent& shape, const Hdf5File::Extent& start,
+                             const Hdf5File::Extent& count, const char* bytes, std::size_t value_bytes) {
   // A run is contiguous in the file: the last axes that the part covers completely, and the one before.
   std::size_t axes = shape.size();
   std::uint64_t run = 1;
@@ -152,8 +150,7 @@ void SharedFile::sync() {
   if (fstat(file_, &status) != 0) fail("look at it");
   constexpr unsigned now = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
   for (std::int64_t position = 0; position < status.st_size; position += piece_bytes) {
-    if (sync_file_range(file_, position, piece_bytes, now) != 0 && errno != ENOSYS)
-      fail("bring it to the disk");
+    if (sync_file_range(file_, position, piece_bytes, now) != 0 && errno != ENOSYS) fail("bring it to the disk");
     context_.report_progress();
   }
   if (fsync(file_) != 0) fail("bring it to the disk");

@@ -30,8 +30,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       layout_(partition_.block(communicator.rank()), sizeof(T),
               origin_rule(domain_, partition_.block(communicator.rank()))),
       populations_(static_cast<std::size_t>(layout_.values())),
-      constants_(collision_constants<T>(setup.collision,
-                                        units_.relaxation_time(setup.kinematic_viscosity_m2_per_s),
+      constants_(collision_constants<T>(setup.collision, units_.relaxation_time(setup.kinematic_viscosity_m2_per_s),
                                         units_.body_force_lu(setup.body_force_N_per_m3))),
       has_force_(!setup.body_force_N_per_m3.isZero(0.0)),
       stream_collide_(choose_stream_collide<T>().update),
@@ -185,8 +184,7 @@ template <class T>
 void LatticeBoltzmann<T>::check_row(std::int64_t x, std::int64_t y) const {
   const Box& block = layout_.block();
   for (std::int64_t z = block.low[2]; z < block.high[2]; ++z)
-    if (map_.owner(layout_.cell(Cell{x, y, z})) == BodyMap::fluid)
-      static_cast<void>(checked_moments({x, y, z}));
+    if (map_.owner(layout_.cell(Cell{x, y, z})) == BodyMap::fluid) static_cast<void>(checked_moments({x, y, z}));
 }
 
 template <class T>
@@ -195,12 +193,11 @@ CellMoments LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
   constexpr double largest_momentum = 0.4;
   const CellMoments m = moments_of_cell(populations_.data(), layout_, layout_.site(cell), placement_);
   if (std::abs(m.excess_density) < largest_excess_density && m.momentum.norm() < largest_momentum) return m;
-  throw SolverError(
-      "the flow diverged at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) + ", " +
-          std::to_string(cell[2]) + ") (density " + std::to_string(1.0 + m.excess_density) + ", momentum " +
-          std::to_string(m.momentum.norm()) +
-          " in lattice units). Use a larger relaxation time, collision: trt, or a shorter step.",
-      communicator_.rank(), step_ - 1);
+  throw SolverError("the flow diverged at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) + ", " +
+                        std::to_string(cell[2]) + ") (density " + std::to_string(1.0 + m.excess_density) +
+                        ", momentum " + std::to_string(m.momentum.norm()) +
+                        " in lattice units). Use a larger relaxation time, collision: trt, or a shorter step.",
+                    communicator_.rank(), step_ - 1);
 }
 
 template <class T>
@@ -228,8 +225,7 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
           velocity = (m.momentum - half_force) / density;
         }
         result.density_kg_per_m3.push_back(units_.density_kg_per_m3(density));
-        for (int axis = 0; axis < 3; ++axis)
-          result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
+        for (int axis = 0; axis < 3; ++axis) result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
         result.body.push_back(owner);
       }
     communicator_.context().report_progress();
@@ -275,8 +271,7 @@ SolverSummary LatticeBoltzmann<T>::summarise() {
 
 template <class T>
 template <class Visit>
-void LatticeBoltzmann<T>::for_each_population(const Box& piece, Placement placement,
-                                              const Visit& visit) const {
+void LatticeBoltzmann<T>::for_each_population(const Box& piece, Placement placement, const Visit& visit) const {
   for (std::int64_t x = piece.low[0]; x < piece.high[0]; ++x)
     for (std::int64_t y = piece.low[1]; y < piece.high[1]; ++y)
       for (std::int64_t z = piece.low[2]; z < piece.high[2]; ++z)
@@ -297,18 +292,16 @@ void LatticeBoltzmann<T>::save(const std::string& path) {
 
 template <class T>
 void LatticeBoltzmann<T>::restore(const std::string& path) {
-  const auto placement_after = [](std::int64_t step) {
-    return step % 2 == 0 ? Placement::home : Placement::streamed;
-  };
+  const auto placement_after = [](std::int64_t step) { return step % 2 == 0 ? Placement::home : Placement::streamed; };
   const auto take = [&](const PopulationHeader& header, const Box& piece, std::span<const T> populations) {
     auto next = populations.begin();
     for_each_population(piece, placement_after(header.step),
                         [&](std::size_t location) { populations_[location] = *next++; });
   };
   FluidState state;
-  step_ = restore_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), 0},
-                                 layout_.block(), take, state)
-              .step;
+  step_ =
+      restore_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), 0}, layout_.block(), take, state)
+          .step;
   placement_ = placement_after(step_);
   output_.restore(step_, state.sampling, std::move(state.mean));
   mapped_ = state.kinematics;
@@ -333,12 +326,11 @@ std::int64_t bytes_of_block(const Box& block, const Domain& domain, int number_b
   constexpr std::int64_t field_bytes = 4 * sizeof(double) + sizeof(std::int32_t);
   const PopulationLayout layout(block, number_bytes);
   const std::int64_t pages = (layout.values() * number_bytes + huge_page - 1) / huge_page;
-  std::int64_t bytes = pages * huge_page + layout.cells() * std::int64_t{sizeof(std::int32_t)} +
-                       copies * field_bytes * block.volume();
+  std::int64_t bytes =
+      pages * huge_page + layout.cells() * std::int64_t{sizeof(std::int32_t)} + copies * field_bytes * block.volume();
   for (int axis = 0; axis < 3; ++axis) {
     // Five populations per face cell, sent and received.
-    const std::int64_t faces =
-        (block.low[axis] > 0 ? 1 : 0) + (block.high[axis] < domain.cells()[axis] ? 1 : 0);
+    const std::int64_t faces = (block.low[axis] > 0 ? 1 : 0) + (block.high[axis] < domain.cells()[axis] ? 1 : 0);
     bytes += faces * 2 * 5 * number_bytes * (block.volume() / block.extent(axis));
   }
   return bytes;

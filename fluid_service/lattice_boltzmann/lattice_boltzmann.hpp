@@ -140,8 +140,7 @@ void LatticeBoltzmann<T>::initialise(const Flow& flow) {
         double velocity[3];
         const double excess_density = flow(Cell{x, y, z}, velocity);
         for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-          populations_[static_cast<std::size_t>(
-              layout_.location(layout_.site(Cell{x, y, z}), alpha, placement_))] =
+          populations_[static_cast<std::size_t>(layout_.location(layout_.site(Cell{x, y, z}), alpha, placement_))] =
               static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));
       }
 }

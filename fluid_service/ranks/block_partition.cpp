@@ -54,8 +54,8 @@ CaseError no_grid(const Cell& cells, int ranks) {
   const std::string size =
       std::to_string(cells[0]) + "×" + std::to_string(cells[1]) + "×" + std::to_string(cells[2]) + " cells";
   if (ranks > cells[0] * cells[1] * cells[2])
-    return CaseError("ranks " + std::to_string(ranks) + " (the computed domain has only " + size +
-                     "). Use at most " + std::to_string(cells[0] * cells[1] * cells[2]) + " ranks.");
+    return CaseError("ranks " + std::to_string(ranks) + " (the computed domain has only " + size + "). Use at most " +
+                     std::to_string(cells[0] * cells[1] * cells[2]) + " ranks.");
   int fewer = ranks - 1;
   while (!cheapest_grid(cells, fewer)) --fewer;  // ends at 1 rank at the latest
   return CaseError("ranks " + std::to_string(ranks) + " (the computed domain of " + size +
@@ -73,8 +73,7 @@ BlockPartition::BlockPartition(const Cell& cells, int ranks) : cells_(cells) {
 
 // Block i of p along n cells is [⌊i n / p⌋, ⌊(i + 1) n / p⌋): extents differ by at most one.
 Box BlockPartition::block(int rank) const {
-  const std::array<std::int64_t, 3> place = {rank / (grid_[1] * grid_[2]), rank / grid_[2] % grid_[1],
-                                             rank % grid_[2]};
+  const std::array<std::int64_t, 3> place = {rank / (grid_[1] * grid_[2]), rank / grid_[2] % grid_[1], rank % grid_[2]};
   Box box;
   for (int axis = 0; axis < 3; ++axis) {
     box.low[axis] = place[axis] * cells_[axis] / grid_[axis];

@@ -117,8 +117,7 @@ DistributedFluid::DistributedFluid(const FluidSetup& setup, Communicator& commun
 DistributedFluid::~DistributedFluid() {
   if (!advance_due_) return;
   const FailureReport report = failure_of_rank(
-      ComponentLost("the run ended between exchange and bulk update (the coupler is gone). See its log.",
-                    step_),
+      ComponentLost("the run ended between exchange and bulk update (the coupler is gone). See its log.", step_),
       communicator_.rank(), step_);
   communicator_.report_failure(report);
 }
@@ -259,8 +258,7 @@ class Follower {
 
 }  // namespace
 
-void follow(Communicator& communicator, const RankSolverFactory& make_solver,
-            std::atomic<std::int64_t>& current_step) {
+void follow(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& current_step) {
   Follower follower(communicator, make_solver,
                     current_step);  // outlives the report: its messages may be under way
   try {

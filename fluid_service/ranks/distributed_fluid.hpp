@@ -94,8 +94,7 @@ class DistributedFluid final : public FluidSolver {
 /// An exception of this rank is reported to all others; it is thrown on afterwards.
 /// @param current_step  set to the step of every exchange, for logs
 /// @throws PeerFailed if another rank failed, Error if this one did
-void follow(Communicator& communicator, const RankSolverFactory& make_solver,
-            std::atomic<std::int64_t>& current_step);
+void follow(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& current_step);
 
 /// Lets the other ranks leave `follow`; on rank 0, at the end of the program. Does nothing after a failure.
 void dismiss_followers(Communicator& communicator) noexcept;

@@ -62,8 +62,7 @@ void check(int status, const char* call) {
   char text[MPI_MAX_ERROR_STRING] = {};
   int length = 0;
   MPI_Error_string(status, text, &length);
-  throw ComponentLost(std::string(call) + " failed (" + text +
-                      "). See the logs of the other ranks; resume the run.");
+  throw ComponentLost(std::string(call) + " failed (" + text + "). See the logs of the other ranks; resume the run.");
 }
 
 int count_of(std::size_t size) {
@@ -107,8 +106,8 @@ void MpiCommunicator::look_for_failure() {
   check(MPI_Iprobe(MPI_ANY_SOURCE, failure_tag, failures_, &arrived, &status), "MPI_Iprobe");
   if (arrived == 0) return;
   FailurePacket packet;
-  check(MPI_Recv(packet.data(), static_cast<int>(packet.size()), MPI_BYTE, status.MPI_SOURCE, failure_tag,
-                 failures_, MPI_STATUS_IGNORE),
+  check(MPI_Recv(packet.data(), static_cast<int>(packet.size()), MPI_BYTE, status.MPI_SOURCE, failure_tag, failures_,
+                 MPI_STATUS_IGNORE),
         "MPI_Recv");
   failure_ = unpack_failure(packet);
   throw_if_failed();
@@ -118,8 +117,7 @@ void MpiCommunicator::look_at_ranks() {
   if (!heartbeats_) return;
   heartbeats_->show_waiting(true);
   if (rank_ != 0) return;
-  const double now_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   const RankVerdict verdict = watch_.look(heartbeats_->read(), now_s);
   if (verdict.progressed) context().report_progress();
   context().await_rank(verdict.awaited);
@@ -187,8 +185,7 @@ void MpiCommunicator::sum_to_all(std::span<std::int64_t> values) {
   throw_if_failed();
   if (size_ == 1) return;
   MPI_Request request = MPI_REQUEST_NULL;
-  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_UINT64_T, MPI_SUM, ranks_,
-                       &request),
+  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_UINT64_T, MPI_SUM, ranks_, &request),
         "MPI_Iallreduce");
   wait(request);
 }
@@ -197,8 +194,7 @@ void MpiCommunicator::max_to_all(std::span<std::int64_t> values) {
   throw_if_failed();
   if (size_ == 1) return;
   MPI_Request request = MPI_REQUEST_NULL;
-  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_MAX, ranks_,
-                       &request),
+  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_MAX, ranks_, &request),
         "MPI_Iallreduce");
   wait(request);
 }
@@ -207,17 +203,16 @@ void MpiCommunicator::max_to_all(std::span<std::int64_t> values) {
 /// buffers that the failing solver has freed.
 class MpiCommunicator::PendingExchange {
  public:
-  PendingExchange(MpiCommunicator& communicator, std::span<const Message> messages)
-      : communicator_(communicator) {
+  PendingExchange(MpiCommunicator& communicator, std::span<const Message> messages) : communicator_(communicator) {
     receives_.reserve(messages.size());
     sends_.reserve(messages.size());
     for (const Message& message : messages)
-      check(MPI_Irecv(message.receive.data(), count_of(message.receive.size()), MPI_BYTE, message.peer,
-                      exchange_tag, communicator_.ranks_, &receives_.emplace_back(MPI_REQUEST_NULL)),
+      check(MPI_Irecv(message.receive.data(), count_of(message.receive.size()), MPI_BYTE, message.peer, exchange_tag,
+                      communicator_.ranks_, &receives_.emplace_back(MPI_REQUEST_NULL)),
             "MPI_Irecv");
     for (const Message& message : messages)
-      check(MPI_Isend(message.send.data(), count_of(message.send.size()), MPI_BYTE, message.peer,
-                      exchange_tag, communicator_.ranks_, &sends_.emplace_back(MPI_REQUEST_NULL)),
+      check(MPI_Isend(message.send.data(), count_of(message.send.size()), MPI_BYTE, message.peer, exchange_tag,
+                      communicator_.ranks_, &sends_.emplace_back(MPI_REQUEST_NULL)),
             "MPI_Isend");
   }
   PendingExchange(const PendingExchange&) = delete;
@@ -265,8 +260,8 @@ void MpiCommunicator::report_failure(const FailureReport& report) {
   }
   const Backoff backoff;
   int complete = 0;
-  while (MPI_Testall(size_, requests.data(), &complete, MPI_STATUSES_IGNORE) == MPI_SUCCESS &&
-         complete == 0 && backoff.waited_s() < farewell_s)
+  while (MPI_Testall(size_, requests.data(), &complete, MPI_STATUSES_IGNORE) == MPI_SUCCESS && complete == 0 &&
+         backoff.waited_s() < farewell_s)
     backoff.pause();
 }
 

@@ -75,9 +75,7 @@ class Unpacker {
   }
 
  private:
-  static std::logic_error too_short() {
-    return std::logic_error("message between ranks is shorter than its contents");
-  }
+  static std::logic_error too_short() { return std::logic_error("message between ranks is shorter than its contents"); }
   void take(void* data, std::size_t size) {
     if (size > bytes_.size()) throw too_short();
     if (size > 0) std::memcpy(data, bytes_.data(), size);

@@ -42,8 +42,7 @@ FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_
     report.code = known->code();
     if (known->step() >= 0) report.step = known->step();
   } else if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
-    report.reason =
-        "out of memory (the rank's block of cells does not fit). Use more machines or a smaller domain.";
+    report.reason = "out of memory (the rank's block of cells does not fit). Use more machines or a smaller domain.";
   }
   return report;
 }

@@ -98,8 +98,7 @@ int run_follower(int argc, char** argv, Communicator& ranks, const RankSolverFac
 }  // namespace
 
 int run_fluid_program(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
-  return ranks.rank() == 0 ? run_leader(argc, argv, ranks, make_solver)
-                           : run_follower(argc, argv, ranks, make_solver);
+  return ranks.rank() == 0 ? run_leader(argc, argv, ranks, make_solver) : run_follower(argc, argv, ranks, make_solver);
 }
 
 }  // namespace copepod::fluid

@@ -35,13 +35,11 @@ Eigen::MatrixXd grand_mobility(const Eigen::Matrix3Xd& position_m, std::span<con
       const Eigen::Vector3d separation = position_m.col(i) - position_m.col(j);
       const double r = separation.norm();
       if (!(r > a + b))
-        throw SolverError(
-            "spheres " + std::to_string(j) + " and " + std::to_string(i) +
-            " overlap (Stokes mobility is not defined then). Use weaker forces or larger gaps.");
+        throw SolverError("spheres " + std::to_string(j) + " and " + std::to_string(i) +
+                          " overlap (Stokes mobility is not defined then). Use weaker forces or larger gaps.");
       const Eigen::Matrix3d along = separation * separation.transpose() / (r * r);
       const double radii = (a * a + b * b) / (r * r);
-      const Eigen::Matrix3d translation =
-          ((1.0 + radii / 3.0) * unit + (1.0 - radii) * along) / (8.0 * pi * eta * r);
+      const Eigen::Matrix3d translation = ((1.0 + radii / 3.0) * unit + (1.0 - radii) * along) / (8.0 * pi * eta * r);
       const Eigen::Matrix3d rotation = (3.0 * along - unit) / (16.0 * pi * eta * r * r * r);
       const Eigen::Matrix3d mixed = cross_with(separation) / (8.0 * pi * eta * r * r * r);
       mobility.block<3, 3>(3 * i, 3 * j) = translation;
@@ -65,10 +63,9 @@ void add_plane_images(Eigen::MatrixXd& mobility, const NoSlipPlane& plane, const
   const auto radius = [&radius_m](Eigen::Index i) { return radius_m[static_cast<std::size_t>(i)]; };
   for (Eigen::Index i = 0; i < n; ++i) {
     if (!(position_P_m(2, i) > radius(i)))
-      throw SolverError(
-          "sphere " + std::to_string(i) +
-          " reaches the no-slip plane (Stokes mobility is not defined then). Use weaker forces or "
-          "start further away.");
+      throw SolverError("sphere " + std::to_string(i) +
+                        " reaches the no-slip plane (Stokes mobility is not defined then). Use weaker forces or "
+                        "start further away.");
   }
   const auto in_world = [&plane](const Eigen::Matrix3d& tensor_P) -> Eigen::Matrix3d {
     return plane.rotation.transpose() * tensor_P * plane.rotation;

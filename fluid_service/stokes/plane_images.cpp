@@ -24,8 +24,7 @@ struct ImageFlow {
   [[nodiscard]] Matrix3d P_3() const { return -3.0 * (R[2] * unit + zR + Rz) / r5 + 15.0 * R[2] * RR / r7; }
   [[nodiscard]] Matrix3d P_33() const {
     const double z2 = R[2] * R[2];
-    return -3.0 * (unit + 2.0 * zz) / r5 + 15.0 * (z2 * unit + 2.0 * R[2] * (zR + Rz) + RR) / r7 -
-           105.0 * z2 * RR / r9;
+    return -3.0 * (unit + 2.0 * zz) / r5 + 15.0 * (z2 * unit + 2.0 * R[2] * (zR + Rz) + RR) / r7 - 105.0 * z2 * RR / r9;
   }
   /// ∂_j S_i3
   [[nodiscard]] Matrix3d Q() const { return (R[2] * unit + Rz - zR) / r3 - 3.0 * R[2] * RR / r5; }
@@ -42,8 +41,7 @@ struct ImageFlow {
   [[nodiscard]] Vector3d W3_3m(int m) const {
     const Vector3d z = Vector3d::UnitZ();
     const double along = m == 2 ? 1.0 : 0.0;
-    return -3.0 * (R[2] * z.cross(Vector3d::Unit(m)) + along * z.cross(R)) / r5 +
-           15.0 * R[m] * R[2] * z.cross(R) / r7;
+    return -3.0 * (R[2] * z.cross(Vector3d::Unit(m)) + along * z.cross(R)) / r5 + 15.0 * R[m] * R[2] * z.cross(R) / r7;
   }
 
   Vector3d R;
@@ -93,8 +91,7 @@ Matrix3d turning_by_torque(const ImageFlow& flow) {
 
 }  // namespace
 
-ImageMobility image_mobility(const Vector3d& x_m, double a_m, const Vector3d& y_m, double b_m,
-                             double viscosity_Pa_s) {
+ImageMobility image_mobility(const Vector3d& x_m, double a_m, const Vector3d& y_m, double b_m, double viscosity_Pa_s) {
   const double h = y_m[2];
   const ImageFlow flow({x_m[0] - y_m[0], x_m[1] - y_m[1], x_m[2] + h});
   const double scale = 1.0 / (8.0 * std::numbers::pi * viscosity_Pa_s);
@@ -112,8 +109,7 @@ NoSlipPlane no_slip_plane_of(const FluidSetup& setup) {
   plane.rotation.row(0) = high ? second : first;
   plane.rotation.row(1) = high ? first : second;
   plane.rotation.row(2) = (high ? -1.0 : 1.0) * Vector3d::Unit(axis);
-  const double length_m =
-      static_cast<double>(setup.domain_cells[static_cast<std::size_t>(axis)]) * setup.cell_size_m;
+  const double length_m = static_cast<double>(setup.domain_cells[static_cast<std::size_t>(axis)]) * setup.cell_size_m;
   plane.origin_m = (high ? length_m : 0.0) * Vector3d::Unit(axis);
   return plane;
 }

@@ -28,8 +28,7 @@ ParsedCommandLine fail(const std::string& problem) {
 }
 
 ParsedCommandLine print_estimate(const EstimateText& estimate, int ranks) {
-  if (!estimate)
-    return fail("this component does not estimate (it does not announce it). Leave --estimate out.");
+  if (!estimate) return fail("this component does not estimate (it does not announce it). Leave --estimate out.");
   const std::string setup{std::istreambuf_iterator<char>(std::cin), {}};
   try {
     std::cout << estimate(setup, ranks) << std::endl;
@@ -41,8 +40,8 @@ ParsedCommandLine print_estimate(const EstimateText& estimate, int ranks) {
 
 }  // namespace
 
-ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
-                                     const Capabilities& capabilities, const EstimateText& estimate) {
+ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, const Capabilities& capabilities,
+                                     const EstimateText& estimate) {
   const CLI::Range seconds(0.1, 1e6);
   Options options;
   bool only_capabilities = false, only_estimate = false;

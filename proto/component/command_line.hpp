@@ -32,8 +32,8 @@ struct ParsedCommandLine {
 
 /// Reads the command line; prints capabilities, an estimate, help or an error if that is all it asks for.
 /// @param estimate  empty if the component does not estimate
-ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role,
-                                     const Capabilities& capabilities, const EstimateText& estimate = {});
+ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, const Capabilities& capabilities,
+                                     const EstimateText& estimate = {});
 
 /// {"name": …, "version": …, "role": "fluid", "features": […]} in one line.
 std::string capabilities_as_json(session::Role role, const Capabilities& capabilities);

@@ -19,20 +19,14 @@ constexpr std::chrono::milliseconds kSlice{100};
 constexpr double kRepeatHello_s = 1.0;
 constexpr double kGrace_s = 2.0;  ///< for the solver's thread, after a stop request
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Everything the thread owns.
 class Conversation {
  public:
   Conversation(std::unique_ptr<transport::Dealer> dealer, const Vitals& vitals, spdlog::logger& log,
                session::Hello hello, session::OrphanPatience patience)
-      : dealer_(std::move(dealer)),
-        vitals_(vitals),
-        log_(log),
-        hello_(std::move(hello)),
-        patience_(patience) {
+      : dealer_(std::move(dealer)), vitals_(vitals), log_(log), hello_(std::move(hello)), patience_(patience) {
     hello_.lane = session::Lane::control;
   }
 
@@ -56,8 +50,7 @@ class Conversation {
     try {
       const MessageKind kind = decoder_.parse(frame_.bytes());
       if (kind == MessageKind::welcome) accept_welcome();
-      const bool ours =
-          decoder_.header().session_id == header_.session_id && decoder_.header().epoch == header_.epoch;
+      const bool ours = decoder_.header().session_id == header_.session_id && decoder_.header().epoch == header_.epoch;
       if (!welcomed_ || !ours) return;
       if (kind == MessageKind::ping) answer_ping();
       if (kind == MessageKind::abort) accept_abort();
@@ -130,8 +123,7 @@ class Conversation {
 
 ControlLane::ControlLane(std::unique_ptr<transport::Dealer> dealer, const Vitals& vitals, spdlog::logger& log,
                          session::Hello hello, session::OrphanPatience patience) {
-  auto conversation =
-      std::make_unique<Conversation>(std::move(dealer), vitals, log, std::move(hello), patience);
+  auto conversation = std::make_unique<Conversation>(std::move(dealer), vitals, log, std::move(hello), patience);
   thread_ = std::thread([this, conversation = std::move(conversation)] {
     block_signals();
     conversation->run(leaving_);

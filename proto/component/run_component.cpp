@@ -28,8 +28,7 @@ std::uint64_t random_number() {
   return (std::uint64_t{device()} << 32U) | device();
 }
 
-session::Hello introduce(session::Role role, const Capabilities& capabilities, int ranks,
-                         const Options& options) {
+session::Hello introduce(session::Role role, const Capabilities& capabilities, int ranks, const Options& options) {
   session::Hello hello;
   hello.role = role;
   hello.session_token = options.session_token;
@@ -43,8 +42,7 @@ session::Hello introduce(session::Role role, const Capabilities& capabilities, i
 
 /// Unique name of a lane at the coupler's socket.
 std::string lane_name(const session::Hello& hello, session::Lane lane) {
-  return std::string(name_of(hello.role)) + "-" + std::to_string(hello.instance) + "-" +
-         std::string(name_of(lane));
+  return std::string(name_of(hello.role)) + "-" + std::to_string(hello.instance) + "-" + std::string(name_of(lane));
 }
 
 ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks, SolverContext& context,
@@ -54,14 +52,12 @@ ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks
   const session::Hello hello = introduce(solver.role(), capabilities, ranks, options);
   log->info("{} {} connects to {} as {}.", capabilities.name, capabilities.version, options.endpoint,
             name_of(solver.role()));
-  const auto keys = options.key_file.empty()
-                        ? std::nullopt
-                        : std::optional(transport::read_component_keys(options.key_file));
-  const auto data_lane =
-      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::data), keys);
+  const auto keys =
+      options.key_file.empty() ? std::nullopt : std::optional(transport::read_component_keys(options.key_file));
+  const auto data_lane = transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::data), keys);
   const ControlLane control_lane(
-      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::control), keys), *vitals,
-      *log, hello, {options.orphan_after_s, 3.0});
+      transport::connect_dealer(options.endpoint, lane_name(hello, session::Lane::control), keys), *vitals, *log, hello,
+      {options.orphan_after_s, 3.0});
   Server server(*data_lane, solver, *vitals, *log, hello, options.connect_deadline_s);
   const ExitCode code = server.run();
   log->info("Ending with exit code {}.", static_cast<int>(code));
@@ -78,8 +74,8 @@ EstimateText estimate_text(const Component& component, Setup setup_from_bytes(st
   };
 }
 
-int run(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, const EstimateText& estimate,
-        int ranks, SolverContext& context) {
+int run(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, const EstimateText& estimate, int ranks,
+        SolverContext& context) {
   if (estimate) capabilities.features.insert("estimate");
   const ParsedCommandLine parsed = parse_command_line(argc, argv, solver.role(), capabilities, estimate);
   if (!parsed.options) return parsed.exit_code;
@@ -97,8 +93,7 @@ int run(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, 
 
 }  // namespace
 
-int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks,
-                        SolverContext& context) {
+int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks, SolverContext& context) {
   ServedFluid solver(component, context);
   const EstimateText estimate = estimate_text(component, conversion::fluid_setup_from_bytes);
   return run(argc, argv, solver, component.capabilities, estimate, ranks, context);

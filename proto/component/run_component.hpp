@@ -18,8 +18,7 @@ int run_fluid_component(int argc, char** argv, const FluidComponent& component);
 /// The same for rank 0 of an MPI program; `make_solver` captures what it needs of the communicator.
 /// @param ranks    number of processes of the component, for messages to the user
 /// @param context  what `make_solver` receives; outlives the call
-int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks,
-                        SolverContext& context);
+int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks, SolverContext& context);
 
 /// The same for a body solver.
 int run_body_component(int argc, char** argv, const BodyComponent& component);

@@ -36,24 +36,23 @@ session::Saved save(Solver& solver, const conversion::Decoder& request) {
 /// Loads that are not finite would only be noticed by the bodies, who are not to blame.
 void require_finite(const Loads& loads, Eigen::Index bodies) {
   if (loads.force_N.cols() != bodies || loads.torque_N_m.cols() != bodies) {
-    throw SolverError("The fluid solver returned loads on " + std::to_string(loads.bodies()) +
-                          " bodies (there are " + std::to_string(bodies) + "). Fix exchange().",
+    throw SolverError("The fluid solver returned loads on " + std::to_string(loads.bodies()) + " bodies (there are " +
+                          std::to_string(bodies) + "). Fix exchange().",
                       0, loads.step);
   }
   if (conversion::all_finite(loads.force_N) && conversion::all_finite(loads.torque_N_m)) return;
   for (Eigen::Index body = 0; body < bodies; ++body) {
     if (loads.force_N.col(body).allFinite() && loads.torque_N_m.col(body).allFinite()) continue;
-    throw SolverError(
-        "The load on body " + std::to_string(body) +
-            " is not a finite number (the flow has diverged). Use a smaller step or a larger viscosity.",
-        0, loads.step);
+    throw SolverError("The load on body " + std::to_string(body) +
+                          " is not a finite number (the flow has diverged). Use a smaller step or a larger viscosity.",
+                      0, loads.step);
   }
 }
 
 void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
   if (kinematics.bodies() != bodies) {
-    throw SolverError("The body solver returned " + std::to_string(kinematics.bodies()) +
-                          " bodies (there are " + std::to_string(bodies) + "). Fix step().",
+    throw SolverError("The body solver returned " + std::to_string(kinematics.bodies()) + " bodies (there are " +
+                          std::to_string(bodies) + "). Fix step().",
                       0, kinematics.step);
   }
   using conversion::all_finite;
@@ -77,8 +76,7 @@ void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
 void ServedFluid::make_solver(const conversion::Decoder& request) {
   FluidSetup setup;
   request.read(setup);
-  if (!setup.trace_directory.empty())
-    recording::open_timeline(context_.timeline(), setup.trace_directory, "fluid", 0);
+  if (!setup.trace_directory.empty()) recording::open_timeline(context_.timeline(), setup.trace_directory, "fluid", 0);
   bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
   solver_ = component_.make_solver(setup, context_);
 }
@@ -117,8 +115,7 @@ void ServedFluid::follow_up(Work work) {
 session::Configured ServedBody::make_solver(const conversion::Decoder& request) {
   BodySetup setup;
   request.read(setup);
-  if (!setup.trace_directory.empty())
-    recording::open_timeline(context_.timeline(), setup.trace_directory, "body", 0);
+  if (!setup.trace_directory.empty()) recording::open_timeline(context_.timeline(), setup.trace_directory, "body", 0);
   bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
   solver_ = component_.make_solver(setup, context_);
   session::Configured configured{solver_->driving_nodes()};

@@ -39,8 +39,7 @@ class ServedSolver {
 class ServedFluid final : public ServedSolver {
  public:
   /// Both outlive this object.
-  ServedFluid(const FluidComponent& component, SolverContext& context)
-      : component_(component), context_(context) {}
+  ServedFluid(const FluidComponent& component, SolverContext& context) : component_(component), context_(context) {}
 
   [[nodiscard]] session::Role role() const override { return session::Role::fluid; }
   std::span<const std::byte> perform(session::Work work, const conversion::Decoder& request,
@@ -63,8 +62,7 @@ class ServedFluid final : public ServedSolver {
 class ServedBody final : public ServedSolver {
  public:
   /// Both outlive this object.
-  ServedBody(const BodyComponent& component, SolverContext& context)
-      : component_(component), context_(context) {}
+  ServedBody(const BodyComponent& component, SolverContext& context) : component_(component), context_(context) {}
 
   [[nodiscard]] session::Role role() const override { return session::Role::body; }
   std::span<const std::byte> perform(session::Work work, const conversion::Decoder& request,

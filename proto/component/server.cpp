@@ -39,14 +39,11 @@ Phase phase_of(Work work) {
 /// @throws Refused if the coupler requests a minor version that our Hello did not offer
 void require_offered(std::uint32_t minor, const session::VersionRange& offered) {
   if (offered.minor_min <= minor && minor <= offered.minor_max) return;
-  throw Refused("The coupler requests protocol " + std::to_string(offered.major) + "." +
-                std::to_string(minor) + " (this component offered " + to_text(offered) +
-                "). Build both from the same release.");
+  throw Refused("The coupler requests protocol " + std::to_string(offered.major) + "." + std::to_string(minor) +
+                " (this component offered " + to_text(offered) + "). Build both from the same release.");
 }
 
-bool has_ended(State state) {
-  return state == State::done || state == State::failed || state == State::orphaned;
-}
+bool has_ended(State state) { return state == State::done || state == State::failed || state == State::orphaned; }
 
 }  // namespace
 
@@ -88,8 +85,7 @@ void Server::shake_hands() {
   const auto deadline = start + std::chrono::duration<double>(connect_deadline_s_);
   for (std::uint32_t attempt = 0; session_.state == State::connected; ++attempt) {
     if (Clock::now() > deadline) {
-      throw DeadlinePassed("The coupler did not answer for " +
-                           std::to_string(static_cast<int>(connect_deadline_s_)) +
+      throw DeadlinePassed("The coupler did not answer for " + std::to_string(static_cast<int>(connect_deadline_s_)) +
                            " s (it is not running, or at another address). Start it, or correct --endpoint.");
     }
     if (dealer_.turned_away()) {
@@ -148,8 +144,8 @@ void Server::handle(const transport::Frame& frame) {
   } catch (const Error& error) {
     fail(report(error.code(), error.what(), error.rank(), error.step()));
   } catch (const std::bad_alloc&) {
-    fail(report(ExitCode::solver_failed,
-                "Memory ran out (the case is too large). Use more hosts or a smaller domain.", 0, -1));
+    fail(report(ExitCode::solver_failed, "Memory ran out (the case is too large). Use more hosts or a smaller domain.",
+                0, -1));
   } catch (const std::exception& error) {
     fail(report(ExitCode::solver_failed, error.what(), 0, -1));
   }
@@ -195,8 +191,8 @@ void Server::do_work(const Action& action) {
   Header reply = header(request.sequence);
   reply.step = request.step;
   const bool is_end = action.work == Work::confirm_end;
-  last_reply_ = is_end ? replies_.encode(reply, MessageKind::finished)
-                       : solver_.perform(action.work, decoder_, reply, replies_);
+  last_reply_ =
+      is_end ? replies_.encode(reply, MessageKind::finished) : solver_.perform(action.work, decoder_, reply, replies_);
   send(last_reply_);
   vitals_.replied_sequence = request.sequence;
   if (is_end) return;
@@ -223,8 +219,7 @@ void Server::send(std::span<const std::byte> bytes) {
 
 FailureReport Server::report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const {
   const std::int64_t current_step = vitals_.step.load();
-  return {code, std::string(name_of(session_.role)), hello_.host,
-          rank, step >= 0 ? step : current_step,     reason};
+  return {code, std::string(name_of(session_.role)), hello_.host, rank, step >= 0 ? step : current_step, reason};
 }
 
 /// Reports to the coupler and ends. An exception due to a stop request is not a failure of the solver.

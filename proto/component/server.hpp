@@ -20,8 +20,8 @@ class Server {
  public:
   /// @param hello  to send; its lane is set here
   /// All references outlive the server.
-  Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, spdlog::logger& log,
-         session::Hello hello, double connect_deadline_s);
+  Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, spdlog::logger& log, session::Hello hello,
+         double connect_deadline_s);
 
   /// @return how the process should end; never throws
   ExitCode run() noexcept;
@@ -38,8 +38,7 @@ class Server {
   void send(std::span<const std::byte> bytes);
   void give_up(ExitCode code, const char* reason);
   void fail(const FailureReport& report);
-  [[nodiscard]] FailureReport report(ExitCode code, const std::string& reason, int rank,
-                                     std::int64_t step) const;
+  [[nodiscard]] FailureReport report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const;
   [[nodiscard]] session::Header header(std::uint64_t sequence) const;
 
   transport::Dealer& dealer_;

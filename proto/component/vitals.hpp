@@ -19,13 +19,8 @@ struct Vitals {
   std::atomic<std::uint64_t> replied_sequence{0};
 
   [[nodiscard]] session::Pong pong(const session::Ping& ping) const {
-    return {ping.stamp_ns,
-            step.load(),
-            phase.load(),
-            context.progress(),
-            received_sequence.load(),
-            replied_sequence.load(),
-            context.awaited_rank()};
+    return {ping.stamp_ns,           step.load(),           phase.load(), context.progress(), received_sequence.load(),
+            replied_sequence.load(), context.awaited_rank()};
   }
 };
 

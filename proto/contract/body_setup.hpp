@@ -51,9 +51,8 @@ struct BodySetup {
   double step_s = 0.0;
   Integrator integrator = Integrator::runge_kutta_4;
   Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
-  double fluid_density_kg_per_m3 = 0.0;  ///< for buoyancy: weight is (m − ρ V) g
-  std::array<double, 3>
-      periodic_length_m{};  ///< 0: not periodic; distances of overlap checks use nearest images
+  double fluid_density_kg_per_m3 = 0.0;       ///< for buoyancy: weight is (m − ρ V) g
+  std::array<double, 3> periodic_length_m{};  ///< 0: not periodic; distances of overlap checks use nearest images
   std::vector<BodySpecification> bodies;
   std::vector<SpringSpecification> springs;
   std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere

@@ -91,10 +91,9 @@ class Interrupted : public Error {
  public:
   explicit Interrupted(int signal, std::int64_t step = -1,
                        const std::string& remedy = "Run again, with --resume if there is a checkpoint.")
-      : Error(
-            static_cast<ExitCode>(128 + signal),
-            "stopped by signal " + std::to_string(signal) + " (sent by a user or another program). " + remedy,
-            0, step) {}
+      : Error(static_cast<ExitCode>(128 + signal),
+              "stopped by signal " + std::to_string(signal) + " (sent by a user or another program). " + remedy, 0,
+              step) {}
 };
 
 /// A failure that a peer reported in a Failure message; keeps the peer's report unchanged.

@@ -39,8 +39,7 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
     required.insert(feature("moving_boundary", moving_boundary_names, setup.moving_boundary));
     required.insert(feature("refill", refill_names, setup.refill));
   }
-  for (const Boundary& boundary : setup.boundaries)
-    required.insert(feature("boundary", boundary_names, boundary.kind));
+  for (const Boundary& boundary : setup.boundaries) required.insert(feature("boundary", boundary_names, boundary.kind));
   if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
   if (!setup.body_force_N_per_m3.isZero(0.0)) required.insert("body_force");
   if (setup.fields.every_steps > 0 || setup.fields.mean_stop > 0) required.insert("fields");
@@ -53,8 +52,7 @@ const std::vector<Feature>& known_features() {
       {"solver:lattice_boltzmann", method, "flow of finite inertia in a domain of cells"},
       {"solver:stokes", method, "flow without inertia, unbounded or above one plane"},
       {"solver:vacuum", method, "no fluid: all loads are zero"},
-      {"solver:external", remark,
-       "replaces the solver named in the case: nothing of kind method is required"},
+      {"solver:external", remark, "replaces the solver named in the case: nothing of kind method is required"},
       {"collision:bgk", method, "one relaxation time"},
       {"collision:trt", method, "two relaxation times"},
       {"precision:double", method, "populations in double precision"},
@@ -147,20 +145,17 @@ std::set<std::string> without_methods(std::set<std::string> required) {
   return required;
 }
 
-FeatureComparison compare_features(const std::set<std::string>& required,
-                                   const std::set<std::string>& announced) {
+FeatureComparison compare_features(const std::set<std::string>& required, const std::set<std::string>& announced) {
   FeatureComparison comparison;
   const bool replaces_solver = announced.contains("solver:external");
   for (const std::string& name : replaces_solver ? without_methods(required) : required) {
     if (announced.contains(name)) continue;
-    const bool neglected =
-        announced.contains("neglects:" + name) || announced.contains("neglects:" + group_of(name));
+    const bool neglected = announced.contains("neglects:" + name) || announced.contains("neglects:" + group_of(name));
     (neglected ? comparison.neglected : comparison.missing).push_back(name);
   }
   const std::set<std::string>& known = announceable_names();
   for (const std::string& name : announced) {
-    if (!known.contains(name))
-      comparison.unknown.push_back({name, nearest_word(name, {known.begin(), known.end()})});
+    if (!known.contains(name)) comparison.unknown.push_back({name, nearest_word(name, {known.begin(), known.end()})});
   }
   return comparison;
 }

@@ -52,7 +52,6 @@ struct FeatureComparison {
   std::vector<Unknown> unknown;
 };
 
-FeatureComparison compare_features(const std::set<std::string>& required,
-                                   const std::set<std::string>& announced);
+FeatureComparison compare_features(const std::set<std::string>& required, const std::set<std::string>& announced);
 
 }  // namespace copepod

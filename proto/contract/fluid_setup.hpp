@@ -22,7 +22,7 @@ enum class Refill { equilibrium };
 struct Boundary {
   BoundaryKind kind = BoundaryKind::no_slip;
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< of the wall, for BoundaryKind::velocity
-  double pressure_Pa = 0.0;  ///< relative to rest, for BoundaryKind::pressure
+  double pressure_Pa = 0.0;                                    ///< relative to rest, for BoundaryKind::pressure
 };
 
 /// Field output; steps count from the start of the run. `every_steps` 0: no snapshots;
@@ -46,8 +46,7 @@ struct FluidSetup {
   double kinematic_viscosity_m2_per_s = 0.0;
   std::array<std::int64_t, 3> domain_cells{};
   std::array<Boundary, 6> boundaries{};  ///< x low, x high, y low, y high, z low, z high
-  int no_slip_plane =
-      -1;  ///< for FluidKind::stokes: number of the one face in `boundaries` that is there; −1: none
+  int no_slip_plane = -1;  ///< for FluidKind::stokes: number of the one face in `boundaries` that is there; −1: none
   std::array<bool, 3> symmetry_planes{};  ///< mirror plane normal to x, y, z through the domain's middle
   Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
   CollisionKind collision = CollisionKind::bgk;

@@ -14,8 +14,8 @@ struct SolverSummary {
   std::uint64_t digest = 0;        ///< of the solver's complete state; equal digests mean equal bits
   std::uint64_t cell_updates = 0;  ///< fluid: cells of the computed domain × steps
   int ranks = 1;
-  std::map<std::string, double> seconds;   ///< time per phase, named as in the trace: "map", "bulk", …
-  std::set<std::string> body_phases = {};  ///< those of `seconds` that a fluid without bodies would not need
+  std::map<std::string, double> seconds;      ///< time per phase, named as in the trace: "map", "bulk", …
+  std::set<std::string> body_phases = {};     ///< those of `seconds` that a fluid without bodies would not need
   std::set<std::string> waiting_phases = {};  ///< those of `seconds` in which the solver only waited
 };
 

@@ -35,9 +35,7 @@ inline double cylindrical_volume_m3(const Shape& shape) {
 
 /// Volume of a shape: V = π r² l + 4/3 π r³                                               (B1), (B3)
 /// [theory_bodies.md]
-inline double volume_m3(const Shape& shape) {
-  return cylindrical_volume_m3(shape) + spherical_volume_m3(shape);
-}
+inline double volume_m3(const Shape& shape) { return cylindrical_volume_m3(shape) + spherical_volume_m3(shape); }
 
 /// Moments of inertia about the centre of mass.
 struct MomentsOfInertia {

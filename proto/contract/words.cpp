@@ -29,8 +29,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   for (const std::string& candidate : known) {
     // A key without its unit, or with another one, is the most likely slip.
     const bool prefix = candidate.starts_with(word + "_") || word.starts_with(candidate + "_");
-    const std::size_t least =
-        std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
+    const std::size_t least = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
     if (!prefix && least >= best_distance) continue;  // at least this many letters differ
     const std::size_t distance = prefix ? 1 : edit_distance(word, candidate);
     if (distance < best_distance) {

@@ -24,31 +24,29 @@ const char* name_of(const std::array<Choice<E>, N>& choices, E value) {
   return "";
 }
 
-inline constexpr std::array fluid_kind_names{
-    Choice<FluidKind>{"lattice_boltzmann", FluidKind::lattice_boltzmann},
-    Choice<FluidKind>{"stokes", FluidKind::stokes}, Choice<FluidKind>{"vacuum", FluidKind::vacuum}};
+inline constexpr std::array fluid_kind_names{Choice<FluidKind>{"lattice_boltzmann", FluidKind::lattice_boltzmann},
+                                             Choice<FluidKind>{"stokes", FluidKind::stokes},
+                                             Choice<FluidKind>{"vacuum", FluidKind::vacuum}};
 
 inline constexpr std::array collision_names{Choice<CollisionKind>{"bgk", CollisionKind::bgk},
                                             Choice<CollisionKind>{"trt", CollisionKind::trt}};
 
-inline constexpr std::array moving_boundary_names{
-    Choice<MovingBoundary>{"bounce_back", MovingBoundary::bounce_back}};
+inline constexpr std::array moving_boundary_names{Choice<MovingBoundary>{"bounce_back", MovingBoundary::bounce_back}};
 
 inline constexpr std::array refill_names{Choice<Refill>{"equilibrium", Refill::equilibrium}};
 
 inline constexpr std::array precision_names{Choice<Precision>{"double", Precision::double_precision},
                                             Choice<Precision>{"single", Precision::single_precision}};
 
-inline constexpr std::array boundary_names{Choice<BoundaryKind>{"no_slip", BoundaryKind::no_slip},
-                                           Choice<BoundaryKind>{"periodic", BoundaryKind::periodic},
-                                           Choice<BoundaryKind>{"free_slip", BoundaryKind::free_slip},
-                                           Choice<BoundaryKind>{"velocity", BoundaryKind::velocity},
-                                           Choice<BoundaryKind>{"pressure", BoundaryKind::pressure}};
+inline constexpr std::array boundary_names{
+    Choice<BoundaryKind>{"no_slip", BoundaryKind::no_slip}, Choice<BoundaryKind>{"periodic", BoundaryKind::periodic},
+    Choice<BoundaryKind>{"free_slip", BoundaryKind::free_slip},
+    Choice<BoundaryKind>{"velocity", BoundaryKind::velocity}, Choice<BoundaryKind>{"pressure", BoundaryKind::pressure}};
 
 /// Faces by their number in the order of FluidSetup::boundaries.
-inline constexpr std::array plane_names{
-    Choice<int>{"none", -1},  Choice<int>{"x_low", 0}, Choice<int>{"x_high", 1}, Choice<int>{"y_low", 2},
-    Choice<int>{"y_high", 3}, Choice<int>{"z_low", 4}, Choice<int>{"z_high", 5}};
+inline constexpr std::array plane_names{Choice<int>{"none", -1}, Choice<int>{"x_low", 0},  Choice<int>{"x_high", 1},
+                                        Choice<int>{"y_low", 2}, Choice<int>{"y_high", 3}, Choice<int>{"z_low", 4},
+                                        Choice<int>{"z_high", 5}};
 
 inline constexpr std::array shape_names{Choice<ShapeKind>{"sphere", ShapeKind::sphere},
                                         Choice<ShapeKind>{"capsule", ShapeKind::capsule}};
@@ -57,9 +55,8 @@ inline constexpr std::array motion_names{
     Choice<MotionKind>{"free", MotionKind::free}, Choice<MotionKind>{"fixed", MotionKind::fixed},
     Choice<MotionKind>{"prescribed", MotionKind::prescribed}, Choice<MotionKind>{"axis", MotionKind::axis}};
 
-inline constexpr std::array integrator_names{
-    Choice<Integrator>{"semi_implicit_euler", Integrator::semi_implicit_euler},
-    Choice<Integrator>{"runge_kutta_4", Integrator::runge_kutta_4}};
+inline constexpr std::array integrator_names{Choice<Integrator>{"semi_implicit_euler", Integrator::semi_implicit_euler},
+                                             Choice<Integrator>{"runge_kutta_4", Integrator::runge_kutta_4}};
 
 /// The known word closest to `word`, for "Did you mean …?"; empty if none is close.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);

@@ -48,14 +48,12 @@ template <class Matrix>
 void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const char* name, Matrix& matrix) {
   require_length(bytes.size() / sizeof(double), Matrix::RowsAtCompileTime * columns, name);
   matrix.resize(Matrix::RowsAtCompileTime, columns);
-  if (vector_passes().copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data()))
-    return;
+  if (vector_passes().copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data())) return;
   Eigen::Index column = 0;
   while (all_finite(matrix.col(column).data(), Matrix::RowsAtCompileTime)) ++column;
   for (const double value : matrix.col(column)) {
     if (!all_finite(&value, 1))
-      throw NotFinite(std::string(name) + " of body " + std::to_string(column) + " is " +
-                      std::to_string(value));
+      throw NotFinite(std::string(name) + " of body " + std::to_string(column) + " is " + std::to_string(value));
   }
 }
 
@@ -66,8 +64,8 @@ inline double read_finite(double value, const char* name) {
 
 inline void require_at_most(std::size_t size, std::size_t limit, const char* name) {
   if (size > limit) {
-    throw MalformedMessage(std::string(name) + " has " + std::to_string(size) +
-                           " entries or bytes, at most " + std::to_string(limit) + " are allowed");
+    throw MalformedMessage(std::string(name) + " has " + std::to_string(size) + " entries or bytes, at most " +
+                           std::to_string(limit) + " are allowed");
   }
 }
 

@@ -105,8 +105,7 @@ Capabilities read_capabilities(const v1::Capabilities& wire) {
   Capabilities capabilities;
   capabilities.name = read_text(wire.name(), "capabilities.name");
   capabilities.version = read_text(wire.version(), "capabilities.version");
-  for (const std::string& feature : wire.features())
-    capabilities.features.insert(read_text(feature, "feature"));
+  for (const std::string& feature : wire.features()) capabilities.features.insert(read_text(feature, "feature"));
   return capabilities;
 }
 
@@ -182,17 +181,15 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
     throw MalformedMessage(std::to_string(bytes.size()) + " bytes are not an Envelope");
   }
   buffers_->arrays = found ? found->arrays : arrays_of(envelope);
-  const MessageKind kind =
-      kind_of(found ? static_cast<v1::Envelope::BodyCase>(found->message) : envelope.body_case());
+  const MessageKind kind = kind_of(found ? static_cast<v1::Envelope::BodyCase>(found->message) : envelope.body_case());
   if (kind == MessageKind::none) throw MalformedMessage("the Envelope is empty or holds an unknown message");
-  buffers_->header = {
-      envelope.protocol_major(), envelope.protocol_minor(), envelope.session_id(), envelope.epoch(),
-      envelope.sequence(),       envelope.attempt(),        envelope.step()};
+  buffers_->header = {envelope.protocol_major(), envelope.protocol_minor(), envelope.session_id(), envelope.epoch(),
+                      envelope.sequence(),       envelope.attempt(),        envelope.step()};
   // A Hello of another version must be readable, so that it can be refused with a reason.
   if (envelope.protocol_major() != session::kProtocolMajor && kind != MessageKind::hello &&
       kind != MessageKind::refusal) {
-    throw MalformedMessage("it is of protocol version " + std::to_string(envelope.protocol_major()) +
-                           ", not " + std::to_string(session::kProtocolMajor));
+    throw MalformedMessage("it is of protocol version " + std::to_string(envelope.protocol_major()) + ", not " +
+                           std::to_string(session::kProtocolMajor));
   }
   return buffers_->kind = kind;
 }
@@ -251,8 +248,7 @@ void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index driv
 
 void Decoder::read(session::CheckpointPath& path) const {
   const bool saves = kind() == MessageKind::save;
-  path.path =
-      read_text(saves ? buffers_->envelope->save().path() : buffers_->envelope->restore().path(), "path");
+  path.path = read_text(saves ? buffers_->envelope->save().path() : buffers_->envelope->restore().path(), "path");
 }
 
 namespace {

@@ -68,8 +68,7 @@ struct Encoder::Buffers {
   /// @return header, body and checksum
   Bytes finish() {
     const std::size_t head_size = head.ByteSizeLong();
-    const auto message =
-        std::span(bytes).subspan(kLargestHead - head_size, head_size + body_size + kChecksumBytes);
+    const auto message = std::span(bytes).subspan(kLargestHead - head_size, head_size + body_size + kChecksumBytes);
     head.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(message.data()));
     write_checksum(message);
     return message;
@@ -146,10 +145,9 @@ Bytes Encoder::encode(const Header& header, const session::Configured& configure
 }
 
 Bytes Encoder::encode(const Header& header, const Kinematics& kinematics) {
-  return serialise(
-      at_step(header, kinematics.step), v1::Envelope::kKinematicsFieldNumber,
-      {numbers_of(kinematics.position_m), numbers_of(kinematics.orientation_wxyz),
-       numbers_of(kinematics.velocity_m_per_s), numbers_of(kinematics.angular_velocity_rad_per_s)});
+  return serialise(at_step(header, kinematics.step), v1::Envelope::kKinematicsFieldNumber,
+                   {numbers_of(kinematics.position_m), numbers_of(kinematics.orientation_wxyz),
+                    numbers_of(kinematics.velocity_m_per_s), numbers_of(kinematics.angular_velocity_rad_per_s)});
 }
 
 Bytes Encoder::encode(const Header& header, const Loads& loads) {

@@ -22,8 +22,7 @@ template <class Ours, class Wire>
 Ours from_wire(Wire value, Ours last, const char* what) {
   const int number = static_cast<int>(value) - 1;
   if (number < 0 || number > static_cast<int>(last)) {
-    throw MalformedMessage(std::string(what) + " has the unknown value " +
-                           std::to_string(static_cast<int>(value)));
+    throw MalformedMessage(std::string(what) + " has the unknown value " + std::to_string(static_cast<int>(value)));
   }
   return static_cast<Ours>(number);
 }

@@ -19,9 +19,7 @@ using google::protobuf::io::CodedOutputStream;
 
 static_assert(std::endian::native == std::endian::little, "packed doubles travel as they lie in memory");
 
-std::uint32_t tag_of(int field) {
-  return WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
-}
+std::uint32_t tag_of(int field) { return WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED); }
 
 bool has_length(std::uint32_t tag) {
   return WireFormatLite::GetTagWireType(tag) == WireFormatLite::WIRETYPE_LENGTH_DELIMITED;
@@ -62,8 +60,7 @@ std::optional<Bytes> next_part(CodedInputStream& stream, Bytes bytes) {
 }
 
 CodedInputStream stream_of(Bytes bytes) {
-  return CodedInputStream(reinterpret_cast<const std::uint8_t*>(bytes.data()),
-                          static_cast<int>(bytes.size()));
+  return CodedInputStream(reinterpret_cast<const std::uint8_t*>(bytes.data()), static_cast<int>(bytes.size()));
 }
 
 /// False unless `content` is at most one array of each field, in their order.

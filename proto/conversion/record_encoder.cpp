@@ -18,14 +18,11 @@ using google::protobuf::io::CodedOutputStream;
 
 constexpr std::size_t kLargestHead = 128;  ///< all fields but the envelope, with room to spare
 
-std::uint32_t tag_of(int field) {
-  return WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
-}
+std::uint32_t tag_of(int field) { return WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED); }
 
 std::size_t size_of(std::uint32_t number) { return CodedOutputStream::VarintSize32(number); }
 
-void add_with_imports(const google::protobuf::FileDescriptor& file,
-                      google::protobuf::FileDescriptorSet& schema) {
+void add_with_imports(const google::protobuf::FileDescriptor& file, google::protobuf::FileDescriptorSet& schema) {
   for (const auto& known : schema.file()) {
     if (known.name() == file.name()) return;
   }
@@ -64,8 +61,8 @@ RecordEncoder::Bytes RecordEncoder::encode(const RecordingHeader& header) {
   return serialise();
 }
 
-RecordEncoder::Bytes RecordEncoder::encode_phase(std::string_view name, std::int64_t step,
-                                                 std::uint64_t begin_ns, std::uint64_t duration_ns) {
+RecordEncoder::Bytes RecordEncoder::encode_phase(std::string_view name, std::int64_t step, std::uint64_t begin_ns,
+                                                 std::uint64_t duration_ns) {
   v1::RecordedPhase& wire = *buffers_->record.mutable_phase();
   wire.mutable_name()->assign(name);
   wire.set_step(step);

@@ -45,8 +45,7 @@ class RecordEncoder {
   ~RecordEncoder();
 
   Bytes encode(const RecordingHeader& header);
-  Bytes encode_phase(std::string_view name, std::int64_t step, std::uint64_t begin_ns,
-                     std::uint64_t duration_ns);
+  Bytes encode_phase(std::string_view name, std::int64_t step, std::uint64_t begin_ns, std::uint64_t duration_ns);
 
   /// The beginning of the record of a message; its end are the message's `size` bytes themselves.
   Bytes encode_head(const MessageLabel& label, std::size_t size);

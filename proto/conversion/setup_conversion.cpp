@@ -121,9 +121,7 @@ class Writer {
 
   void scalar(const char* name, double value) { reflection_.SetDouble(&message_, field(name), value); }
   void scalar(const char* name, std::int64_t value) { reflection_.SetInt64(&message_, field(name), value); }
-  void scalar(const char* name, const std::string& text) {
-    reflection_.SetString(&message_, field(name), text);
-  }
+  void scalar(const char* name, const std::string& text) { reflection_.SetString(&message_, field(name), text); }
   template <class E, std::size_t N>
   void choice(const char* name, E value, const std::array<Choice<E>, N>&) {
     reflection_.SetEnumValue(&message_, field(name), to_wire<int>(value));
@@ -153,9 +151,7 @@ class Writer {
  private:
   [[nodiscard]] const FieldDescriptor* field(const char* name) const { return field_of(message_, name); }
   void add(const FieldDescriptor* target, double value) { reflection_.AddDouble(&message_, target, value); }
-  void add(const FieldDescriptor* target, std::int64_t value) {
-    reflection_.AddInt64(&message_, target, value);
-  }
+  void add(const FieldDescriptor* target, std::int64_t value) { reflection_.AddInt64(&message_, target, value); }
   void add(const FieldDescriptor* target, bool value) { reflection_.AddBool(&message_, target, value); }
 
   Message& message_;
@@ -183,8 +179,7 @@ class Reader {
   }
   template <class E, std::size_t N>
   void choice(const char* name, E& value, const std::array<Choice<E>, N>& words) {
-    value = from_wire(reflection_.GetEnumValue(message_, field(name)), words.back().value,
-                      (path_ + name).c_str());
+    value = from_wire(reflection_.GetEnumValue(message_, field(name)), words.back().value, (path_ + name).c_str());
   }
   void index(const char* name, int& value, int shift) {
     const std::int64_t number = std::int64_t{reflection_.GetUInt32(message_, field(name))} - shift;
@@ -264,8 +259,8 @@ class Reader {
 void check(const FieldOutput& fields) {
   if (fields.mean_stop == 0) return;
   if (fields.mean_start >= fields.mean_stop) {
-    throw MalformedMessage("fields.mean_start is " + std::to_string(fields.mean_start) +
-                           ", not before mean_stop " + std::to_string(fields.mean_stop));
+    throw MalformedMessage("fields.mean_start is " + std::to_string(fields.mean_start) + ", not before mean_stop " +
+                           std::to_string(fields.mean_stop));
   }
   if (fields.mean_every_steps == 0) throw MalformedMessage("fields.mean_every_steps of a mean is 0");
 }
@@ -314,8 +309,7 @@ std::string bytes_of(const Setup& setup) {
 template <class Wire, class Setup>
 Setup setup_from(std::string_view bytes) {
   Wire wire;
-  if (bytes.size() > kLimits.message_bytes ||
-      !wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
+  if (bytes.size() > kLimits.message_bytes || !wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
     throw MalformedMessage("the bytes are not a " + wire.GetTypeName());
   Setup setup;
   read(wire, setup);
@@ -332,12 +326,8 @@ void read(const v1::BodySetup& wire, BodySetup& setup) { read_setup(wire, setup)
 std::string to_bytes(const FluidSetup& setup) { return bytes_of<v1::FluidSetup>(setup); }
 std::string to_bytes(const BodySetup& setup) { return bytes_of<v1::BodySetup>(setup); }
 
-FluidSetup fluid_setup_from_bytes(std::string_view bytes) {
-  return setup_from<v1::FluidSetup, FluidSetup>(bytes);
-}
-BodySetup body_setup_from_bytes(std::string_view bytes) {
-  return setup_from<v1::BodySetup, BodySetup>(bytes);
-}
+FluidSetup fluid_setup_from_bytes(std::string_view bytes) { return setup_from<v1::FluidSetup, FluidSetup>(bytes); }
+BodySetup body_setup_from_bytes(std::string_view bytes) { return setup_from<v1::BodySetup, BodySetup>(bytes); }
 
 // The setups as messages.
 

@@ -108,8 +108,8 @@ void NeighbourGrid::find_pairs(const Eigen::Matrix3Xd& centre_m, std::vector<Bod
   }
 }
 
-void NeighbourGrid::add_partners(int ball, const Level& level, bool own_level,
-                                 const Eigen::Matrix3Xd& centre_m, std::vector<BodyPair>& pairs) const {
+void NeighbourGrid::add_partners(int ball, const Level& level, bool own_level, const Eigen::Matrix3Xd& centre_m,
+                                 std::vector<BodyPair>& pairs) const {
   const std::size_t buckets = level.bucket_start.size() - 1;
   const Cell home = cell_of(level, centre_m.col(ball));
   const auto [x_first, x_last] = neighbour_steps(level.cells[0]);

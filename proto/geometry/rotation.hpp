@@ -21,8 +21,7 @@ inline Eigen::Matrix3d rotation_matrix(const Eigen::Vector4d& q) {
 
 /// Direction of the body's z axis in the world: third column of the rotation matrix.
 inline Eigen::Vector3d z_axis(const Eigen::Vector4d& q) {
-  return {2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[2] * q[3] - q[0] * q[1]),
-          1 - 2 * (q[1] * q[1] + q[2] * q[2])};
+  return {2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[2] * q[3] - q[0] * q[1]), 1 - 2 * (q[1] * q[1] + q[2] * q[2])};
 }
 
 /// Product (0, w) ⊗ q of a vector, taken as a pure quaternion, and a quaternion.

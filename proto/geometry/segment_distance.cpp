@@ -7,8 +7,7 @@ namespace copepod {
 namespace {
 
 /// Place s ∈ [−1, 1] on the segment c ± h that is nearest to a point.
-double nearest_place(const Eigen::Vector3d& centre, const Eigen::Vector3d& half,
-                     const Eigen::Vector3d& point) {
+double nearest_place(const Eigen::Vector3d& centre, const Eigen::Vector3d& half, const Eigen::Vector3d& point) {
   const double squared_length = half.squaredNorm();
   if (squared_length == 0.0) return 0.0;
   return std::clamp(half.dot(point - centre) / squared_length, -1.0, 1.0);

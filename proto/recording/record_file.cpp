@@ -35,8 +35,7 @@ void put(std::vector<std::byte>& target, std::span<const std::byte> bytes) {
 }
 
 /// The content's checksum is filled in later, by the writing thread.
-void put_block(std::vector<std::byte>& target, std::span<const std::byte> head,
-               std::span<const std::byte> tail) {
+void put_block(std::vector<std::byte>& target, std::span<const std::byte> head, std::span<const std::byte> tail) {
   const std::array<std::uint32_t, 2> length_and_crc{static_cast<std::uint32_t>(head.size() + tail.size()), 0};
   put(target, std::as_bytes(std::span(length_and_crc)));
   put(target, head);

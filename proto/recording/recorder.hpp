@@ -23,8 +23,7 @@ class Recorder {
   Recorder(const std::string& path, const std::string& process, int rank);
 
   void add_phase(std::string_view name, std::int64_t step, Clock::time_point begin, Clock::time_point end) {
-    file_.append(
-        encoder_.encode_phase(name, step, nanoseconds(begin), nanoseconds(end) - nanoseconds(begin)));
+    file_.append(encoder_.encode_phase(name, step, nanoseconds(begin), nanoseconds(end) - nanoseconds(begin)));
   }
   void add_message(const conversion::MessageLabel& label, std::span<const std::byte> envelope) {
     file_.append(encoder_.encode_head(label, envelope.size()), envelope);

@@ -8,8 +8,7 @@ bool RecordingRouter::receive(transport::Frame& frame, transport::Duration wait)
   if (!router_->receive(frame, wait)) return false;
   const auto now = Clock::now();
   const Speaker& speaker = speaker_of(frame.peer, frame.bytes());
-  recorder_.add_message({nanoseconds(now), Direction::from_component, speaker.role, speaker.lane},
-                        frame.bytes());
+  recorder_.add_message({nanoseconds(now), Direction::from_component, speaker.role, speaker.lane}, frame.bytes());
   return true;
 }
 

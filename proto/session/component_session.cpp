@@ -26,8 +26,7 @@ bool is_step(Work work) { return work == Work::compute_loads || work == Work::ad
 std::string illegal(const ComponentSession& session, MessageKind kind) {
   return std::string(name_of(kind)) + " is not allowed now (a " + std::string(name_of(session.role)) +
          " component in state '" + std::string(name_of(session.state)) + "' allows " +
-         legal_messages(session.role, session.state) +
-         "). Send the messages in the order of docs/protocol.md.";
+         legal_messages(session.role, session.state) + "). Send the messages in the order of docs/protocol.md.";
 }
 
 Outcome on_request(ComponentSession session, MessageKind kind, const Header& header) {

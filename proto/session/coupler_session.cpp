@@ -16,8 +16,8 @@ std::int64_t due_step(const CouplerSession& session) {
 bool has_wrong_sequence(const CouplerSession& session, MessageKind kind, const Header& header) {
   if (header.sequence == 0 || header.sequence > session.sequence) return true;
   const bool is_result = kind == MessageKind::loads || kind == MessageKind::kinematics;
-  return session.waits() && header.sequence != session.sequence && is_result &&
-         kind == session.expected_reply && header.step == due_step(session);
+  return session.waits() && header.sequence != session.sequence && is_result && kind == session.expected_reply &&
+         header.step == due_step(session);
 }
 
 /// "Loads of step 4"
@@ -37,16 +37,14 @@ CouplerSession welcomed(CouplerSession session, std::uint64_t session_id, std::u
 Asked ask(const CouplerSession& session, MessageKind request, std::int64_t step) {
   const std::string who = std::string(name_of(session.role)) + " component";
   if (session.waits()) {
-    return {session, "The " + who + " was asked for " + std::string(name_of(request)) +
-                         " too early (it has not " + "answered " + std::string(name_of(session.request)) +
-                         " yet). Wait for the reply."};
+    return {session, "The " + who + " was asked for " + std::string(name_of(request)) + " too early (it has not " +
+                         "answered " + std::string(name_of(session.request)) + " yet). Wait for the reply."};
   }
   const Transition* transition = find_transition(session.role, session.state, request);
   if (transition == nullptr) {
     return {session, std::string(name_of(request)) + " cannot be sent to the " + who + " (in state '" +
                          std::string(name_of(session.state)) + "' it allows " +
-                         legal_messages(session.role, session.state) +
-                         "). Call in the order of the contract."};
+                         legal_messages(session.role, session.state) + "). Call in the order of the contract."};
   }
   CouplerSession next = session;
   next.sequence = session.sequence + 1;
@@ -75,15 +73,14 @@ Heard hear(const CouplerSession& session, MessageKind kind, const Header& header
   }
   if (has_wrong_sequence(session, kind, header)) {
     return {session, Heard::Kind::refuse,
-            "it sent " + text_of(kind, header.step) + " with sequence number " +
-                std::to_string(header.sequence) + ", that of the request is " +
-                std::to_string(session.sequence)};
+            "it sent " + text_of(kind, header.step) + " with sequence number " + std::to_string(header.sequence) +
+                ", that of the request is " + std::to_string(session.sequence)};
   }
   if (!session.waits() || header.sequence != session.sequence) return {session, Heard::Kind::stale, {}};
   if (kind != session.expected_reply) {
     return {session, Heard::Kind::refuse,
-            "it answered " + std::string(name_of(session.request)) + " with " + std::string(name_of(kind)) +
-                ", " + std::string(name_of(session.expected_reply)) + " was due"};
+            "it answered " + std::string(name_of(session.request)) + " with " + std::string(name_of(kind)) + ", " +
+                std::string(name_of(session.expected_reply)) + " was due"};
   }
   if (header.step != due_step(session)) {
     return {session, Heard::Kind::refuse,

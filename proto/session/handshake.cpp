@@ -10,9 +10,7 @@ bool same_token(const std::string& a, const std::string& b) {
   return difference == 0;
 }
 
-bool is_entitled(const std::string& identity, Role role) {
-  return identity.empty() || identity == name_of(role);
-}
+bool is_entitled(const std::string& identity, Role role) { return identity.empty() || identity == name_of(role); }
 
 HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation) {
   const std::string who = "The " + std::string(name_of(hello.role)) + " component on " + hello.host;

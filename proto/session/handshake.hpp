@@ -18,9 +18,8 @@ struct HelloExpectation {
 /// Accepted with a minor version, or refused for a reason.
 struct HelloVerdict {
   std::optional<std::uint32_t> minor;
-  std::string reason;  ///< for the component that is refused
-  bool is_stranger =
-      false;  ///< wrong token: not a component of this run, so its refusal does not end the run
+  std::string reason;        ///< for the component that is refused
+  bool is_stranger = false;  ///< wrong token: not a component of this run, so its refusal does not end the run
 
   [[nodiscard]] bool accepted() const { return minor.has_value(); }
 };

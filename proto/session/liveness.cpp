@@ -16,8 +16,8 @@ Liveness on_ping(Liveness liveness, const Patience& patience, double now_s) {
 Liveness on_pong(Liveness liveness, const Pong& pong, double now_s) {
   const Pong& before = liveness.pong;
   if (pong.stamp_ns < before.stamp_ns) return liveness;
-  const bool moved = pong.step != before.step || pong.phase != before.phase ||
-                     pong.progress != before.progress || pong.received_sequence != before.received_sequence ||
+  const bool moved = pong.step != before.step || pong.phase != before.phase || pong.progress != before.progress ||
+                     pong.received_sequence != before.received_sequence ||
                      pong.replied_sequence != before.replied_sequence;
   if (moved) liveness.last_change_s = now_s;
   liveness.pong = pong;
@@ -46,8 +46,7 @@ Liveness on_look(Liveness liveness, bool connected, const Patience& patience, do
 
 Health judge(const Liveness& liveness, bool work_due, const Patience& patience, double now_s) {
   const bool disconnected = liveness.disconnected_since_s >= 0;
-  if (disconnected && now_s - liveness.disconnected_since_s > patience.disconnected_s)
-    return Health::disconnected;
+  if (disconnected && now_s - liveness.disconnected_since_s > patience.disconnected_s) return Health::disconnected;
   const bool unanswered = liveness.unanswered_since_s >= 0;
   if (unanswered && now_s - liveness.unanswered_since_s > patience.silence_s) return Health::silent;
   const bool busy = work_due || liveness.pong.phase != Phase::waiting;
@@ -64,8 +63,7 @@ double resend_after_s(const Patience& patience, std::size_t message_bytes, std::
 bool was_lost(const Liveness& liveness, std::uint64_t sequence, double sent_s, double after_s) {
   const double asked_s = 1e-9 * static_cast<double>(liveness.pong.stamp_ns);
   if (asked_s - sent_s < after_s) return false;
-  const bool request_lost =
-      liveness.pong.phase == Phase::waiting && liveness.pong.received_sequence < sequence;
+  const bool request_lost = liveness.pong.phase == Phase::waiting && liveness.pong.received_sequence < sequence;
   const bool reply_lost = liveness.pong.replied_sequence >= sequence;
   return request_lost || reply_lost;
 }
@@ -76,9 +74,7 @@ bool ping_is_due(const Liveness& liveness, const Patience& patience, double now_
 }
 
 std::string describe(Health health, const Liveness& liveness, double now_s) {
-  const auto seconds_since = [now_s](double then_s) {
-    return std::to_string(std::lround(now_s - then_s)) + " s";
-  };
+  const auto seconds_since = [now_s](double then_s) { return std::to_string(std::lround(now_s - then_s)) + " s"; };
   switch (health) {
     case Health::fine:
       return "is fine";

@@ -56,10 +56,8 @@ std::string table_as_markdown() {
     const Trigger& trigger = transition.trigger;
     const char* quote = trigger.is_local() ? "*" : "`";
     text << "| " << (transition.roles == any_role ? "both" : joined(role_names(transition), ""));
-    text << " | "
-         << (transition.from == while_running ? "any before the end" : joined(state_names(transition), ""));
-    text << " | " << quote << (trigger.is_local() ? name_of(trigger.local) : name_of(trigger.message))
-         << quote;
+    text << " | " << (transition.from == while_running ? "any before the end" : joined(state_names(transition), ""));
+    text << " | " << quote << (trigger.is_local() ? name_of(trigger.local) : name_of(trigger.message)) << quote;
     text << " | " << (transition.work == Work::none ? "" : name_of(transition.work)) << " | ";
     if (transition.reply != MessageKind::none) text << "`" << name_of(transition.reply) << "`";
     text << " | " << (transition.stays ? "same" : name_of(transition.to)) << " |\n";
@@ -74,8 +72,7 @@ std::string table_as_json() {
     const Trigger& trigger = transition.trigger;
     text << separator << R"(  {"roles": [)" << joined(role_names(transition), "\"");
     text << R"(], "from": [)" << joined(state_names(transition), "\"") << "], ";
-    text << (trigger.is_local() ? field("event", name_of(trigger.local))
-                                : field("message", name_of(trigger.message)));
+    text << (trigger.is_local() ? field("event", name_of(trigger.local)) : field("message", name_of(trigger.message)));
     if (!transition.stays) text << ", " << field("to", name_of(transition.to));
     text << ", " << field("work", name_of(transition.work));
     if (transition.reply != MessageKind::none) text << ", " << field("reply", name_of(transition.reply));
@@ -98,8 +95,8 @@ std::string features_as_json() {
   std::ostringstream text;
   const char* separator = "[\n";
   for (const Feature& feature : known_features()) {
-    text << separator << "  {" << field("name", feature.name) << ", "
-         << field("kind", copepod::name_of(feature.kind)) << ", " << field("meaning", feature.meaning) << "}";
+    text << separator << "  {" << field("name", feature.name) << ", " << field("kind", copepod::name_of(feature.kind))
+         << ", " << field("meaning", feature.meaning) << "}";
     separator = ",\n";
   }
   text << "\n]\n";

@@ -60,9 +60,8 @@ struct Trigger {
   MessageKind message = MessageKind::none;
   LocalEvent local = LocalEvent::work_done;  ///< counts only if there is no message
 
-  constexpr Trigger(MessageKind kind)
-      : message(kind) {}  // NOLINT(google-explicit-constructor): reads as a table
-  constexpr Trigger(LocalEvent event) : local(event) {}  // NOLINT(google-explicit-constructor)
+  constexpr Trigger(MessageKind kind) : message(kind) {}  // NOLINT(google-explicit-constructor): reads as a table
+  constexpr Trigger(LocalEvent event) : local(event) {}   // NOLINT(google-explicit-constructor)
   constexpr bool operator==(const Trigger&) const = default;
   [[nodiscard]] constexpr bool is_local() const { return message == MessageKind::none; }
 };
@@ -122,9 +121,8 @@ constexpr State next_state(const Transition& transition, State state) {
 }
 
 constexpr std::string_view name_of(State state) {
-  constexpr std::array<std::string_view, 9> names = {"connected", "greeted",  "configured",
-                                                     "ready",     "stepping", "checkpointing",
-                                                     "done",      "failed",   "orphaned"};
+  constexpr std::array<std::string_view, 9> names = {"connected",     "greeted", "configured", "ready",   "stepping",
+                                                     "checkpointing", "done",    "failed",     "orphaned"};
   return names[static_cast<std::size_t>(state)];
 }
 

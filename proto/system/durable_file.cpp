@@ -51,8 +51,7 @@ void publish(const std::string& unfinished, const std::string& path) {
     fail(path, errno);
 }
 
-void write_durably(const std::string& path, std::span<const std::byte> content,
-                   const std::function<void()>& on_piece) {
+void write_durably(const std::string& path, std::span<const std::byte> content, const std::function<void()>& on_piece) {
   const std::string unfinished = path + ".unfinished";
   const int file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) fail(path, errno);

@@ -34,9 +34,9 @@ void Authenticator::answer() {
     const bool has_key = request[Place::mechanism] == "CURVE";
     const auto found = has_key ? admitted_.find(request[Place::credential]) : admitted_.end();
     const bool is_admitted = found != admitted_.end();
-    const std::array<std::string, 6> reply = {
-        request[Place::version],          request[Place::request_id],       is_admitted ? "200" : "400",
-        is_admitted ? "" : "unknown key", is_admitted ? found->second : "", ""};
+    const std::array<std::string, 6> reply = {request[Place::version],          request[Place::request_id],
+                                              is_admitted ? "200" : "400",      is_admitted ? "" : "unknown key",
+                                              is_admitted ? found->second : "", ""};
     for (std::size_t i = 0; i < reply.size(); ++i) {
       const bool is_last = i + 1 == reply.size();
       socket_.send(zmq::buffer(reply[i]), is_last ? zmq::send_flags::none : zmq::send_flags::sndmore);

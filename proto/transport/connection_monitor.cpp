@@ -18,8 +18,7 @@ constexpr int kBrokenOff = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL;
 ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name)
     : watched_(watched), socket_(context, zmq::socket_type::pair) {
   const std::string address = "inproc://" + name;
-  if (zmq_socket_monitor(watched.handle(), address.c_str(), kOpened | kClosed | kTurnedAway | kBrokenOff) !=
-      0) {
+  if (zmq_socket_monitor(watched.handle(), address.c_str(), kOpened | kClosed | kTurnedAway | kBrokenOff) != 0) {
     throw Refused(std::string("The connections cannot be watched (") + zmq_strerror(zmq_errno()) +
                   "). Raise the limit of open files.");
   }

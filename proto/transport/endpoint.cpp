@@ -17,13 +17,11 @@ void check_ipc(const std::string& endpoint) {
   const std::string path = endpoint.substr(kIpc.size());
   constexpr std::size_t longest = sizeof(sockaddr_un::sun_path) - 1;
   if (path.empty() || path.front() != '/') {
-    throw CaseError("The endpoint " + endpoint +
-                    " is not usable (its path is not absolute). Write ipc:///path.");
+    throw CaseError("The endpoint " + endpoint + " is not usable (its path is not absolute). Write ipc:///path.");
   }
   if (path.size() > longest) {
-    throw CaseError("The endpoint " + endpoint + " is not usable (its path has " +
-                    std::to_string(path.size()) + " bytes, sockets allow " + std::to_string(longest) +
-                    "). Use a shorter run directory.");
+    throw CaseError("The endpoint " + endpoint + " is not usable (its path has " + std::to_string(path.size()) +
+                    " bytes, sockets allow " + std::to_string(longest) + "). Use a shorter run directory.");
   }
 }
 
@@ -33,11 +31,9 @@ void check_tcp(const std::string& endpoint) {
   const std::string port = colon < kTcp.size() ? "" : endpoint.substr(colon + 1);
   int number = 0;
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
-  const bool is_port =
-      error == std::errc{} && end == port.data() + port.size() && number > 0 && number < 65536;
+  const bool is_port = error == std::errc{} && end == port.data() + port.size() && number > 0 && number < 65536;
   if (host.empty() || !is_port) {
-    throw CaseError("The endpoint " + endpoint +
-                    " is not usable (no host or no port). Write tcp://host:port.");
+    throw CaseError("The endpoint " + endpoint + " is not usable (no host or no port). Write tcp://host:port.");
   }
 }
 
@@ -48,16 +44,14 @@ bool stays_on_this_machine(const std::string& endpoint) {
   const std::string host = endpoint.substr(kTcp.size(), endpoint.rfind(':') - kTcp.size());
   in_addr address{};
   const bool is_ipv4 = inet_pton(AF_INET, host.c_str(), &address) == 1;
-  return host == "localhost" || host == "[::1]" ||
-         (is_ipv4 && ntohl(address.s_addr) >> 24U == IN_LOOPBACKNET);
+  return host == "localhost" || host == "[::1]" || (is_ipv4 && ntohl(address.s_addr) >> 24U == IN_LOOPBACKNET);
 }
 
 void require_keys_off_this_machine(const std::string& endpoint, bool has_keys) {
   if (has_keys || stays_on_this_machine(endpoint)) return;
-  throw CaseError(
-      "The endpoint " + endpoint +
-      " needs keys (other machines could listen and take part). Give --keys, or let deploy/copepod "
-      "start the run: it makes them.");
+  throw CaseError("The endpoint " + endpoint +
+                  " needs keys (other machines could listen and take part). Give --keys, or let deploy/copepod "
+                  "start the run: it makes them.");
 }
 
 std::string ipc_path(const std::string& endpoint) {

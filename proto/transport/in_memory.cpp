@@ -69,8 +69,7 @@ class InMemoryRouter final : public Router {
 template <class State>
 class InMemoryDealer final : public Dealer {
  public:
-  InMemoryDealer(std::shared_ptr<State> state, std::string name)
-      : state_(std::move(state)), name_(std::move(name)) {}
+  InMemoryDealer(std::shared_ptr<State> state, std::string name) : state_(std::move(state)), name_(std::move(name)) {}
 
   ~InMemoryDealer() override {
     const std::lock_guard lock(state_->mutex);
@@ -111,9 +110,7 @@ class InMemoryDealer final : public Dealer {
 InMemoryWire::InMemoryWire() : state_(std::make_shared<State>()) {}
 InMemoryWire::~InMemoryWire() = default;
 
-std::unique_ptr<Router> InMemoryWire::make_router() {
-  return std::make_unique<InMemoryRouter<State>>(state_);
-}
+std::unique_ptr<Router> InMemoryWire::make_router() { return std::make_unique<InMemoryRouter<State>>(state_); }
 
 std::unique_ptr<Dealer> InMemoryWire::make_dealer(const std::string& name) {
   const std::lock_guard lock(state_->mutex);

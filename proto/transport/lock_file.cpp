@@ -23,8 +23,7 @@ std::string owner_of(int descriptor) {
 
 }  // namespace
 
-LockFile::LockFile(const std::string& path)
-    : descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+LockFile::LockFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
   if (descriptor_ < 0) {
     throw Refused("The lock file " + path + " cannot be opened (" + std::strerror(errno) +
                   "). Choose a directory that exists and that you may write.");

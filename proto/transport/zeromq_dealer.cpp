@@ -20,9 +20,7 @@ constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes
 class ZeroMqDealer final : public Dealer {
  public:
   ZeroMqDealer(const std::string& endpoint, const std::string& name, const std::optional<ComponentKeys>& keys)
-      : context_(1),
-        socket_(context_, zmq::socket_type::dealer),
-        monitor_(context_, socket_, "dealer-monitor") {
+      : context_(1), socket_(context_, zmq::socket_type::dealer), monitor_(context_, socket_, "dealer-monitor") {
     check_endpoint(endpoint);
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);

@@ -65,7 +65,7 @@ class ZeroMqRouter final : public Router {
     socket_.set(zmq::sockopt::linger, kLingerMs);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
     socket_.set(zmq::sockopt::router_mandatory,
-                true);  // sending to an absent peer is an error, not a silent loss
+                true);                                 // sending to an absent peer is an error, not a silent loss
     socket_.set(zmq::sockopt::router_handover, true);  // a peer that comes back keeps its name
     socket_.set(zmq::sockopt::sndtimeo, 1000);
     try {
@@ -78,8 +78,7 @@ class ZeroMqRouter final : public Router {
 
   bool receive(Frame& frame, Duration wait) override {
     const bool is_quiet = !receiver_.receive(socket_, peer_, wait);
-    if (authenticator_ && (is_quiet || ++messages_ % kMessagesPerAuthentication == 0))
-      authenticator_->answer();
+    if (authenticator_ && (is_quiet || ++messages_ % kMessagesPerAuthentication == 0)) authenticator_->answer();
     if (!is_quiet) return take(frame);
     read_monitor();
     return false;

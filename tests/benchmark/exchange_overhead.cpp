@@ -123,22 +123,15 @@ class PlainEcho {
  public:
   PlainEcho(const Wire& wire, const std::string& endpoint, Receipt receipt, std::size_t request_bytes,
             std::size_t reply_bytes, const RunKeys& keys)
-      : socket_(context_, zmq::socket_type::router),
-        receipt_(receipt),
-        request_(request_bytes),
-        reply_(reply_bytes) {
+      : socket_(context_, zmq::socket_type::router), receipt_(receipt), request_(request_bytes), reply_(reply_bytes) {
     socket_.set(zmq::sockopt::linger, 0);
     if (wire.has_keys) {
       socket_.set(zmq::sockopt::curve_server, true);
       socket_.set(zmq::sockopt::curve_secretkey, keys.secret_of("coupler"));
     }
     socket_.bind(endpoint);
-    std::vector<std::string> command{own_program(),
-                                     "echo",
-                                     endpoint,
-                                     word_for(receipt),
-                                     std::to_string(request_bytes),
-                                     std::to_string(reply_bytes)};
+    std::vector<std::string> command{
+        own_program(), "echo", endpoint, word_for(receipt), std::to_string(request_bytes), std::to_string(reply_bytes)};
     if (wire.has_keys) {
       for (const auto& word : {keys.public_of("fluid"), keys.secret_of("fluid"), keys.public_of("coupler")})
         command.push_back(word);  // of this measurement only: they guard nothing
@@ -192,8 +185,7 @@ int echo(int argc, char** argv) {
 /// Our exchange with a silent fluid in another process.
 class OurExchange {
  public:
-  OurExchange(const Wire& wire, Eigen::Index bodies, const RunKeys& keys)
-      : kinematics_(kinematics_of(bodies)) {
+  OurExchange(const Wire& wire, Eigen::Index bodies, const RunKeys& keys) : kinematics_(kinematics_of(bodies)) {
     coupler::LinkSettings settings;
     settings.endpoint = wire.endpoint;
     settings.session = "secret";
@@ -215,8 +207,7 @@ class OurExchange {
  private:
   static std::unique_ptr<ChildProcess> start(std::vector<std::string> command, const std::string& role,
                                              const Wire& wire, const RunKeys& keys) {
-    for (const char* word :
-         {"--endpoint", wire.endpoint.c_str(), "--session", "secret", "--log-level", "off"})
+    for (const char* word : {"--endpoint", wire.endpoint.c_str(), "--session", "secret", "--log-level", "off"})
       command.emplace_back(word);
     if (wire.has_keys) command.insert(command.end(), {"--keys", keys.file_of(role)});
     return std::make_unique<ChildProcess>(command);
@@ -262,8 +253,7 @@ class ExchangeWithoutTransport {
     session::Header reply = request_decoder_.header();
     const auto reply_frame = fluid_.perform(outcome.action.work, request_decoder_, reply, reply_encoder_);
     component_session_ = on_event(outcome.session, session::LocalEvent::work_done).session;
-    coupler_session_ =
-        hear(coupler_session_, reply_decoder_.parse(reply_frame), reply_decoder_.header()).session;
+    coupler_session_ = hear(coupler_session_, reply_decoder_.parse(reply_frame), reply_decoder_.header()).session;
     request_bytes_ = request_frame.size();
     reply_bytes_ = reply_frame.size();
   }
@@ -339,11 +329,10 @@ bool compare(int exchanges) {
                                  "ipc://" + folder.path("keeping"), false},
                             Wire{"tcp", at(port), at(port + 1), at(port + 2), false},
                             Wire{"tcp + CURVE", at(port + 3), at(port + 4), at(port + 5), true}};
-  std::cout
-      << "| wire | bodies | exchange median | 99 % | plain echo median | 99 % | ratio | echo that keeps "
-         "what it gets | ratio | without transport | |\n"
-         "|---|---|---|---|---|---|---|---|---|---|---|\n"
-      << std::fixed;
+  std::cout << "| wire | bodies | exchange median | 99 % | plain echo median | 99 % | ratio | echo that keeps "
+               "what it gets | ratio | without transport | |\n"
+               "|---|---|---|---|---|---|---|---|---|---|---|\n"
+            << std::fixed;
   bool all_met = true;
   for (const Wire& wire : wires) {
     for (const Eigen::Index bodies : {3, 100, 1000, 10000}) {
@@ -353,13 +342,12 @@ bool compare(int exchanges) {
                                                : exchanges / 20);
       const std::string missed = missed_target(row);
       all_met = all_met && missed.empty();
-      std::cout << "| " << row.wire << " | " << row.bodies << std::setprecision(0) << " | "
-                << row.ours.median_us << " µs | " << row.ours.worst_percent_us << " µs | "
-                << row.echo.median_us << " µs | " << row.echo.worst_percent_us << " µs | "
-                << std::setprecision(2) << row.ratio() << " | " << std::setprecision(0)
-                << row.keeping_echo.median_us << " µs | " << std::setprecision(2) << row.ratio_to_keeping()
-                << " | " << std::setprecision(1) << row.own_cost_us << " µs | " << missed << " |"
-                << std::endl;
+      std::cout << "| " << row.wire << " | " << row.bodies << std::setprecision(0) << " | " << row.ours.median_us
+                << " µs | " << row.ours.worst_percent_us << " µs | " << row.echo.median_us << " µs | "
+                << row.echo.worst_percent_us << " µs | " << std::setprecision(2) << row.ratio() << " | "
+                << std::setprecision(0) << row.keeping_echo.median_us << " µs | " << std::setprecision(2)
+                << row.ratio_to_keeping() << " | " << std::setprecision(1) << row.own_cost_us << " µs | " << missed
+                << " |" << std::endl;
     }
   }
   return all_met;
@@ -374,8 +362,7 @@ int main(int argc, char** argv) {
   int exchanges = 4000;
   bool takes_any_result = false;
   CLI::App app{"Cost of an exchange beside a plain ZeroMQ echo"};
-  app.add_option("--exchanges", exchanges, "Per wire, with 3 bodies; fewer with more")
-      ->check(CLI::Range(20, 1000000));
+  app.add_option("--exchanges", exchanges, "Per wire, with 3 bodies; fewer with more")->check(CLI::Range(20, 1000000));
   app.add_flag("--any-result", takes_any_result, "End with 0 although a target is missed");
   CLI11_PARSE(app, argc, argv);
   const bool all_met = compare(exchanges);

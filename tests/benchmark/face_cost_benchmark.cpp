@@ -37,13 +37,11 @@ void face(benchmark::State& state) {
         if (axis == 2) {
           for (std::int64_t b = 0; b < cells; ++b) visit(layout.slot(alpha) + layout.cell(a, b, plane), 1);
         } else {
-          visit(layout.slot(alpha) + (axis == 0 ? layout.cell(plane, a, 0) : layout.cell(a, plane, 0)),
-                cells);
+          visit(layout.slot(alpha) + (axis == 0 ? layout.cell(plane, a, 0) : layout.cell(a, plane, 0)), cells);
         }
       }
   };
-  std::vector<double> rest(
-      50'000'000);  // between two exchanges the bulk update drives the faces out of the caches
+  std::vector<double> rest(50'000'000);  // between two exchanges the bulk update drives the faces out of the caches
   for (auto _ : state) {
     state.PauseTiming();
     for (std::size_t i = 0; i < rest.size(); i += 8) rest[i] += 1.0;

@@ -90,8 +90,8 @@ class ChaosProxy::Relay {
     for (auto& [peer, lane] : lanes_) items.push_back({lane.handle(), 0, ZMQ_POLLIN, 0});
     auto until = Clock::now() + std::chrono::milliseconds(20);
     for (const Held& held : held_) until = std::min(until, held.due);
-    zmq::poll(items, std::chrono::ceil<std::chrono::milliseconds>(
-                         std::max(until - Clock::now(), Clock::duration::zero())));
+    zmq::poll(items,
+              std::chrono::ceil<std::chrono::milliseconds>(std::max(until - Clock::now(), Clock::duration::zero())));
   }
 
   static std::optional<Text> receive(zmq::socket_t& socket) {
@@ -120,15 +120,15 @@ class ChaosProxy::Relay {
   void pass_and_free_the_overtaken(const Message& message) {
     pass(message);
     for (Held& held : held_) {
-      const bool overtaken = held.until_overtaken && held.message.peer == message.peer &&
-                             held.message.direction == message.direction;
+      const bool overtaken =
+          held.until_overtaken && held.message.peer == message.peer && held.message.direction == message.direction;
       if (overtaken) held.due = Clock::now();
     }
   }
 
   void hold(const Message& message, double seconds) {
-    held_.push_back({message, Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                                 std::chrono::duration<double>(seconds))});
+    held_.push_back(
+        {message, Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))});
   }
 
   void meet_fate(Message message) {
@@ -184,8 +184,7 @@ class ChaosProxy::Relay {
 };
 
 ChaosProxy::ChaosProxy(const Text& coupler, const Text& folder, const Text& name, const ChaosPlan& plan)
-    : relay_(std::make_unique<Relay>(coupler, folder, name, plan)),
-      thread_([this] { relay_->run(stopping_); }) {}
+    : relay_(std::make_unique<Relay>(coupler, folder, name, plan)), thread_([this] { relay_->run(stopping_); }) {}
 
 ChaosProxy::~ChaosProxy() { stop(); }
 

@@ -20,8 +20,7 @@ class ChaosProxy {
  public:
   /// @param coupler  endpoint of the coupler
   /// @param folder   for the sockets of the proxy
-  ChaosProxy(const std::string& coupler, const std::string& folder, const std::string& name,
-             const ChaosPlan& plan);
+  ChaosProxy(const std::string& coupler, const std::string& folder, const std::string& name, const ChaosPlan& plan);
   ChaosProxy(const ChaosProxy&) = delete;
   ChaosProxy& operator=(const ChaosProxy&) = delete;
   ~ChaosProxy();

@@ -46,12 +46,10 @@ TEST(ChaosOfAllKinds, ChangesNoDigest) {
 TEST(ChaosOfAllKinds, ChangesNothingForComponentsInPython) {
   setenv("PYTHONPATH", protocol_test::kPythonPath, 1);
   const auto python = [](const char* script) {
-    return std::vector<std::string>{protocol_test::kPython,
-                                    std::string(protocol_test::kPythonExamples) + script};
+    return std::vector<std::string>{protocol_test::kPython, std::string(protocol_test::kPythonExamples) + script};
   };
   constexpr int steps = 100;
-  protocol_test::CoupledRun undisturbed({}, {}, {}, "",
-                                        {python("stokes_drag_fluid.py"), python("point_masses.py")});
+  protocol_test::CoupledRun undisturbed({}, {}, {}, "", {python("stokes_drag_fluid.py"), python("point_masses.py")});
   undisturbed.begin();
   undisturbed.advance(steps);
   DisturbedRun disturbed({.seed = 3}, {}, {python("stokes_drag_fluid.py"), python("point_masses.py")});

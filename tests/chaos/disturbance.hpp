@@ -11,9 +11,9 @@ namespace copepod::chaos {
 /// What may happen to a message on its way.
 enum class Disturbance { none, drop, repeat, replay, delay, reorder, truncate, corrupt, cut };
 
-inline constexpr std::array kDisturbances = {
-    Disturbance::drop,    Disturbance::repeat,   Disturbance::replay,  Disturbance::delay,
-    Disturbance::reorder, Disturbance::truncate, Disturbance::corrupt, Disturbance::cut};
+inline constexpr std::array kDisturbances = {Disturbance::drop,    Disturbance::repeat,  Disturbance::replay,
+                                             Disturbance::delay,   Disturbance::reorder, Disturbance::truncate,
+                                             Disturbance::corrupt, Disturbance::cut};
 
 constexpr std::string_view name_of(Disturbance kind) {
   constexpr std::array<std::string_view, 9> names = {"none",    "drop",     "repeat",  "replay", "delay",
@@ -26,8 +26,7 @@ struct ChaosPlan {
   std::uint64_t seed = 1;
   double share = 0.1;       ///< of all messages that is disturbed
   double cut_share = 0.01;  ///< of the disturbed messages, with which the connection breaks
-  std::vector<Disturbance> kinds{kDisturbances.begin(),
-                                 kDisturbances.end()};  ///< equally often, but for cuts
+  std::vector<Disturbance> kinds{kDisturbances.begin(), kDisturbances.end()};  ///< equally often, but for cuts
 };
 
 /// Draws the fate of one message after the other; the same seed gives the same fates.
@@ -45,9 +44,7 @@ class Fates {
   }
 
   double uniform() { return std::uniform_real_distribution<double>(0, 1)(random_); }
-  std::size_t below(std::size_t limit) {
-    return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random_);
-  }
+  std::size_t below(std::size_t limit) { return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random_); }
 
  private:
   ChaosPlan plan_;

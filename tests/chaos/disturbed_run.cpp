@@ -12,10 +12,8 @@ ChaosPlan with_seed(ChaosPlan plan, std::uint64_t seed) {
 
 }  // namespace
 
-DisturbedRun::DisturbedRun(const ChaosPlan& plan, coupler::LinkSettings settings,
-                           protocol_test::Programs programs)
-    : fluid_proxy_("ipc://" + folder_.path("coupler.ipc"), folder_.path(""), "fluid",
-                   with_seed(plan, 2 * plan.seed)),
+DisturbedRun::DisturbedRun(const ChaosPlan& plan, coupler::LinkSettings settings, protocol_test::Programs programs)
+    : fluid_proxy_("ipc://" + folder_.path("coupler.ipc"), folder_.path(""), "fluid", with_seed(plan, 2 * plan.seed)),
       body_proxy_("ipc://" + folder_.path("coupler.ipc"), folder_.path(""), "body",
                   with_seed(plan, 2 * plan.seed + 1)) {
   programs.fluid_endpoint = fluid_proxy_.endpoint();

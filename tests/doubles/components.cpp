@@ -15,9 +15,8 @@ FluidComponent constant_drag_component() {
 }
 
 BodyComponent prescribed_motion_component() {
-  return {
-      {"prescribed motion", "1.0", {"motion:prescribed", "shape:sphere", "checkpoint", "neglects:loads"}},
-      [](const BodySetup& setup, SolverContext&) { return std::make_unique<PrescribedMotionBody>(setup); }};
+  return {{"prescribed motion", "1.0", {"motion:prescribed", "shape:sphere", "checkpoint", "neglects:loads"}},
+          [](const BodySetup& setup, SolverContext&) { return std::make_unique<PrescribedMotionBody>(setup); }};
 }
 
 BodyComponent free_point_component() {

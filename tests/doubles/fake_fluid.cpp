@@ -11,8 +11,8 @@ int main(int argc, char** argv) {
   const doubles::Halt& halt = arguments.halt();
   const auto inner = misbehaving(doubles::constant_drag_component(), arguments.misbehaviour());
   const FluidComponent component = {inner.capabilities, [&](const FluidSetup& setup, SolverContext& context) {
-                                      return doubles::halting(inner.make_solver(setup, context), halt,
-                                                              halt.rank, context);
+                                      return doubles::halting(inner.make_solver(setup, context), halt, halt.rank,
+                                                              context);
                                     }};
   return run_fluid_component(arguments.argc(), arguments.argv(), component);
 }

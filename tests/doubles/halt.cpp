@@ -97,8 +97,7 @@ std::unique_ptr<FluidSolver> halting(std::unique_ptr<FluidSolver> solver, const 
   return std::make_unique<HaltingFluid>(std::move(solver), halt, context);
 }
 
-std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt,
-                                    SolverContext& context) {
+std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt, SolverContext& context) {
   return std::make_unique<HaltingBody>(std::move(solver), halt, context);
 }
 

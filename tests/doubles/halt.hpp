@@ -22,13 +22,11 @@ struct Halt {
 
 /// Halts if this is the place.
 /// @param context  to show progress to meanwhile; null before there is a solver
-void halt_here(const Halt& halt, const std::string& place, std::int64_t step = 0,
-               SolverContext* context = nullptr);
+void halt_here(const Halt& halt, const std::string& place, std::int64_t step = 0, SolverContext* context = nullptr);
 
 /// Solvers that halt; `rank` is that of the solver.
 std::unique_ptr<FluidSolver> halting(std::unique_ptr<FluidSolver> solver, const Halt& halt, int rank,
                                      SolverContext& context);
-std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt,
-                                    SolverContext& context);
+std::unique_ptr<BodySolver> halting(std::unique_ptr<BodySolver> solver, const Halt& halt, SolverContext& context);
 
 }  // namespace copepod::doubles

@@ -37,8 +37,7 @@ class MisbehavingFluid final : public FluidSolver {
   void advance() override {
     sleep_for_slices(how_, context_);
     if (step_ == how_.throw_in_advance_of_step) {
-      throw SolverError("The bulk update diverged (as this test asked for). Ask for something else.", 1,
-                        step_);
+      throw SolverError("The bulk update diverged (as this test asked for). Ask for something else.", 1, step_);
     }
     inner_->advance();
   }

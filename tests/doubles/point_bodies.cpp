@@ -42,21 +42,17 @@ void PointBodies::step(const AppliedLoads& applied, Kinematics& next) {
 void PointBodies::save(const std::string& path) {
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(&state_.step), sizeof(state_.step));
-  for_each_number(
-      state_, [&](double& number) { file.write(reinterpret_cast<const char*>(&number), sizeof(number)); });
+  for_each_number(state_, [&](double& number) { file.write(reinterpret_cast<const char*>(&number), sizeof(number)); });
   file.flush();
-  if (!file)
-    throw StorageError("The file " + path + " cannot be written (no such folder?). Choose another path.");
+  if (!file) throw StorageError("The file " + path + " cannot be written (no such folder?). Choose another path.");
 }
 
 void PointBodies::restore(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   file.read(reinterpret_cast<char*>(&state_.step), sizeof(state_.step));
-  for_each_number(state_,
-                  [&](double& number) { file.read(reinterpret_cast<char*>(&number), sizeof(number)); });
+  for_each_number(state_, [&](double& number) { file.read(reinterpret_cast<char*>(&number), sizeof(number)); });
   if (!file)
-    throw StorageError("The file " + path +
-                       " cannot be read (missing or damaged). Choose another checkpoint.");
+    throw StorageError("The file " + path + " cannot be read (missing or damaged). Choose another checkpoint.");
 }
 
 SolverSummary PointBodies::summarise() {

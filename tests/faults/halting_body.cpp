@@ -8,10 +8,10 @@ int main(int argc, char** argv) {
   doubles::FakeArguments arguments(argc, argv);
   const doubles::Halt& halt = arguments.halt();
   doubles::halt_here(halt, "start");
-  const BodyComponent component{
-      body::rigid_body_capabilities(), [&](const BodySetup& setup, SolverContext& context) {
-        doubles::halt_here(halt, "construct", 0, &context);
-        return doubles::halting(std::make_unique<body::RigidBodySolver>(setup, &context), halt, context);
-      }};
+  const BodyComponent component{body::rigid_body_capabilities(), [&](const BodySetup& setup, SolverContext& context) {
+                                  doubles::halt_here(halt, "construct", 0, &context);
+                                  return doubles::halting(std::make_unique<body::RigidBodySolver>(setup, &context),
+                                                          halt, context);
+                                }};
   return run_body_component(arguments.argc(), arguments.argv(), component);
 }

@@ -27,6 +27,5 @@ int main(int argc, char** argv) {
     if (rank == halt.rank) doubles::halt_here(halt, "construct", 0, &ranks.context());
     return doubles::halting(fluid::make_rank_solver(setup, ranks), halt, rank, ranks.context());
   };
-  return session.finish(
-      fluid::run_fluid_program(arguments.argc(), arguments.argv(), session.ranks(), make_solver));
+  return session.finish(fluid::run_fluid_program(arguments.argc(), arguments.argv(), session.ranks(), make_solver));
 }

@@ -41,8 +41,8 @@ class Echo {
 class ProtobufsOpinion {
  public:
   template <class Message, class... Shape>
-  void operator()(std::span<const std::byte> message_bytes, const conversion::Decoder& decoder,
-                  const Message& message, Shape... shape) {
+  void operator()(std::span<const std::byte> message_bytes, const conversion::Decoder& decoder, const Message& message,
+                  Shape... shape) {
     const auto content = message_bytes.first(message_bytes.size() - conversion::kChecksumBytes);
     bytes_.assign(content.begin(), content.end());
     for (const int byte : {0x48, 0}) bytes_.push_back(static_cast<std::byte>(byte));  // field 9, unknown
@@ -106,8 +106,7 @@ void show_to_coupler(MessageKind kind, const session::Header& header) {
   }
 }
 
-void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies,
-          std::span<const std::byte> message) {
+void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies, std::span<const std::byte> message) {
   static Echo echo;
   static ProtobufsOpinion compare;
   static Kinematics kinematics;

@@ -37,8 +37,8 @@ class MemoryFile {
   ~MemoryFile() { close(descriptor_); }
 
   void fill(Bytes bytes) const {
-    const bool filled = ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, bytes.data(), bytes.size(),
-                                                                 0) == static_cast<ssize_t>(bytes.size());
+    const bool filled = ftruncate(descriptor_, 0) == 0 &&
+                        pwrite(descriptor_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
     if (!filled) std::abort();
   }
   [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
@@ -74,11 +74,9 @@ void read_bodies(Bytes bytes) {
 /// What was read is written again and reads the same.
 void read_coupler(Bytes bytes) {
   using nlohmann::ordered_json;
-  const auto state =
-      coupler::coupler_state_from_json(ordered_json::parse(bytes.begin(), bytes.end(), nullptr, false));
+  const auto state = coupler::coupler_state_from_json(ordered_json::parse(bytes.begin(), bytes.end(), nullptr, false));
   const std::string once = coupler::to_json(state).dump();
-  if (coupler::to_json(coupler::coupler_state_from_json(ordered_json::parse(once))).dump() != once)
-    std::abort();
+  if (coupler::to_json(coupler::coupler_state_from_json(ordered_json::parse(once))).dump() != once) std::abort();
 }
 
 void read_manifest(Bytes bytes) {

@@ -14,9 +14,7 @@ namespace {
 std::span<const std::byte> bytes_of(const std::vector<std::int64_t>& values) {
   return std::as_bytes(std::span(values));
 }
-std::span<std::byte> bytes_of(std::vector<std::int64_t>& values) {
-  return std::as_writable_bytes(std::span(values));
-}
+std::span<std::byte> bytes_of(std::vector<std::int64_t>& values) { return std::as_writable_bytes(std::span(values)); }
 
 TEST(MpiCommunicator, BroadcastsFromRankZero) {
   SolverContext context;
@@ -50,8 +48,8 @@ TEST(MpiCommunicator, SumsDigestsModuloTwoToThe64) {
   MpiCommunicator ranks{context};
   std::array<std::int64_t, 1> value = {std::numeric_limits<std::int64_t>::max()};
   ranks.sum_to_all(value);
-  const auto expected = static_cast<std::uint64_t>(ranks.size()) *
-                        static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  const auto expected =
+      static_cast<std::uint64_t>(ranks.size()) * static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
   EXPECT_EQ(static_cast<std::uint64_t>(value[0]), expected);
 }
 

@@ -128,9 +128,7 @@ INSTANTIATE_TEST_SUITE_P(EveryCallAndRank, FailureOn,
                                                           Where::save),
                                           testing::Values(0, 1, 2)));
 
-TEST(Failure, IsNotReportedWhenThereIsNone) {
-  EXPECT_EQ(learn_of({Where::nowhere, 0}).reason, "nothing happened");
-}
+TEST(Failure, IsNotReportedWhenThereIsNone) { EXPECT_EQ(learn_of({Where::nowhere, 0}).reason, "nothing happened"); }
 
 TEST(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
   SolverContext context;

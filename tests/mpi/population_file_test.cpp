@@ -60,8 +60,7 @@ class Checkpoint : public testing::Test {
   template <class T>
   PopulationHeader restore(const PopulationHeader& expected = {123, cells, 0}) {
     const std::int64_t n = ranks_.size();
-    other_box_ = {{0, 0, ranks_.rank() * cells[2] / n},
-                  {cells[0], cells[1], (ranks_.rank() + 1) * cells[2] / n}};
+    other_box_ = {{0, 0, ranks_.rank() * cells[2] / n}, {cells[0], cells[1], (ranks_.rank() + 1) * cells[2] / n}};
     std::int64_t cells_taken = 0;
     const auto take = [&](const PopulationHeader&, const Box& piece, std::span<const T> values) {
       EXPECT_TRUE(std::ranges::equal(values, populations_of<T>(piece)));

@@ -18,8 +18,7 @@ class SharedFolder {
  public:
   explicit SharedFolder(Communicator& ranks) : ranks_(ranks) {
     if (ranks.rank() == 0) {
-      const std::string pattern =
-          (std::filesystem::temp_directory_path() / "copepod_storage_XXXXXX").string();
+      const std::string pattern = (std::filesystem::temp_directory_path() / "copepod_storage_XXXXXX").string();
       pattern.copy(name_.data(), name_.size() - 1);
       if (mkdtemp(name_.data()) == nullptr) std::abort();
     }

@@ -74,15 +74,13 @@ TEST(Waiting, SeesAMessageSoonAfterItCame) {
       }
       ranks.broadcast(std::as_writable_bytes(std::span(nanoseconds)));
       if (ranks.rank() == 1)
-        lags.push_back(1e-9 *
-                       static_cast<double>(std::chrono::steady_clock::now().time_since_epoch().count() -
-                                           nanoseconds[0]));
+        lags.push_back(
+            1e-9 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch().count() - nanoseconds[0]));
     }
     if (ranks.rank() != 1) continue;
     std::sort(lags.begin(), lags.end());
     const double median_s = lags[lags.size() / 2];
-    std::cout << "after " << 1e6 * delay_s << " us of waiting a message is seen " << 1e6 * median_s
-              << " us late, "
+    std::cout << "after " << 1e6 * delay_s << " us of waiting a message is seen " << 1e6 * median_s << " us late, "
               << "9 of 10 within " << 1e6 * lags[lags.size() * 9 / 10] << " us\n";
     EXPECT_LT(median_s, std::max(200e-6, delay_s) + 5 * wake_up_s());
   }

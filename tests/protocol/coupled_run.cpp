@@ -24,8 +24,8 @@ constexpr double kViscosity_m2_per_s = 1e-6;
 std::vector<std::string> command(const std::vector<std::string>& program, const std::string& endpoint,
                                  const std::string& log, const std::vector<std::string>& options) {
   std::vector<std::string> words = program;
-  for (const std::string& word : {std::string("--endpoint"), endpoint, std::string("--session"),
-                                  std::string("secret"), std::string("--log-file"), log}) {
+  for (const std::string& word : {std::string("--endpoint"), endpoint, std::string("--session"), std::string("secret"),
+                                  std::string("--log-file"), log}) {
     words.push_back(word);
   }
   words.insert(words.end(), options.begin(), options.end());
@@ -92,24 +92,20 @@ Digests digests_of_local_run(int steps) {
   return {fluid->summarise().digest, body->summarise().digest};
 }
 
-std::vector<std::string> fake_fluid_command(const std::string& endpoint,
-                                            const std::vector<std::string>& options) {
+std::vector<std::string> fake_fluid_command(const std::string& endpoint, const std::vector<std::string>& options) {
   return command({kFakeFluid}, endpoint, "/dev/null", options);
 }
 
-CoupledRun::CoupledRun(const std::vector<std::string>& fluid_options,
-                       const std::vector<std::string>& body_options, LinkSettings settings,
-                       const std::string& endpoint, const Programs& programs) {
+CoupledRun::CoupledRun(const std::vector<std::string>& fluid_options, const std::vector<std::string>& body_options,
+                       LinkSettings settings, const std::string& endpoint, const Programs& programs) {
   settings.endpoint = endpoint.empty() ? "ipc://" + folder.path("coupler.ipc") : endpoint;
   settings.session = "secret";
   link = std::make_unique<Link>(settings);
   const auto or_ours = [&](const std::string& chosen) { return chosen.empty() ? settings.endpoint : chosen; };
-  fluid_process = std::make_unique<ChildProcess>(command(or_fake(programs.fluid, kFakeFluid),
-                                                         or_ours(programs.fluid_endpoint),
-                                                         folder.path("fluid.log"), fluid_options));
-  body_process = std::make_unique<ChildProcess>(command(or_fake(programs.body, kFakeBody),
-                                                        or_ours(programs.body_endpoint),
-                                                        folder.path("body.log"), body_options));
+  fluid_process = std::make_unique<ChildProcess>(command(
+      or_fake(programs.fluid, kFakeFluid), or_ours(programs.fluid_endpoint), folder.path("fluid.log"), fluid_options));
+  body_process = std::make_unique<ChildProcess>(command(
+      or_fake(programs.body, kFakeBody), or_ours(programs.body_endpoint), folder.path("body.log"), body_options));
 }
 
 void CoupledRun::begin() {

@@ -40,8 +40,7 @@ struct Digests {
 Digests digests_of_local_run(int steps);
 
 /// Command line of the fake fluid, with the token of CoupledRun.
-std::vector<std::string> fake_fluid_command(const std::string& endpoint,
-                                            const std::vector<std::string>& options);
+std::vector<std::string> fake_fluid_command(const std::string& endpoint, const std::vector<std::string>& options);
 
 /// The programs that play the two roles; the fakes if not given.
 struct Programs {

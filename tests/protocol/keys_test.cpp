@@ -62,21 +62,19 @@ TEST_P(WrongKeys, AreTurnedAway) {
   const RunKeys keys, others;
   const bool in_other_language = std::string(GetParam()).starts_with("Python");
   const bool has_key = std::string(GetParam()).ends_with("AnotherRun");
-  CoupledRun run(has_key ? others.option_of("fluid") : std::vector<std::string>{}, keys.option_of("body"),
-                 with(keys), tcp_endpoint(), in_other_language ? in_python() : Programs{});
+  CoupledRun run(has_key ? others.option_of("fluid") : std::vector<std::string>{}, keys.option_of("body"), with(keys),
+                 tcp_endpoint(), in_other_language ? in_python() : Programs{});
   try {
     run.link->await_components();
     FAIL() << "a component without the right key came in";
   } catch (const DeadlinePassed& error) {
-    EXPECT_NE(std::string(error.what()).find("The fluid component did not connect"), std::string::npos)
-        << error.what();
+    EXPECT_NE(std::string(error.what()).find("The fluid component did not connect"), std::string::npos) << error.what();
   }
   EXPECT_EQ(run.fluid_process->wait(), 65);
   EXPECT_NE(run.fluid_log().find("turned this component away"), std::string::npos) << run.fluid_log();
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, WrongKeys,
-                         testing::Values("NoKey", "AnotherRun", "PythonNoKey", "PythonAnotherRun"),
+INSTANTIATE_TEST_SUITE_P(Of, WrongKeys, testing::Values("NoKey", "AnotherRun", "PythonNoKey", "PythonAnotherRun"),
                          [](const auto& instance) { return std::string(instance.param); });
 
 TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
@@ -86,8 +84,7 @@ TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
   ChildProcess fluid({kFakeFluid, "--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"});
   EXPECT_EQ(fluid.wait(), 2);
   std::vector<std::string> words = in_python().body;
-  for (const char* word : {"--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"})
-    words.emplace_back(word);
+  for (const char* word : {"--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"}) words.emplace_back(word);
   ChildProcess python(words);
   EXPECT_EQ(python.wait(), 2);
 }

@@ -17,9 +17,7 @@ std::vector<std::string> python_program(const std::string& script) {
   return {kPython, kPythonExamples + script};
 }
 
-Programs both_in_python() {
-  return {python_program("stokes_drag_fluid.py"), python_program("point_masses.py")};
-}
+Programs both_in_python() { return {python_program("stokes_drag_fluid.py"), python_program("point_masses.py")}; }
 
 TEST(PythonComponent, BothRolesFollowTheClosedForm) {
   CoupledRun run({}, {}, {}, "", both_in_python());
@@ -74,8 +72,7 @@ TEST(PythonComponent, ReportsAnExceptionOfItsSolver) {
     FAIL() << "gravity was taken";
   } catch (const PeerFailed& failure) {
     EXPECT_EQ(failure.report().component, "body");
-    EXPECT_NE(std::string(failure.what()).find("these point masses neglect"), std::string::npos)
-        << failure.what();
+    EXPECT_NE(std::string(failure.what()).find("these point masses neglect"), std::string::npos) << failure.what();
   }
   EXPECT_EQ(run.body_process->wait(), 70);
 }

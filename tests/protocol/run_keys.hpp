@@ -14,9 +14,7 @@ class RunKeys {
   RunKeys();
 
   [[nodiscard]] std::string file_of(const std::string& role) const { return folder_.path(role + ".key"); }
-  [[nodiscard]] std::vector<std::string> option_of(const std::string& role) const {
-    return {"--keys", file_of(role)};
-  }
+  [[nodiscard]] std::vector<std::string> option_of(const std::string& role) const { return {"--keys", file_of(role)}; }
   [[nodiscard]] const std::string& public_of(const std::string& role) const { return public_.at(role); }
   [[nodiscard]] const std::string& secret_of(const std::string& role) const { return secret_.at(role); }
 

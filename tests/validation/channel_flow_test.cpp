@@ -15,8 +15,7 @@ double profile_error(const FieldBlock& fields, int component, const Profile& pro
   double worst = 0.0;
   double largest = 0.0;
   for (int x = 0; x < width; ++x) {
-    const double u =
-        fields.velocity_m_per_s[3 * field_index(fields, x, 1, 1) + static_cast<std::size_t>(component)];
+    const double u = fields.velocity_m_per_s[3 * field_index(fields, x, 1, 1) + static_cast<std::size_t>(component)];
     worst = std::max(worst, std::abs(u - profile(x + 0.5)));
     largest = std::max(largest, std::abs(profile(x + 0.5)));
   }
@@ -80,9 +79,7 @@ TEST(ChannelFlow, PressureDifferenceDrivesThePoiseuilleProfile) {
   FlowCase flow(setup);
   flow.run(12000);
   const FieldBlock fields = flow.solver().fields();
-  const auto pressure = [&](int y) {
-    return fields.density_kg_per_m3[field_index(fields, width / 2, y, 1)] / 3.0;
-  };
+  const auto pressure = [&](int y) { return fields.density_kg_per_m3[field_index(fields, width / 2, y, 1)] / 3.0; };
   const double gradient = (pressure(15) - pressure(25)) / 10.0;
   EXPECT_NEAR(gradient / (difference / length), 1.0, 0.05);
   for (int x = 0; x < width; ++x) {

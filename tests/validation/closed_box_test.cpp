@@ -48,8 +48,7 @@ TEST(ClosedBox, SphereReceivesTheMomentumThatTheFluidLoses) {
     for (std::size_t i = 0; i < fields.body.size(); ++i)
       if (fields.body[i] == 0)
         for (int axis = 0; axis < 3; ++axis)
-          sum[axis] +=
-              fields.density_kg_per_m3[i] * fields.velocity_m_per_s[3 * i + static_cast<std::size_t>(axis)];
+          sum[axis] += fields.density_kg_per_m3[i] * fields.velocity_m_per_s[3 * i + static_cast<std::size_t>(axis)];
     return sum;
   };
   Eigen::Vector3d before = momentum();

@@ -42,14 +42,13 @@ TEST(MirrorImages, HalfOfAPairBesideThePlaneFeelsWhatItFeelsInTheWholeDomain) {
   const Eigen::Vector3d along(0.0, 0.002, 0.01);
   const Eigen::Vector3d towards(0.015, -0.004, 0.008);
   const Eigen::Vector3d image(-towards[0], towards[1], towards[2]);
-  const auto whole = loads_along(
-      {{{20.0, 10.0, 8.0}, {11.3, 9.6, 12.2}, {28.7, 9.6, 12.2}}, {along, towards, image}}, false);
+  const auto whole =
+      loads_along({{{20.0, 10.0, 8.0}, {11.3, 9.6, 12.2}, {28.7, 9.6, 12.2}}, {along, towards, image}}, false);
   const auto half = loads_along({{{20.0, 10.0, 8.0}, {11.3, 9.6, 12.2}}, {along, towards}}, true);
   double largest = 0.0;
   for (std::size_t step = 0; step < half.size(); ++step) {
     EXPECT_LT((half[step].force_N - whole[step].force_N.leftCols(2)).cwiseAbs().maxCoeff(), 1e-12) << step;
-    EXPECT_LT((half[step].torque_N_m - whole[step].torque_N_m.leftCols(2)).cwiseAbs().maxCoeff(), 1e-11)
-        << step;
+    EXPECT_LT((half[step].torque_N_m - whole[step].torque_N_m.leftCols(2)).cwiseAbs().maxCoeff(), 1e-11) << step;
     largest = std::max(largest, half[step].force_N.cwiseAbs().maxCoeff());
   }
   EXPECT_GT(largest, 1e-2);

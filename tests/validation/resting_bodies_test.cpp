@@ -11,13 +11,12 @@ double largest_load(double gap) {
   FluidSetup setup = lattice_unit_setup({24, 24, 40}, 1.0 / 18.0, BoundaryKind::no_slip);
   setup.bodies = {{ShapeKind::sphere, 4.0, 0.0}, {ShapeKind::sphere, 4.0, 0.0}};
   const double half = 4.0 + 0.5 * gap;
-  FlowCase flow(
-      setup, resting({Eigen::Vector3d(12.3, 11.6, 20.2 - half), Eigen::Vector3d(12.3, 11.6, 20.2 + half)}));
+  FlowCase flow(setup, resting({Eigen::Vector3d(12.3, 11.6, 20.2 - half), Eigen::Vector3d(12.3, 11.6, 20.2 + half)}));
   double largest = 0.0;
   for (int step = 0; step < 50; ++step) {
     flow.run(1);
-    largest = std::max(
-        {largest, flow.loads().force_N.cwiseAbs().maxCoeff(), flow.loads().torque_N_m.cwiseAbs().maxCoeff()});
+    largest =
+        std::max({largest, flow.loads().force_N.cwiseAbs().maxCoeff(), flow.loads().torque_N_m.cwiseAbs().maxCoeff()});
   }
   return largest;
 }

@@ -11,13 +11,10 @@ namespace {
 /// Drag of a simple cubic array over Stokes drag at the superficial velocity, K(φ); dilute series of
 /// [Sangani & Acrivos 1982]: 1/K = 1 − 1.7601 φ^{1/3} + φ − 1.5593 φ²; K(0.027) = 2.008 [Zick & Homsy 1982].
 double reference_drag(double solid_fraction) {
-  return 1.0 / (1.0 - 1.7601 * std::cbrt(solid_fraction) + solid_fraction -
-                1.5593 * solid_fraction * solid_fraction);
+  return 1.0 / (1.0 - 1.7601 * std::cbrt(solid_fraction) + solid_fraction - 1.5593 * solid_fraction * solid_fraction);
 }
 
-TEST(SphereArrayDrag, ReferenceSeriesAgreesWithZickAndHomsy) {
-  EXPECT_NEAR(reference_drag(0.027), 2.008, 0.002);
-}
+TEST(SphereArrayDrag, ReferenceSeriesAgreesWithZickAndHomsy) { EXPECT_NEAR(reference_drag(0.027), 2.008, 0.002); }
 
 // Diameter 16 cells in a cell of 43: φ = 0.02697. A staircase sphere at this resolution is off by 1-2 % [Ladd
 // 1994]. In the steady state the drag carries the whole body force, so K follows from the flow rate; the

@@ -11,8 +11,7 @@ namespace {
 Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
   Eigen::Vector3d length;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    length[static_cast<Eigen::Index>(axis)] =
-        static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+    length[static_cast<Eigen::Index>(axis)] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
   }
   return length;
 }
@@ -41,8 +40,7 @@ void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const Bod
   constexpr double rounding = 1e-9;  // of a cell
   const bool mirror = fluid.boundaries[face].kind == BoundaryKind::free_slip;
   if (gap_m < -rounding * fluid.cell_size_m) {
-    problems.error(path, "body '" + body.name + "' reaches " + shortest_text(-gap_m) + " m beyond the " +
-                             axis +
+    problems.error(path, "body '" + body.name + "' reaches " + shortest_text(-gap_m) + " m beyond the " + axis +
                              " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
   } else if (mirror && gap_m < (0.5 - rounding) * fluid.cell_size_m && !rests(body)) {
     problems.error(path, "body '" + body.name + "' is less than half a cell from the free_slip " + axis +
@@ -64,8 +62,7 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
       check_gap(body.position_m[axis] - half[axis], fluid, face, body, path, problems);
       check_gap(length[axis] - half[axis] - body.position_m[axis], fluid, face + 1, body, path, problems);
     } else if (2 * half[axis] >= length[axis]) {
-      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " +
-                               axis_names[face / 2] +
+      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[face / 2] +
                                " (it would meet its own image). Use a smaller body or more cells.");
     }
   }
@@ -95,13 +92,12 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
     const double gap = surface_distance_m(A, B, nearest_image(periodic_length_m, A, B));
     const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
     if (gap < 0.0) {
-      problems.error(assembly.body_paths[b], pair + " overlap by " + shortest_text(-gap) +
-                                                 " m (solid bodies cannot). Move them apart.");
+      problems.error(assembly.body_paths[b],
+                     pair + " overlap by " + shortest_text(-gap) + " m (solid bodies cannot). Move them apart.");
     } else if (gap < fluid.cell_size_m) {
-      problems.warning(assembly.body_paths[b],
-                       pair +
-                           " are less than one cell apart (no fluid cell in between: a "
-                           "spurious force appears). Move them apart or use smaller cells.");
+      problems.warning(assembly.body_paths[b], pair +
+                                                   " are less than one cell apart (no fluid cell in between: a "
+                                                   "spurious force appears). Move them apart or use smaller cells.");
     }
   }
 }
@@ -114,14 +110,14 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
     const std::string& name = assembly.bodies[i].name;
     const auto [first, inserted] = seen.emplace(name, assembly.body_paths[i]);
     if (inserted) continue;
-    problems.error(assembly.body_paths[i] + (i < 3 * the_case.swimmers.size() ? "" : ".name"),
-                   "two bodies are called '" + name +
-                       "' (springs, forces and results need one each). Rename one of them.");
+    problems.error(
+        assembly.body_paths[i] + (i < 3 * the_case.swimmers.size() ? "" : ".name"),
+        "two bodies are called '" + name + "' (springs, forces and results need one each). Rename one of them.");
   }
   const auto require_body = [&](const std::string& name, const std::string& path) {
     if (name.empty() || seen.contains(name)) return;  // an empty one was reported when it was read
-    problems.error(
-        path, path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
+    problems.error(path,
+                   path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
   };
   for (std::size_t i = 0; i < the_case.springs.size(); ++i) {
     for (const std::string& name : the_case.springs[i].bodies) {
@@ -139,19 +135,17 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
     const auto& gaps = the_case.swimmers[i].rest_gap_m;
     if (gaps[0] > 0.0 && gaps[1] > 0.0) continue;
     const std::string path = "swimmers." + std::to_string(i) + ".rest_gap_m";
-    problems.error(
-        path,
-        path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");
+    problems.error(path,
+                   path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");
     return;
   }
   const bool bounded = fluid.solver == FluidSolverChoice::lattice_boltzmann;
   for (std::size_t i = 0; i < assembly.bodies.size() && bounded; ++i) {
     check_in_domain(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
     if (assembly.bodies[i].shape.radius_m < 2.0 * fluid.cell_size_m) {
-      problems.warning(assembly.body_paths[i],
-                       "body '" + assembly.bodies[i].name +
-                           "' has a radius of less than two cells (its shape is not resolved). "
-                           "Use smaller cells.");
+      problems.warning(assembly.body_paths[i], "body '" + assembly.bodies[i].name +
+                                                   "' has a radius of less than two cells (its shape is not resolved). "
+                                                   "Use smaller cells.");
     }
   }
   check_overlaps(fluid, assembly, problems);

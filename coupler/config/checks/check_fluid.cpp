@@ -4,9 +4,7 @@
 namespace copepod::coupler {
 namespace {
 
-bool on_lattice(const Case& the_case) {
-  return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann;
-}
+bool on_lattice(const Case& the_case) { return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann; }
 
 const char* time_key(const Case& the_case) {
   return the_case.fluid.relaxation_time ? "fluid.relaxation_time" : "step_s";
@@ -17,11 +15,10 @@ const char* time_key(const Case& the_case) {
 void check_time(const Case& the_case, Problems& problems) {
   const bool both = the_case.fluid.relaxation_time && the_case.given_step_s;
   if (both || (!the_case.fluid.relaxation_time && !the_case.given_step_s)) {
-    problems.error(
-        both ? "step_s" : "fluid.relaxation_time",
-        std::string("the case gives ") +
-            (both ? "both fluid.relaxation_time and step_s" : "neither fluid.relaxation_time nor step_s") +
-            " (one follows from the other). Give exactly one.");
+    problems.error(both ? "step_s" : "fluid.relaxation_time",
+                   std::string("the case gives ") +
+                       (both ? "both fluid.relaxation_time and step_s" : "neither fluid.relaxation_time nor step_s") +
+                       " (one follows from the other). Give exactly one.");
     return;
   }
   const FluidCase& fluid = the_case.fluid;
@@ -46,10 +43,9 @@ void check_time(const Case& the_case, Problems& problems) {
     problems.error(time_key(the_case),
                    found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
   } else if (tau > 2.0) {
-    problems.warning(time_key(the_case),
-                     found +
-                         " (bounce-back walls shift noticeably above about 2, most with bgk). "
-                         "Use a smaller step or a larger cell.");
+    problems.warning(time_key(the_case), found +
+                                             " (bounce-back walls shift noticeably above about 2, most with bgk). "
+                                             "Use a smaller step or a larger cell.");
   }
 }
 
@@ -60,10 +56,10 @@ void check_domain(const Case& the_case, Problems& problems) {
     const BoundaryKind high = fluid.boundaries[2 * axis + 1].kind;
     if ((low == BoundaryKind::periodic) != (high == BoundaryKind::periodic)) {
       const std::size_t other = 2 * axis + (low == BoundaryKind::periodic ? 1 : 0);
-      problems.error(face_path(other),
-                     face_path(other) + " is " + name_of(boundary_names, fluid.boundaries[other].kind) +
-                         " but the opposite face is periodic (what leaves there must come in here). "
-                         "Make both periodic or neither.");
+      problems.error(face_path(other), face_path(other) + " is " +
+                                           name_of(boundary_names, fluid.boundaries[other].kind) +
+                                           " but the opposite face is periodic (what leaves there must come in here). "
+                                           "Make both periodic or neither.");
     }
   }
   if (!on_lattice(the_case)) return;
@@ -71,9 +67,8 @@ void check_domain(const Case& the_case, Problems& problems) {
   double cells = 1.0;
   for (const std::int64_t count : fluid.domain_cells) cells *= static_cast<double>(count);
   if (cells > static_cast<double>(most_cells)) {
-    problems.error("fluid.domain_cells",
-                   "fluid.domain_cells are " + shortest_text(cells) +
-                       " cells in all (no machine holds them). Use fewer or larger cells.");
+    problems.error("fluid.domain_cells", "fluid.domain_cells are " + shortest_text(cells) +
+                                             " cells in all (no machine holds them). Use fewer or larger cells.");
     return;
   }
 }

@@ -13,18 +13,16 @@ namespace {
 constexpr double fast_lu = 0.1;
 constexpr double too_fast_lu = 0.4;
 
-void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::string& path,
-                    const std::string& what, Problems& problems) {
+void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::string& path, const std::string& what,
+                    Problems& problems) {
   const double velocity_lu = velocity_m_per_s * the_case.step_s / the_case.fluid.cell_size_m;
   const std::string found = what + " is " + shortest_text(velocity_lu) + " cells per step";
   if (velocity_lu > too_fast_lu) {
-    problems.error(
-        path, found +
-                  " (the lattice is unstable above about 0.4; the speed of sound is 0.577). Use a smaller "
-                  "step or slower motion.");
+    problems.error(path, found +
+                             " (the lattice is unstable above about 0.4; the speed of sound is 0.577). Use a smaller "
+                             "step or slower motion.");
   } else if (velocity_lu > fast_lu) {
-    problems.warning(
-        path, found + " (compressibility shows above about 0.1). Use a smaller step or slower motion.");
+    problems.warning(path, found + " (compressibility shows above about 0.1). Use a smaller step or slower motion.");
   }
 }
 
@@ -34,13 +32,11 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   const FluidCase& fluid = the_case.fluid;
   const double seconds_per_m = the_case.step_s / fluid.cell_size_m;
   const double excess = 3.0 * pressure_Pa * seconds_per_m * seconds_per_m / fluid.density_kg_per_m3;
-  const std::string found = "the pressure of " + path + " makes the density there " +
-                            shortest_text(1.0 + excess) + " times the fluid's";
-  const std::string remedy =
-      "Use a smaller step, or pressures nearer to 0 (only their differences drive the flow).";
+  const std::string found =
+      "the pressure of " + path + " makes the density there " + shortest_text(1.0 + excess) + " times the fluid's";
+  const std::string remedy = "Use a smaller step, or pressures nearer to 0 (only their differences drive the flow).";
   if (std::abs(excess) > 1.5 * too_fast_lu * too_fast_lu) {
-    problems.error(
-        path, found + " (unlike a liquid, the lattice fluid is compressible, and it fails at 0). " + remedy);
+    problems.error(path, found + " (unlike a liquid, the lattice fluid is compressible, and it fails at 0). " + remedy);
   } else if (std::abs(excess) > 1.5 * fast_lu * fast_lu) {
     problems.warning(path, found + " (volume fluxes will differ by as much between faces). " + remedy);
   }
@@ -50,8 +46,7 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
 /// [m/s]:
 ///   a / (6π ρ ν r)  and  a T / (2π m)
 double expected_velocity_m_per_s(const Swimmer& swimmer, const Case& the_case) {
-  const double viscosity_Pa_s =
-      the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
+  const double viscosity_Pa_s = the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
   double smallest_radius_m = swimmer.beads[0].shape.radius_m;
   for (const Bead& bead : swimmer.beads) smallest_radius_m = std::min(smallest_radius_m, bead.shape.radius_m);
   const double force_N = std::abs(swimmer.stroke.amplitude_N);
@@ -67,24 +62,21 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
   if (the_case.fluid.solver != FluidSolverChoice::lattice_boltzmann || !(the_case.step_s > 0.0)) return;
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
-    const double surface_speed =
-        body.velocity_m_per_s.norm() +
-        body.angular_velocity_rad_per_s.norm() * (body.shape.radius_m + 0.5 * body.shape.length_m);
+    const double surface_speed = body.velocity_m_per_s.norm() + body.angular_velocity_rad_per_s.norm() *
+                                                                    (body.shape.radius_m + 0.5 * body.shape.length_m);
     judge_velocity(surface_speed, the_case, assembly.body_paths[i] + ".velocity_m_per_s",
                    "the initial speed of body '" + body.name + "'", problems);
   }
   for (std::size_t face = 0; face < 6; ++face) {
     const Boundary& boundary = the_case.fluid.boundaries[face];
-    judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall",
-                   problems);
+    judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall", problems);
     judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
   }
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Swimmer& swimmer = the_case.swimmers[i];
     const std::string path = "swimmers." + std::to_string(i) + ".stroke.amplitude_N";
     const double velocity = expected_velocity_m_per_s(swimmer, the_case);
-    judge_velocity(velocity, the_case, path, "the expected speed of the beads of '" + swimmer.name + "'",
-                   problems);
+    judge_velocity(velocity, the_case, path, "the expected speed of the beads of '" + swimmer.name + "'", problems);
     const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
     const double reach_m = velocity * period_s / (2.0 * std::numbers::pi);
     if (reach_m > std::min(swimmer.rest_gap_m[0], swimmer.rest_gap_m[1])) {
@@ -106,18 +98,16 @@ void check_strokes(const Case& the_case, Problems& problems) {
       continue;
     }
     if (stroke.phase_lag_steps >= stroke.period_steps) {
-      problems.error(
-          path + ".phase_lag_steps",
-          path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) + ", the period " +
-              std::to_string(stroke.period_steps) +
-              " (a lag of a whole period or more means something else). Use a lag within one period.");
+      problems.error(path + ".phase_lag_steps",
+                     path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) + ", the period " +
+                         std::to_string(stroke.period_steps) +
+                         " (a lag of a whole period or more means something else). Use a lag within one period.");
     }
     if (stroke.cycles * stroke.period_steps > the_case.steps) {
-      problems.warning("run.steps",
-                       "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" +
-                           the_case.swimmers[i].name + "' needs " +
-                           std::to_string(stroke.cycles * stroke.period_steps) +
-                           " (the analysis uses its last period). Run longer for a result table.");
+      problems.warning("run.steps", "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" +
+                                        the_case.swimmers[i].name + "' needs " +
+                                        std::to_string(stroke.cycles * stroke.period_steps) +
+                                        " (the analysis uses its last period). Run longer for a result table.");
     }
   }
   for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
@@ -125,8 +115,7 @@ void check_strokes(const Case& the_case, Problems& problems) {
     if (force.stop_step > force.start_step) continue;
     const std::string path = "forces." + std::to_string(i) + ".stop_step";
     problems.error(path, path + " is " + std::to_string(force.stop_step) + ", the force starts at " +
-                             std::to_string(force.start_step) +
-                             " (it would never act). Stop later, or leave it out.");
+                             std::to_string(force.start_step) + " (it would never act). Stop later, or leave it out.");
   }
 }
 
@@ -136,8 +125,7 @@ void check_output(const Case& the_case, Problems& problems) {
   const std::string path = "output.fields.mean_over_steps";
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
-    problems.error(path, path + " stops at " + std::to_string(stop) + " before it starts at " +
-                             std::to_string(start) +
+    problems.error(path, path + " stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +
                              " (the mean would be empty). Write [start, stop] with start < stop.");
   } else if (stop > the_case.steps) {
     problems.error(path, path + " stops at " + std::to_string(stop) + ", the run after " +
@@ -157,10 +145,9 @@ void check_services(const Case& the_case, Problems& problems) {
   const bool replaced = !services.fluid_command.empty() || !services.body_command.empty() ||
                         the_case.body.solver != BodySolverChoice::own;
   if (replaced || (solver != FluidSolverChoice::vacuum && solver != FluidSolverChoice::stokes)) {
-    problems.error("services.transport",
-                   std::string("services.transport is in_process (") +
-                       (replaced ? "other components than our own" : "this fluid.solver") +
-                       " must be processes). Write transport: ipc.");
+    problems.error("services.transport", std::string("services.transport is in_process (") +
+                                             (replaced ? "other components than our own" : "this fluid.solver") +
+                                             " must be processes). Write transport: ipc.");
   }
   if (the_case.output.wire) {
     problems.error("output.wire",

@@ -19,19 +19,17 @@ void check_command(bool external, const std::vector<std::string>& command, const
 /// Height of the plane above the origin along its axis [m].
 double plane_height_m(const FluidCase& fluid) {
   const auto axis = static_cast<std::size_t>(fluid.no_slip_plane / 2);
-  return fluid.no_slip_plane % 2 == 0 ? 0.0
-                                      : static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+  return fluid.no_slip_plane % 2 == 0 ? 0.0 : static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
 }
 
 void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
   const std::string plane = std::string("no_slip_plane ") + name_of(plane_names, fluid.no_slip_plane);
   const bool high = fluid.no_slip_plane % 2 == 1;
   if (high && plane_height_m(fluid) == 0.0) {
-    problems.error(
-        "fluid.no_slip_plane",
-        plane +
-            " has no position (the high faces are at the end of the domain). Give fluid.domain_cells and "
-            "fluid.cell_size_m, or use a low face.");
+    problems.error("fluid.no_slip_plane",
+                   plane +
+                       " has no position (the high faces are at the end of the domain). Give fluid.domain_cells and "
+                       "fluid.cell_size_m, or use a low face.");
     return;
   }
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
@@ -39,9 +37,8 @@ void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& pro
     const double above_m = body.position_m[fluid.no_slip_plane / 2] - plane_height_m(fluid);
     const double gap_m = (high ? -above_m : above_m) - body.shape.radius_m;
     if (gap_m > 0.0) continue;
-    problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + shortest_text(-gap_m) +
-                                               " m beyond " + plane +
-                                               " (the fluid ends there). Move it away from the plane.");
+    problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + shortest_text(-gap_m) + " m beyond " +
+                                               plane + " (the fluid ends there). Move it away from the plane.");
   }
 }
 
@@ -49,10 +46,9 @@ void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& pro
 /// at most.
 void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
   if (!fluid.body_force_N_per_m3.isZero(0.0)) {
-    problems.warning(
-        "fluid.body_force_N_per_m3",
-        "fluid.body_force_N_per_m3 drives a flow (solver: stokes computes only the flow due to the "
-        "bodies). It is ignored.");
+    problems.warning("fluid.body_force_N_per_m3",
+                     "fluid.body_force_N_per_m3 drives a flow (solver: stokes computes only the flow due to the "
+                     "bodies). It is ignored.");
   }
   for (std::size_t face = 0; face < 6; ++face) {
     const BoundaryKind kind = fluid.boundaries[face].kind;
@@ -90,13 +86,10 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
 
 void check_solvers(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
-  check_command(fluid.solver == FluidSolverChoice::external, the_case.services.fluid_command, "fluid",
-                problems);
-  check_command(the_case.body.solver == BodySolverChoice::external, the_case.services.body_command, "body",
-                problems);
+  check_command(fluid.solver == FluidSolverChoice::external, the_case.services.fluid_command, "fluid", problems);
+  check_command(the_case.body.solver == BodySolverChoice::external, the_case.services.body_command, "body", problems);
   if (computes_no_cells(fluid.solver)) warn_of_what_is_left_out(the_case, problems);
-  if (fluid.solver == FluidSolverChoice::stokes && fluid.no_slip_plane >= 0)
-    check_plane(fluid, assembly, problems);
+  if (fluid.solver == FluidSolverChoice::stokes && fluid.no_slip_plane >= 0) check_plane(fluid, assembly, problems);
 }
 
 }  // namespace copepod::coupler

@@ -23,8 +23,8 @@ void check_springs(const Case&, const Assembly& assembly, Problems& problems) {
     const bool anchored = !spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0);
     const double stretch = std::abs(between.norm() - spring.rest_length_m);
     if (!anchored && stretch > 0.5 * std::max(spring.rest_length_m, between.norm())) {
-      problems.warning(path, "a spring of rest length " + shortest_text(spring.rest_length_m) +
-                                 " m starts at " + shortest_text(between.norm()) +
+      problems.warning(path, "a spring of rest length " + shortest_text(spring.rest_length_m) + " m starts at " +
+                                 shortest_text(between.norm()) +
                                  " m (it will jerk its bodies). Check rest_length_m and positions.");
     }
   }
@@ -40,10 +40,9 @@ void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& p
   const bool diverges = the_case.step_s > fastest.alone.largest_step_s;
   const StepLimit& limiting = diverges ? fastest.alone : fastest.together;
   const SpringSpecification& spring = assembly.springs[limiting.spring];
-  const std::string found =
-      "the spring between '" + assembly.bodies[static_cast<std::size_t>(spring.body_A)].name + "' and '" +
-      assembly.bodies[static_cast<std::size_t>(spring.body_B)].name +
-      "' is too stiff or too damped for a step of " + shortest_text(the_case.step_s) + " s (";
+  const std::string found = "the spring between '" + assembly.bodies[static_cast<std::size_t>(spring.body_A)].name +
+                            "' and '" + assembly.bodies[static_cast<std::size_t>(spring.body_B)].name +
+                            "' is too stiff or too damped for a step of " + shortest_text(the_case.step_s) + " s (";
   const std::string limit = name_of(integrator_names, integrator) +
                             std::string(diverges ? " diverges" : " may diverge") + " above " +
                             shortest_text(limiting.largest_step_s) + " s";

@@ -28,15 +28,14 @@ double middle_m(const FluidCase& fluid, std::size_t axis) {
 void check_symmetric_faces(const FluidCase& fluid, std::size_t axis, Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (fluid.domain_cells[axis] % 2 != 0) {
-    problems.error("fluid.domain_cells",
-                   "fluid.domain_cells has " + std::to_string(fluid.domain_cells[axis]) + " cells along " +
-                       axis_names[axis] + " (" + plane + " must lie between two cells). Use an even number.");
+    problems.error("fluid.domain_cells", "fluid.domain_cells has " + std::to_string(fluid.domain_cells[axis]) +
+                                             " cells along " + axis_names[axis] + " (" + plane +
+                                             " must lie between two cells). Use an even number.");
   }
   if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic) {
-    problems.error(
-        face_path(2 * axis),
-        face_path(2 * axis) + " is periodic across " + plane +
-            " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
+    problems.error(face_path(2 * axis),
+                   face_path(2 * axis) + " is periodic across " + plane +
+                       " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
     return;
   }
   for (std::size_t face = 0; face < 6; ++face) {
@@ -52,8 +51,8 @@ void check_symmetric_faces(const FluidCase& fluid, std::size_t axis, Problems& p
 void check_symmetric_vector(const Eigen::Vector3d& vector, std::size_t axis, const std::string& path,
                             Problems& problems) {
   if (vector[static_cast<Eigen::Index>(axis)] == 0.0) return;
-  problems.error(path, path + " has a component along " + axis_names[axis] + " (symmetry plane " +
-                           axis_names[axis] + " allows none). Set it to 0 or remove the plane.");
+  problems.error(path, path + " has a component along " + axis_names[axis] + " (symmetry plane " + axis_names[axis] +
+                           " allows none). Set it to 0 or remove the plane.");
 }
 
 /// A body either lies on the plane or stays in the half that is computed: it then has a mirror image of
@@ -76,41 +75,36 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
   if (!lies_on(body, fluid, axis)) {
     const double beyond_m = body.position_m[normal] + half_extents_m(body)[normal] - middle_m(fluid, axis);
     if (beyond_m > -fluid.cell_size_m)
-      problems.error(
-          path, "body '" + body.name + "' is " +
-                    shortest_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " m off " +
-                    plane +
-                    " and not below it by a cell (a body lies on the plane, or all of it in the "
-                    "lower half and its mirror image in the upper). Move it, or remove the plane.");
+      problems.error(path, "body '" + body.name + "' is " +
+                               shortest_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " m off " +
+                               plane +
+                               " and not below it by a cell (a body lies on the plane, or all of it in the "
+                               "lower half and its mirror image in the upper). Move it, or remove the plane.");
     return;
   }
   if (body.shape.kind != ShapeKind::sphere && oblique(body_axis(body), axis)) {
-    problems.error(
-        path,
-        "body '" + body.name + "' is tilted against " + plane +
-            " (it is not its own mirror image). Turn it into or across the plane, or remove the plane.");
+    problems.error(path,
+                   "body '" + body.name + "' is tilted against " + plane +
+                       " (it is not its own mirror image). Turn it into or across the plane, or remove the plane.");
   }
   if (body.motion == MotionKind::axis && oblique(body.axis, axis)) {
-    problems.error(
-        path, "body '" + body.name + "' may move along an axis oblique to " + plane +
-                  " (forces within the plane would push it off). Turn the axis into or across the plane, "
-                  "or remove the plane.");
+    problems.error(path, "body '" + body.name + "' may move along an axis oblique to " + plane +
+                             " (forces within the plane would push it off). Turn the axis into or across the plane, "
+                             "or remove the plane.");
   }
   Eigen::Vector3d forbidden_spin = body.angular_velocity_rad_per_s;
   forbidden_spin[normal] = 0.0;
   if (body.velocity_m_per_s[normal] != 0.0 || !forbidden_spin.isZero(0.0)) {
-    problems.error(
-        path,
-        "body '" + body.name + "' moves across " + plane +
-            " (its mirror image moves the other way). Give it a symmetric motion, or remove the plane.");
+    problems.error(path,
+                   "body '" + body.name + "' moves across " + plane +
+                       " (its mirror image moves the other way). Give it a symmetric motion, or remove the plane.");
   }
 }
 
 /// What ties a body on the plane to one beside it would tie it to the mirror image too, and what pulls at a
 /// point off the plane would pull at that point's image.
-void check_symmetric_spring(const SpringSpecification& spring, const std::string& path,
-                            const Assembly& assembly, const FluidCase& fluid, std::size_t axis,
-                            Problems& problems) {
+void check_symmetric_spring(const SpringSpecification& spring, const std::string& path, const Assembly& assembly,
+                            const FluidCase& fluid, std::size_t axis, Problems& problems) {
   if (spring.body_A < 0 || spring.body_B < 0) return;
   const auto& A = assembly.bodies[static_cast<std::size_t>(spring.body_A)];
   const auto& B = assembly.bodies[static_cast<std::size_t>(spring.body_B)];
@@ -126,22 +120,19 @@ void check_symmetric_spring(const SpringSpecification& spring, const std::string
   const double off_B_m = std::abs(in_world(B, spring.anchor_B_m)[normal]);
   if (std::max(off_A_m, off_B_m) <= plane_tolerance * fluid.cell_size_m) return;
   problems.error(path, "a spring is anchored to '" + (off_A_m >= off_B_m ? A : B).name + "' " +
-                           shortest_text(std::max(off_A_m, off_B_m)) + " m off symmetry plane " +
-                           axis_names[axis] +
+                           shortest_text(std::max(off_A_m, off_B_m)) + " m off symmetry plane " + axis_names[axis] +
                            " (it would turn the body or pull it off the plane). Anchor it on the plane, or "
                            "remove the plane.");
 }
 
 /// Stokes flow computes bodies on a plane whole, which is the same, but no mirror images.
-void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly, std::size_t axis,
-                               Problems& problems) {
+void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly, std::size_t axis, Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (middle_m(fluid, axis) == 0.0) {
-    problems.error(
-        "fluid.symmetry_planes",
-        plane +
-            " has no position (it passes through the middle of the domain). Give fluid.domain_cells and "
-            "fluid.cell_size_m, or remove the plane.");
+    problems.error("fluid.symmetry_planes",
+                   plane +
+                       " has no position (it passes through the middle of the domain). Give fluid.domain_cells and "
+                       "fluid.cell_size_m, or remove the plane.");
     return;
   }
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {

@@ -24,8 +24,7 @@ inline Eigen::Vector3d body_axis(const BodySpecification& body) { return z_axis(
 
 /// Half of the body's extent along each world axis [m]: r + |d_i| L/2 for a capsule along d.
 inline Eigen::Vector3d half_extents_m(const BodySpecification& body) {
-  return Eigen::Vector3d::Constant(body.shape.radius_m) +
-         core_half_length_m(body.shape) * body_axis(body).cwiseAbs();
+  return Eigen::Vector3d::Constant(body.shape.radius_m) + core_half_length_m(body.shape) * body_axis(body).cwiseAbs();
 }
 
 /// Distance between the surfaces of two bodies, B shifted by `shift_m` [m]; negative where they overlap.
@@ -40,8 +39,7 @@ inline double surface_distance_m(const BodySpecification& A, const BodySpecifica
 /// @param periodic_length_m  of the domain; 0: not periodic along this axis
 inline std::vector<BodyPair> near_pairs(const std::vector<BodySpecification>& bodies,
                                         const std::array<double, 3>& periodic_length_m, double reach_m) {
-  constexpr double smallest_m =
-      1e-100;  // a case may contain any number: where products of lengths are finite
+  constexpr double smallest_m = 1e-100;  // a case may contain any number: where products of lengths are finite
   constexpr double largest_m = 1e100;
   std::vector<double> radius_m;
   Eigen::Matrix3Xd centre_m(3, static_cast<Eigen::Index>(bodies.size()));

@@ -16,9 +16,7 @@ namespace {
 using Complex = std::complex<double>;
 
 /// |R(z)| of Runge-Kutta 4.
-double amplification(Complex z) {
-  return std::abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))));
-}
+double amplification(Complex z) { return std::abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))); }
 
 double largest_step_of_runge_kutta_s(double a, double b) {
   const Complex root = std::sqrt(Complex(b * b - 4.0 * a));
@@ -29,8 +27,7 @@ double largest_step_of_runge_kutta_s(double a, double b) {
   double unstable = beyond / std::max(std::abs(rates[0]), std::abs(rates[1]));
   for (int halving = 0; halving < 50; ++halving) {
     const double middle = 0.5 * (stable + unstable);
-    const bool grows =
-        std::max(amplification(middle * rates[0]), amplification(middle * rates[1])) > 1.0 + rounding;
+    const bool grows = std::max(amplification(middle * rates[0]), amplification(middle * rates[1])) > 1.0 + rounding;
     (grows ? unstable : stable) = middle;
   }
   return stable;
@@ -77,8 +74,7 @@ std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>&
     const auto b = static_cast<std::size_t>(spring.body_B);
     const Eigen::Vector3d arm_A = in_world(bodies[a], spring.anchor_A_m);
     const Eigen::Vector3d arm_B = in_world(bodies[b], spring.anchor_B_m);
-    const Eigen::Vector3d along =
-        (bodies[b].position_m + arm_B - bodies[a].position_m - arm_A).stableNormalized();
+    const Eigen::Vector3d along = (bodies[b].position_m + arm_B - bodies[a].position_m - arm_A).stableNormalized();
     ends[a].push_back({i, along, arm_A.cross(along)});
     ends[b].push_back({i, -along, -arm_B.cross(along)});
   }
@@ -89,8 +85,7 @@ std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>&
 
 double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s) {
   if (stiffness_per_s2 == 0.0 && damping_per_s == 0.0) return std::numeric_limits<double>::infinity();
-  if (integrator == Integrator::runge_kutta_4)
-    return largest_step_of_runge_kutta_s(stiffness_per_s2, damping_per_s);
+  if (integrator == Integrator::runge_kutta_4) return largest_step_of_runge_kutta_s(stiffness_per_s2, damping_per_s);
   return 4.0 / (damping_per_s + std::sqrt(damping_per_s * damping_per_s + 4.0 * stiffness_per_s2));
 }
 
@@ -119,8 +114,7 @@ FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
   const auto fastest_of = [&](const std::vector<Rates>& rates) {
     StepLimit fastest{0, std::numeric_limits<double>::infinity()};
     for (std::size_t i = 0; i < rates.size(); ++i) {
-      const double step_s =
-          largest_stable_step_s(integrator, rates[i].stiffness_per_s2, rates[i].damping_per_s);
+      const double step_s = largest_stable_step_s(integrator, rates[i].stiffness_per_s2, rates[i].damping_per_s);
       if (step_s < fastest.largest_step_s) fastest = {i, step_s};
     }
     return fastest;

@@ -32,9 +32,8 @@ Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eig
   // A direction that is normalised already must keep its bits: the resolved case is read again.
   if (std::abs(length - 1.0) < 1e-15) return direction;
   if (length > 0) return direction / length;
-  reader.problems().error(
-      reader.path_of(key),
-      reader.path_of(key) + " is zero (it has no direction). Give a vector like [0, 0, 1].");
+  reader.problems().error(reader.path_of(key),
+                          reader.path_of(key) + " is zero (it has no direction). Give a vector like [0, 0, 1].");
   return otherwise;
 }
 
@@ -45,10 +44,9 @@ Eigen::Vector4d read_orientation(Reader& body) {
   const double norm = q.norm();
   if (std::abs(norm - 1.0) < 1e-15) return q;
   if (std::abs(norm - 1.0) < 1e-3) return q / norm;
-  body.problems().error(
-      body.path_of("orientation_wxyz"),
-      body.path_of("orientation_wxyz") + " has length " + shortest_text(norm) +
-          " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
+  body.problems().error(body.path_of("orientation_wxyz"),
+                        body.path_of("orientation_wxyz") + " has length " + shortest_text(norm) +
+                            " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
   return {1, 0, 0, 0};
 }
 
@@ -87,9 +85,9 @@ NamedSpring read_spring(Reader spring) {
   if (bodies.size() == 2) {
     result.bodies = {bodies[0], bodies[1]};
   } else {
-    spring.problems().error(spring.path_of("bodies"),
-                            spring.path_of("bodies") + " names " + std::to_string(bodies.size()) +
-                                " bodies (a spring joins two). Write bodies: [a, b].");
+    spring.problems().error(spring.path_of("bodies"), spring.path_of("bodies") + " names " +
+                                                          std::to_string(bodies.size()) +
+                                                          " bodies (a spring joins two). Write bodies: [a, b].");
   }
   result.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::not_negative);
   result.damping_N_s_per_m = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
@@ -148,8 +146,7 @@ NamedForce read_force(Reader force) {
   }
   result.start_step = force.integer("start_step", Range::not_negative, 0);
   const Value* stop = force.raw("stop_step");
-  if (stop != nullptr && stop->text != "never")
-    result.stop_step = force.integer("stop_step", Range::not_negative);
+  if (stop != nullptr && stop->text != "never") result.stop_step = force.integer("stop_step", Range::not_negative);
   return result;
 }
 

@@ -153,14 +153,12 @@ inline constexpr std::array solver_names{
     Choice<FluidSolverChoice>{"vacuum", FluidSolverChoice::vacuum},
     Choice<FluidSolverChoice>{"external", FluidSolverChoice::external}};
 
-inline constexpr std::array body_solver_names{
-    Choice<BodySolverChoice>{"own", BodySolverChoice::own},
-    Choice<BodySolverChoice>{"bullet", BodySolverChoice::bullet},
-    Choice<BodySolverChoice>{"external", BodySolverChoice::external}};
+inline constexpr std::array body_solver_names{Choice<BodySolverChoice>{"own", BodySolverChoice::own},
+                                              Choice<BodySolverChoice>{"bullet", BodySolverChoice::bullet},
+                                              Choice<BodySolverChoice>{"external", BodySolverChoice::external}};
 
-inline constexpr std::array orientation_names{
-    Choice<BeadOrientation>{"parallel", BeadOrientation::parallel},
-    Choice<BeadOrientation>{"perpendicular", BeadOrientation::perpendicular}};
+inline constexpr std::array orientation_names{Choice<BeadOrientation>{"parallel", BeadOrientation::parallel},
+                                              Choice<BeadOrientation>{"perpendicular", BeadOrientation::perpendicular}};
 
 inline constexpr std::array averaging_names{Choice<LoadAveraging>{"none", LoadAveraging::none},
                                             Choice<LoadAveraging>{"two_step", LoadAveraging::two_step}};

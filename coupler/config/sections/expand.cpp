@@ -47,8 +47,7 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
   }
 }
 
-void add_swimmer_springs(const Swimmer& swimmer, int first_body, const std::string& path,
-                         Assembly& assembly) {
+void add_swimmer_springs(const Swimmer& swimmer, int first_body, const std::string& path, Assembly& assembly) {
   const std::array<double, 2> arms = rest_arms_m(swimmer);
   for (int arm = 0; arm < 2; ++arm) {
     SpringSpecification spring;
@@ -109,8 +108,8 @@ double extent_across_m(const Bead& bead) {
 std::array<double, 2> rest_arms_m(const Swimmer& swimmer) {
   std::array<double, 2> arms{};
   for (std::size_t arm = 0; arm < 2; ++arm) {
-    arms[arm] = swimmer.rest_gap_m[arm] +
-                (extent_along_m(swimmer.beads[arm]) + extent_along_m(swimmer.beads[arm + 1])) / 2.0;
+    arms[arm] =
+        swimmer.rest_gap_m[arm] + (extent_along_m(swimmer.beads[arm]) + extent_along_m(swimmer.beads[arm + 1])) / 2.0;
   }
   return arms;
 }
@@ -123,9 +122,8 @@ Assembly assemble(const Case& the_case) {
     const int first_body = first_body_of_swimmer(i);
     add_swimmer_bodies(swimmer, path, assembly);
     add_swimmer_springs(swimmer, first_body, path, assembly);
-    for (DrivingTerm& term :
-         stroke_terms(swimmer.stroke.amplitude_N * swimmer.axis, swimmer.stroke.period_steps,
-                      swimmer.stroke.phase_lag_steps, swimmer.stroke.cycles, first_body)) {
+    for (DrivingTerm& term : stroke_terms(swimmer.stroke.amplitude_N * swimmer.axis, swimmer.stroke.period_steps,
+                                          swimmer.stroke.phase_lag_steps, swimmer.stroke.cycles, first_body)) {
       assembly.driving.push_back(term);
       assembly.driving_paths.push_back(path + ".stroke");
     }

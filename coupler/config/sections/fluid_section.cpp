@@ -13,9 +13,9 @@ Boundary read_face(Reader& faces, const std::string& key) {
     boundary.kind = faces.choice(key, boundary_names, std::optional(BoundaryKind::no_slip));
     if (boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure) {
       const std::string name = name_of(boundary_names, boundary.kind);
-      faces.problems().error(faces.path_of(key),
-                             faces.path_of(key) + " is '" + name + "' without a value (how much is open). " +
-                                 "Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
+      faces.problems().error(faces.path_of(key), faces.path_of(key) + " is '" + name +
+                                                     "' without a value (how much is open). " +
+                                                     "Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
     }
     return boundary;
   }
@@ -23,10 +23,9 @@ Boundary read_face(Reader& faces, const std::string& key) {
   const bool moves = face.has("velocity_m_per_s");
   const bool presses = face.has("pressure_Pa");
   if (moves == presses) {
-    faces.problems().error(faces.path_of(key),
-                           faces.path_of(key) +
-                               " needs exactly one condition (a wall with a velocity, or an "
-                               "opening with a pressure). Give velocity_m_per_s or pressure_Pa.");
+    faces.problems().error(faces.path_of(key), faces.path_of(key) +
+                                                   " needs exactly one condition (a wall with a velocity, or an "
+                                                   "opening with a pressure). Give velocity_m_per_s or pressure_Pa.");
     return boundary;
   }
   boundary.kind = moves ? BoundaryKind::velocity : BoundaryKind::pressure;
@@ -38,8 +37,7 @@ Boundary read_face(Reader& faces, const std::string& key) {
 /// Both faces of an axis: one condition for both, or {low: …, high: …}.
 void read_axis(Reader& boundaries, const std::string& axis, Boundary& low, Boundary& high) {
   const Value* value = boundaries.raw(axis);
-  const bool two_sided =
-      value != nullptr && (value->find("low") != nullptr || value->find("high") != nullptr);
+  const bool two_sided = value != nullptr && (value->find("low") != nullptr || value->find("high") != nullptr);
   if (!two_sided) {
     low = high = read_face(boundaries, axis);
     return;
@@ -111,10 +109,9 @@ FluidCase read_fluid(Reader fluid) {
   const auto unless = [](bool required) { return required ? std::optional<double>() : std::optional(0.0); };
   result.density_kg_per_m3 =
       fluid.number("density_kg_per_m3", lattice ? Range::positive : Range::not_negative, unless(viscous));
-  result.kinematic_viscosity_m2_per_s = fluid.number(
-      "kinematic_viscosity_m2_per_s", viscous ? Range::positive : Range::not_negative, unless(viscous));
-  result.cell_size_m =
-      fluid.number("cell_size_m", lattice ? Range::positive : Range::not_negative, unless(lattice));
+  result.kinematic_viscosity_m2_per_s =
+      fluid.number("kinematic_viscosity_m2_per_s", viscous ? Range::positive : Range::not_negative, unless(viscous));
+  result.cell_size_m = fluid.number("cell_size_m", lattice ? Range::positive : Range::not_negative, unless(lattice));
   if (fluid.has("relaxation_time")) result.relaxation_time = fluid.number("relaxation_time", Range::positive);
   const auto cells = fluid.integers("domain_cells", 3, lattice ? Range::positive : Range::not_negative,
                                     lattice ? std::nullopt : std::optional(std::vector<std::int64_t>(3, 0)));

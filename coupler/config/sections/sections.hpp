@@ -46,8 +46,7 @@ template <typename E, std::size_t N>
 E read_solver(Reader& section, const std::array<Choice<E>, N>& names, std::optional<E> otherwise,
               std::vector<std::string>& command) {
   const Value* value = section.raw("solver");
-  if (value == nullptr || value->kind != Value::Kind::mapping)
-    return section.choice("solver", names, otherwise);
+  if (value == nullptr || value->kind != Value::Kind::mapping) return section.choice("solver", names, otherwise);
   Reader solver = section.section("solver");
   command = solver.command("command");
   if (command.empty() && !solver.problems().any_under(solver.path_of("command"))) {

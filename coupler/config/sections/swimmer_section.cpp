@@ -10,8 +10,8 @@ Bead read_bead(Reader bead) {
   Bead result;
   result.shape = read_shape(bead);
   const bool capsule = result.shape.kind == ShapeKind::capsule;
-  result.orientation = bead.choice("orientation", orientation_names,
-                                   capsule ? std::nullopt : std::optional(BeadOrientation::parallel));
+  result.orientation =
+      bead.choice("orientation", orientation_names, capsule ? std::nullopt : std::optional(BeadOrientation::parallel));
   return result;
 }
 
@@ -23,9 +23,9 @@ Stroke read_stroke(Reader stroke) {
   result.cycles = stroke.integer("cycles", Range::positive);
   constexpr std::int64_t most_steps = 1'000'000'000'000;
   if (result.period_steps > 0 && result.cycles > most_steps / result.period_steps) {
-    stroke.problems().error(stroke.path_of("cycles"),
-                            stroke.path_of("cycles") + " is " + std::to_string(result.cycles) +
-                                " (more steps than can be counted). Use fewer cycles.");
+    stroke.problems().error(stroke.path_of("cycles"), stroke.path_of("cycles") + " is " +
+                                                          std::to_string(result.cycles) +
+                                                          " (more steps than can be counted). Use fewer cycles.");
     result.cycles = 1;
   }
   return result;
@@ -37,10 +37,9 @@ double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg) {
   if (!spring.has("damping_ratio")) return given;
   const double ratio = spring.number("damping_ratio", Range::not_negative, 0.0);
   if (spring.has("damping_N_s_per_m")) {
-    spring.problems().error(
-        spring.path_of("damping_ratio"),
-        spring.path_of("damping_ratio") +
-            " is given together with damping_N_s_per_m (one follows from the other). Remove one.");
+    spring.problems().error(spring.path_of("damping_ratio"),
+                            spring.path_of("damping_ratio") +
+                                " is given together with damping_N_s_per_m (one follows from the other). Remove one.");
   }
   return 2.0 * ratio * std::sqrt(mass_kg * stiffness_N_per_m);
 }

@@ -51,9 +51,7 @@ std::string joined(const std::vector<std::string>& lines) {
   return text;
 }
 
-bool at_or_below(const std::string& path, const std::string& top) {
-  return path == top || path.starts_with(top + ".");
-}
+bool at_or_below(const std::string& path, const std::string& top) { return path == top || path.starts_with(top + "."); }
 
 struct Override {
   std::string path;
@@ -64,13 +62,10 @@ Override parse_override(const std::string& text) {
   const std::size_t equals = text.find('=');
   const Origin origin{"--set " + text, 0};
   if (equals == std::string::npos || equals == 0) {
-    const std::string what =
-        equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
-    throw CaseInvalid(origin,
-                      "'" + text + "' is not an assignment (" + what + "). Write --set key.path=value.");
+    const std::string what = equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
+    throw CaseInvalid(origin, "'" + text + "' is not an assignment (" + what + "). Write --set key.path=value.");
   }
-  Override result{text.substr(0, equals),
-                  parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
+  Override result{text.substr(0, equals), parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
   relocate(result.value, origin);
   return result;
 }
@@ -126,11 +121,9 @@ void Document::apply_parameter_set(bool chosen_on_command_line) {
     for (const Value::Entry& entry : sets->entries) known += (known.empty() ? "" : ", ") + entry.key;
     throw CaseInvalid(chosen->origin,
                       "parameter_set '" + chosen->text +
-                          "' does not exist (parameter_sets has no such mapping). Choose one of: " + known +
-                          ".");
+                          "' does not exist (parameter_sets has no such mapping). Choose one of: " + known + ".");
   }
-  const std::vector<Value::Entry> assignments =
-      set->entries;  // a copy: assign() changes the tree that holds it
+  const std::vector<Value::Entry> assignments = set->entries;  // a copy: assign() changes the tree that holds it
   for (const Value::Entry& entry : assignments) assign(entry.key, entry.value);
 }
 
@@ -142,10 +135,9 @@ void Document::assign(const std::string& path, Value value) {
     if (child == nullptr) {
       if (node->kind == Value::Kind::null) node->kind = Value::Kind::mapping;
       if (node->kind != Value::Kind::mapping) {
-        throw CaseInvalid(value.origin,
-                          "'" + path + "' leads nowhere ('" + parts[i] +
-                              "' is not part of the list or value before it). Use a position counted "
-                              "from 0, or the name of an item.");
+        throw CaseInvalid(value.origin, "'" + path + "' leads nowhere ('" + parts[i] +
+                                            "' is not part of the list or value before it). Use a position counted "
+                                            "from 0, or the name of an item.");
       }
       Value section = Value::mapping();
       section.origin = value.origin;
@@ -180,8 +172,7 @@ Origin Document::locate(const std::string& path) const {
   return found;
 }
 
-CaseInvalid::CaseInvalid(std::vector<std::string> lines)
-    : CaseError(joined(lines)), lines_(std::move(lines)) {}
+CaseInvalid::CaseInvalid(std::vector<std::string> lines) : CaseError(joined(lines)), lines_(std::move(lines)) {}
 
 CaseInvalid::CaseInvalid(const Origin& origin, const std::string& message)
     : CaseInvalid(std::vector<std::string>{to_string(origin) + ": error: " + message}) {}
@@ -199,8 +190,7 @@ void Problems::warning(const std::string& path, const std::string& message) {
 }
 
 bool Problems::any_under(const std::string& path) const {
-  return std::any_of(errors_.begin(), errors_.end(),
-                     [&](const Entry& e) { return at_or_below(e.path, path); });
+  return std::any_of(errors_.begin(), errors_.end(), [&](const Entry& e) { return at_or_below(e.path, path); });
 }
 
 void Problems::throw_if_any() const {

@@ -31,8 +31,7 @@ class Document {
   static Document load(const std::string& file, const std::vector<std::string>& overrides);
 
   /// The same from text; `source` names it in messages.
-  static Document parse(const std::string& text, const std::string& source,
-                        const std::vector<std::string>& overrides);
+  static Document parse(const std::string& text, const std::string& source, const std::vector<std::string>& overrides);
 
   [[nodiscard]] const Value& root() const { return root_; }
 

@@ -51,8 +51,8 @@ Reader::Reader(const Value* mapping, std::string path, Problems& problems, Asked
     : mapping_(mapping), path_(std::move(path)), problems_(problems), asked_(asked) {
   if (mapping_ == nullptr || mapping_->kind == Value::Kind::mapping) return;
   if (mapping_->kind != Value::Kind::null) {
-    problems_.error(path_, path_ + " is " + quoted(*mapping_) +
-                               " (a section is needed). Write `key: value` lines below it.");
+    problems_.error(path_,
+                    path_ + " is " + quoted(*mapping_) + " (a section is needed). Write `key: value` lines below it.");
   }
   mapping_ = nullptr;
 }
@@ -63,8 +63,7 @@ Reader::~Reader() {
   for (const Value::Entry& entry : mapping_->entries) {
     if (known_.contains(entry.key)) continue;
     const std::string nearest = nearest_word(entry.key, known);
-    const std::string advice =
-        nearest.empty() ? "Known here: " + listed(known) + "." : "Did you mean " + nearest + "?";
+    const std::string advice = nearest.empty() ? "Known here: " + listed(known) + "." : "Did you mean " + nearest + "?";
     const std::string where = path_.empty() ? "at the top of the case" : "in " + path_;
     problems_.error_at(entry.key_origin, path_of(entry.key),
                        "key '" + entry.key + "' is unknown (nothing " + where + " has this name). " + advice);
@@ -83,8 +82,7 @@ const Value* Reader::raw(const std::string& key) {
 const Value* Reader::wanted(const std::string& key, bool required) {
   const Value* value = raw(key);
   if (value == nullptr && required) {
-    problems_.error(path_of(key),
-                    path_of(key) + " is missing (the case cannot run without it). Add `" + key + ": …`.");
+    problems_.error(path_of(key), path_of(key) + " is missing (the case cannot run without it). Add `" + key + ": …`.");
   }
   return value;
 }
@@ -96,8 +94,7 @@ std::optional<double> Reader::parse_number(const std::string& path, const Value&
   if (begin != end && *begin == '+') ++begin;
   const auto [stop, error] = std::from_chars(begin, end, number);
   if (value.kind != Value::Kind::scalar || error != std::errc{} || stop != end || !std::isfinite(number)) {
-    problems_.error(path,
-                    path + " is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
+    problems_.error(path, path + " is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
     return {};
   }
   if ((range == Range::positive && number <= 0) || (range == Range::not_negative && number < 0)) {
@@ -119,8 +116,7 @@ std::optional<std::int64_t> Reader::parse_integer(const std::string& path, const
   }
   constexpr std::int64_t largest = 1'000'000'000'000'000;  // sums and differences of two stay countable
   if (number > largest || number < -largest) {
-    problems_.error(
-        path, path + " is " + value.text + " (values in a case do not exceed 10^15). Check its digits.");
+    problems_.error(path, path + " is " + value.text + " (values in a case do not exceed 10^15). Check its digits.");
     return {};
   }
   return parse_number(path, value, range) ? std::optional(number) : std::nullopt;
@@ -142,8 +138,7 @@ std::string Reader::text(const std::string& key, std::optional<std::string> othe
   const Value* value = wanted(key, !otherwise);
   if (value == nullptr) return otherwise.value_or("");
   if (value->kind != Value::Kind::scalar || value->text.empty()) {
-    problems_.error(path_of(key),
-                    path_of(key) + " is " + quoted(*value) + " (a word is needed). Write one word.");
+    problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) + " (a word is needed). Write one word.");
     return otherwise.value_or("");
   }
   return value->text;
@@ -161,8 +156,7 @@ const Value* Reader::wanted_list(const std::string& key, std::size_t size, bool 
   return nullptr;
 }
 
-Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size,
-                                std::optional<Eigen::VectorXd> otherwise) {
+Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size, std::optional<Eigen::VectorXd> otherwise) {
   const Value* list = wanted_list(key, static_cast<std::size_t>(size), !otherwise);
   Eigen::VectorXd result = otherwise.value_or(Eigen::VectorXd::Zero(size));
   if (list == nullptr) return result;
@@ -221,9 +215,8 @@ std::size_t Reader::choose(const std::string& key, const std::vector<std::string
     return static_cast<std::size_t>(found - names.begin());
   }
   const std::string nearest = nearest_word(value->text, names);
-  problems_.error(path_of(key),
-                  path_of(key) + " is " + quoted(*value) + " (allowed: " + listed(names) + "). " +
-                      (nearest.empty() ? "Choose one of them." : "Did you mean " + nearest + "?"));
+  problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) + " (allowed: " + listed(names) + "). " +
+                                    (nearest.empty() ? "Choose one of them." : "Did you mean " + nearest + "?"));
   return names.size();
 }
 
@@ -237,8 +230,8 @@ std::size_t Reader::size(const std::string& key) {
   const Value* value = raw(key);
   if (value == nullptr) return 0;
   if (value->kind == Value::Kind::sequence) return value->items.size();
-  problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) +
-                                    " (a list is needed). Start each entry with a dash.");
+  problems_.error(path_of(key),
+                  path_of(key) + " is " + quoted(*value) + " (a list is needed). Start each entry with a dash.");
   return 0;
 }
 
@@ -277,8 +270,7 @@ std::vector<std::string> split_command(const std::string& command) {
     }
   }
   if (quote != 0)
-    throw CaseError("'" + command +
-                    "' opens a quote that never closes (where does the word end?). Close it.");
+    throw CaseError("'" + command + "' opens a quote that never closes (where does the word end?). Close it.");
   if (inside) words.push_back(word);
   return words;
 }

@@ -63,10 +63,9 @@ class Conversion {
   /// Names travel in messages and JSON, which take nothing else.
   const std::string& text(const YAML::Node& node) {
     if (conversion::as_utf8(node.Scalar(), node.Scalar().size()) == node.Scalar()) return node.Scalar();
-    throw CaseInvalid(
-        origin(node.Mark()),
-        "a word here is not UTF-8 text (the file was saved in another encoding, or is not text). "
-        "Save it as UTF-8.");
+    throw CaseInvalid(origin(node.Mark()),
+                      "a word here is not UTF-8 text (the file was saved in another encoding, or is not text). "
+                      "Save it as UTF-8.");
   }
 
   void convert_entries(const YAML::Node& node, Value& value) {
@@ -74,8 +73,7 @@ class Conversion {
     for (const auto& pair : node) {
       const Origin key_origin = origin(pair.first.Mark());
       if (!pair.first.IsScalar()) {
-        throw CaseInvalid(key_origin,
-                          "a key is a list or a mapping (keys are plain words). Write `key: value`.");
+        throw CaseInvalid(key_origin, "a key is a list or a mapping (keys are plain words). Write `key: value`.");
       }
       const std::string& key = text(pair.first);
       if (!seen.insert(key).second) {
@@ -103,8 +101,7 @@ bool is_plain_list(const Value& value) {
 /// The emitter leaves some control characters bare, a lone carriage return for one, which no reader
 /// gives back.
 void emit_text(YAML::Emitter& out, const std::string& text) {
-  const bool is_plain =
-      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
+  const bool is_plain = std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; });
   if (!is_plain) out << YAML::DoubleQuoted;
   out << text;
 }
@@ -142,8 +139,8 @@ Value parse_yaml(const std::string& text, const std::string& source, LineNumbers
   try {
     return conversion.convert(YAML::Load(text));
   } catch (const YAML::Exception& error) {
-    throw CaseInvalid(conversion.origin(error.mark), "this is not valid YAML (" + error.msg +
-                                                         "). Look at indentation, brackets and colons here.");
+    throw CaseInvalid(conversion.origin(error.mark),
+                      "this is not valid YAML (" + error.msg + "). Look at indentation, brackets and colons here.");
   }
 }
 

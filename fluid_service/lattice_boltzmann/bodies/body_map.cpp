@@ -47,17 +47,12 @@ bool BodyMap::update() {
 
 BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) const {
   const Eigen::Vector3d half = body.half_extents();
-  const auto first = [&](int axis) {
-    return static_cast<std::int64_t>(std::floor(body.position[axis] - half[axis]));
-  };
-  const auto last = [&](int axis) {
-    return static_cast<std::int64_t>(std::floor(body.position[axis] + half[axis]));
-  };
+  const auto first = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] - half[axis])); };
+  const auto last = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] + half[axis])); };
   Footprint result{.state = body, .x = first(0), .y = first(1), .width = last(1) - first(1) + 1, .rows = {}};
   result.rows.reserve(static_cast<std::size_t>((last(0) - first(0) + 1) * result.width));
   for (std::int64_t x = result.x; x <= last(0); ++x)
-    for (std::int64_t y = result.y; y < result.y + result.width; ++y)
-      result.rows.push_back(covered_cells(body, x, y));
+    for (std::int64_t y = result.y; y < result.y + result.width; ++y) result.rows.push_back(covered_cells(body, x, y));
   return result;
 }
 
@@ -71,8 +66,7 @@ bool BodyMap::near_block(const LatticeBody& body) const {
     const double low = static_cast<double>(block.low[axis]) - margin;
     const double high = static_cast<double>(block.high[axis]) + margin;
     double x = body.position[axis];
-    if (domain_.periodic(axis))
-      x -= cells * std::floor((x - low) / cells);  // the first image at or above low
+    if (domain_.periodic(axis)) x -= cells * std::floor((x - low) / cells);  // the first image at or above low
     if (x < low || x > high) return false;
   }
   return true;
@@ -104,8 +98,7 @@ void BodyMap::compare_rows(const RowInterval& before, const RowInterval& after, 
     for_each_image(row, [&](const Cell& cell) { give_up(cell, body); });
   }
   for (row[2] = after.low; row[2] < after.high; ++row[2])
-    if (!inside(before, row[2]))
-      for_each_image(row, [&](const Cell& cell) { covered_.push_back({cell, body}); });
+    if (!inside(before, row[2])) for_each_image(row, [&](const Cell& cell) { covered_.push_back({cell, body}); });
 }
 
 template <class Visit>
@@ -121,8 +114,7 @@ void BodyMap::for_each_image(const Cell& unwrapped, const Visit& visit) const {
       images[axis][count[axis]++] = index;
     };
     if (domain_.periodic(axis)) {
-      for (const std::int64_t shift : {-cells, std::int64_t{0}, cells})
-        add(wrapped(unwrapped[axis], cells) + shift);
+      for (const std::int64_t shift : {-cells, std::int64_t{0}, cells}) add(wrapped(unwrapped[axis], cells) + shift);
     } else if (unwrapped[axis] >= 0 && unwrapped[axis] < cells) {
       add(unwrapped[axis]);
       // The ghost behind a mirror is covered when the cell before it is.
@@ -181,12 +173,10 @@ void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
       throw SolverError("position of body " + std::to_string(index) +
                         " is not finite (the body solver diverged). Use a shorter step or softer springs.");
     if (!domain_.periodic(axis) && (x < 0.0 || x > length))
-      throw SolverError("body " + std::to_string(index) + " left the domain through a face normal to " +
-                        "xyz"[axis] + " (its centre is at " + std::to_string(x) +
-                        " cells). Enlarge the domain or make it periodic.");
+      throw SolverError("body " + std::to_string(index) + " left the domain through a face normal to " + "xyz"[axis] +
+                        " (its centre is at " + std::to_string(x) + " cells). Enlarge the domain or make it periodic.");
     if (domain_.symmetric(axis) && beyond(body, axis, true) > 0.0)
-      throw SolverError("body " + std::to_string(index) + " reached the symmetry plane normal to " +
-                        "xyz"[axis] +
+      throw SolverError("body " + std::to_string(index) + " reached the symmetry plane normal to " + "xyz"[axis] +
                         " (behind it comes its mirror image). Start it further away, or remove the plane.");
   }
 }
@@ -196,8 +186,7 @@ void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) c
     for (const bool high : {false, true}) {
       if (beyond(body, axis, high) <= 0.0) continue;
       throw SolverError("body " + std::to_string(index) + " runs into the " + (high ? "upper" : "lower") +
-                        " face normal to " + "xyz"[axis] + " (its centre is at " +
-                        std::to_string(body.position[axis]) +
+                        " face normal to " + "xyz"[axis] + " (its centre is at " + std::to_string(body.position[axis]) +
                         " cells; its loads would be those of a part of it). Enlarge the domain, or keep it "
                         "away with a softer push or a spring.");
     }

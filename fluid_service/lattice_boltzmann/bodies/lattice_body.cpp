@@ -92,9 +92,7 @@ double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, const d3
   const Eigen::Vector3d end = body.half_length * body.axis;
   double q = std::min(entry(r - end, link, body.radius), entry(r + end, link, body.radius));
   if (body.half_length > 0.0) {
-    const auto across = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
-      return v - v.dot(body.axis) * body.axis;
-    };
+    const auto across = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d { return v - v.dot(body.axis) * body.axis; };
     const double side = entry(across(r), across(link), body.radius);
     if (side < q && std::abs((r + side * link).dot(body.axis)) <= body.half_length) q = side;
   }

@@ -43,8 +43,7 @@ using Halves = std::array<std::int64_t, 2>;
 inline constexpr int low_bits = 44;
 
 inline Halves halves(Sum value) {
-  return {static_cast<std::int64_t>(value & ((Sum{1} << low_bits) - 1)),
-          static_cast<std::int64_t>(value >> low_bits)};
+  return {static_cast<std::int64_t>(value & ((Sum{1} << low_bits) - 1)), static_cast<std::int64_t>(value >> low_bits)};
 }
 inline Sum from_halves(std::int64_t low, std::int64_t high) { return low + (Sum{high} << low_bits); }
 
@@ -86,9 +85,8 @@ struct ReflectedPopulations {
 /// @throws SolverError if a population is not finite or absurdly large, naming the cell
 template <class T>
 using MomentumExchange = void (*)(const T* populations, const PopulationLayout& layout, Placement placement,
-                                  const Domain& domain, const LatticeBody& body,
-                                  std::span<const BoundaryCell> cells, LoadSums& loads,
-                                  ReflectedPopulations<T>& reflected);
+                                  const Domain& domain, const LatticeBody& body, std::span<const BoundaryCell> cells,
+                                  LoadSums& loads, ReflectedPopulations<T>& reflected);
 
 namespace momentum_exchange {
 
@@ -100,18 +98,16 @@ constexpr double absurd_population = 1e2;
 constexpr std::size_t prefetch_distance = 8;
 
 template <class T>
-void prefetch(const T* populations, const PopulationLayout& layout, Placement placement,
-              const BoundaryCell& boundary) {
+void prefetch(const T* populations, const PopulationLayout& layout, Placement placement, const BoundaryCell& boundary) {
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
     __builtin_prefetch(populations + layout.location(boundary.site, alpha, placement));
 }
 
 [[noreturn]] inline void throw_diverged(const Cell& cell) {
-  throw SolverError(
-      "the flow diverged beside a body at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) +
-      ", " + std::to_string(cell[2]) +
-      ") (a population is not finite or far too large). Use a larger relaxation time, weaker forces, or "
-      "coupling.load_averaging: two_step for light bodies.");
+  throw SolverError("the flow diverged beside a body at cell (" + std::to_string(cell[0]) + ", " +
+                    std::to_string(cell[1]) + ", " + std::to_string(cell[2]) +
+                    ") (a population is not finite or far too large). Use a larger relaxation time, weaker forces, or "
+                    "coupling.load_averaging: two_step for light bodies.");
 }
 
 template <class Formula, class T>
@@ -120,8 +116,7 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
               ReflectedPopulations<T>& reflected) {
   LoadSums sums = loads;  // a local copy, which need not be stored for every cell
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (i + prefetch_distance < cells.size())
-      prefetch(populations, layout, placement, cells[i + prefetch_distance]);
+    if (i + prefetch_distance < cells.size()) prefetch(populations, layout, placement, cells[i + prefetch_distance]);
     const BoundaryCell& boundary = cells[i];
     const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
     const Eigen::Vector3d u = body.surface_velocity(r);

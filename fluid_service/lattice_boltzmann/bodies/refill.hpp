@@ -77,16 +77,14 @@ class RefillerBy final : public Refiller<T> {
     offered_.clear();
     const auto describe = [&](const Cell& cell) {
       const Site site = layout_.site(cell);
-      return Formula::describe(
-          [&](int alpha) { return populations[layout_.location(site, alpha, placement)]; });
+      return Formula::describe([&](int alpha) { return populations[layout_.location(site, alpha, placement)]; });
     };
     const Box& block = layout_.block();
     for (const BodyMap::ChangedCell& uncovered : map.uncovered()) {
       const bool ours = block.contains(uncovered.cell);
       const Cell domain_cell = domain_.canonical(uncovered.cell).value();
       const int rank = partition_.owner(domain_cell);
-      if (!ours && rank == communicator_.rank())
-        continue;  // an image of a cell of ours, which is in the list itself
+      if (!ours && rank == communicator_.rank()) continue;  // an image of a cell of ours, which is in the list itself
       if (ours) uncovered_.push_back({&uncovered, {}});
       for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
         const auto& e = d3q19::e[alpha];
@@ -133,12 +131,11 @@ class RefillerBy final : public Refiller<T> {
     std::sort(uncovered.neighbours.begin(), uncovered.neighbours.end());
     const auto& [cell, body_index] = *uncovered.cell;
     const LatticeBody& body = map.bodies()[static_cast<std::size_t>(body_index)];
-    const Populations filled = Formula::fill(
-        uncovered.neighbours, body.surface_velocity(domain_.from_position(body.position, cell)));
+    const Populations filled =
+        Formula::fill(uncovered.neighbours, body.surface_velocity(domain_.from_position(body.position, cell)));
     const Site site = layout_.site(cell);
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-      populations[layout_.location(site, alpha, placement)] =
-          static_cast<T>(filled[static_cast<std::size_t>(alpha)]);
+      populations[layout_.location(site, alpha, placement)] = static_cast<T>(filled[static_cast<std::size_t>(alpha)]);
   }
 
   const Domain& domain_;
@@ -152,9 +149,8 @@ class RefillerBy final : public Refiller<T> {
 
 /// With the refill formula of a case. @throws CaseError for one that this version does not have
 template <class T>
-std::unique_ptr<Refiller<T>> make_refiller(Refill formula, const Domain& domain,
-                                           const BlockPartition& partition, const PopulationLayout& layout,
-                                           Communicator& communicator) {
+std::unique_ptr<Refiller<T>> make_refiller(Refill formula, const Domain& domain, const BlockPartition& partition,
+                                           const PopulationLayout& layout, Communicator& communicator) {
   switch (formula) {
     case Refill::equilibrium:
       return std::make_unique<RefillerBy<EquilibriumRefill, T>>(domain, partition, layout, communicator);

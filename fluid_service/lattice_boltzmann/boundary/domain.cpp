@@ -40,17 +40,15 @@ Domain::Domain(const FluidSetup& setup, const LatticeUnits& units)
   constexpr const char* axis_name = "xyz";
   for (int axis = 0; axis < 3; ++axis) {
     if (cells_[axis] < 1)
-      throw CaseError(
-          "domain_cells has no cell along an axis (a domain needs at least one). Make it larger.");
+      throw CaseError("domain_cells has no cell along an axis (a domain needs at least one). Make it larger.");
     Face& low = faces_[face_index(axis, false)];
     Face& high = faces_[face_index(axis, true)];
     low = make_face(setup.boundaries[face_index(axis, false)], units);
     high = make_face(setup.boundaries[face_index(axis, true)], units);
     const bool low_periodic = low.kind == FaceKind::periodic;
     if (low_periodic != (high.kind == FaceKind::periodic))
-      throw CaseError(
-          std::string("only one face of axis ") + axis_name[axis] +
-          " is periodic (what leaves through one must enter through the other). Make both periodic.");
+      throw CaseError(std::string("only one face of axis ") + axis_name[axis] +
+                      " is periodic (what leaves through one must enter through the other). Make both periodic.");
     if (!symmetric_[axis]) continue;
     if (cells_[axis] % 2 != 0)
       throw CaseError(

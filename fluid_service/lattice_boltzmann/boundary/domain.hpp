@@ -28,9 +28,7 @@ struct Face {
 };
 
 /// Place of a face in arrays of six: x low, x high, y low, …
-constexpr std::size_t face_index(int axis, bool high) {
-  return 2 * static_cast<std::size_t>(axis) + (high ? 1 : 0);
-}
+constexpr std::size_t face_index(int axis, bool high) { return 2 * static_cast<std::size_t>(axis) + (high ? 1 : 0); }
 
 /// The computed part of the domain: size, faces and symmetry; pure arithmetic on cell indices.
 ///
@@ -98,11 +96,9 @@ void for_each_entering(const Box& block, const Visit& visit) {
     const auto& e = d3q19::e[direction];
     for (std::int64_t x = block.low[0] - e[0]; x < block.high[0] - e[0]; ++x) {
       for (std::int64_t y = block.low[1] - e[1]; y < block.high[1] - e[1]; ++y) {
-        const bool row_inside =
-            x >= block.low[0] && x < block.high[0] && y >= block.low[1] && y < block.high[1];
+        const bool row_inside = x >= block.low[0] && x < block.high[0] && y >= block.low[1] && y < block.high[1];
         if (!row_inside) {
-          for (std::int64_t z = block.low[2] - e[2]; z < block.high[2] - e[2]; ++z)
-            visit(Cell{x, y, z}, direction);
+          for (std::int64_t z = block.low[2] - e[2]; z < block.high[2] - e[2]; ++z) visit(Cell{x, y, z}, direction);
         } else if (e[2] != 0) {
           visit(Cell{x, y, e[2] > 0 ? block.low[2] - 1 : block.high[2]}, direction);
         }

@@ -46,8 +46,7 @@ class HaloExchange {
   };
 
   static bool touches(const Domain& domain, const Box& a, const Box& b);
-  void collect(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
-               int rank);
+  void collect(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout, int rank);
   void split_block(const Box& block, const std::array<bool, 6>& remote);
   Peer& peer(int rank);
 
@@ -60,8 +59,8 @@ class HaloExchange {
 };
 
 template <class T>
-HaloExchange<T>::HaloExchange(const Domain& domain, const BlockPartition& partition,
-                              const PopulationLayout& layout, Communicator& communicator)
+HaloExchange<T>::HaloExchange(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
+                              Communicator& communicator)
     : communicator_(communicator) {
   for (int rank = 0; rank < partition.ranks(); ++rank)
     if (touches(domain, partition.block(rank), layout.block())) collect(domain, partition, layout, rank);
@@ -84,8 +83,8 @@ typename HaloExchange<T>::Peer& HaloExchange<T>::peer(int rank) {
 
 /// What `rank` receives from this rank, or, for this rank itself, what it receives from others.
 template <class T>
-void HaloExchange<T>::collect(const Domain& domain, const BlockPartition& partition,
-                              const PopulationLayout& layout, int rank) {
+void HaloExchange<T>::collect(const Domain& domain, const BlockPartition& partition, const PopulationLayout& layout,
+                              int rank) {
   constexpr std::array placements = {Placement::home, Placement::streamed};
   const int self = communicator_.rank();
   const Box block = partition.block(rank);
@@ -100,8 +99,7 @@ void HaloExchange<T>::collect(const Domain& domain, const BlockPartition& partit
     } else if (owner != self) {
       const auto& e = d3q19::e[direction];
       const Site entered = layout.site(Cell{ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]});
-      for (std::size_t p = 0; p < 2; ++p)
-        peer(owner).receive[p].add(layout.entry(entered, direction, placements[p]));
+      for (std::size_t p = 0; p < 2; ++p) peer(owner).receive[p].add(layout.entry(entered, direction, placements[p]));
       for (int axis = 0; axis < 3; ++axis)
         if (!block.contains_along(axis, source.cell[axis]))
           remote[face_index(axis, ghost[axis] >= block.high[axis])] = true;
@@ -130,8 +128,7 @@ template <class T>
 void HaloExchange<T>::start(const T* populations, Placement placement) {
   const auto p = static_cast<std::size_t>(placement);
   for (Peer& peer : peers_)
-    peer.send[p].for_each(populations,
-                          [next = peer.send_buffer.data()](const T& value) mutable { *next++ = value; });
+    peer.send[p].for_each(populations, [next = peer.send_buffer.data()](const T& value) mutable { *next++ = value; });
   wait_ = communicator_.start_exchange(messages_);
 }
 
@@ -139,8 +136,7 @@ template <class T>
 void HaloExchange<T>::finish(T* populations, Placement placement) {
   const auto p = static_cast<std::size_t>(placement);
   for (Peer& peer : peers_)
-    peer.receive[p].for_each(populations,
-                             [next = peer.receive_buffer.data()](T& value) mutable { value = *next++; });
+    peer.receive[p].for_each(populations, [next = peer.receive_buffer.data()](T& value) mutable { value = *next++; });
 }
 
 /// Whether a ghost cell of `a` can stand for a cell of `b`: the boxes touch, perhaps through a periodic face.

@@ -10,9 +10,7 @@
 namespace copepod::fluid {
 
 /// Index in [0, cells) of the cell that `index` stands for.
-constexpr std::int64_t wrapped(std::int64_t index, std::int64_t cells) {
-  return ((index % cells) + cells) % cells;
-}
+constexpr std::int64_t wrapped(std::int64_t index, std::int64_t cells) { return ((index % cells) + cells) % cells; }
 
 /// r − L round(r / L): one component of a distance, to the nearest image.
 inline double to_nearest_image(double r, double length) { return r - length * std::round(r / length); }

@@ -20,13 +20,12 @@ namespace copepod::fluid {
 /// @param leaving         f̃_α(x_f) − w_α
 /// @param excess_density  of the face, ρ_w − 1
 /// @param u               at the face
-inline double anti_bounce_back(int direction, double leaving, double excess_density,
-                               const Eigen::Vector3d& u) {
+inline double anti_bounce_back(int direction, double leaving, double excess_density, const Eigen::Vector3d& u) {
   const auto& e = d3q19::e[direction];
   const double eu = e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
   const double uu = u.squaredNorm();
-  return -leaving + 2.0 * d3q19::weight(direction) *
-                        (excess_density + (1.0 + excess_density) * (4.5 * eu * eu - 1.5 * uu));
+  return -leaving +
+         2.0 * d3q19::weight(direction) * (excess_density + (1.0 + excess_density) * (4.5 * eu * eu - 1.5 * uu));
 }
 
 /// The open faces of one block.
@@ -52,13 +51,11 @@ class PressureFaces {
     for (const Link& link : links_) {
       const CellMoments m = moments_of_cell(populations, layout_, link.cell, placement);
       const Eigen::Vector3d u = (m.momentum - half_force_) * (1.0 / (1.0 + m.excess_density));
-      const double leaving =
-          populations[layout_.location(link.cell, d3q19::opposite(link.direction), placement)];
+      const double leaving = populations[layout_.location(link.cell, d3q19::opposite(link.direction), placement)];
       entering_.push_back(anti_bounce_back(link.direction, leaving, link.excess_density, u));
     }
     for (std::size_t i = 0; i < links_.size(); ++i)
-      populations[layout_.entry(links_[i].cell, links_[i].direction, placement)] =
-          static_cast<T>(entering_[i]);
+      populations[layout_.entry(links_[i].cell, links_[i].direction, placement)] = static_cast<T>(entering_[i]);
   }
 
  private:

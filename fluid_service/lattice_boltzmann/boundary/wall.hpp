@@ -32,8 +32,7 @@ class MovingWalls {
       if (domain.box().contains(ghost)) return;
       const GhostSource source = ghost_source(domain, ghost, direction);
       if (source.addition == 0.0) return;
-      if (links_.empty() || links_.back().addition != source.addition)
-        links_.push_back({source.addition, {}});
+      if (links_.empty() || links_.back().addition != source.addition) links_.push_back({source.addition, {}});
       for (const Placement placement : {Placement::home, Placement::streamed})
         links_.back().entries[static_cast<std::size_t>(placement)].add(
             layout.entry(layout.site(source.cell), direction, placement));

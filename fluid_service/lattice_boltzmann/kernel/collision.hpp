@@ -26,12 +26,10 @@ template <class T>
 CollisionConstants<T> collision_constants(CollisionKind kind, double relaxation_time,
                                           const Eigen::Vector3d& body_force_lu) {
   constexpr double magic = 3.0 / 16.0;
-  const double odd_time =
-      kind == CollisionKind::bgk ? relaxation_time : 0.5 + magic / (relaxation_time - 0.5);
-  return {
-      static_cast<T>(0.5 / relaxation_time),
-      static_cast<T>(0.5 / odd_time),
-      {static_cast<T>(body_force_lu[0]), static_cast<T>(body_force_lu[1]), static_cast<T>(body_force_lu[2])}};
+  const double odd_time = kind == CollisionKind::bgk ? relaxation_time : 0.5 + magic / (relaxation_time - 0.5);
+  return {static_cast<T>(0.5 / relaxation_time),
+          static_cast<T>(0.5 / odd_time),
+          {static_cast<T>(body_force_lu[0]), static_cast<T>(body_force_lu[1]), static_cast<T>(body_force_lu[2])}};
 }
 
 /// Excess density δρ = Σ g_α and momentum j = Σ g_α e_α of deviations g_α = f_α − w_α.
@@ -45,8 +43,8 @@ struct Moments {
 template <class V>
 [[gnu::always_inline]] inline Moments<V> moments(const V (&g)[d3q19::directions]) {
   const V axes = (g[1] + g[2]) + (g[3] + g[4]) + (g[5] + g[6]);
-  const V diagonals = ((g[7] + g[8]) + (g[9] + g[10])) + ((g[11] + g[12]) + (g[13] + g[14])) +
-                      ((g[15] + g[16]) + (g[17] + g[18]));
+  const V diagonals =
+      ((g[7] + g[8]) + (g[9] + g[10])) + ((g[11] + g[12]) + (g[13] + g[14])) + ((g[15] + g[16]) + (g[17] + g[18]));
   const V d7 = g[7] - g[8];
   const V d9 = g[9] - g[10];
   const V d11 = g[11] - g[12];
@@ -79,8 +77,7 @@ template <bool has_force, class V, class T>
   const V shared = m.excess_density - (jx * jx + jy * jy + jz * jz) * (T(1.5) * inverse_density);
 
   V force_dot_u{};
-  if constexpr (has_force)
-    force_dot_u = (c.force[0] * jx + c.force[1] * jy + c.force[2] * jz) * inverse_density;
+  if constexpr (has_force) force_dot_u = (c.force[0] * jx + c.force[1] * jy + c.force[2] * jz) * inverse_density;
 
   const T keep_even = T(1) - c.half_rate_even;  // 1 − ω⁺/2
   const T keep_odd = T(1) - c.half_rate_odd;

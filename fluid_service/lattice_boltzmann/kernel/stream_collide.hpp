@@ -15,8 +15,8 @@ namespace copepod::fluid {
 /// Every cell is computed by the same sequence of IEEE operations whether it falls into the vector body or
 /// the remainder, and whatever the instruction set: no contraction to fused multiply-adds.
 template <class T>
-using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, Placement placement,
-                               const Box& region, const CollisionConstants<T>& constants, bool has_force);
+using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
+                               const CollisionConstants<T>& constants, bool has_force);
 
 /// The fastest build of the kernel that this machine can run.
 template <class T>
@@ -76,8 +76,8 @@ struct StreamCollideLoop {
   /// Slots of a row's end cells that are not in line with the row's others are put there for the time of its
   /// update, and back.
   template <bool into_row>
-  [[gnu::always_inline]] static void move_row_ends(T* populations, const PopulationLayout& layout,
-                                                   const Box& region, std::int64_t x, std::int64_t y) {
+  [[gnu::always_inline]] static void move_row_ends(T* populations, const PopulationLayout& layout, const Box& region,
+                                                   std::int64_t x, std::int64_t y) {
     const std::int64_t last = layout.block().extent(2) - 1;
     const auto move = [&](const Site& end) {
       for (const auto& [slot, in_row] : layout.detours(end.faces)) {

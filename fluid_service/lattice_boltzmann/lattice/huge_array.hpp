@@ -12,8 +12,7 @@ namespace copepod::fluid {
 template <class T>
 class HugeArray {
  public:
-  explicit HugeArray(std::size_t size)
-      : size_(size), bytes_((size * sizeof(T) + page - 1) / page * page + page) {
+  explicit HugeArray(std::size_t size) : size_(size), bytes_((size * sizeof(T) + page - 1) / page * page + page) {
     base_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (base_ == MAP_FAILED) throw std::bad_alloc();
     madvise(base_, bytes_, MADV_HUGEPAGE);

@@ -24,13 +24,9 @@ class LatticeUnits {
     return w_rad_per_s * step_s_;
   }
   /// ν_lu = ν Δt / Δx²
-  [[nodiscard]] double viscosity_lu(double nu_m2_per_s) const {
-    return nu_m2_per_s * step_s_ / (cell_m_ * cell_m_);
-  }
+  [[nodiscard]] double viscosity_lu(double nu_m2_per_s) const { return nu_m2_per_s * step_s_ / (cell_m_ * cell_m_); }
   /// τ = 3 ν_lu + 1/2
-  [[nodiscard]] double relaxation_time(double nu_m2_per_s) const {
-    return 3.0 * viscosity_lu(nu_m2_per_s) + 0.5;
-  }
+  [[nodiscard]] double relaxation_time(double nu_m2_per_s) const { return 3.0 * viscosity_lu(nu_m2_per_s) + 0.5; }
   /// Force per volume: g_lu = g Δt² / (ρ₀ Δx)
   [[nodiscard]] Eigen::Vector3d body_force_lu(const Eigen::Vector3d& g_N_per_m3) const {
     return g_N_per_m3 * (step_s_ * step_s_ / (density_ * cell_m_));
@@ -48,9 +44,7 @@ class LatticeUnits {
   /// ρ = ρ_lu ρ₀
   [[nodiscard]] double density_kg_per_m3(double density_lu) const { return density_lu * density_; }
   /// u = u_lu Δx / Δt
-  [[nodiscard]] double velocity_m_per_s(double velocity_lu) const {
-    return velocity_lu * (cell_m_ / step_s_);
-  }
+  [[nodiscard]] double velocity_m_per_s(double velocity_lu) const { return velocity_lu * (cell_m_ / step_s_); }
 
  private:
   double cell_m_;

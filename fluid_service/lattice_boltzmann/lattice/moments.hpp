@@ -19,8 +19,7 @@ inline double equilibrium_deviation(int alpha, double excess_density, const doub
   const auto& e = d3q19::e[alpha];
   const double eu = e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
   const double uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
-  return d3q19::weight(alpha) *
-         (excess_density + (1.0 + excess_density) * (3.0 * eu + 4.5 * eu * eu - 1.5 * uu));
+  return d3q19::weight(alpha) * (excess_density + (1.0 + excess_density) * (3.0 * eu + 4.5 * eu * eu - 1.5 * uu));
 }
 
 /// δρ = Σ (f_α − w_α), for any f that is called with a direction. Pairs are added first: the sum is then the

@@ -122,8 +122,7 @@ class PopulationLayout {
   static constexpr std::int64_t skew_lines = 3;
 
   [[nodiscard]] constexpr Faces on_faces(int axis, std::int64_t local) const {
-    return (local == 0 ? face_bit(axis, false) : 0U) |
-           (local == block_.extent(axis) - 1 ? face_bit(axis, true) : 0U);
+    return (local == 0 ? face_bit(axis, false) : 0U) | (local == block_.extent(axis) - 1 ? face_bit(axis, true) : 0U);
   }
 
   Box block_;

@@ -37,8 +37,7 @@ Extent with(Extent extent, std::uint64_t last) {
 /// @param due    samples that there should be, of other steps
 void warn_of_other_steps(std::int64_t found, std::int64_t due, std::int64_t step) {
   if (found > 0)
-    spdlog::warn(
-        "The {} samples of the checkpoint's mean field are left out (the case asks for other steps).", found);
+    spdlog::warn("The {} samples of the checkpoint's mean field are left out (the case asks for other steps).", found);
   if (due > 0)
     spdlog::warn(
         "The mean field will lack {} samples (they are of steps up to {}, from where the run is resumed). "
@@ -59,8 +58,7 @@ FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Com
 FieldWriter::Offsets FieldWriter::lay_out(const Attributes& attributes) const {
   const Cell& cells = images_.domain_cells();
   const bool exists = std::filesystem::exists(path_) && std::filesystem::file_size(path_) > 0;
-  require_space(path_, cells[0] * cells[1] * cells[2] * bytes_per_cell + structure_bytes,
-                communicator_.context());
+  require_space(path_, cells[0] * cells[1] * cells[2] * bytes_per_cell + structure_bytes, communicator_.context());
   Hdf5File file(path_, exists ? Hdf5File::Access::extend : Hdf5File::Access::create, communicator_.context());
   if (file.has(unfinished)) file.remove(unfinished);  // of a run that was killed
   file.make_group(unfinished);
@@ -85,8 +83,7 @@ void FieldWriter::write_cells(const Offsets& offsets, const FieldBlock& block) c
     const Extent start = in_file_order(image.box.low);
     const Extent count = in_file_order({image.box.extent(0), image.box.extent(1), image.box.extent(2)});
     file.write(offsets.density, shape, start, count, image.density_kg_per_m3.data());
-    file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3),
-               image.velocity_m_per_s.data());
+    file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3), image.velocity_m_per_s.data());
     file.write(offsets.body, shape, start, count, image.body.data());
   }
 }

@@ -71,8 +71,8 @@ FileBlock MirrorImages::image(const FieldBlock& block, const std::array<bool, 3>
         file.density_kg_per_m3[to] = block.density_kg_per_m3[from];
         file.body[to] = block.body[from];
         for (std::size_t axis = 0; axis < 3; ++axis)
-          file.velocity_m_per_s[3 * to + axis] = mirrored[axis] ? -block.velocity_m_per_s[3 * from + axis]
-                                                                : block.velocity_m_per_s[3 * from + axis];
+          file.velocity_m_per_s[3 * to + axis] =
+              mirrored[axis] ? -block.velocity_m_per_s[3 * from + axis] : block.velocity_m_per_s[3 * from + axis];
       }
   return file;
 }

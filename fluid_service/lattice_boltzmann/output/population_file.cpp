@@ -51,8 +51,8 @@ std::vector<double> rows_of(const Kinematics& kinematics) {
 }
 
 void take_rows(const std::vector<double>& rows, Kinematics& kinematics) {
-  const Eigen::Map<const Eigen::Matrix<double, 13, Eigen::Dynamic>> all(
-      rows.data(), 13, static_cast<Eigen::Index>(rows.size() / 13));
+  const Eigen::Map<const Eigen::Matrix<double, 13, Eigen::Dynamic>> all(rows.data(), 13,
+                                                                        static_cast<Eigen::Index>(rows.size() / 13));
   kinematics.position_m = all.middleRows<3>(0);
   kinematics.orientation_wxyz = all.middleRows<4>(3);
   kinematics.velocity_m_per_s = all.middleRows<3>(7);
@@ -141,8 +141,8 @@ struct Offsets {
 
 /// Makes the file with everything but the values of its datasets, and takes the disk space.
 template <class T>
-Offsets lay_out(const std::string& path, const PopulationHeader& header, const FluidState& state,
-                std::uint64_t sum, SolverContext& context) {
+Offsets lay_out(const std::string& path, const PopulationHeader& header, const FluidState& state, std::uint64_t sum,
+                SolverContext& context) {
   const std::int64_t mean_bytes = state.mean.samples() > 0 ? 4 * sizeof(double) + sizeof(std::int32_t) : 0;
   const std::int64_t cell_bytes = 19 * std::int64_t{sizeof(T)} + mean_bytes;
   require_space(path,
@@ -166,8 +166,8 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   Offsets offsets;
   offsets.populations = file.make_dataset<T>(populations_name, with(shape, 19));
   if (state.kinematics.bodies() > 0)
-    offsets.kinematics = file.make_dataset<double>(
-        kinematics_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), 13});
+    offsets.kinematics =
+        file.make_dataset<double>(kinematics_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), 13});
   if (state.mean.samples() > 0) {
     offsets.density = file.make_dataset<double>(density_name, shape);
     offsets.velocity = file.make_dataset<double>(velocity_name, with(shape, 3));
@@ -251,13 +251,11 @@ std::string size_text(const Cell& cells) {
 
 /// Reads the header and refuses the checkpoint of another case.
 PopulationHeader read_header(Hdf5File& file, const std::string& path, const PopulationHeader& expected) {
-  if (const auto version = file.read_attribute<std::int64_t>(root, "format_version");
-      version != format_version)
+  if (const auto version = file.read_attribute<std::int64_t>(root, "format_version"); version != format_version)
     throw StorageError(path + " has checkpoint format " + std::to_string(version) + " (this version reads " +
                        std::to_string(format_version) + "). Resume with the version that wrote it.");
   PopulationHeader header;
-  header.cells = {file.read_attribute<std::int64_t>(root, "nx"),
-                  file.read_attribute<std::int64_t>(root, "ny"),
+  header.cells = {file.read_attribute<std::int64_t>(root, "nx"), file.read_attribute<std::int64_t>(root, "ny"),
                   file.read_attribute<std::int64_t>(root, "nz")};
   header.case_digest = file.read_attribute<std::uint64_t>(root, "case_digest");
   header.step = file.read_attribute<std::int64_t>(root, "step");
@@ -265,8 +263,7 @@ PopulationHeader read_header(Hdf5File& file, const std::string& path, const Popu
     throw StorageError(path + " holds " + size_text(header.cells) + " cells (the case has " +
                        size_text(expected.cells) + "). Resume with the case that wrote it.");
   if (header.case_digest != expected.case_digest)
-    throw StorageError(
-        path + " is of another case (its fluid settings differ). Resume with the case that wrote it.");
+    throw StorageError(path + " is of another case (its fluid settings differ). Resume with the case that wrote it.");
   return header;
 }
 
@@ -277,8 +274,7 @@ std::uint64_t digest_of(const FluidSetup& setup) {
   physics.fields = {};
   physics.trace_directory.clear();
   Digest digest;
-  for (const char byte : conversion::to_bytes(physics))
-    digest.add(std::uint64_t{static_cast<unsigned char>(byte)});
+  for (const char byte : conversion::to_bytes(physics)) digest.add(std::uint64_t{static_cast<unsigned char>(byte)});
   return digest.value();
 }
 
@@ -295,8 +291,7 @@ void save_populations(const std::string& path, Communicator& communicator, const
   Offsets offsets;
   on_leader(communicator, [&] {
     offsets = lay_out<T>(unfinished, header, state, sum, communicator.context());
-    if (state.kinematics.bodies() > 0)
-      write_kinematics(unfinished, offsets, state.kinematics, communicator.context());
+    if (state.kinematics.bodies() > 0) write_kinematics(unfinished, offsets, state.kinematics, communicator.context());
   });
   communicator.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
   on_every_rank(communicator, [&] {
@@ -310,8 +305,8 @@ void save_populations(const std::string& path, Communicator& communicator, const
 
 template <class T>
 PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
-                                     const PopulationHeader& expected, const Box& box,
-                                     const TakePopulations<T>& take, FluidState& state) {
+                                     const PopulationHeader& expected, const Box& box, const TakePopulations<T>& take,
+                                     FluidState& state) {
   PopulationHeader header;
   std::uint64_t digest = 0;
   std::uint64_t written = 0;
@@ -324,8 +319,7 @@ PopulationHeader restore_populations(const std::string& path, Communicator& comm
     written = file.read_attribute<std::uint64_t>(root, "checksum");
   });
   if (checksum(communicator, header, digest, state) != written)
-    throw StorageError(path +
-                       " is damaged (its checksum does not match its contents). Use an earlier checkpoint.");
+    throw StorageError(path + " is damaged (its checksum does not match its contents). Use an earlier checkpoint.");
   return header;
 }
 
@@ -333,9 +327,9 @@ template void save_populations(const std::string&, Communicator&, const Populati
                                const GetPopulations<float>&, const FluidState&);
 template void save_populations(const std::string&, Communicator&, const PopulationHeader&, const Box&,
                                const GetPopulations<double>&, const FluidState&);
-template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&,
-                                              const Box&, const TakePopulations<float>&, FluidState&);
-template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&,
-                                              const Box&, const TakePopulations<double>&, FluidState&);
+template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&, const Box&,
+                                              const TakePopulations<float>&, FluidState&);
+template PopulationHeader restore_populations(const std::string&, Communicator&, const PopulationHeader&, const Box&,
+                                              const TakePopulations<double>&, FluidState&);
 
 }  // namespace copepod::fluid

@@ -36,8 +36,7 @@ struct FluidState {
 /// @param populations  called with α = 0 … 18
 template <class Populations>
 std::uint64_t digest_of_cell(const Cell& domain_cells, const Cell& cell, const Populations& populations) {
-  Digest digest(
-      static_cast<std::uint64_t>((cell[0] * domain_cells[1] + cell[1]) * domain_cells[2] + cell[2]));
+  Digest digest(static_cast<std::uint64_t>((cell[0] * domain_cells[1] + cell[1]) * domain_cells[2] + cell[2]));
   for (int alpha = 0; alpha < 19; ++alpha) digest.add(populations(alpha));
   return digest.value();
 }
@@ -70,7 +69,7 @@ void save_populations(const std::string& path, Communicator& communicator, const
 /// @throws StorageError on all ranks if the file is missing, damaged (checksum) or of another case
 template <class T>
 PopulationHeader restore_populations(const std::string& path, Communicator& communicator,
-                                     const PopulationHeader& expected, const Box& box,
-                                     const TakePopulations<T>& take, FluidState& state);
+                                     const PopulationHeader& expected, const Box& box, const TakePopulations<T>& take,
+                                     FluidState& state);
 
 }  // namespace copepod::fluid

@@ -27,8 +27,7 @@ constexpr Field fields[] = {{"density_kg_per_m3", "Scalar", "NumberType='Float' 
                             {"velocity_m_per_s", "Vector", "NumberType='Float' Precision='8'", " 3"},
                             {"body", "Scalar", "NumberType='Int' Precision='4'", ""}};
 
-void add_grid(std::ostream& text, const XdmfDescription& d, const std::string& group,
-              const std::string& indent) {
+void add_grid(std::ostream& text, const XdmfDescription& d, const std::string& group, const std::string& indent) {
   const Cell nodes = {d.cells[0] + 1, d.cells[1] + 1, d.cells[2] + 1};
   text << indent << "<Grid Name='" << group << "' GridType='Uniform'>\n";
   if (const std::int64_t step = step_of_group(group); step >= 0)
@@ -38,15 +37,13 @@ void add_grid(std::ostream& text, const XdmfDescription& d, const std::string& g
        << indent
        << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>0 0 "
           "0</DataItem>\n"
-       << indent << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>"
-       << d.cell_size_m << " " << d.cell_size_m << " " << d.cell_size_m << "</DataItem>\n"
+       << indent << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>" << d.cell_size_m
+       << " " << d.cell_size_m << " " << d.cell_size_m << "</DataItem>\n"
        << indent << "  </Geometry>\n";
   for (const Field& field : fields)
-    text << indent << "  <Attribute Name='" << field.name << "' AttributeType='" << field.kind
-         << "' Center='Cell'>\n"
-         << indent << "    <DataItem Dimensions='" << in_file_order(d.cells) << field.shape_end << "' "
-         << field.number << " Format='HDF'>" << d.data_file << ":/" << group << "/" << field.name
-         << "</DataItem>\n"
+    text << indent << "  <Attribute Name='" << field.name << "' AttributeType='" << field.kind << "' Center='Cell'>\n"
+         << indent << "    <DataItem Dimensions='" << in_file_order(d.cells) << field.shape_end << "' " << field.number
+         << " Format='HDF'>" << d.data_file << ":/" << group << "/" << field.name << "</DataItem>\n"
          << indent << "  </Attribute>\n";
   text << indent << "</Grid>\n";
 }
@@ -71,8 +68,7 @@ std::string xdmf_text(const XdmfDescription& description) {
   bool in_collection = false;
   for (const std::string& group : description.groups) {
     if (step_of_group(group) < 0) continue;
-    if (!in_collection)
-      text << "    <Grid Name='snapshots' GridType='Collection' CollectionType='Temporal'>\n";
+    if (!in_collection) text << "    <Grid Name='snapshots' GridType='Collection' CollectionType='Temporal'>\n";
     in_collection = true;
     add_grid(text, description, group, "      ");
   }

@@ -12,8 +12,7 @@ std::size_t allocations = 0;
 }
 
 // glibc lets a program take malloc's place; operator new and Eigen both end up here.
-extern "C" void* __libc_malloc(
-    std::size_t size);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
+extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier,readability-identifier-naming)
 extern "C" void* malloc(std::size_t size) {
   ++allocations;
   return __libc_malloc(size);

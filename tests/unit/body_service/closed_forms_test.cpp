@@ -139,8 +139,7 @@ TEST(ClosedForms, AxialMotionTakesTheLoadsAlongTheAxisOnly) {
   const double angular_acceleration = body.axis.dot(torque) / body.axis.dot(inertia_W * body.axis);
   const double angle = 5.0 * t + 0.5 * angular_acceleration * t * t;
   EXPECT_TRUE(end.position_m.col(0).isApprox(0.5 * acceleration * t * t * body.axis, 1e-12));
-  EXPECT_TRUE(
-      end.angular_velocity_rad_per_s.col(0).isApprox((5.0 + angular_acceleration * t) * body.axis, 1e-12));
+  EXPECT_TRUE(end.angular_velocity_rad_per_s.col(0).isApprox((5.0 + angular_acceleration * t) * body.axis, 1e-12));
   EXPECT_TRUE(end.orientation_wxyz.col(0).isApprox(rotated(angle * body.axis, body.orientation_wxyz), 1e-10));
   EXPECT_GT(std::abs(angular_acceleration * t), 0.01) << "the torque would not be tested";
 }

@@ -77,8 +77,7 @@ TEST(RigidBodySolver, GivesTheSameBitsInWhateverOrderTheBodiesAre) {
   for (int body = 0; body < 3 * swimmers; ++body) {
     EXPECT_EQ(first.position_m.col(body), second.position_m.col(scattered[body])) << body;
     EXPECT_EQ(first.orientation_wxyz.col(body), second.orientation_wxyz.col(scattered[body])) << body;
-    EXPECT_EQ(first.angular_velocity_rad_per_s.col(body),
-              second.angular_velocity_rad_per_s.col(scattered[body]));
+    EXPECT_EQ(first.angular_velocity_rad_per_s.col(body), second.angular_velocity_rad_per_s.col(scattered[body]));
   }
 }
 
@@ -121,8 +120,7 @@ TEST(RigidBodySolver, ContinuesBitForBitAfterARestart) {
 }
 
 TEST(RigidBodySolver, NamesTheBodyWhoseMotionIsNotFinite) {
-  for (const double spoiled :
-       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double spoiled : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     RigidBodySolver solver(swarm(2, identity(6)));
     Kinematics next;
     AppliedLoads applied = no_loads(solver, 6);
@@ -136,22 +134,19 @@ TEST(RigidBodySolver, NamesTheBodyWhoseMotionIsNotFinite) {
 TEST(RigidBodySolver, EndsWhenDrivenBodiesMeet) {
   RigidBodySolver solver(setup_of({bead("left", {0, 0, 0}), bead("right", {0, 0, 9e-6})}, 1e-9));
   const std::string reason = reason_of<SolverError>([&] {
-    advance(solver, 100000,
-            [](AppliedLoads& applied) { applied.driving_N.row(2) << 1e-6, 0, 1e-6, 0, 1e-6, 0; });
+    advance(solver, 100000, [](AppliedLoads& applied) { applied.driving_N.row(2) << 1e-6, 0, 1e-6, 0, 1e-6, 0; });
   });
   EXPECT_TRUE(contains(reason, "bodies 'left' and 'right' overlap"));
 }
 
 TEST(RigidBodySolver, RefusesBodiesThatOverlapAtTheStart) {
   const BodySetup setup = setup_of({bead("one", {0, 0, 0}), bead("two", {0, 0, 7e-6})}, 1e-9);
-  EXPECT_TRUE(
-      contains(reason_of<SolverError>([&] { const RigidBodySolver solver(setup); }), "'one' and 'two'"));
+  EXPECT_TRUE(contains(reason_of<SolverError>([&] { const RigidBodySolver solver(setup); }), "'one' and 'two'"));
 }
 
 TEST(RigidBodySolver, RefusesAStepThatIsNoTime) {
   for (const double step_s : {0.0, -1.0, std::nan("")}) {
-    EXPECT_TRUE(contains(reason_of<CaseError>([&] { const RigidBodySolver solver(setup_of({}, step_s)); }),
-                         "step_s"));
+    EXPECT_TRUE(contains(reason_of<CaseError>([&] { const RigidBodySolver solver(setup_of({}, step_s)); }), "step_s"));
   }
 }
 

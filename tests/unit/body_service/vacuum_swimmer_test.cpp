@@ -56,9 +56,9 @@ double stroke_N(double steps_since_start) {
 
 /// Beads in the order B2 (trailing), B1 (middle), B3 (leading), as in the reference.
 BodySetup swimmer(Integrator integrator) {
-  BodySetup setup = setup_of(
-      {bead("B2", {0, 0, 25 * cell_m}), bead("B1", {0, 0, 50 * cell_m}), bead("B3", {0, 0, 75 * cell_m})},
-      step_s(), integrator);
+  BodySetup setup =
+      setup_of({bead("B2", {0, 0, 25 * cell_m}), bead("B1", {0, 0, 50 * cell_m}), bead("B3", {0, 0, 75 * cell_m})},
+               step_s(), integrator);
   for (const int trailing : {0, 1}) {
     SpringSpecification spring;
     spring.body_A = trailing;
@@ -104,8 +104,7 @@ LargestErrors errors_against_reference(Integrator integrator) {
     for (int bead = 0; bead < 3; ++bead) {
       const double z = state.position_m(2, bead) / cell_m;
       const double v = state.velocity_m_per_s(2, bead) * step_s() / cell_m;
-      errors.position =
-          std::max(errors.position, std::abs(z - row.z_cells[bead]) / std::abs(row.z_cells[bead]));
+      errors.position = std::max(errors.position, std::abs(z - row.z_cells[bead]) / std::abs(row.z_cells[bead]));
       errors.velocity = std::max(errors.velocity, std::abs(v - row.v_cells_per_step[bead]) / velocity_scale);
     }
     EXPECT_TRUE(state.position_m.topRows(2).isZero(0.0)) << "off the axis at step " << row.step;

@@ -104,19 +104,17 @@ class PointMassBodies : public BodySolver {
     std::ifstream file(path, std::ios::binary);
     file.read(reinterpret_cast<char*>(&state_.step), sizeof state_.step);
     for (Eigen::Matrix3Xd* part : {&state_.position_m, &state_.velocity_m_per_s}) {
-      file.read(reinterpret_cast<char*>(part->data()),
-                static_cast<std::streamsize>(part->size() * sizeof(double)));
+      file.read(reinterpret_cast<char*>(part->data()), static_cast<std::streamsize>(part->size() * sizeof(double)));
     }
     if (!file) throw StorageError(path + " cannot be read (too short). Use another checkpoint.");
   }
   SolverSummary summarise() override { return {42, 0, 1, {{"integrate", 0.01}}}; }
 
  private:
-  Eigen::Matrix3Xd acceleration(const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v,
-                                const AppliedLoads& applied, Eigen::Index node) const {
+  Eigen::Matrix3Xd acceleration(const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v, const AppliedLoads& applied,
+                                Eigen::Index node) const {
     const Eigen::Index bodies = x.cols();
-    Eigen::Matrix3Xd force =
-        applied.hydrodynamic.force_N + applied.driving_N.middleCols(node * bodies, bodies);
+    Eigen::Matrix3Xd force = applied.hydrodynamic.force_N + applied.driving_N.middleCols(node * bodies, bodies);
     for (const SpringSpecification& spring : setup_.springs) {
       const Eigen::Vector3d between = x.col(spring.body_B) - x.col(spring.body_A);
       const Eigen::Vector3d closing = v.col(spring.body_B) - v.col(spring.body_A);
@@ -126,8 +124,7 @@ class PointMassBodies : public BodySolver {
       force.col(spring.body_A) += pull * direction;
       force.col(spring.body_B) -= pull * direction;
     }
-    for (Eigen::Index i = 0; i < bodies; ++i)
-      force.col(i) /= setup_.bodies[static_cast<std::size_t>(i)].mass_kg;
+    for (Eigen::Index i = 0; i < bodies; ++i) force.col(i) /= setup_.bodies[static_cast<std::size_t>(i)].mass_kg;
     return force;
   }
 

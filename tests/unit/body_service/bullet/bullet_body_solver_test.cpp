@@ -30,17 +30,15 @@ SpringSpecification spring_between(int A, int B, double rest_length_m) {
 /// A swimmer off its rest lengths, tilted in space: its middle bead answers to two springs.
 BodySetup swimmer(Integrator integrator) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, 2) / 3.0;
-  BodySetup setup =
-      setup_of({bead("B2", -17e-6 * axis), bead("B1", Eigen::Vector3d::Zero()), bead("B3", 15e-6 * axis)},
-               step_s, integrator);
+  BodySetup setup = setup_of({bead("B2", -17e-6 * axis), bead("B1", Eigen::Vector3d::Zero()), bead("B3", 15e-6 * axis)},
+                             step_s, integrator);
   setup.springs = {spring_between(0, 1, 16e-6), spring_between(1, 2, 16e-6)};
   return setup;
 }
 
 void drive(AppliedLoads& applied) {
   const double phase = 2.0 * std::numbers::pi * static_cast<double>(applied.hydrodynamic.step) / 4000.0;
-  applied.hydrodynamic.force_N.row(0) << 1e-6 * std::sin(phase), -2e-6 * std::sin(phase),
-      1e-6 * std::sin(phase);
+  applied.hydrodynamic.force_N.row(0) << 1e-6 * std::sin(phase), -2e-6 * std::sin(phase), 1e-6 * std::sin(phase);
 }
 
 double largest_distance_m(const Kinematics& one, const Kinematics& other) {
@@ -110,8 +108,8 @@ TEST(BulletBodySolver, TumblesCapsulesToFirstOrder) {
 }
 
 TEST(BulletBodySolver, PullsAtAnchorsLikeOurOwn) {
-  BodySetup setup = setup_of({capsule("one", {0, 0, 0}), capsule("two", {0, 0, 30e-6})}, step_s,
-                             Integrator::semi_implicit_euler);
+  BodySetup setup =
+      setup_of({capsule("one", {0, 0, 0}), capsule("two", {0, 0, 30e-6})}, step_s, Integrator::semi_implicit_euler);
   setup.springs = {spring_between(0, 1, 20e-6)};
   setup.springs[0].anchor_A_m = {0, 1e-6, 4e-6};
   setup.springs[0].anchor_B_m = {1e-6, 0, -4e-6};
@@ -227,8 +225,7 @@ TEST(BulletBodySolver, RefusesStatesOfTheOtherSolver) {
 }
 
 TEST(BulletBodySolver, RefusesWhatCannotBeComputed) {
-  EXPECT_TRUE(
-      contains(reason_of<CaseError>([] { const BulletBodySolver none(setup_of({}, 0.0)); }), "step_s"));
+  EXPECT_TRUE(contains(reason_of<CaseError>([] { const BulletBodySolver none(setup_of({}, 0.0)); }), "step_s"));
   BulletBodySolver bullet(swimmer(Integrator::runge_kutta_4));
   Kinematics next;
   AppliedLoads applied = no_loads(bullet, 3);
@@ -246,8 +243,7 @@ TEST(BulletBodySolver, FallsByItsBuoyantWeight) {
   const double mass_kg = 5.44e-13;
   const double volume_m3 = 4.0 / 3.0 * std::numbers::pi * std::pow(4e-6, 3);
   BulletBodySolver bullet(setup);
-  EXPECT_NEAR(advance(bullet, 100).velocity_m_per_s(2, 0), -9.81 * (1 - 1000 * volume_m3 / mass_kg) * 100e-6,
-              1e-15);
+  EXPECT_NEAR(advance(bullet, 100).velocity_m_per_s(2, 0), -9.81 * (1 - 1000 * volume_m3 / mass_kg) * 100e-6, 1e-15);
 }
 
 }  // namespace

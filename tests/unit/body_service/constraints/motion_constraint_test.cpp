@@ -45,11 +45,8 @@ TEST(MotionConstraint, LeavesFreeBodiesAlone) {
 }
 
 TEST(MotionConstraint, RefusesAVelocityOffTheAxis) {
-  EXPECT_TRUE(
-      constrained_velocities(moving(MotionKind::axis, 5.0 * axis)).linear_m_per_s.isApprox(5.0 * axis));
-  const std::string reason = reason_of<CaseError>([] {
-    constrained_velocities(moving(MotionKind::axis, {1, 0, 0}));
-  });
+  EXPECT_TRUE(constrained_velocities(moving(MotionKind::axis, 5.0 * axis)).linear_m_per_s.isApprox(5.0 * axis));
+  const std::string reason = reason_of<CaseError>([] { constrained_velocities(moving(MotionKind::axis, {1, 0, 0})); });
   EXPECT_TRUE(contains(reason, "velocity_m_per_s points off its axis"));
   BodySpecification turning = moving(MotionKind::axis, {0, 0, 0});
   turning.angular_velocity_rad_per_s = {0, 1, 0};

@@ -28,8 +28,7 @@ std::string reason_at_start(const BodySetup& setup) {
 }
 
 /// Two bodies that touch when `gap` is zero; they overlap just inside and do not just outside.
-void expect_contact_at(const BodySpecification& first, BodySpecification second,
-                       const Eigen::Vector3d& touching_m) {
+void expect_contact_at(const BodySpecification& first, BodySpecification second, const Eigen::Vector3d& touching_m) {
   const Eigen::Vector3d outwards = (touching_m - first.position_m).normalized();
   second.position_m = touching_m + 1e-10 * outwards;
   EXPECT_EQ(reason_at_start(setup_of({first, second}, 1e-9)), "no overlap");
@@ -66,8 +65,7 @@ TEST(OverlapCheck, FindsTheContactOfCrossedCapsules) {
 }
 
 TEST(OverlapCheck, ReportsTheDepthAndWhatToDo) {
-  const std::string reason =
-      reason_at_start(setup_of({bead("a", {0, 0, 0}), bead("b", {0, 0, 7.5 * um})}, 1e-9));
+  const std::string reason = reason_at_start(setup_of({bead("a", {0, 0, 0}), bead("b", {0, 0, 7.5 * um})}, 1e-9));
   EXPECT_TRUE(contains(reason, "5.000e-07 m"));
   EXPECT_TRUE(contains(reason, "further apart"));
 }
@@ -91,8 +89,7 @@ TEST(OverlapCheck, FindsTheNearestImageOfBodiesAsLongAsTheBox) {
 
   const auto distance = [&](int image) {
     const Eigen::Vector3d centre = upper.position_m + Eigen::Vector3d(0, 0, image * 30 * um);
-    return segment_distance_m({lower.position_m, {0, 0, 10 * um}},
-                              {centre, 8 * um * z_axis(upper.orientation_wxyz)});
+    return segment_distance_m({lower.position_m, {0, 0, 10 * um}}, {centre, 8 * um * z_axis(upper.orientation_wxyz)});
   };
   ASSERT_LT(distance(0), 2 * um);
   ASSERT_GT(distance(-1), 2 * um);
@@ -102,16 +99,15 @@ TEST(OverlapCheck, FindsTheNearestImageOfBodiesAsLongAsTheBox) {
 TEST(OverlapCheck, SeesABodyThatMeetsItsOwnImage) {
   BodySetup setup = setup_of({capsule("snake", {0, 0, 0})}, 1e-9);
   setup.periodic_length_m = {10 * um, 10 * um, 15 * um};
-  EXPECT_TRUE(
-      contains(reason_at_start(setup), "'snake' overlaps with its own periodic image by 1.000e-06 m"));
+  EXPECT_TRUE(contains(reason_at_start(setup), "'snake' overlaps with its own periodic image by 1.000e-06 m"));
   setup.bodies[0] = lying(setup.bodies[0]);
   setup.periodic_length_m = {17 * um, 9 * um, 9 * um};
   EXPECT_EQ(reason_at_start(setup), "no overlap");
 }
 
 TEST(OverlapCheck, CatchesABodyThatComesFromFarAway) {
-  const BodySetup setup = setup_of(
-      {bead("target", {0, 0, 0}), bead("other", {0, 50 * um, 0}), bead("bullet", {0, 0, 500 * um})}, 1e-9);
+  const BodySetup setup =
+      setup_of({bead("target", {0, 0, 0}), bead("other", {0, 50 * um, 0}), bead("bullet", {0, 0, 500 * um})}, 1e-9);
   const BodyModel model(setup);
   // The place where pairs were listed last before the impact differs with the start.
   for (const double start : {500.0, 497.0, 494.0, 491.0}) {

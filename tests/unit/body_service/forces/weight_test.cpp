@@ -20,8 +20,7 @@ TEST(BuoyantWeight, IsGravityAloneInVacuum) {
 }
 
 TEST(Weight, IsAddedToTheBodiesOfABlock) {
-  BodySetup setup =
-      setup_of({bead("first", {0, 0, 0}), bead("heavy", {0, 0, 1}), capsule("light", {0, 0, 2})}, 1e-9);
+  BodySetup setup = setup_of({bead("first", {0, 0, 0}), bead("heavy", {0, 0, 1}), capsule("light", {0, 0, 2})}, 1e-9);
   setup.bodies[1].mass_kg = 1e-11;
   setup.gravity_m_per_s2 = {0, 0, -9.81};
   setup.fluid_density_kg_per_m3 = 1360.0;

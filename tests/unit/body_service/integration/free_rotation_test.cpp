@@ -37,11 +37,9 @@ TEST_P(FreeRotation, ConservesAngularMomentumAndUnitLength) {
   EXPECT_TRUE(end.position_m.isZero(0.0));
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, FreeRotation,
-                         testing::Values(Integrator::semi_implicit_euler, Integrator::runge_kutta_4),
+INSTANTIATE_TEST_SUITE_P(Of, FreeRotation, testing::Values(Integrator::semi_implicit_euler, Integrator::runge_kutta_4),
                          [](const auto& integrator) {
-                           return integrator.param == Integrator::runge_kutta_4 ? "RungeKutta4"
-                                                                                : "SemiImplicitEuler";
+                           return integrator.param == Integrator::runge_kutta_4 ? "RungeKutta4" : "SemiImplicitEuler";
                          });
 
 TEST(FreeRotationWithRungeKutta4, ConservesEnergy) {

@@ -20,16 +20,12 @@ std::string refusal(const std::function<void(BodySpecification&)>& spoil) {
 
 TEST(BodyModel, NamesTheBodyAndTheProblemOfAnImpossibleBody) {
   EXPECT_TRUE(contains(refusal([](auto& body) { body.mass_kg = 0.0; }), "body 'odd one': mass_kg"));
-  EXPECT_TRUE(contains(refusal([](auto& body) { body.mass_kg = std::numeric_limits<double>::quiet_NaN(); }),
-                       "mass_kg"));
+  EXPECT_TRUE(
+      contains(refusal([](auto& body) { body.mass_kg = std::numeric_limits<double>::quiet_NaN(); }), "mass_kg"));
   EXPECT_TRUE(contains(refusal([](auto& body) { body.shape.radius_m = -1.0; }), "radius_m"));
   EXPECT_TRUE(contains(refusal([](auto& body) { body.shape.length_m = -1.0; }), "length_m"));
-  EXPECT_TRUE(contains(refusal([](auto& body) {
-                         body.orientation_wxyz = {1, 1, 0, 0};
-                       }),
-                       "orientation_wxyz"));
-  EXPECT_TRUE(
-      contains(refusal([](auto& body) { body.orientation_wxyz.setConstant(std::nan("")); }), "orientation"));
+  EXPECT_TRUE(contains(refusal([](auto& body) { body.orientation_wxyz = {1, 1, 0, 0}; }), "orientation_wxyz"));
+  EXPECT_TRUE(contains(refusal([](auto& body) { body.orientation_wxyz.setConstant(std::nan("")); }), "orientation"));
   EXPECT_TRUE(contains(refusal([](auto& body) { body.position_m[1] = std::nan(""); }), "not finite"));
 }
 

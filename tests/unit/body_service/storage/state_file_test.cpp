@@ -64,8 +64,8 @@ TEST(StateDigest, SeesASingleBitOfEveryPartOfTheState) {
   state.orientation_wxyz.setOnes();
   const std::uint64_t original = state_digest(7, state);
   EXPECT_NE(state_digest(8, state), original);
-  for (double* number : {&state.position_m(2, 1), &state.orientation_wxyz(3, 1),
-                         &state.velocity_m_per_s(0, 0), &state.angular_momentum_N_m_s(1, 1)}) {
+  for (double* number : {&state.position_m(2, 1), &state.orientation_wxyz(3, 1), &state.velocity_m_per_s(0, 0),
+                         &state.angular_momentum_N_m_s(1, 1)}) {
     *number = std::nextafter(1.0, 2.0);
     EXPECT_NE(state_digest(7, state), original);
     *number = 1.0;
@@ -75,8 +75,7 @@ TEST(StateDigest, SeesASingleBitOfEveryPartOfTheState) {
 
 class StateFile : public testing::Test {
  protected:
-  StateFile()
-      : folder_(std::filesystem::temp_directory_path() / ("state_file_test_" + std::to_string(::getpid()))) {
+  StateFile() : folder_(std::filesystem::temp_directory_path() / ("state_file_test_" + std::to_string(::getpid()))) {
     std::filesystem::create_directories(folder_);
     state_.resize(3);
     state_.position_m.setRandom();
@@ -100,9 +99,7 @@ class StateFile : public testing::Test {
     std::ifstream file(path(), std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
   }
-  void replace(const std::string& bytes) const {
-    std::ofstream(path(), std::ios::binary | std::ios::trunc) << bytes;
-  }
+  void replace(const std::string& bytes) const { std::ofstream(path(), std::ios::binary | std::ios::trunc) << bytes; }
 
   static constexpr std::uint64_t case_digest = 0x123456789abcdef0ULL;
   std::filesystem::path folder_;
@@ -147,9 +144,7 @@ TEST_F(StateFile, LeavesNoUnfinishedFileBeside) {
   EXPECT_EQ(files, 1);
 }
 
-TEST_F(StateFile, RefusesAMissingFile) {
-  EXPECT_TRUE(contains(refusal(), "could not be opened (No such file"));
-}
+TEST_F(StateFile, RefusesAMissingFile) { EXPECT_TRUE(contains(refusal(), "could not be opened (No such file")); }
 
 TEST_F(StateFile, RefusesEveryTruncatedFile) {
   write();

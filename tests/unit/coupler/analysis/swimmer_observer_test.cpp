@@ -74,11 +74,9 @@ Eigen::Matrix3Xd constant_forces(double trailing, double middle, double leading)
   return force;
 }
 
-void play(SwimmerObserver& observer, const MadeUpMotion& motion, const Eigen::Matrix3Xd& driving,
-          std::int64_t steps) {
+void play(SwimmerObserver& observer, const MadeUpMotion& motion, const Eigen::Matrix3Xd& driving, std::int64_t steps) {
   const Loads none;
-  for (std::int64_t step = 0; step < steps; ++step)
-    observer.observe({step, motion.at(step), none, none, driving});
+  for (std::int64_t step = 0; step < steps; ++step) observer.observe({step, motion.at(step), none, none, driving});
   observer.finish({steps, motion.at(steps), none, none, driving});
 }
 
@@ -161,8 +159,7 @@ TEST(SwimmerObserver, ContinuesFromRestoredSumsBitForBit) {
   for (std::int64_t step = 0; step < cut; ++step) first.observe({step, motion.at(step), none, none, driving});
   SwimmerObserver second(three_spheres(), 0);
   second.restore(first.sums());
-  for (std::int64_t step = cut; step < 3 * period; ++step)
-    second.observe({step, motion.at(step), none, none, driving});
+  for (std::int64_t step = cut; step < 3 * period; ++step) second.observe({step, motion.at(step), none, none, driving});
   second.finish({3 * period, motion.at(3 * period), none, none, driving});
   ASSERT_TRUE(second.measurement());
   EXPECT_EQ(whole.measurement()->arms[0].amplitude_m, second.measurement()->arms[0].amplitude_m);
@@ -183,8 +180,7 @@ TEST(SwimmerReport, PrintsTheRowOfThePapersTablesInLatticeUnits) {
   const double K = 3.0 * 64 / (2.0 * 144) * (1 / (16.2 * 16.2) + 1 / (15.9 * 15.9) - 1 / (32.1 * 32.1));
   EXPECT_NEAR(report["K"].get<double>(), K, 1e-12);
   EXPECT_NEAR(report["u_GA_lattice"].get<double>(), K * 2.5 * 3.8 * 2 * pi / period * std::sin(1.3), 1e-12);
-  EXPECT_NEAR(report["as_in_paper"]["u_GA_lattice"].get<double>(), K * 2.5 * 3.8 * 0.016 * std::sin(1.3),
-              1e-12);
+  EXPECT_NEAR(report["as_in_paper"]["u_GA_lattice"].get<double>(), K * 2.5 * 3.8 * 0.016 * std::sin(1.3), 1e-12);
   EXPECT_EQ(report["as_in_paper"]["Re_bodies"]["B2"], report["Re_bodies"]["B1"]);
   EXPECT_EQ(report["as_in_paper"]["Re_bodies"]["B1"], report["Re_bodies"]["B2"]);
   EXPECT_EQ(report["as_in_paper"]["Re_bodies"]["B3"], report["Re_bodies"]["B3"]);

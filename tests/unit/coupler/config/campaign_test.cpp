@@ -33,10 +33,8 @@ TEST(Campaign, FindsItsCasesBesideItselfAndNamesThemAfterTheirFiles) {
 }
 
 TEST(Campaign, RefusesTwoCasesOfOneName) {
-  const std::string problems =
-      problems_of("campaign: twins\ncases:\n  - case: a.yaml\n  - case: ../a.yaml\n");
-  EXPECT_NE(problems.find("folder/campaign.yaml:4: error: cases.1 is called 'a' (so is cases.0)."),
-            std::string::npos)
+  const std::string problems = problems_of("campaign: twins\ncases:\n  - case: a.yaml\n  - case: ../a.yaml\n");
+  EXPECT_NE(problems.find("folder/campaign.yaml:4: error: cases.1 is called 'a' (so is cases.0)."), std::string::npos)
       << problems;
 }
 
@@ -46,9 +44,8 @@ TEST(Campaign, RefusesNamesThatLeaveItsFolder) {
 }
 
 TEST(Campaign, RefusesNamesOfItsOwnFolders) {
-  EXPECT_NE(
-      problems_of("campaign: c\ncases: [{case: a.yaml, name: logs}]").find("'logs' (the campaign keeps"),
-      std::string::npos);
+  EXPECT_NE(problems_of("campaign: c\ncases: [{case: a.yaml, name: logs}]").find("'logs' (the campaign keeps"),
+            std::string::npos);
   EXPECT_NE(problems_of("campaign: c\ncases: [{case: programs.yaml}]").find("Give it another `name`."),
             std::string::npos);
 }
@@ -59,14 +56,11 @@ TEST(Campaign, OfThePaperRunsItsVacuumItsResonanceTheDragOfItsBeadsAndAllSevente
 
 TEST(Campaign, TellsACaseApart) {
   const std::string problems = problems_of("case: one\nfluid: {solver: vacuum}\nrun: {steps: 1}\n");
-  EXPECT_EQ(
-      problems,
-      "folder/campaign.yaml:1: error: the file is a case (it lists no cases). Run it with `copepod run`.");
+  EXPECT_EQ(problems,
+            "folder/campaign.yaml:1: error: the file is a case (it lists no cases). Run it with `copepod run`.");
 }
 
-TEST(Campaign, RefusesToRunNothing) {
-  EXPECT_NE(problems_of("campaign: c\n").find("has no cases"), std::string::npos);
-}
+TEST(Campaign, RefusesToRunNothing) { EXPECT_NE(problems_of("campaign: c\n").find("has no cases"), std::string::npos); }
 
 }  // namespace
 }  // namespace copepod::coupler

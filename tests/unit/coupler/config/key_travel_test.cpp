@@ -125,8 +125,7 @@ Leaves leaves_of(const Setup& setup) {
   conversion::read(wire, read_back);
   Wire written_again;
   conversion::write(read_back, written_again);
-  EXPECT_EQ(wire.SerializeAsString(), written_again.SerializeAsString())
-      << "setup_conversion.cpp loses a field";
+  EXPECT_EQ(wire.SerializeAsString(), written_again.SerializeAsString()) << "setup_conversion.cpp loses a field";
   return leaves;
 }
 
@@ -152,8 +151,7 @@ BodySetup body_setup(const LoadedCase& loaded) {
 }
 
 Leaves leaves_of(const LoadedCase& loaded, bool fluid) {
-  return fluid ? leaves_of<v1::FluidSetup>(fluid_setup(loaded))
-               : leaves_of<v1::BodySetup>(body_setup(loaded));
+  return fluid ? leaves_of<v1::FluidSetup>(fluid_setup(loaded)) : leaves_of<v1::BodySetup>(body_setup(loaded));
 }
 
 LoadedCase read_again(const LoadedCase& loaded) {
@@ -171,8 +169,7 @@ TEST_P(KeyTravel, EveryFieldOfTheSetupIsListedHere) {
   std::set<std::string> listed;
   for (const auto& [field, overrides] : travels()) listed.insert(field);
   for (const auto& [field, value] : leaves_of(load_case(every_key, {}), fluid())) {
-    EXPECT_TRUE(listed.erase(field) == 1)
-        << setup() << field << " is new (which key sets it?). Add a row above.";
+    EXPECT_TRUE(listed.erase(field) == 1) << setup() << field << " is new (which key sets it?). Add a row above.";
   }
   EXPECT_TRUE(listed.empty()) << setup() << *listed.begin() << " is not a field any more. Remove its row.";
 }
@@ -193,8 +190,7 @@ TEST_P(KeyTravel, EveryFieldIsSetByItsKeyAndSurvivesTheResolvedCase) {
     EXPECT_NE(after.at(field), before.at(field))
         << what << " does not follow " << overrides.back() << ": read_… or setup_conversion.cpp";
     const LoadedCase again = load_case_text(to_yaml(resolved(loaded.content)), "case.yaml", {});
-    EXPECT_EQ(leaves_of(again, fluid()), after)
-        << "the resolved case lacks what sets " << what << ": resolved_…";
+    EXPECT_EQ(leaves_of(again, fluid()), after) << "the resolved case lacks what sets " << what << ": resolved_…";
   }
 }
 
@@ -204,8 +200,7 @@ INSTANTIATE_TEST_SUITE_P(Setups, KeyTravel, testing::Values(true, false),
 /// "springs.0.anchors_m=…" is about "springs.[].anchors_m".
 std::string key_of(const std::string& override_text) {
   std::string key = override_text.substr(0, override_text.find('='));
-  for (std::size_t dot = key.find(".0"); dot != std::string::npos; dot = key.find(".0"))
-    key.replace(dot, 2, ".[]");
+  for (std::size_t dot = key.find(".0"); dot != std::string::npos; dot = key.find(".0")) key.replace(dot, 2, ".[]");
   return key;
 }
 
@@ -226,8 +221,7 @@ TEST(Keys, OfTheComponentsSectionsAllReachASetup) {
     const bool travels = std::any_of(travelling.begin(), travelling.end(), [&](const std::string& known) {
       return key == known || known.starts_with(key + ".") || key.starts_with(known + ".");
     });
-    EXPECT_TRUE(!belongs_to_a_component || travels)
-        << key << " changes no field of a setup. Add it to a row above.";
+    EXPECT_TRUE(!belongs_to_a_component || travels) << key << " changes no field of a setup. Add it to a row above.";
   }
 }
 

@@ -83,8 +83,8 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "solver:lattice_boltzmann", "symmetry_planes"}));
   // The case brings its own body service, which integrates in its own way.
   EXPECT_EQ(required_of_body(loaded.content, loaded.assembly),
-            (std::set<std::string>{"anchors", "checkpoint", "gravity", "motion:axis", "motion:free",
-                                   "shape:capsule", "shape:sphere", "springs"}));
+            (std::set<std::string>{"anchors", "checkpoint", "gravity", "motion:axis", "motion:free", "shape:capsule",
+                                   "shape:sphere", "springs"}));
 }
 
 TEST(Requirements, AreFewForOtherSolvers) {
@@ -97,8 +97,7 @@ TEST(Requirements, AreFewForOtherSolvers) {
   EXPECT_FALSE(required("stokes").contains("fields"));
   EXPECT_TRUE(required("stokes").contains("no_slip_plane"));
   EXPECT_FALSE(required("external").contains("collision:trt"));
-  EXPECT_TRUE(required("external").contains("body_force"))
-      << "an external solver must not leave out physics unnoticed";
+  EXPECT_TRUE(required("external").contains("body_force")) << "an external solver must not leave out physics unnoticed";
 }
 
 TEST(Requirements, OfPhysicsAreMadeOfAnExternalSolverToo) {
@@ -107,11 +106,10 @@ TEST(Requirements, OfPhysicsAreMadeOfAnExternalSolverToo) {
 }
 
 TEST(Requirements, ThatAComponentNeglectsAreReported) {
-  const auto notices =
-      require_features({"Drag", "2", {"neglects:boundary", "springz"}}, {"boundary:no_slip"});
-  EXPECT_EQ(notices, (std::vector<std::string>{
-                         "Drag 2 announces 'springz' (not a known feature). Did you mean 'springs'?",
-                         "Drag 2 neglects boundary:no_slip (the case uses it)."}));
+  const auto notices = require_features({"Drag", "2", {"neglects:boundary", "springz"}}, {"boundary:no_slip"});
+  EXPECT_EQ(notices,
+            (std::vector<std::string>{"Drag 2 announces 'springz' (not a known feature). Did you mean 'springs'?",
+                                      "Drag 2 neglects boundary:no_slip (the case uses it)."}));
 }
 
 TEST(SolverChoice, ChangesNothingElse) {
@@ -134,8 +132,7 @@ TEST(SolverChoice, TakesACommandInItsOwnLine) {
   EXPECT_EQ(loaded.content.services.fluid_command, (std::vector<std::string>{"python3", "my fluid.py"}));
   EXPECT_EQ(loaded.content.body.solver, BodySolverChoice::external);
   EXPECT_EQ(loaded.content.services.body_command, (std::vector<std::string>{"./a", "b c"}));
-  const LoadedCase replaced =
-      every_key({"fluid.solver={command: one}", "services.fluid.command=another --fast"});
+  const LoadedCase replaced = every_key({"fluid.solver={command: one}", "services.fluid.command=another --fast"});
   EXPECT_EQ(replaced.content.services.fluid_command, (std::vector<std::string>{"another", "--fast"}));
 }
 

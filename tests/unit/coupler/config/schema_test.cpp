@@ -33,8 +33,7 @@ class SchemaKeys {
     if (node.contains("$ref")) collect(schema_.at("$defs").at(std::string(node["$ref"]).substr(8)), path);
     for (const auto& option : node.value("anyOf", json::array())) collect(option, path);
     if (node.contains("items")) collect(node["items"], path + ".[]");
-    if (node.contains("additionalProperties") && node["additionalProperties"].is_object())
-      keys.insert(path + ".*");
+    if (node.contains("additionalProperties") && node["additionalProperties"].is_object()) keys.insert(path + ".*");
     const json properties = node.value("properties", json::object());
     for (const auto& [key, child] : properties.items()) {
       const std::string below = path.empty() ? key : path + "." + key;
@@ -49,10 +48,8 @@ class SchemaKeys {
 /// Parser and schema have the same keys, and the schema describes each.
 void expect_described(const AskedKeys& asked, const std::string& file) {
   const SchemaKeys schema(json::parse(content_of(std::string(CONFIGS) + "/schema/" + file)));
-  for (const std::string& key : asked)
-    EXPECT_TRUE(schema.keys.contains(key)) << key << " is missing in the schema";
-  for (const std::string& key : schema.keys)
-    EXPECT_TRUE(asked.contains(key)) << key << " is unknown to the parser";
+  for (const std::string& key : asked) EXPECT_TRUE(schema.keys.contains(key)) << key << " is missing in the schema";
+  for (const std::string& key : schema.keys) EXPECT_TRUE(asked.contains(key)) << key << " is unknown to the parser";
   EXPECT_TRUE(schema.undescribed.empty()) << testing::PrintToString(schema.undescribed);
 }
 
@@ -60,27 +57,23 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
   AskedKeys asked;
   const std::string text = content_of(std::string(CONFIG_TESTS) + "/every_key.yaml");
   load_case_text(text, "every_key.yaml", {}, &asked);
-  load_case_text(text, "every_key.yaml",
-                 {"fluid.solver={command: my_fluid}", "body.solver={command: [a, b]}"}, &asked);
+  load_case_text(text, "every_key.yaml", {"fluid.solver={command: my_fluid}", "body.solver={command: [a, b]}"}, &asked);
   // A face can be written in several ways; no single case has them all.
-  for (const std::string& condition :
-       {std::string("{velocity_m_per_s: [0, 0, 0]}"), std::string("{pressure_Pa: 0}")}) {
+  for (const std::string& condition : {std::string("{velocity_m_per_s: [0, 0, 0]}"), std::string("{pressure_Pa: 0}")}) {
     for (const std::string& faces : {condition, "{low: " + condition + ", high: " + condition + "}"}) {
       const std::string boundaries = "{x: " + faces + ", y: " + faces + ", z: " + faces + "}";
       load_case_text(text, "every_key.yaml", {"fluid.boundaries=" + boundaries}, &asked);
     }
   }
-  load_case_text(text, "every_key.yaml", {"swimmers.0.spring={stiffness_N_per_m: 10, damping_ratio: 0.07}"},
-                 &asked);
+  load_case_text(text, "every_key.yaml", {"swimmers.0.spring={stiffness_N_per_m: 10, damping_ratio: 0.07}"}, &asked);
   expect_described(asked, "case.schema.json");
   EXPECT_GT(asked.size(), 80U);
 }
 
 TEST(Schema, DescribesExactlyTheKeysOfACampaign) {
   AskedKeys asked;
-  load_campaign_text(
-      "campaign: every_key\njobs: 2\ncases:\n  - {case: a.yaml, name: b, set: {run.steps: 10}}\n",
-      "every_key.yaml", &asked);
+  load_campaign_text("campaign: every_key\njobs: 2\ncases:\n  - {case: a.yaml, name: b, set: {run.steps: 10}}\n",
+                     "every_key.yaml", &asked);
   expect_described(asked, "campaign.schema.json");
 }
 

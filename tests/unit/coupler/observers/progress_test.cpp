@@ -17,8 +17,7 @@ TEST(Progress, ReportsFirstAndLastStepAndNotEveryOneBetween) {
   const Kinematics kinematics;
   const Loads loads;
   const Eigen::Matrix3Xd driving;
-  for (std::int64_t step = 0; step < 1000; ++step)
-    progress.observe({step, kinematics, loads, loads, driving});
+  for (std::int64_t step = 0; step < 1000; ++step) progress.observe({step, kinematics, loads, loads, driving});
   progress.finish({1000, kinematics, loads, loads, driving});
   std::vector<nlohmann::json> lines;
   std::istringstream text(stream.str());

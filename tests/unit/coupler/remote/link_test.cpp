@@ -108,8 +108,7 @@ TEST(Link, BrokenControlLaneIsAComponentLost) {
     fluid.save("/dev/null");  // waits behind the bulk update
     FAIL() << "the loss was not detected";
   } catch (const ComponentLost& lost) {
-    EXPECT_NE(std::string(lost.what()).find("The fluid component on host here"), std::string::npos)
-        << lost.what();
+    EXPECT_NE(std::string(lost.what()).find("The fluid component on host here"), std::string::npos) << lost.what();
     ASSERT_TRUE(lost.lost().has_value());
     EXPECT_EQ(lost.lost()->component, "fluid");
     EXPECT_EQ(lost.lost()->host, "here");

@@ -149,8 +149,7 @@ TEST_F(Program, RefusesToResumeBehindItsEndAndLosesNothing) {
   const std::string resolved_case = content_of(out_dir / "case.yaml");
   for (const char* steps : {"run.steps=1000", "run.steps=2100"}) {
     EXPECT_EQ(run({"--resume", "--set", steps}), 2) << out.str();
-    EXPECT_NE(events().back()["reason"].get<std::string>().find("nothing is left to compute"),
-              std::string::npos);
+    EXPECT_NE(events().back()["reason"].get<std::string>().find("nothing is left to compute"), std::string::npos);
   }
   EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory);
   EXPECT_EQ(content_of(out_dir / "case.yaml"), resolved_case);

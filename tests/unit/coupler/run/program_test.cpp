@@ -51,8 +51,7 @@ TEST_F(Program, TellsPhasesProgressAndTheEndAsJsonLines) {
   for (const json& event : events()) {
     if (event["event"] == "phase") phases.push_back(event["phase"]);
   }
-  EXPECT_EQ(phases,
-            (std::vector<std::string>{"starting", "handshake", "configuring", "running", "finishing"}));
+  EXPECT_EQ(phases, (std::vector<std::string>{"starting", "handshake", "configuring", "running", "finishing"}));
   EXPECT_EQ(events().back()["event"], "finished");
   EXPECT_EQ(events().back()["summary"], (out_dir / "summary.json").string());
 }
@@ -60,8 +59,7 @@ TEST_F(Program, TellsPhasesProgressAndTheEndAsJsonLines) {
 TEST_F(Program, GivesTheSameDigestForTheResolvedCase) {
   EXPECT_EQ(run(), 0);
   const json first = file("summary.json")["digest"];
-  std::filesystem::copy_file(out_dir / "case.yaml", case_file,
-                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::copy_file(out_dir / "case.yaml", case_file, std::filesystem::copy_options::overwrite_existing);
   EXPECT_EQ(run(), 0);
   EXPECT_EQ(file("summary.json")["digest"], first);
 }
@@ -76,8 +74,8 @@ TEST_F(Program, GivesAnotherDigestForAnotherMotion) {
 TEST_F(Program, ReportsWhichComponentFailedWhereAndWhen) {
   before_exchange = [](std::int64_t step) {
     if (step == 1234) {
-      throw PeerFailed({ExitCode::solver_failed, "fluid", "node7", 3, 1234,
-                        "cell (1, 2, 3) has no number (it diverged). Use trt."});
+      throw PeerFailed(
+          {ExitCode::solver_failed, "fluid", "node7", 3, 1234, "cell (1, 2, 3) has no number (it diverged). Use trt."});
     }
   };
   EXPECT_EQ(run(), 70);
@@ -153,8 +151,7 @@ TEST_F(Program, EndsWith130WhenInterrupted) {
 
 TEST_F(Program, RefusesACaseThatAComponentCannotDo) {
   EXPECT_EQ(run({"--set", "body.integrator=semi_implicit_euler"}), 65);
-  EXPECT_NE(events().back()["reason"].get<std::string>().find("integrator:semi_implicit_euler"),
-            std::string::npos);
+  EXPECT_NE(events().back()["reason"].get<std::string>().find("integrator:semi_implicit_euler"), std::string::npos);
 }
 
 TEST_F(Program, RefusesBodiesWithoutSpringsBeforeTheFirstStep) {
@@ -168,8 +165,7 @@ TEST_F(Program, RefusesBodiesWithoutSpringsBeforeTheFirstStep) {
 TEST_F(Program, ReportsAFeatureThatDoesNotExistWithTheNearestOne) {
   change_bodies = [](Capabilities& bodies) { bodies.features.insert("springz"); };
   EXPECT_EQ(run(), 0);
-  EXPECT_NE(out.str().find("announces 'springz' (not a known feature). Did you mean 'springs'?"),
-            std::string::npos)
+  EXPECT_NE(out.str().find("announces 'springz' (not a known feature). Did you mean 'springs'?"), std::string::npos)
       << out.str();
 }
 
@@ -186,19 +182,16 @@ TEST_F(Program, LeavesNoDirectoryBehindForABadCase) {
 }
 
 TEST_F(Program, SaysThatTheRunDirectoryCannotBeMade) {
-  EXPECT_EQ(call({"--run", case_file, "--out", case_file + "/below", "--endpoint", "e", "--session", "s"}),
-            73);
+  EXPECT_EQ(call({"--run", case_file, "--out", case_file + "/below", "--endpoint", "e", "--session", "s"}), 73);
   EXPECT_NE(err.str().find("cannot be created"), std::string::npos) << err.str();
 }
 
-TEST_F(Program, SaysThatTheLogCannotBeWritten) {
-  EXPECT_EQ(run({"--log-file", "/proc/nothing/coupler.log"}), 73);
-}
+TEST_F(Program, SaysThatTheLogCannotBeWritten) { EXPECT_EQ(run({"--log-file", "/proc/nothing/coupler.log"}), 73); }
 
 TEST_F(Program, PlansACaseForTheDeployCommand) {
-  EXPECT_EQ(call({"--plan", case_file, "--ranks", "3", "--fluid", "python3 'my fluid.py' --fast", "--set",
-                  "run.steps=900"}),
-            0)
+  EXPECT_EQ(
+      call({"--plan", case_file, "--ranks", "3", "--fluid", "python3 'my fluid.py' --fast", "--set", "run.steps=900"}),
+      0)
       << err.str();
   const json plan = json::parse(out.str());
   EXPECT_EQ(plan["name"], "small");

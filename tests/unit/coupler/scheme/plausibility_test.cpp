@@ -62,9 +62,8 @@ TEST_F(PlausibilityTest, BlamesTheBodyComponentForALeapAndNamesBodyStepAndDistan
   EXPECT_EQ(failure.code, ExitCode::solver_failed);
   EXPECT_EQ(failure.component, "body");
   EXPECT_EQ(failure.step, 1234);
-  EXPECT_NE(
-      failure.reason.find("In step 1234 body 'second' moved by 5e-06 m (more than its radius of 4e-06 m)"),
-      std::string::npos)
+  EXPECT_NE(failure.reason.find("In step 1234 body 'second' moved by 5e-06 m (more than its radius of 4e-06 m)"),
+            std::string::npos)
       << failure.reason;
 }
 
@@ -72,8 +71,7 @@ TEST_F(PlausibilityTest, EndsWhereABodyLeavesTheDomain) {
   before.position_m(0, 0) = 1e-6;
   after.position_m(0, 0) = -1e-6;
   const std::string reason = report().reason;
-  EXPECT_NE(reason.find("'first' left the domain: x = -1e-06 m (the domain ends at 0 and 4e-05 m)"),
-            std::string::npos)
+  EXPECT_NE(reason.find("'first' left the domain: x = -1e-06 m (the domain ends at 0 and 4e-05 m)"), std::string::npos)
       << reason;
   after.position_m(0, 0) = 1e-6;
   before.position_m(1, 0) = 39e-6;
@@ -101,8 +99,7 @@ TEST_F(PlausibilityTest, KnowsNoFacesWithoutADomainAndForBodiesThatBeganOutside)
 
 TEST_F(PlausibilityTest, RefusesAnOrientationThatIsNotAUnitQuaternion) {
   after.orientation_wxyz.col(0) = Eigen::Vector4d(0.9, 0, 0, 0);
-  EXPECT_NE(report().reason.find("'first' got an orientation of length 0.9"), std::string::npos)
-      << report().reason;
+  EXPECT_NE(report().reason.find("'first' got an orientation of length 0.9"), std::string::npos) << report().reason;
 }
 
 TEST_F(PlausibilityTest, RefusesNumbersThatAreNotFinite) {

@@ -10,8 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path fresh_folder() {
-  const fs::path folder =
-      fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
+  const fs::path folder = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::remove_all(folder);
   return folder;
 }

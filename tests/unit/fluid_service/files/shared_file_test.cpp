@@ -36,11 +36,7 @@ TEST(SharedFile, ShowsProgressAtLeastEvery16MiBOfWritingSyncingAndReading) {
 
   SharedFile shared(path, context);
   const Hdf5File::Extent all = {planes, rows, columns};
-  EXPECT_GE(signs_of_progress(context,
-                              [&] {
-                                shared.write(offset, all, {0, 0, 0}, all, numbers.data());
-                              }),
-            3U);
+  EXPECT_GE(signs_of_progress(context, [&] { shared.write(offset, all, {0, 0, 0}, all, numbers.data()); }), 3U);
   EXPECT_GE(signs_of_progress(context, [&] { shared.sync(); }), 3U);
 
   std::vector<double> found(numbers.size());

@@ -85,8 +85,7 @@ TEST(BlockPartition, PrefersBalancedBlocksToSmallFaces) {
 }
 
 TEST(BlockPartition, SaysHowManyRanksFitADomainWithFewerCellsThanRanks) {
-  EXPECT_EQ(message_of({3, 3, 3}, 64),
-            "ranks 64 (the computed domain has only 3×3×3 cells). Use at most 27 ranks.");
+  EXPECT_EQ(message_of({3, 3, 3}, 64), "ranks 64 (the computed domain has only 3×3×3 cells). Use at most 27 ranks.");
 }
 
 TEST(BlockPartition, SaysHowManyRanksFitWhenAPrimeIsLongerThanEveryAxis) {

@@ -29,8 +29,7 @@ TEST(RankFailure, ExplainsWhatToDoWhenMemoryRunsOut) {
 }
 
 TEST(FailurePacket, KeepsAReport) {
-  const FailureReport sent{ExitCode::storage_failed,         "fluid", "node7", 12, 3456,
-                           "disk full (no room). Make room."};
+  const FailureReport sent{ExitCode::storage_failed, "fluid", "node7", 12, 3456, "disk full (no room). Make room."};
   const FailureReport got = unpack_failure(pack_failure(sent));
   EXPECT_EQ(got.code, sent.code);
   EXPECT_EQ(got.component, sent.component);

@@ -21,13 +21,10 @@ using std::numbers::pi;
 
 constexpr double viscosity_Pa_s = 0.7;
 
-ImageMobility of_points(const Vector3d& x, const Vector3d& y) {
-  return image_mobility(x, 0.0, y, 0.0, viscosity_Pa_s);
-}
+ImageMobility of_points(const Vector3d& x, const Vector3d& y) { return image_mobility(x, 0.0, y, 0.0, viscosity_Pa_s); }
 
 /// Mean of a tensor over the surface of a sphere: 60 rings of equal area, 24 points each; error about 1e-4.
-Matrix3d mean_over_sphere(const Vector3d& centre, double radius,
-                          const std::function<Matrix3d(Vector3d)>& tensor) {
+Matrix3d mean_over_sphere(const Vector3d& centre, double radius, const std::function<Matrix3d(Vector3d)>& tensor) {
   constexpr int rings = 60;
   constexpr int points = 24;
   Matrix3d sum = Matrix3d::Zero();
@@ -49,8 +46,7 @@ Matrix3d half_curl(const Vector3d& place, const std::function<Matrix3d(Vector3d)
   for (int m = 0; m < 3; ++m) {
     const Vector3d shift = step * Vector3d::Unit(m);
     const Matrix3d slope = (tensor(place + shift) - tensor(place - shift)) / (2.0 * step);
-    for (int column = 0; column < 3; ++column)
-      curl.col(column) += 0.5 * Vector3d::Unit(m).cross(slope.col(column));
+    for (int column = 0; column < 3; ++column) curl.col(column) += 0.5 * Vector3d::Unit(m).cross(slope.col(column));
   }
   return curl;
 }
@@ -62,8 +58,8 @@ const Vector3d y(1.4, 0.9, 1.3);
 TEST(PlaneImages, BringTheFluidAtThePlaneToRest) {
   const Vector3d on_plane(0.4, -1.1, 0.0);
   const Vector3d r = on_plane - y;
-  const Matrix3d stokeslet = (Matrix3d::Identity() / r.norm() + r * r.transpose() / std::pow(r.norm(), 3)) /
-                             (8.0 * pi * viscosity_Pa_s);
+  const Matrix3d stokeslet =
+      (Matrix3d::Identity() / r.norm() + r * r.transpose() / std::pow(r.norm(), 3)) / (8.0 * pi * viscosity_Pa_s);
   EXPECT_LT((of_points(on_plane, y).tt + stokeslet).norm(), 1e-16);
 }
 
@@ -77,13 +73,11 @@ TEST(PlaneImages, HaveTheKnownCorrectionsOfOneSphere) {
   const double free_rr = 1.0 / (8.0 * pi * viscosity_Pa_s * a * a * a);
   const double parallel = -9.0 / 16.0 * s + std::pow(s, 3) / 8.0 - std::pow(s, 5) / 16.0;
   const double perpendicular = -9.0 / 8.0 * s + std::pow(s, 3) / 2.0 - std::pow(s, 5) / 8.0;
-  EXPECT_LT((self.tt / free_tt - Matrix3d(Vector3d(parallel, parallel, perpendicular).asDiagonal())).norm(),
-            1e-15);
+  EXPECT_LT((self.tt / free_tt - Matrix3d(Vector3d(parallel, parallel, perpendicular).asDiagonal())).norm(), 1e-15);
   const double about_plane_axis = -5.0 / 16.0 * std::pow(s, 3);
   const double about_normal = -std::pow(s, 3) / 8.0;
   EXPECT_LT(
-      (self.rr / free_rr - Matrix3d(Vector3d(about_plane_axis, about_plane_axis, about_normal).asDiagonal()))
-          .norm(),
+      (self.rr / free_rr - Matrix3d(Vector3d(about_plane_axis, about_plane_axis, about_normal).asDiagonal())).norm(),
       1e-15);
   // A force along x turns the sphere as if it rolled off: 3/32 s⁴ of F/(6πηa²).
   EXPECT_NEAR(self.rt(1, 0) / (free_tt / a), 3.0 / 32.0 * std::pow(s, 4), 1e-15);
@@ -98,8 +92,7 @@ TEST(PlaneImages, AreSurfaceAveragesOfTheGreensFunction) {
   const ImageMobility images = image_mobility(x, a, y, b, viscosity_Pa_s);
   EXPECT_LT((images.tt - mean).norm() / mean.norm(), 3e-4);
   EXPECT_GT((images.tt - of_points(x, y).tt).norm() / mean.norm(), 1e-2);  // the radii do matter
-  const Matrix3d mean_rt =
-      mean_over_sphere(y, b, [&](const Vector3d& source) { return of_points(x, source).rt; });
+  const Matrix3d mean_rt = mean_over_sphere(y, b, [&](const Vector3d& source) { return of_points(x, source).rt; });
   EXPECT_LT((images.rt - mean_rt).norm() / mean_rt.norm(), 3e-4);
   EXPECT_GT((images.rt - of_points(x, y).rt).norm() / mean_rt.norm(), 1e-2);
 }
@@ -175,8 +168,7 @@ TEST(PlaneImages, RefuseASphereThatReachesThePlane) {
   position_m << 0, 0, 0.29;
   const std::vector<double> radius_m{0.3};
   Eigen::MatrixXd mobility = grand_mobility(position_m, radius_m, viscosity_Pa_s);
-  EXPECT_THROW(add_plane_images(mobility, plane_of(z_low), position_m, radius_m, viscosity_Pa_s),
-               SolverError);
+  EXPECT_THROW(add_plane_images(mobility, plane_of(z_low), position_m, radius_m, viscosity_Pa_s), SolverError);
 }
 
 /// Exact drag of a sphere moving towards a plane, over 6πηaU [Brenner 1961], with cosh α = h/a.
@@ -188,8 +180,8 @@ double brenner_drag(double h_over_a) {
     const double numerator = 2.0 * std::sinh(odd * alpha) + odd * std::sinh(2.0 * alpha);
     const double root = 2.0 * std::sinh((n + 0.5) * alpha);
     const double second = odd * std::sinh(alpha);
-    const double term = n * (n + 1.0) / ((2.0 * n - 1.0) * (2.0 * n + 3.0)) *
-                        (numerator / (root * root - second * second) - 1.0);
+    const double term =
+        n * (n + 1.0) / ((2.0 * n - 1.0) * (2.0 * n + 3.0)) * (numerator / (root * root - second * second) - 1.0);
     sum += term;
     if (std::abs(term) < 1e-14 * sum) break;
   }

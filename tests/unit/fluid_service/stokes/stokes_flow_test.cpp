@@ -43,8 +43,8 @@ TEST(StokesFlow, GivesStokesDragAndKirchhoffTorqueOnASingleSphere) {
   Loads loads;
   flow.exchange(kinematics, loads);
   EXPECT_TRUE(loads.force_N.col(0).isApprox(-6.0 * pi * 0.7 * kinematics.velocity_m_per_s.col(0), 1e-14));
-  EXPECT_TRUE(loads.torque_N_m.col(0).isApprox(
-      -8.0 * pi * 0.343 * kinematics.angular_velocity_rad_per_s.col(0), 1e-14));
+  EXPECT_TRUE(
+      loads.torque_N_m.col(0).isApprox(-8.0 * pi * 0.343 * kinematics.angular_velocity_rad_per_s.col(0), 1e-14));
 }
 
 // Two equal spheres that approach each other: friction 6πηa / (1 − 3a/(2r) + (a/r)³) in the

@@ -17,13 +17,11 @@ ParsedCommandLine parse(std::vector<std::string> words, const EstimateText& esti
   words.insert(words.begin(), "program");
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
-  return parse_command_line(static_cast<int>(argv.size()), argv.data(), session::Role::fluid, kCapabilities,
-                            estimate);
+  return parse_command_line(static_cast<int>(argv.size()), argv.data(), session::Role::fluid, kCapabilities, estimate);
 }
 
 TEST(CommandLine, ReadsAddressTokenAndLog) {
-  const auto parsed =
-      parse({"--endpoint", "ipc:///a", "--session", "t", "--log-file", "f", "--log-level", "debug"});
+  const auto parsed = parse({"--endpoint", "ipc:///a", "--session", "t", "--log-file", "f", "--log-level", "debug"});
   ASSERT_TRUE(parsed.options);
   EXPECT_EQ(parsed.options->endpoint, "ipc:///a");
   EXPECT_EQ(parsed.options->session_token, "t");
@@ -83,9 +81,7 @@ TEST(CommandLine, EstimatesTheSetupOnStandardInput) {
 }
 
 TEST(CommandLine, ReportsWhyThereIsNoEstimate) {
-  const EstimateText text = [](const std::string&, int) -> std::string {
-    throw CaseError("Too many ranks.");
-  };
+  const EstimateText text = [](const std::string&, int) -> std::string { throw CaseError("Too many ranks."); };
   const Estimated refused = estimate("", text, {});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_EQ(refused.errors, "error: Too many ranks.\n");

@@ -52,9 +52,7 @@ class CountingFluid final : public FluidSolver {
     if (kinematics.step == 4) loads.resize(2);
   }
   void advance() override {}
-  void save(const std::string& path) override {
-    throw StorageError("No room for " + path + " (quota). Free some.");
-  }
+  void save(const std::string& path) override { throw StorageError("No room for " + path + " (quota). Free some."); }
   void restore(const std::string&) override {}
   SolverSummary summarise() override { return {}; }
 
@@ -63,9 +61,7 @@ class CountingFluid final : public FluidSolver {
 };
 
 FluidComponent counting_component(int& exchanges) {
-  return {{}, [&exchanges](const FluidSetup&, SolverContext&) {
-            return std::make_unique<CountingFluid>(exchanges);
-          }};
+  return {{}, [&exchanges](const FluidSetup&, SolverContext&) { return std::make_unique<CountingFluid>(exchanges); }};
 }
 
 TEST(Server, RefusesAMinorVersionThatItDidNotOffer) {
@@ -224,8 +220,7 @@ TEST(Server, CheckpointThatCannotBeWrittenIsToldAndTheSolverGoesOn) {
 }
 
 TEST(Server, FailingConstructionOfTheSolverIsReportedWithItsReason) {
-  const FluidComponent component = {{},
-                                    [](const FluidSetup&, SolverContext&) -> std::unique_ptr<FluidSolver> {
+  const FluidComponent component = {{}, [](const FluidSetup&, SolverContext&) -> std::unique_ptr<FluidSolver> {
                                       throw CaseError("The domain is empty (0 cells). Enlarge it.");
                                     }};
   MemoryServer server(component);

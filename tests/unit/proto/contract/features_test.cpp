@@ -36,8 +36,7 @@ TEST(RequiredFeatures, OfAFluidAreWhatItsSetupUses) {
 }
 
 TEST(RequiredFeatures, OfBodiesAreWhatTheirSetupUses) {
-  EXPECT_EQ(required_features(body_setup()),
-            (Names{"integrator:runge_kutta_4", "shape:sphere", "motion:free"}));
+  EXPECT_EQ(required_features(body_setup()), (Names{"integrator:runge_kutta_4", "shape:sphere", "motion:free"}));
 }
 
 TEST(RequiredFeatures, DoNotNameALatticeInStokesFlow) {
@@ -57,16 +56,13 @@ struct Guard {
 
 const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"kind", {[](FluidSetup& s) { s.kind = FluidKind::stokes; }, "solver:stokes"}},
-    {"boundaries",
-     {[](FluidSetup& s) { s.boundaries[3].kind = BoundaryKind::periodic; }, "boundary:periodic"}},
-    {"boundaries.kind",
-     {[](FluidSetup& s) { s.boundaries[3].kind = BoundaryKind::free_slip; }, "boundary:free_slip"}},
+    {"boundaries", {[](FluidSetup& s) { s.boundaries[3].kind = BoundaryKind::periodic; }, "boundary:periodic"}},
+    {"boundaries.kind", {[](FluidSetup& s) { s.boundaries[3].kind = BoundaryKind::free_slip; }, "boundary:free_slip"}},
     {"boundaries.velocity_m_per_s",
      {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::velocity; }, "boundary:velocity"}},
     {"boundaries.pressure_Pa",
      {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::pressure; }, "boundary:pressure"}},
-    {"no_slip_plane",
-     {[](FluidSetup& s) { s.kind = FluidKind::stokes, s.no_slip_plane = 4; }, "no_slip_plane"}},
+    {"no_slip_plane", {[](FluidSetup& s) { s.kind = FluidKind::stokes, s.no_slip_plane = 4; }, "no_slip_plane"}},
     {"symmetry_planes", {[](FluidSetup& s) { s.symmetry_planes[1] = true; }, "symmetry_planes"}},
     {"body_force_N_per_m3", {[](FluidSetup& s) { s.body_force_N_per_m3.z() = 1.0; }, "body_force"}},
     {"collision", {[](FluidSetup& s) { s.collision = CollisionKind::trt; }, "collision:trt"}},
@@ -86,18 +82,14 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
 
 const std::map<std::string, Guard<BodySetup>> body_guards{
     {"integrator",
-     {[](BodySetup& s) { s.integrator = Integrator::semi_implicit_euler; },
-      "integrator:semi_implicit_euler"}},
+     {[](BodySetup& s) { s.integrator = Integrator::semi_implicit_euler; }, "integrator:semi_implicit_euler"}},
     {"gravity_m_per_s2", {[](BodySetup& s) { s.gravity_m_per_s2.z() = -9.81; }, "gravity"}},
-    {"fluid_density_kg_per_m3",
-     {[](BodySetup& s) { s.gravity_m_per_s2.z() = -9.81; }, "gravity"}},  // buoyancy
+    {"fluid_density_kg_per_m3", {[](BodySetup& s) { s.gravity_m_per_s2.z() = -9.81; }, "gravity"}},  // buoyancy
     {"periodic_length_m", {[](BodySetup& s) { s.periodic_length_m[2] = 1e-4; }, "periodic"}},
     {"bodies", {[](BodySetup&) {}, "shape:sphere"}},
     {"bodies.shape", {[](BodySetup&) {}, "shape:sphere"}},
-    {"bodies.shape.kind",
-     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
-    {"bodies.shape.length_m",
-     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"bodies.shape.kind", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"bodies.shape.length_m", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
     {"bodies.motion", {[](BodySetup& s) { s.bodies[1].motion = MotionKind::fixed; }, "motion:fixed"}},
     {"bodies.axis", {[](BodySetup& s) { s.bodies[1].motion = MotionKind::axis; }, "motion:axis"}},
     {"springs", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
@@ -106,17 +98,14 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
     {"springs.stiffness_N_per_m", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
     {"springs.damping_N_s_per_m", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
     {"springs.rest_length_m", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
-    {"springs.anchor_A_m",
-     {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_A_m.x() = 1e-6; }, "anchors"}},
-    {"springs.anchor_B_m",
-     {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_B_m.x() = 1e-6; }, "anchors"}},
+    {"springs.anchor_A_m", {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_A_m.x() = 1e-6; }, "anchors"}},
+    {"springs.anchor_B_m", {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_B_m.x() = 1e-6; }, "anchors"}},
 };
 
 /// Fields that every solver of the role must read, so that no feature guards them; a source of our service or
 /// of the kit reads each of them under its name in the contract.
-const Names fluid_essentials{
-    "step_s",       "cell_size_m",     "density_kg_per_m3", "kinematic_viscosity_m2_per_s",
-    "domain_cells", "bodies.radius_m", "trace_directory"};
+const Names fluid_essentials{"step_s",       "cell_size_m",     "density_kg_per_m3", "kinematic_viscosity_m2_per_s",
+                             "domain_cells", "bodies.radius_m", "trace_directory"};
 const Names body_essentials{"step_s",
                             "bodies.name",
                             "bodies.shape.radius_m",
@@ -149,8 +138,8 @@ std::string sources_of(const std::string& folder) {
 
 template <class Setup>
 void expect_every_field_to_be_guarded(const google::protobuf::Descriptor& message, const Setup& plain,
-                                      const std::map<std::string, Guard<Setup>>& guards,
-                                      const Names& essentials, const std::string& service) {
+                                      const std::map<std::string, Guard<Setup>>& guards, const Names& essentials,
+                                      const std::string& service) {
   const std::string sources = sources_of(service) + sources_of("proto/component");
   Names fields;
   add_fields(message, "", fields);
@@ -167,14 +156,13 @@ void expect_every_field_to_be_guarded(const google::protobuf::Descriptor& messag
   for (const std::string& field : essentials) {
     EXPECT_TRUE(fields.contains(field)) << field;
     const std::string name = field.substr(field.rfind('.') + 1);
-    EXPECT_TRUE(std::regex_search(sources, std::regex("\\." + name + "\\b")))
-        << service << " does not read " << field;
+    EXPECT_TRUE(std::regex_search(sources, std::regex("\\." + name + "\\b"))) << service << " does not read " << field;
   }
 }
 
 TEST(EveryField, OfAFluidSetupIsGuardedByAFeatureOrReadByTheSolver) {
-  expect_every_field_to_be_guarded(*v1::FluidSetup::descriptor(), fluid_setup(), fluid_guards,
-                                   fluid_essentials, "fluid_service");
+  expect_every_field_to_be_guarded(*v1::FluidSetup::descriptor(), fluid_setup(), fluid_guards, fluid_essentials,
+                                   "fluid_service");
 }
 
 TEST(EveryField, OfABodySetupIsGuardedByAFeatureOrReadByTheSolver) {
@@ -216,9 +204,8 @@ TEST(CompareFeatures, WaivesMethodsButNotPhysicsForAnExternalSolver) {
 }
 
 TEST(CompareFeatures, ReportsWhatAComponentNeglects) {
-  const auto comparison =
-      compare_features({"boundary:no_slip", "boundary:velocity", "body_force", "symmetry_planes"},
-                       {"solver:external", "neglects:boundary", "neglects:symmetry_planes"});
+  const auto comparison = compare_features({"boundary:no_slip", "boundary:velocity", "body_force", "symmetry_planes"},
+                                           {"solver:external", "neglects:boundary", "neglects:symmetry_planes"});
   EXPECT_EQ(comparison.neglected,
             (std::vector<std::string>{"boundary:no_slip", "boundary:velocity", "symmetry_planes"}));
   EXPECT_EQ(comparison.missing, (std::vector<std::string>{"body_force"}));

@@ -56,8 +56,7 @@ TEST(Shape, ACapsuleWithoutCylinderIsASphere) {
   const Shape sphere{ShapeKind::sphere, 3.0, 0.0};
   const Shape capsule{ShapeKind::capsule, 3.0, 0.0};
   EXPECT_DOUBLE_EQ(volume_m3(sphere), volume_m3(capsule));
-  EXPECT_DOUBLE_EQ(moments_of_inertia(sphere, 2.0).across_kg_m2,
-                   moments_of_inertia(capsule, 2.0).across_kg_m2);
+  EXPECT_DOUBLE_EQ(moments_of_inertia(sphere, 2.0).across_kg_m2, moments_of_inertia(capsule, 2.0).across_kg_m2);
 }
 
 TEST(Shape, InertiaOfALongCapsuleApproachesThatOfARod) {

@@ -83,8 +83,7 @@ std::vector<std::vector<std::byte>> one_of_each() {
   messages.push_back(copy(encoder.encode(header, sample_kinematics(3))));
   messages.push_back(copy(encoder.encode(header, sample_loads(3))));
   messages.push_back(copy(encoder.encode(header, sample_applied_loads(3, 2))));
-  messages.push_back(
-      copy(encoder.encode(header, SolverSummary{1, 2, 3, {{"bulk", 1.0}}, {"map"}, {"wait"}})));
+  messages.push_back(copy(encoder.encode(header, SolverSummary{1, 2, 3, {{"bulk", 1.0}}, {"map"}, {"wait"}})));
   messages.push_back(copy(encoder.encode(header, FailureReport{})));
   messages.push_back(copy(encoder.encode(header, session::Pong{})));
   messages.push_back(copy(encoder.encode(header, session::Configured{{0, 1}})));
@@ -136,8 +135,7 @@ TEST(HostileInput, FlippedBitsUnderARightChecksumNeverCrashTheDecoder) {
     for (int round = 0; round < 3000; ++round) {
       auto broken = message;
       const auto flips = 1 + random() % 8;
-      for (std::uint64_t i = 0; i < flips; ++i)
-        broken[random() % broken.size()] ^= std::byte(1U << (random() % 8));
+      for (std::uint64_t i = 0; i < flips; ++i) broken[random() % broken.size()] ^= std::byte(1U << (random() % 8));
       is_taken(decoder, with_checksum(broken, broken.size() - kChecksumBytes));
     }
     EXPECT_TRUE(is_taken(decoder, message)) << "the decoder still works afterwards";
@@ -181,8 +179,7 @@ TEST(HostileInput, ArraysOfDifferentLengthAreRefused) {
 TEST(HostileInput, NumbersThatAreNotFiniteAreRefused) {
   Encoder encoder;
   Decoder decoder;
-  for (const double bad :
-       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     Loads loads = sample_loads(3);
     loads.torque_N_m(1, 2) = bad;
     decoder.parse(encoder.encode(Header{}, loads));
@@ -245,8 +242,7 @@ TEST(HostileInput, FieldOutputOfNoStepsIsRefused) {
   EXPECT_NE(refusal(0, 0, -50, 1).find("fields.mean_stop is -50"), std::string::npos);
   EXPECT_NE(refusal(0, 0, 50, -1).find("fields.mean_every_steps is -1"), std::string::npos);
   EXPECT_NE(refusal(0, 0, 50, 0).find("fields.mean_every_steps of a mean is 0"), std::string::npos);
-  EXPECT_NE(refusal(0, 50, 50, 1).find("fields.mean_start is 50, not before mean_stop 50"),
-            std::string::npos);
+  EXPECT_NE(refusal(0, 50, 50, 1).find("fields.mean_start is 50, not before mean_stop 50"), std::string::npos);
 }
 
 TEST(HostileInput, CellsBeyondCountingAreRefused) {
@@ -288,8 +284,7 @@ TEST(HostileInput, OverlongTextsAndPathsAreRefused) {
   hello.host = std::string(kLimits.string_bytes + 1, 'x');
   decoder.parse(encoder.encode(Header{}, hello));
   EXPECT_THROW(decoder.read(hello), MalformedMessage);
-  EXPECT_THROW(encoder.encode(Header{}, MessageKind::save, session::CheckpointPath{hello.host}),
-               MalformedMessage);
+  EXPECT_THROW(encoder.encode(Header{}, MessageKind::save, session::CheckpointPath{hello.host}), MalformedMessage);
 }
 
 TEST(HostileInput, AFailureCannotClaimSuccess) {

@@ -28,8 +28,7 @@ class Wire {
   }
   Wire& numbers(std::initializer_list<double> values) {
     for (const double value : values) {
-      for (const std::byte byte : std::bit_cast<std::array<std::byte, sizeof(value)>>(value))
-        bytes_.push_back(byte);
+      for (const std::byte byte : std::bit_cast<std::array<std::byte, sizeof(value)>>(value)) bytes_.push_back(byte);
     }
     return *this;
   }
@@ -38,9 +37,7 @@ class Wire {
     return *this;
   }
   /// Tag byte, length and content, up to 127 bytes.
-  Wire& part(int tag, const Wire& content) {
-    return raw({tag, static_cast<int>(content.bytes_.size())}).then(content);
-  }
+  Wire& part(int tag, const Wire& content) { return raw({tag, static_cast<int>(content.bytes_.size())}).then(content); }
   /// The Envelope's field `loads`, 31, whose tag takes two bytes.
   Wire& loads(const Wire& content) { return raw({0xfa}).part(0x01, content); }
 
@@ -102,18 +99,14 @@ TEST(PackedArrays, AreReadInWhateverWayProtobufAllows) {
   expect_read(header().loads(both().raw({0x48, 7})).with_checksum());        // an unknown number
   expect_read(header().loads(both().part(0x1a, Wire().numbers({7}))).with_checksum());  // an unknown array
   const Wire rest = Wire().part(0x0a, Wire().numbers({2, 3}));
-  expect_read(
-      header().loads(Wire().part(0x0a, Wire().numbers({1})).then(torque()).then(rest)).with_checksum());
-  expect_read(header()
-                  .loads(Wire().raw({0x09}).numbers({1}).then(rest).then(torque()))
-                  .with_checksum());  // not packed
+  expect_read(header().loads(Wire().part(0x0a, Wire().numbers({1})).then(torque()).then(rest)).with_checksum());
+  expect_read(header().loads(Wire().raw({0x09}).numbers({1}).then(rest).then(torque())).with_checksum());  // not packed
 }
 
 TEST(PackedArrays, ThatHoldNoWholeNumbersAreRefused) {
   Wire force_and_a_byte = Wire().part(0x0a, Wire().numbers({1, 2, 3}).raw({0}));
   Decoder decoder;
-  EXPECT_THROW(decoder.parse(header().loads(force_and_a_byte.then(torque())).with_checksum()),
-               MalformedMessage);
+  EXPECT_THROW(decoder.parse(header().loads(force_and_a_byte.then(torque())).with_checksum()), MalformedMessage);
 }
 
 TEST(PackedArrays, ThatReachIntoTheChecksumAreRefused) {
@@ -135,8 +128,7 @@ TEST(VectorPasses, HashAsTheReferenceDoes) {
     EXPECT_EQ(passes->hash(bytes.data(), 0), 0x2d06800538d394c2U);
     EXPECT_EQ(passes->hash(bytes.data(), 5000), 0xb418500fc42320eeU);
     for (std::size_t size = 0; size < 5000; size += 7)
-      EXPECT_EQ(passes->hash(bytes.data() + size % 9, size),
-                kBaselinePasses.hash(bytes.data() + size % 9, size));
+      EXPECT_EQ(passes->hash(bytes.data() + size % 9, size), kBaselinePasses.hash(bytes.data() + size % 9, size));
   }
 }
 
@@ -160,8 +152,7 @@ TEST(VectorPasses, NoticeANumberThatIsNotFiniteWhereverItIs) {
   using Limits = std::numeric_limits<double>;
   std::vector<double> target(21);
   for (const VectorPasses* passes : all_builds()) {
-    for (const double bad :
-         {Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN(), -Limits::quiet_NaN()}) {
+    for (const double bad : {Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN(), -Limits::quiet_NaN()}) {
       for (std::size_t place = 0; place < target.size(); ++place) {
         std::vector<double> numbers(target.size(), -Limits::max());
         EXPECT_TRUE(passes->copy_finite(numbers.data(), numbers.size(), target.data()));

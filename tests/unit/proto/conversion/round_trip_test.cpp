@@ -162,15 +162,9 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
 }
 
 TEST_F(RoundTrip, KeepsTheHandshake) {
-  session::Hello hello{session::Role::body,
-                       session::Lane::control,
-                       {1, 0, 3},
-                       "token",
-                       {"solver", "2.1", {"a", "b"}},
-                       "node7",
-                       4321,
-                       16,
-                       0xfedcba9876543210};
+  session::Hello hello{
+      session::Role::body, session::Lane::control, {1, 0, 3}, "token", {"solver", "2.1", {"a", "b"}}, "node7", 4321, 16,
+      0xfedcba9876543210};
   ASSERT_EQ(send(hello), MessageKind::hello);
   session::Hello received;
   decoder.read(received);
@@ -230,8 +224,7 @@ TEST_F(RoundTrip, KeepsWhyNothingWasSaved) {
 }
 
 TEST_F(RoundTrip, KeepsFailuresAndAborts) {
-  const FailureReport sent{
-      ExitCode::storage_failed, "fluid", "node7", 3, 12, "Disk full (quota). Free some space."};
+  const FailureReport sent{ExitCode::storage_failed, "fluid", "node7", 3, 12, "Disk full (quota). Free some space."};
   FailureReport received;
   ASSERT_EQ(send(sent), MessageKind::failure);
   decoder.read(received);
@@ -249,8 +242,7 @@ TEST_F(RoundTrip, KeepsFailuresAndAborts) {
 }
 
 TEST_F(RoundTrip, MakesTextTravelWhateverItsEncoding) {
-  const FailureReport latin1{ExitCode::solver_failed,        "fluid", "node7", 0, 1,
-                             "Str\xF6mung \xC3\xA4 \xE2\x82"};
+  const FailureReport latin1{ExitCode::solver_failed, "fluid", "node7", 0, 1, "Str\xF6mung \xC3\xA4 \xE2\x82"};
   ASSERT_EQ(send(latin1), MessageKind::failure);
   FailureReport received;
   decoder.read(received);
@@ -286,8 +278,8 @@ TEST_F(RoundTrip, KeepsSummariesAndPaths) {
 }
 
 TEST_F(RoundTrip, TellsMessagesWithoutFieldsApart) {
-  for (const MessageKind kind : {MessageKind::kinematics_request, MessageKind::restored,
-                                 MessageKind::summarise, MessageKind::finish, MessageKind::finished}) {
+  for (const MessageKind kind : {MessageKind::kinematics_request, MessageKind::restored, MessageKind::summarise,
+                                 MessageKind::finish, MessageKind::finished}) {
     EXPECT_EQ(send(kind), kind);
   }
   EXPECT_THROW(send(MessageKind::loads), std::logic_error);

@@ -16,9 +16,7 @@ TEST(Rotation, MatrixIsThatOfAnIndependentLibrary) {
   EXPECT_TRUE(rotation_matrix(tilted).isApprox(as_eigen(tilted).toRotationMatrix(), 1e-15));
 }
 
-TEST(Rotation, ZAxisIsTheThirdColumn) {
-  EXPECT_TRUE(z_axis(tilted).isApprox(rotation_matrix(tilted).col(2), 1e-15));
-}
+TEST(Rotation, ZAxisIsTheThirdColumn) { EXPECT_TRUE(z_axis(tilted).isApprox(rotation_matrix(tilted).col(2), 1e-15)); }
 
 TEST(Rotation, TurnsAboutAnAxisOfTheWorld) {
   const Eigen::Vector3d angle(0.4, -1.1, 0.2);

@@ -106,8 +106,7 @@ TEST_F(Recording, OfARouterHoldsWhatWentThroughItWithDirectionRoleAndLane) {
     RecordingRouter router(wire.make_router(), path("a"));
     const auto dealer = wire.make_dealer("peer");
     transport::Frame frame;
-    const auto bytes =
-        encoder.encode(session::Header{}, hello_of(session::Role::body, session::Lane::control));
+    const auto bytes = encoder.encode(session::Header{}, hello_of(session::Role::body, session::Lane::control));
     said.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     dealer->send(bytes);
     ASSERT_TRUE(router.receive(frame, std::chrono::seconds(1)));

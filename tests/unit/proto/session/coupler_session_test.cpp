@@ -8,8 +8,7 @@ namespace {
 CouplerSession greeted_fluid() { return welcomed({}, 4711, 1); }
 
 /// The session after a request and its reply.
-CouplerSession after(const CouplerSession& session, MessageKind request, std::int64_t step,
-                     MessageKind reply) {
+CouplerSession after(const CouplerSession& session, MessageKind request, std::int64_t step, MessageKind reply) {
   const Asked asked = ask(session, request, step);
   EXPECT_EQ(asked.problem, "");
   const Heard heard = hear(asked.session, reply, header_of(asked.session));

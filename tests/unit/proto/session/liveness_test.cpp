@@ -9,9 +9,7 @@ namespace {
 
 const Patience kPatience{};  // ping every 0.5 s, silence 3 s, progress 60 s
 
-Pong pong(std::int64_t step, Phase phase, std::uint64_t progress = 0) {
-  return {0, step, phase, progress, 0, 0};
-}
+Pong pong(std::int64_t step, Phase phase, std::uint64_t progress = 0) { return {0, step, phase, progress, 0, 0}; }
 
 /// Looks every 0.1 s from one time to another, pinging as it is due; `answers`: whether pongs come back.
 Liveness watch(Liveness liveness, double from_s, double to_s, bool answers, const Pong& answer = {}) {

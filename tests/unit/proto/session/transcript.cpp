@@ -40,8 +40,7 @@ std::string told(const Action& action) {
     case Action::Kind::work:
       break;
   }
-  const std::string reply =
-      action.reply == MessageKind::none ? "" : " -> " + std::string(name_of(action.reply));
+  const std::string reply = action.reply == MessageKind::none ? "" : " -> " + std::string(name_of(action.reply));
   return std::string(name_of(action.work)) + reply;
 }
 
@@ -76,8 +75,7 @@ std::string replay(Role role, const std::string& transcript) {
     const std::string input = line.substr(0, line.find('|'));
     const std::string text = trimmed(input);
     const std::string what = trimmed(text.substr(1));
-    const Outcome outcome =
-        text.front() == '!' ? on_event(session, event_named(what)) : play_message(session, what);
+    const Outcome outcome = text.front() == '!' ? on_event(session, event_named(what)) : play_message(session, what);
     session = outcome.session;
     std::string state(name_of(session.state));
     state.resize(13, ' ');

@@ -45,8 +45,7 @@ TEST(TransitionTable, ReachesEveryStateFromConnected) {
         if (applies && !transition.stays) reached |= in(transition.to);
       }
     }
-    for (const State state : kStates)
-      EXPECT_NE(reached & in(state), 0) << name_of(role) << " " << name_of(state);
+    for (const State state : kStates) EXPECT_NE(reached & in(state), 0) << name_of(role) << " " << name_of(state);
   }
 }
 

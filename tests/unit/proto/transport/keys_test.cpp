@@ -30,12 +30,10 @@ struct KeyPair {
 class Door : public testing::Test {
  protected:
   Door()
-      : router(bind_router(
-            endpoint(), CouplerKeys{coupler.secret(), {{fluid.known(), "fluid"}, {body.known(), "body"}}})) {}
+      : router(bind_router(endpoint(),
+                           CouplerKeys{coupler.secret(), {{fluid.known(), "fluid"}, {body.known(), "body"}}})) {}
 
-  [[nodiscard]] static std::string endpoint() {
-    return "tcp://127.0.0.1:" + std::to_string(20000 + getpid() % 12000);
-  }
+  [[nodiscard]] static std::string endpoint() { return "tcp://127.0.0.1:" + std::to_string(20000 + getpid() % 12000); }
 
   [[nodiscard]] std::unique_ptr<Dealer> knock(const std::optional<ComponentKeys>& keys) const {
     auto dealer = connect_dealer(endpoint(), "stranger", keys);
@@ -78,8 +76,8 @@ TEST_F(Door, StrangersAreTurnedAwayAndKnowIt) {
 }
 
 TEST(Endpoint, NeedsKeysWhereOtherMachinesCanListen) {
-  for (const char* here : {"ipc:///tmp/x", "tcp://127.0.0.1:5000", "tcp://127.8.9.1:5000",
-                           "tcp://localhost:5000", "tcp://[::1]:5000"}) {
+  for (const char* here :
+       {"ipc:///tmp/x", "tcp://127.0.0.1:5000", "tcp://127.8.9.1:5000", "tcp://localhost:5000", "tcp://[::1]:5000"}) {
     EXPECT_NO_THROW(require_keys_off_this_machine(here, false)) << here;
   }
   for (const char* anywhere : {"tcp://*:5000", "tcp://0.0.0.0:5000", "tcp://10.0.0.1:5000", "tcp://eth0:5000",
@@ -93,8 +91,7 @@ TEST(Endpoint, NeedsKeysWhereOtherMachinesCanListen) {
 
 class KeyFile : public testing::Test {
  protected:
-  void write(const std::string& text,
-             std::filesystem::perms permissions = std::filesystem::perms::owner_read) {
+  void write(const std::string& text, std::filesystem::perms permissions = std::filesystem::perms::owner_read) {
     std::ofstream(path) << text;
     std::filesystem::permissions(path, permissions);
   }
@@ -112,8 +109,7 @@ TEST_F(KeyFile, IsReadAsItWasWritten) {
 
 TEST_F(KeyFile, ThatIsMissingBrokenOrOpenToOthersIsRefused) {
   EXPECT_THROW(read_component_keys(path), CaseError);
-  write("secret " + own.secret() + "\n",
-        std::filesystem::perms::owner_read | std::filesystem::perms::group_read);
+  write("secret " + own.secret() + "\n", std::filesystem::perms::owner_read | std::filesystem::perms::group_read);
   EXPECT_THROW(read_component_keys(path), CaseError);
   std::filesystem::remove(path);
   write("secret " + own.secret() + "\n");

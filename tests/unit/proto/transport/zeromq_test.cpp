@@ -100,8 +100,7 @@ TEST_P(ZeroMq, DealerNoticesThatTheCouplerComesAndGoes) {
   Frame frame;
   const auto wait_until = [&](bool connected) {
     const auto end = std::chrono::steady_clock::now() + 3s;
-    while (dealer->connected() != connected && std::chrono::steady_clock::now() < end)
-      dealer->receive(frame, 10ms);
+    while (dealer->connected() != connected && std::chrono::steady_clock::now() < end) dealer->receive(frame, 10ms);
     return dealer->connected() == connected;
   };
   {

@@ -67,12 +67,11 @@ TEST_P(BrokenCase, IsRejectedWithFileAndLineReasonAndRemedy) {
   std::vector<std::string> found = errors_of(file);
   for (const auto& [line, words] : announced_errors(file)) {
     const std::string place = file.string() + ":" + std::to_string(line) + ": error: ";
-    const auto match =
-        std::find_if(found.begin(), found.end(), [&, &expected = words](const std::string& error) {
-          return error.starts_with(place) &&
-                 std::all_of(expected.begin(), expected.end(),
-                             [&](const std::string& word) { return error.find(word) != std::string::npos; });
-        });
+    const auto match = std::find_if(found.begin(), found.end(), [&, &expected = words](const std::string& error) {
+      return error.starts_with(place) && std::all_of(expected.begin(), expected.end(), [&](const std::string& word) {
+               return error.find(word) != std::string::npos;
+             });
+    });
     EXPECT_NE(match, found.end()) << "expected at line " << line << ": " << words.front() << "\nfound:\n"
                                   << testing::PrintToString(found);
     if (match == found.end()) continue;

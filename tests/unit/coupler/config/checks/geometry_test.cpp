@@ -11,8 +11,7 @@
 namespace copepod::coupler {
 namespace {
 
-BodySpecification capsule(const Eigen::Vector3d& position, const Eigen::Vector4d& q, double radius,
-                          double length) {
+BodySpecification capsule(const Eigen::Vector3d& position, const Eigen::Vector4d& q, double radius, double length) {
   BodySpecification body;
   body.shape = {ShapeKind::capsule, radius, length};
   body.position_m = position;
@@ -40,16 +39,14 @@ std::vector<BodySpecification> scattered(std::size_t count, double cube_m) {
   std::uniform_real_distribution<double> place(0.0, cube_m);
   std::vector<BodySpecification> bodies;
   for (std::size_t i = 0; i < count; ++i)
-    bodies.push_back(
-        capsule({place(random), place(random), place(random)}, along_x, i % 10 == 0 ? 3.0 : 0.5, 1.0));
+    bodies.push_back(capsule({place(random), place(random), place(random)}, along_x, i % 10 == 0 ? 3.0 : 0.5, 1.0));
   return bodies;
 }
 
 using Pairs = std::vector<BodyPair>;
 
 /// Those of `candidates` whose surfaces are less than `reach` apart, seen across periodic faces.
-Pairs within(const std::vector<BodySpecification>& bodies, const Pairs& candidates, double period,
-             double reach) {
+Pairs within(const std::vector<BodySpecification>& bodies, const Pairs& candidates, double period, double reach) {
   Pairs close;
   for (const auto& [a, b] : candidates) {
     Eigen::Vector3d shift = bodies[a].position_m - bodies[b].position_m;
@@ -87,8 +84,7 @@ TEST(NearPairs, IncludeOneBodyThatSpansTheDomain) {
   auto bodies = scattered(1000, 100.0);
   bodies.push_back(capsule({50, 50, 50}, upright, 1e6, 0.0));
   const Pairs near = near_pairs(bodies, {0, 0, 0}, 0.0);
-  const auto with_large =
-      std::count_if(near.begin(), near.end(), [](const auto& pair) { return pair.second == 1000; });
+  const auto with_large = std::count_if(near.begin(), near.end(), [](const auto& pair) { return pair.second == 1000; });
   EXPECT_EQ(with_large, 1000);
 }
 
@@ -117,8 +113,7 @@ TEST(Geometry, MeasuresDistancesBetweenSpheresAndCapsules) {
   BodySpecification sphere;
   sphere.shape = {ShapeKind::sphere, 1.0, 0.0};
   sphere.position_m = {3, 0, 1};
-  EXPECT_NEAR(surface_distance_m(sphere, capsule({0, 0, 0}, upright, 1, 4), Eigen::Vector3d::Zero()), 1.0,
-              1e-12);
+  EXPECT_NEAR(surface_distance_m(sphere, capsule({0, 0, 0}, upright, 1, 4), Eigen::Vector3d::Zero()), 1.0, 1e-12);
 }
 
 TEST(Assembly, PutsThePapersSwimmerWhereItStands) {

@@ -64,8 +64,7 @@ SpringSpecification spring(int A, int B, double stiffness_N_per_m) {
 }
 
 /// ω² of the fastest mode, found from Euler's limit h ω = 2.
-double fastest_square(const std::vector<BodySpecification>& bodies,
-                      const std::vector<SpringSpecification>& springs) {
+double fastest_square(const std::vector<BodySpecification>& bodies, const std::vector<SpringSpecification>& springs) {
   const double h = fastest_springs(bodies, springs, euler).together.largest_step_s;
   return 4.0 / (h * h);
 }
@@ -82,9 +81,8 @@ TEST(FastestSpring, OfASwimmerMovesItsMiddleAgainstBothEnds) {
 }
 
 TEST(FastestSpring, AloneIsNoFasterThanAllTogether) {
-  const FastestSprings fastest =
-      fastest_springs({ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0), ball({0, 0, 9}, 2.0)},
-                      {spring(0, 1, 4.0), spring(1, 2, 4.0)}, euler);
+  const FastestSprings fastest = fastest_springs({ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0), ball({0, 0, 9}, 2.0)},
+                                                 {spring(0, 1, 4.0), spring(1, 2, 4.0)}, euler);
   EXPECT_NEAR(fastest.together.largest_step_s, 2.0 / std::sqrt(3.0 * 4.0 / 2.0), 1e-12);
   EXPECT_NEAR(fastest.alone.largest_step_s, 2.0 / std::sqrt(2.0 * 4.0 / 2.0), 1e-12);
 }
@@ -112,8 +110,8 @@ TEST(FastestSpring, OfABodyOnAnAxisMovesItAlongThatOnly) {
 }
 
 TEST(FastestSpring, IsTheOneThatLimitsTheStep) {
-  const std::vector<BodySpecification> bodies{ball({0, 0, 0}, 1.0), ball({0, 0, 5}, 1.0),
-                                              ball({0, 9, 0}, 1.0), ball({0, 9, 5}, 1.0)};
+  const std::vector<BodySpecification> bodies{ball({0, 0, 0}, 1.0), ball({0, 0, 5}, 1.0), ball({0, 9, 0}, 1.0),
+                                              ball({0, 9, 5}, 1.0)};
   EXPECT_EQ(fastest_springs(bodies, {spring(0, 1, 1.0), spring(2, 3, 2.0)}, runge_kutta).together.spring, 1U);
 }
 

@@ -23,24 +23,17 @@ const std::vector<Doubtful> doubtful_cases{
      "less than one cell from the z face"},
     {"beads_close_together", {"swimmers.0.rest_gap_m=[0.5e-6, 8.0e-6]"}, "less than one cell apart"},
     {"bead_of_a_cell", {"swimmers.0.beads.1.radius_m=1.0e-6"}, "less than two cells"},
-    {"strong_stroke",
-     {"swimmers.0.stroke.amplitude_N=2.0e-3", "fluid.collision=trt"},
-     "compressibility shows"},
-    {"pressure_of_some_per_cent",
-     {"fluid.boundaries={z: {high: {pressure_Pa: 5.0e7}}}"},
-     "volume fluxes will differ"},
+    {"strong_stroke", {"swimmers.0.stroke.amplitude_N=2.0e-3", "fluid.collision=trt"}, "compressibility shows"},
+    {"pressure_of_some_per_cent", {"fluid.boundaries={z: {high: {pressure_Pa: 5.0e7}}}"}, "volume fluxes will differ"},
     {"long_stroke", {"swimmers.0.stroke.amplitude_N=3.0e-4"}, "more than the gap between them"},
-    {"short_run",
-     {"run.steps=11000", "output.fields.mean_over_steps=[0, 0]"},
-     "Run longer for a result table"},
+    {"short_run", {"run.steps=11000", "output.fields.mean_over_steps=[0, 0]"}, "Run longer for a result table"},
     {"mean_of_one_sample", {"output.fields.mean_every_steps=5000"}, "one sample in the whole window"},
     {"stokes_in_a_channel", {"fluid.solver=stokes"}, "ignores the domain's walls"},
     {"body_force_on_stokes_flow",
      {"fluid.solver=stokes", "fluid.no_slip_plane=x_low", "fluid.body_force_N_per_m3=[0, 0, 1]"},
      "fluid.body_force_N_per_m3 drives a flow"},
     {"stokes_flow_beside_a_moving_wall",
-     {"fluid.solver=stokes", "fluid.no_slip_plane=x_low",
-      "fluid.boundaries={y: {velocity_m_per_s: [0, 0, 1]}}"},
+     {"fluid.solver=stokes", "fluid.no_slip_plane=x_low", "fluid.boundaries={y: {velocity_m_per_s: [0, 0, 1]}}"},
      "fluid.boundaries.y.high drives a flow"},
     {"stokes_flow_in_a_periodic_channel",
      {"fluid.solver=stokes", "fluid.no_slip_plane=x_low", "fluid.boundaries={z: periodic}"},
@@ -55,12 +48,11 @@ const std::vector<Doubtful> doubtful_cases{
 class DoubtfulCase : public testing::TestWithParam<Doubtful> {};
 
 TEST_P(DoubtfulCase, IsAcceptedWithAWarning) {
-  const LoadedCase loaded =
-      load_case(std::string(CONFIGS) + "/quick/three_sphere.yaml", GetParam().overrides);
+  const LoadedCase loaded = load_case(std::string(CONFIGS) + "/quick/three_sphere.yaml", GetParam().overrides);
   bool found = false;
   for (const std::string& warning : loaded.warnings) {
-    found = found || (warning.find(": warning: ") != std::string::npos &&
-                      warning.find(GetParam().words) != std::string::npos);
+    found = found ||
+            (warning.find(": warning: ") != std::string::npos && warning.find(GetParam().words) != std::string::npos);
   }
   EXPECT_TRUE(found) << testing::PrintToString(loaded.warnings);
 }

@@ -36,16 +36,14 @@ TEST(ResolvedCase, ReadsBackToTheSameCaseBitForBit) {
     ASSERT_EQ(first.assembly.bodies.size(), second.assembly.bodies.size());
     for (std::size_t i = 0; i < first.assembly.bodies.size(); ++i) {
       EXPECT_EQ(first.assembly.bodies[i].position_m, second.assembly.bodies[i].position_m) << file;
-      EXPECT_EQ(first.assembly.bodies[i].orientation_wxyz, second.assembly.bodies[i].orientation_wxyz)
-          << file;
+      EXPECT_EQ(first.assembly.bodies[i].orientation_wxyz, second.assembly.bodies[i].orientation_wxyz) << file;
     }
   }
 }
 
 TEST(ResolvedCase, KeepsAnOverrideAfterAParameterSetWasChosen) {
   const std::string file = std::string(CONFIG_TESTS) + "/every_key.yaml";
-  const LoadedCase first =
-      load_case(file, {"swimmers.0.spring.stiffness_N_per_m=17.5", "parameter_set=soft"});
+  const LoadedCase first = load_case(file, {"swimmers.0.spring.stiffness_N_per_m=17.5", "parameter_set=soft"});
   EXPECT_EQ(first.content.swimmers[0].stiffness_N_per_m, 17.5);
   const LoadedCase second = load_case_text(resolved_text(first.content), "case.yaml", {});
   EXPECT_EQ(second.content.swimmers[0].stiffness_N_per_m, 17.5);

@@ -36,8 +36,7 @@ TEST(Document, KnowsTheLineOfEveryKeyPath) {
 
 TEST(Document, AppliesOverridesByPositionAndByName) {
   const Document document = Document::parse(
-      text, "x.yaml",
-      {"bodies.0.name=uno", "bodies.two.position_m=[7, 8, 9]", "new.section.key=5", "case=y=z"});
+      text, "x.yaml", {"bodies.0.name=uno", "bodies.two.position_m=[7, 8, 9]", "new.section.key=5", "case=y=z"});
   EXPECT_EQ(document.root().find("bodies")->items[0].find("name")->text, "uno");
   EXPECT_EQ(document.root().find("bodies")->items[1].find("position_m")->items[2].text, "9");
   EXPECT_EQ(document.root().find("new")->find("section")->find("key")->text, "5");

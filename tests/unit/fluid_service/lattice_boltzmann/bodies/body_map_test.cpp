@@ -78,8 +78,7 @@ TEST(BodyMap, BodyThatCrossesAPeriodicFaceKeepsItsVolume) {
 
 // Only the ends of rows are compared from step to step: no change may be missed.
 TEST(BodyMap, IncrementalMappingEqualsMappingFromScratch) {
-  const FluidSetup setup =
-      periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}});
+  const FluidSetup setup = periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}});
   MapFixture incremental(setup);
   for (int step = 0; step < 400; ++step) {
     const double t = 0.01 * step;
@@ -139,10 +138,8 @@ bool is_refused(const FluidSetup& setup, const Eigen::Vector3d& position) {
 
 TEST(BodyMap, RefusesABodyThatRunsIntoAFace) {
   FluidSetup setup = periodic_box({20, 20, 40}, {{ShapeKind::sphere, 4.0, 0.0}});
-  setup.boundaries[face_index(0, false)].kind = setup.boundaries[face_index(0, true)].kind =
-      BoundaryKind::no_slip;
-  setup.boundaries[face_index(1, false)].kind = setup.boundaries[face_index(1, true)].kind =
-      BoundaryKind::free_slip;
+  setup.boundaries[face_index(0, false)].kind = setup.boundaries[face_index(0, true)].kind = BoundaryKind::no_slip;
+  setup.boundaries[face_index(1, false)].kind = setup.boundaries[face_index(1, true)].kind = BoundaryKind::free_slip;
   setup.symmetry_planes[2] = true;
   EXPECT_FALSE(is_refused(setup, {4.01, 10.0, 10.0}));
   EXPECT_TRUE(is_refused(setup, {3.99, 10.0, 10.0}));
@@ -169,8 +166,7 @@ TEST(BodyMap, LetsABodyThatRestsStandInAWall) {
 /// @param height_B  of the second one; the first is at 9
 void expect_links_of_passing_spheres(double height_B) {
   SCOPED_TRACE(height_B);
-  const FluidSetup setup =
-      periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::sphere, 3.0, 0.0}});
+  const FluidSetup setup = periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::sphere, 3.0, 0.0}});
   MapFixture incremental(setup);
   BoundaryLinks links(incremental.map, incremental.layout, incremental.domain.box());
   for (int step = 0; step < 300; ++step) {

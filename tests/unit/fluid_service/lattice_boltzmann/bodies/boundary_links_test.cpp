@@ -13,8 +13,7 @@ struct Crowd {
     setup.domain_cells = {16, 20, 18};
     setup.boundaries[0].kind = setup.boundaries[1].kind = BoundaryKind::periodic;
     setup.boundaries[2].kind = BoundaryKind::free_slip;
-    setup.bodies = {
-        {ShapeKind::sphere, 3.1, 0.0}, {ShapeKind::sphere, 2.6, 0.0}, {ShapeKind::capsule, 2.2, 5.0}};
+    setup.bodies = {{ShapeKind::sphere, 3.1, 0.0}, {ShapeKind::sphere, 2.6, 0.0}, {ShapeKind::capsule, 2.2, 5.0}};
     units.emplace(setup);
     domain.emplace(setup, *units);
     layout.emplace(domain->box(), 8);

@@ -22,8 +22,8 @@ LatticeBody body_of(ShapeKind kind, double radius, double half_length, const Eig
 std::vector<LatticeBody> bodies() {
   std::vector<LatticeBody> all = {body_of(ShapeKind::sphere, 4.3, 0.0, {0, 0, 1})};
   for (const Eigen::Vector3d& axis :
-       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 1),
-        Eigen::Vector3d(3, -2, 1), Eigen::Vector3d(1, 2, -0.01), Eigen::Vector3d(0.1, -0.2, 1)})
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 1), Eigen::Vector3d(3, -2, 1),
+        Eigen::Vector3d(1, 2, -0.01), Eigen::Vector3d(0.1, -0.2, 1)})
     all.push_back(body_of(ShapeKind::capsule, 3.3, 4.55, axis));
   return all;
 }
@@ -35,8 +35,7 @@ double distance(const LatticeBody& body, const Eigen::Vector3d& r) {
 }
 
 Eigen::Vector3d centre_of(std::int64_t x, std::int64_t y, std::int64_t z) {
-  return Eigen::Vector3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)).array() +
-         0.5;
+  return Eigen::Vector3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)).array() + 0.5;
 }
 
 TEST(RowInterval, HoldsTheCellsWhoseCentresLieInside) {

@@ -45,8 +45,7 @@ struct Box16 {
   }
 
   double& f(const Cell& cell, int alpha) {
-    return populations[static_cast<std::size_t>(
-        layout->location(layout->site(cell), alpha, Placement::home))];
+    return populations[static_cast<std::size_t>(layout->location(layout->site(cell), alpha, Placement::home))];
   }
   /// The same equilibrium everywhere.
   void flow(double excess_density, const Eigen::Vector3d& u) {
@@ -61,8 +60,8 @@ struct Box16 {
   void exchange(std::span<const BoundaryCell> cells) {
     sums = {};
     reflected.clear();
-    choose_momentum_exchange<double>(MovingBoundary::bounce_back)(
-        populations.data(), *layout, Placement::home, *domain, body(), cells, sums, reflected);
+    choose_momentum_exchange<double>(MovingBoundary::bounce_back)(populations.data(), *layout, Placement::home, *domain,
+                                                                  body(), cells, sums, reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }

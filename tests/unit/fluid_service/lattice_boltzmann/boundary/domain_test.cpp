@@ -88,8 +88,7 @@ TEST(GhostSource, PeriodicFaceTakesTheSameDirectionFromTheOtherEnd) {
 }
 
 TEST(GhostSource, FreeSlipReflectsTheNormalComponentOnly) {
-  const GhostSource source =
-      ghost_source(domain_of(box_of(slip, wall, wall)), {-1, 3, 3}, d3q19::index_of({1, 1, 0}));
+  const GhostSource source = ghost_source(domain_of(box_of(slip, wall, wall)), {-1, 3, 3}, d3q19::index_of({1, 1, 0}));
   EXPECT_EQ(source.cell, (Cell{0, 3, 3}));
   EXPECT_EQ(source.direction, d3q19::index_of({-1, 1, 0}));
 }
@@ -110,10 +109,8 @@ TEST(GhostSource, OpenFaceReplacesThePopulationThatLeaves) {
 
 TEST(GhostSource, WallWinsInAnEdgeWithAnOpenFace) {
   const int diagonal = d3q19::index_of({1, 1, 0});
-  EXPECT_EQ(ghost_source(domain_of(box_of(pressure, wall, wall)), {-1, -1, 3}, diagonal).kind,
-            GhostSource::Kind::wall);
-  EXPECT_EQ(ghost_source(domain_of(box_of(wall, pressure, wall)), {-1, -1, 3}, diagonal).kind,
-            GhostSource::Kind::wall);
+  EXPECT_EQ(ghost_source(domain_of(box_of(pressure, wall, wall)), {-1, -1, 3}, diagonal).kind, GhostSource::Kind::wall);
+  EXPECT_EQ(ghost_source(domain_of(box_of(wall, pressure, wall)), {-1, -1, 3}, diagonal).kind, GhostSource::Kind::wall);
 }
 
 struct Case {
@@ -180,18 +177,16 @@ TEST_P(Origins, WhatEntersIsReadWhereItsSourceLeftIt) {
   });
 }
 
-INSTANTIATE_TEST_SUITE_P(Faces, Origins,
-                         testing::Values(Case{{wall, wall, wall}, {3, 4, 5}, {}, 1},
-                                         Case{{periodic, wall, slip}, {3, 4, 5}, {}, 1},
-                                         Case{{slip, periodic, periodic}, {4, 3, 2}, {}, 1},
-                                         Case{{pressure, slip, wall}, {3, 3, 4}, {}, 1},
-                                         Case{{wall, periodic, pressure}, {4, 4, 6}, {true, true, true}, 1},
-                                         Case{{periodic, periodic, periodic}, {1, 1, 1}, {}, 1},
-                                         Case{{periodic, periodic, slip}, {1, 2, 1}, {}, 1},
-                                         Case{{wall, slip, wall}, {2, 1, 1}, {}, 1},
-                                         Case{{periodic, slip, wall}, {6, 6, 6}, {false, true, false}, 4},
-                                         Case{{periodic, periodic, periodic}, {4, 4, 4}, {}, 8},
-                                         Case{{wall, wall, wall}, {5, 4, 3}, {}, 3}));
+INSTANTIATE_TEST_SUITE_P(
+    Faces, Origins,
+    testing::Values(Case{{wall, wall, wall}, {3, 4, 5}, {}, 1}, Case{{periodic, wall, slip}, {3, 4, 5}, {}, 1},
+                    Case{{slip, periodic, periodic}, {4, 3, 2}, {}, 1}, Case{{pressure, slip, wall}, {3, 3, 4}, {}, 1},
+                    Case{{wall, periodic, pressure}, {4, 4, 6}, {true, true, true}, 1},
+                    Case{{periodic, periodic, periodic}, {1, 1, 1}, {}, 1},
+                    Case{{periodic, periodic, slip}, {1, 2, 1}, {}, 1}, Case{{wall, slip, wall}, {2, 1, 1}, {}, 1},
+                    Case{{periodic, slip, wall}, {6, 6, 6}, {false, true, false}, 4},
+                    Case{{periodic, periodic, periodic}, {4, 4, 4}, {}, 8},
+                    Case{{wall, wall, wall}, {5, 4, 3}, {}, 3}));
 
 }  // namespace
 }  // namespace copepod::fluid

@@ -61,8 +61,8 @@ TEST(PressureFace, TakesTheVelocityWithoutTheSecondHalfOfABodyForce) {
   const double u = 0.05;
   OpenEnds ends(0.0, {0.0, 0.0, force});
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    ends.leaving(cell, alpha) = equilibrium_deviation(alpha, 0.0, {0.0, 0.0, u}) +
-                                1.5 * d3q19::weight(alpha) * d3q19::e[alpha][2] * force;
+    ends.leaving(cell, alpha) =
+        equilibrium_deviation(alpha, 0.0, {0.0, 0.0, u}) + 1.5 * d3q19::weight(alpha) * d3q19::e[alpha][2] * force;
   const double out = ends.leaving(cell, d3q19::opposite(up));
   ends.act();
   EXPECT_NEAR(ends.entering(cell), -out + 2.0 * d3q19::weight(up) * 3.0 * u * u, 1e-16);

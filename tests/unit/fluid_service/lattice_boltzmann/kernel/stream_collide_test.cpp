@@ -23,14 +23,12 @@ std::vector<T> random_populations(const PopulationLayout& layout) {
 
 /// Two steps of a block whose rows do not divide by the vector width.
 template <class T>
-std::vector<T> two_steps(StreamCollide<T> update, const std::vector<Box>& regions,
-                         const Eigen::Vector3d& force) {
+std::vector<T> two_steps(StreamCollide<T> update, const std::vector<Box>& regions, const Eigen::Vector3d& force) {
   const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 13}}, sizeof(T));
   std::vector<T> values = random_populations<T>(layout);
   const auto constants = collision_constants<T>(CollisionKind::trt, 0.7, force);
   for (const Placement placement : {Placement::home, Placement::streamed})
-    for (const Box& region : regions)
-      update(values.data(), layout, placement, region, constants, !force.isZero(0.0));
+    for (const Box& region : regions) update(values.data(), layout, placement, region, constants, !force.isZero(0.0));
   return values;
 }
 
@@ -51,15 +49,13 @@ TYPED_TEST(StreamCollideKernel, GivesTheSameBitsInVectorBodyAndRemainder) {
   const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 13}}};
   const std::vector<Box> pieces = {{{0, 0, 0}, {5, 4, 3}}, {{0, 0, 3}, {2, 4, 13}}, {{2, 0, 3}, {5, 4, 13}}};
   const auto update = choose_stream_collide<TypeParam>().update;
-  EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero()),
-            two_steps(update, pieces, Eigen::Vector3d::Zero()));
+  EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero()), two_steps(update, pieces, Eigen::Vector3d::Zero()));
 }
 
 TEST(Collision, LeavesAnEquilibriumAsItIs) {
   const double velocity[3] = {0.02, -0.03, 0.05};
   double g[d3q19::directions];
-  for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    g[alpha] = equilibrium_deviation(alpha, 0.01, velocity);
+  for (int alpha = 0; alpha < d3q19::directions; ++alpha) g[alpha] = equilibrium_deviation(alpha, 0.01, velocity);
   const std::vector<double> before(g, g + d3q19::directions);
   collide<false>(g, collision_constants<double>(CollisionKind::bgk, 0.8, Eigen::Vector3d::Zero()));
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
@@ -76,8 +72,7 @@ TEST(Collision, ConservesMassAndAddsTheForceToTheMomentum) {
   collide<true>(g, collision_constants<double>(CollisionKind::trt, 0.6, force));
   const Moments<double> after = moments(g);
   EXPECT_NEAR(after.excess_density, before.excess_density, 1e-16);
-  for (int axis = 0; axis < 3; ++axis)
-    EXPECT_NEAR(after.momentum[axis] - before.momentum[axis], force[axis], 1e-16);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(after.momentum[axis] - before.momentum[axis], force[axis], 1e-16);
 }
 
 // With equal rates the pairwise form must be the paper's eq. (3), population by population.
@@ -94,10 +89,8 @@ TEST(Collision, IsThePapersBgkForEqualRates) {
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
     expected[alpha] =
         g[alpha] - (g[alpha] - equilibrium_deviation(alpha, m.excess_density, velocity)) / relaxation_time;
-  collide<false>(g,
-                 collision_constants<double>(CollisionKind::bgk, relaxation_time, Eigen::Vector3d::Zero()));
-  for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    EXPECT_NEAR(g[alpha], expected[alpha], 1e-16) << alpha;
+  collide<false>(g, collision_constants<double>(CollisionKind::bgk, relaxation_time, Eigen::Vector3d::Zero()));
+  for (int alpha = 0; alpha < d3q19::directions; ++alpha) EXPECT_NEAR(g[alpha], expected[alpha], 1e-16) << alpha;
 }
 
 }  // namespace

@@ -38,8 +38,7 @@ TEST(D3Q19, WeightsHaveTheMomentsOfTheMaxwellian) {
 
 TEST(D3Q19, MirroringTwiceGivesTheDirectionBack) {
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    for (int axis = 0; axis < 3; ++axis)
-      EXPECT_EQ(d3q19::mirrored(d3q19::mirrored(alpha, axis), axis), alpha);
+    for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(d3q19::mirrored(d3q19::mirrored(alpha, axis), axis), alpha);
 }
 
 TEST(PopulationLayout, SlotsThatACellReadsAreThoseThatItWrites) {

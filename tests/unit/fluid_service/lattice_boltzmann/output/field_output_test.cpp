@@ -12,9 +12,7 @@ namespace copepod::fluid {
 namespace {
 
 /// A cell whose density is the step, so that the sum shows which steps entered.
-FieldBlock cell_at(std::int64_t step) {
-  return {{{0, 0, 0}, {1, 1, 1}}, {static_cast<double>(step)}, {0, 0, 0}, {0}};
-}
+FieldBlock cell_at(std::int64_t step) { return {{{0, 0, 0}, {1, 1, 1}}, {static_cast<double>(step)}, {0, 0, 0}, {0}}; }
 
 /// A run of a fluid that is nothing but its mean field.
 class MeanRun {
@@ -50,9 +48,7 @@ class MeanRun {
   }
 
   [[nodiscard]] std::int64_t samples() const { return schedule_->mean().samples(); }
-  [[nodiscard]] double sum() const {
-    return samples() == 0 ? 0.0 : schedule_->mean().sums().density_kg_per_m3[0];
-  }
+  [[nodiscard]] double sum() const { return samples() == 0 ? 0.0 : schedule_->mean().sums().density_kg_per_m3[0]; }
 
  private:
   TemporaryFolder folder_;

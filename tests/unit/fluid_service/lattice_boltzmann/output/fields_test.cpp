@@ -8,8 +8,7 @@ namespace copepod::fluid {
 namespace {
 
 FieldBlock two_cells(double density, double velocity_z, std::int32_t body) {
-  return {
-      {{0, 0, 0}, {1, 1, 2}}, {density, density + 1}, {0, 0, velocity_z, 0, 0, 2 * velocity_z}, {0, body}};
+  return {{{0, 0, 0}, {1, 1, 2}}, {density, density + 1}, {0, 0, velocity_z, 0, 0, 2 * velocity_z}, {0, body}};
 }
 
 TEST(MeanField, AveragesDensityAndVelocityAndKeepsTheLastBodies) {

@@ -14,8 +14,7 @@ TEST(Xdmf, NamesGroupsByTheirStepWithNineDigits) {
 }
 
 TEST(Xdmf, PutsSnapshotsIntoACollectionAndTheMeanBesideIt) {
-  const std::string text =
-      xdmf_text({{4, 5, 6}, 1e-6, 0.5, "fields.h5", {"mean", "step_000000002", "step_000000004"}});
+  const std::string text = xdmf_text({{4, 5, 6}, 1e-6, 0.5, "fields.h5", {"mean", "step_000000002", "step_000000004"}});
   const std::size_t collection = text.find("<Grid Name='snapshots'");
   const std::size_t first = text.find("<Time Value='1'/>");
   const std::size_t second = text.find("<Time Value='2'/>");
