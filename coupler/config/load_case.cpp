@@ -248,7 +248,7 @@ LoadedCase load_case_text(const std::string& text, const std::string& source, co
 }
 
 FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory) {
-  FluidSetup setup = the_case.fluid;
+  FluidSetup setup = static_cast<const FluidSetup&>(the_case.fluid);
   setup.step_s = the_case.step_s;
   for (const BodySpecification& body : assembly.bodies) setup.bodies.push_back(body.shape);
   setup.fields = the_case.output.fields;
@@ -258,7 +258,7 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, cons
 
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   const FluidCase& fluid = the_case.fluid;
-  BodySetup setup = the_case.body;
+  BodySetup setup = static_cast<const BodySetup&>(the_case.body);
   setup.step_s = the_case.step_s;
   setup.fluid_density_kg_per_m3 = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -28,7 +28,7 @@ void touch_streams(T* populations, const PopulationLayout& layout) {
       for (std::int64_t z = 0; z + width <= block.extent(2); z += width)
 #pragma GCC unroll 19
         for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
-          __builtin_prefetch(row + layout.slot(alpha) + z + 4 * 64 / sizeof(T), 1);
+          __builtin_prefetch(row + layout.slot(alpha) + z + 8 * width, 1);
           Pack* pack = reinterpret_cast<Pack*>(row + layout.slot(alpha) + z);
           *pack = *pack * T(0.9999999);
         }

@@ -92,6 +92,7 @@ Document Document::parse(const std::string& text, const std::string& source,
                       "Start it with `case: name`.");
   }
   std::vector<Override> assignments;
+  assignments.reserve(overrides.size());
   for (const std::string& override_text : overrides) assignments.push_back(parse_override(override_text));
   bool set_chosen = false;
   for (const Override& assignment : assignments) {
@@ -128,20 +129,19 @@ void Document::apply_parameter_set(bool chosen_on_command_line) {
 }
 
 void Document::assign(const std::string& path, Value value) {
-  const std::vector<std::string> parts = split_path(path);
   Value* node = &root_;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    Value* child = find_child(*node, parts[i]);
+  for (const std::string& part : split_path(path)) {
+    Value* child = find_child(*node, part);
     if (child == nullptr) {
       if (node->kind == Value::Kind::null) node->kind = Value::Kind::mapping;
       if (node->kind != Value::Kind::mapping) {
-        throw CaseInvalid(value.origin, "'" + path + "' leads nowhere ('" + parts[i] +
+        throw CaseInvalid(value.origin, "'" + path + "' leads nowhere ('" + part +
                                             "' is not part of the list or value before it). Use a position counted "
                                             "from 0, or the name of an item.");
       }
       Value section = Value::mapping();
       section.origin = value.origin;
-      node->add(parts[i], std::move(section));
+      node->add(part, std::move(section));
       child = &node->entries.back().value;
     }
     node = child;

@@ -134,7 +134,7 @@ std::int64_t Reader::integer(const std::string& key, Range range, std::optional<
   return number ? *number : otherwise.value_or(0);
 }
 
-std::string Reader::text(const std::string& key, std::optional<std::string> otherwise) {
+std::string Reader::text(const std::string& key, const std::optional<std::string>& otherwise) {
   const Value* value = wanted(key, !otherwise);
   if (value == nullptr) return otherwise.value_or("");
   if (value->kind != Value::Kind::scalar || value->text.empty()) {
@@ -156,7 +156,8 @@ const Value* Reader::wanted_list(const std::string& key, std::size_t size, bool 
   return nullptr;
 }
 
-Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size, std::optional<Eigen::VectorXd> otherwise) {
+Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size,
+                                const std::optional<Eigen::VectorXd>& otherwise) {
   const Value* list = wanted_list(key, static_cast<std::size_t>(size), !otherwise);
   Eigen::VectorXd result = otherwise.value_or(Eigen::VectorXd::Zero(size));
   if (list == nullptr) return result;
@@ -169,7 +170,7 @@ Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size, std::
 }
 
 std::vector<std::int64_t> Reader::integers(const std::string& key, std::size_t size, Range range,
-                                           std::optional<std::vector<std::int64_t>> otherwise) {
+                                           const std::optional<std::vector<std::int64_t>>& otherwise) {
   const Value* list = wanted_list(key, size, !otherwise);
   std::vector<std::int64_t> result = otherwise.value_or(std::vector<std::int64_t>(size, 1));
   if (list == nullptr) return result;

@@ -39,10 +39,11 @@ class Reader {
   /// Without `otherwise` the key is required.
   double number(const std::string& key, Range range, std::optional<double> otherwise = {});
   std::int64_t integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise = {});
-  std::string text(const std::string& key, std::optional<std::string> otherwise = {});
-  Eigen::VectorXd numbers(const std::string& key, Eigen::Index size, std::optional<Eigen::VectorXd> otherwise = {});
+  std::string text(const std::string& key, const std::optional<std::string>& otherwise = {});
+  Eigen::VectorXd numbers(const std::string& key, Eigen::Index size,
+                          const std::optional<Eigen::VectorXd>& otherwise = {});
   std::vector<std::int64_t> integers(const std::string& key, std::size_t size, Range range,
-                                     std::optional<std::vector<std::int64_t>> otherwise = {});
+                                     const std::optional<std::vector<std::int64_t>>& otherwise = {});
   std::vector<std::string> words(const std::string& key);    ///< a list of texts, or one text; empty if absent
   std::vector<std::string> command(const std::string& key);  ///< a list, or one text split like a shell would
   template <typename E, std::size_t N>
