@@ -185,5 +185,6 @@ def serve_recording(role, path, tolerance):
             "component starts at step 0). Use --attempt 1, or --fluid or --body to replay it."
         )
     announced = script.hello.capabilities
-    capabilities = Capabilities(f"Recorded {announced.name}", announced.version, list(announced.features))
+    features = [name for name in announced.features if name != "estimate"]  # a recording holds replies, not a solver
+    capabilities = Capabilities(f"Recorded {announced.name}", announced.version, features)
     return serve_component(RecordedComponent(role, script, tolerance), capabilities, SolverContext())
