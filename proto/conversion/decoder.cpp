@@ -199,8 +199,8 @@ const Header& Decoder::header() const { return buffers_->header; }
 
 void Decoder::read(session::Hello& hello) const {
   const v1::Hello& wire = buffers_->envelope->hello();
-  hello.role = from_wire(wire.role(), session::Role::body, "role");
-  hello.lane = from_wire(wire.lane(), session::Lane::control, "lane");
+  hello.role = from_wire<session::Role>(wire.role(), *v1::Role_descriptor(), "role");
+  hello.lane = from_wire<session::Lane>(wire.lane(), *v1::Lane_descriptor(), "lane");
   hello.versions = {wire.versions().major(), wire.versions().minor_min(), wire.versions().minor_max()};
   hello.session_token = read_text(wire.session_token(), "session_token");
   hello.capabilities = read_capabilities(wire.capabilities());
@@ -280,7 +280,7 @@ void Decoder::read(session::Pong& pong) const {
   const v1::Pong& wire = buffers_->envelope->pong();
   pong.stamp_ns = wire.stamp_ns();
   pong.step = wire.step();
-  pong.phase = from_wire(wire.phase(), session::Phase::finishing, "phase");
+  pong.phase = from_wire<session::Phase>(wire.phase(), *v1::Phase_descriptor(), "phase");
   pong.progress = wire.progress();
   pong.received_sequence = wire.received_sequence();
   pong.replied_sequence = wire.replied_sequence();

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <google/protobuf/descriptor.h>
+
 #include "contract/body_setup.hpp"
 #include "contract/fluid_setup.hpp"
 #include "conversion/malformed_message.hpp"
@@ -13,29 +15,30 @@ namespace copepod::conversion {
 // Enumerations on the wire start at 1, ours at 0, in the same order: one shift converts all of them.
 
 template <class Wire, class Ours>
-Wire to_wire(Ours value) {
+constexpr Wire to_wire(Ours value) {
   return static_cast<Wire>(static_cast<int>(value) + 1);
 }
 
-/// @param last  newest value of this build
-template <class Ours, class Wire>
-Ours from_wire(Wire value, Ours last, const char* what) {
-  const int number = static_cast<int>(value) - 1;
-  if (number < 0 || number > static_cast<int>(last)) {
-    throw MalformedMessage(std::string(what) + " has the unknown value " + std::to_string(static_cast<int>(value)));
-  }
-  return static_cast<Ours>(number);
+/// @param known  the enumeration on the wire
+template <class Ours>
+Ours from_wire(int value, const google::protobuf::EnumDescriptor& known, const char* what) {
+  if (value == 0 || known.FindValueByNumber(value) == nullptr)
+    throw MalformedMessage(std::string(what) + " has the unknown value " + std::to_string(value));
+  return static_cast<Ours>(value - 1);
 }
 
-static_assert(v1::SHAPE_KIND_CAPSULE == static_cast<int>(ShapeKind::capsule) + 1);
-static_assert(v1::FLUID_KIND_VACUUM == static_cast<int>(FluidKind::vacuum) + 1);
-static_assert(v1::BOUNDARY_KIND_PRESSURE == static_cast<int>(BoundaryKind::pressure) + 1);
-static_assert(v1::COLLISION_KIND_TRT == static_cast<int>(CollisionKind::trt) + 1);
-static_assert(v1::PRECISION_SINGLE == static_cast<int>(Precision::single_precision) + 1);
-static_assert(v1::MOTION_KIND_AXIS == static_cast<int>(MotionKind::axis) + 1);
-static_assert(v1::INTEGRATOR_RUNGE_KUTTA_4 == static_cast<int>(Integrator::runge_kutta_4) + 1);
-static_assert(v1::ROLE_BODY == static_cast<int>(session::Role::body) + 1);
-static_assert(v1::LANE_CONTROL == static_cast<int>(session::Lane::control) + 1);
-static_assert(v1::PHASE_FINISHING == static_cast<int>(session::Phase::finishing) + 1);
+// Both end with the same enumerator.
+static_assert(v1::ShapeKind_MAX == to_wire<v1::ShapeKind>(ShapeKind::capsule));
+static_assert(v1::FluidKind_MAX == to_wire<v1::FluidKind>(FluidKind::vacuum));
+static_assert(v1::BoundaryKind_MAX == to_wire<v1::BoundaryKind>(BoundaryKind::pressure));
+static_assert(v1::CollisionKind_MAX == to_wire<v1::CollisionKind>(CollisionKind::trt));
+static_assert(v1::MovingBoundary_MAX == to_wire<v1::MovingBoundary>(MovingBoundary::bounce_back));
+static_assert(v1::Refill_MAX == to_wire<v1::Refill>(Refill::equilibrium));
+static_assert(v1::Precision_MAX == to_wire<v1::Precision>(Precision::single_precision));
+static_assert(v1::MotionKind_MAX == to_wire<v1::MotionKind>(MotionKind::axis));
+static_assert(v1::Integrator_MAX == to_wire<v1::Integrator>(Integrator::runge_kutta_4));
+static_assert(v1::Role_MAX == to_wire<v1::Role>(session::Role::body));
+static_assert(v1::Lane_MAX == to_wire<v1::Lane>(session::Lane::control));
+static_assert(v1::Phase_MAX == to_wire<v1::Phase>(session::Phase::finishing));
 
 }  // namespace copepod::conversion

@@ -1,10 +1,12 @@
 #include "conversion/setup_conversion.hpp"
 
 #include <algorithm>
+#include <concepts>
+#include <ranges>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
-#include "contract/words.hpp"
 #include "conversion/arrays.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
@@ -20,233 +22,213 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
+// The one description of each setup message: `describe` hands each field's name and value to a Writer or a
+// Reader, which treat it by its type.
+
+/// A contract struct, constant where it is only read.
+template <class T, class Struct>
+concept Is = std::same_as<std::remove_const_t<T>, Struct>;
+
 const FieldDescriptor* field_of(const Message& message, const char* name) {
   const FieldDescriptor* field = message.GetDescriptor()->FindFieldByName(name);
   if (field == nullptr) throw std::logic_error(message.GetTypeName() + " has no field " + name);
   return field;
 }
 
-// The one description of each setup message: `describe` hands each field's name and value to a Writer or a
-// Reader. The words of an enumerator bound its values; indices are shifted so that −1 becomes 0 on the wire.
-
-/// The contract struct that a wire of type Wire fills or only reads.
-template <class Wire, class T>
-using Struct = std::conditional_t<Wire::fills, T, const T>;
-
-template <class Wire>
-void describe(Wire& wire, Struct<Wire, Shape>& shape) {
-  wire.choice("kind", shape.kind, shape_names);
-  wire.scalar("radius_m", shape.radius_m);
-  wire.scalar("length_m", shape.length_m);
+void describe(auto& wire, Is<Shape> auto& shape) {
+  wire("kind", shape.kind);
+  wire("radius_m", shape.radius_m);
+  wire("length_m", shape.length_m);
 }
 
-template <class Wire>
-void describe(Wire& wire, Struct<Wire, Boundary>& boundary) {
-  wire.choice("kind", boundary.kind, boundary_names);
-  wire.array("velocity_m_per_s", boundary.velocity_m_per_s);
-  wire.scalar("pressure_Pa", boundary.pressure_Pa);
+void describe(auto& wire, Is<Boundary> auto& boundary) {
+  wire("kind", boundary.kind);
+  wire("velocity_m_per_s", boundary.velocity_m_per_s);
+  wire("pressure_Pa", boundary.pressure_Pa);
 }
 
-template <class Wire>
-void describe(Wire& wire, Struct<Wire, FieldOutput>& fields) {
-  wire.scalar("directory", fields.directory);
-  wire.scalar("every_steps", fields.every_steps);
-  wire.scalar("mean_start", fields.mean_start);
-  wire.scalar("mean_stop", fields.mean_stop);
-  wire.scalar("mean_every_steps", fields.mean_every_steps);
+void describe(auto& wire, Is<FieldOutput> auto& fields) {
+  wire("directory", fields.directory);
+  wire("every_steps", fields.every_steps);
+  wire("mean_start", fields.mean_start);
+  wire("mean_stop", fields.mean_stop);
+  wire("mean_every_steps", fields.mean_every_steps);
 }
 
-template <class Wire>
-void describe(Wire& wire, Struct<Wire, FluidSetup>& setup) {
-  wire.choice("kind", setup.kind, fluid_kind_names);
-  wire.scalar("step_s", setup.step_s);
-  wire.scalar("cell_size_m", setup.cell_size_m);
-  wire.scalar("density_kg_per_m3", setup.density_kg_per_m3);
-  wire.scalar("kinematic_viscosity_m2_per_s", setup.kinematic_viscosity_m2_per_s);
-  wire.array("domain_cells", setup.domain_cells);
-  wire.messages("boundaries", setup.boundaries);
-  wire.index("no_slip_plane", setup.no_slip_plane, 1);
-  wire.array("symmetry_planes", setup.symmetry_planes);
-  wire.array("body_force_N_per_m3", setup.body_force_N_per_m3);
-  wire.choice("collision", setup.collision, collision_names);
-  wire.choice("moving_boundary", setup.moving_boundary, moving_boundary_names);
-  wire.choice("refill", setup.refill, refill_names);
-  wire.choice("precision", setup.precision, precision_names);
-  wire.messages("bodies", setup.bodies, kLimits.bodies);
-  wire.message("fields", setup.fields);
-  wire.scalar("trace_directory", setup.trace_directory);
+void describe(auto& wire, Is<FluidSetup> auto& setup) {
+  wire("kind", setup.kind);
+  wire("step_s", setup.step_s);
+  wire("cell_size_m", setup.cell_size_m);
+  wire("density_kg_per_m3", setup.density_kg_per_m3);
+  wire("kinematic_viscosity_m2_per_s", setup.kinematic_viscosity_m2_per_s);
+  wire("domain_cells", setup.domain_cells);
+  wire("boundaries", setup.boundaries);
+  wire("no_slip_plane", setup.no_slip_plane, -1);
+  wire("symmetry_planes", setup.symmetry_planes);
+  wire("body_force_N_per_m3", setup.body_force_N_per_m3);
+  wire("collision", setup.collision);
+  wire("moving_boundary", setup.moving_boundary);
+  wire("refill", setup.refill);
+  wire("precision", setup.precision);
+  wire("bodies", setup.bodies);
+  wire("fields", setup.fields);
+  wire("trace_directory", setup.trace_directory);
 }
 
-template <class Wire>
-void describe(Wire& wire, Struct<Wire, BodySpecification>& body) {
-  wire.scalar("name", body.name);
-  wire.message("shape", body.shape);
-  wire.scalar("mass_kg", body.mass_kg);
-  wire.choice("motion", body.motion, motion_names);
-  wire.array("axis", body.axis);
-  wire.array("position_m", body.position_m);
-  wire.array("orientation_wxyz", body.orientation_wxyz);
-  wire.array("velocity_m_per_s", body.velocity_m_per_s);
-  wire.array("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s);
+void describe(auto& wire, Is<BodySpecification> auto& body) {
+  wire("name", body.name);
+  wire("shape", body.shape);
+  wire("mass_kg", body.mass_kg);
+  wire("motion", body.motion);
+  wire("axis", body.axis);
+  wire("position_m", body.position_m);
+  wire("orientation_wxyz", body.orientation_wxyz);
+  wire("velocity_m_per_s", body.velocity_m_per_s);
+  wire("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s);
 }
 
-template <class Wire>
-void describe(Wire& wire, Struct<Wire, SpringSpecification>& spring) {
-  wire.index("body_A", spring.body_A, 0);
-  wire.index("body_B", spring.body_B, 0);
-  wire.scalar("stiffness_N_per_m", spring.stiffness_N_per_m);
-  wire.scalar("damping_N_s_per_m", spring.damping_N_s_per_m);
-  wire.scalar("rest_length_m", spring.rest_length_m);
-  wire.array("anchor_A_m", spring.anchor_A_m);
-  wire.array("anchor_B_m", spring.anchor_B_m);
+void describe(auto& wire, Is<SpringSpecification> auto& spring) {
+  wire("body_A", spring.body_A);
+  wire("body_B", spring.body_B);
+  wire("stiffness_N_per_m", spring.stiffness_N_per_m);
+  wire("damping_N_s_per_m", spring.damping_N_s_per_m);
+  wire("rest_length_m", spring.rest_length_m);
+  wire("anchor_A_m", spring.anchor_A_m);
+  wire("anchor_B_m", spring.anchor_B_m);
 }
 
-template <class Wire>
-void describe(Wire& wire, Struct<Wire, BodySetup>& setup) {
-  wire.scalar("step_s", setup.step_s);
-  wire.choice("integrator", setup.integrator, integrator_names);
-  wire.array("gravity_m_per_s2", setup.gravity_m_per_s2);
-  wire.scalar("fluid_density_kg_per_m3", setup.fluid_density_kg_per_m3);
-  wire.array("periodic_length_m", setup.periodic_length_m);
-  wire.messages("bodies", setup.bodies, kLimits.bodies);
-  wire.messages("springs", setup.springs, kLimits.springs);
-  wire.scalar("trace_directory", setup.trace_directory);
+void describe(auto& wire, Is<BodySetup> auto& setup) {
+  wire("step_s", setup.step_s);
+  wire("integrator", setup.integrator);
+  wire("gravity_m_per_s2", setup.gravity_m_per_s2);
+  wire("fluid_density_kg_per_m3", setup.fluid_density_kg_per_m3);
+  wire("periodic_length_m", setup.periodic_length_m);
+  wire("bodies", setup.bodies);
+  wire("springs", setup.springs);
+  wire("trace_directory", setup.trace_directory);
 }
 
-/// Contract struct -> message.
+template <class T>
+concept List = std::ranges::range<T> && !std::same_as<T, std::string>;
+
+template <class T>
+concept Enumeration = std::is_enum_v<T>;
+
+template <class T>
+concept Record = std::is_class_v<T> && !std::ranges::range<T>;
+
+/// Contract struct -> message. What is written under a repeated field is appended to it.
 class Writer {
  public:
-  static constexpr bool fills = false;
-  explicit Writer(Message& message) : message_(message), reflection_(*message.GetReflection()) {}
+  explicit Writer(Message& message) : message_(&message), reflection_(message.GetReflection()) {}
 
-  void scalar(const char* name, double value) { reflection_.SetDouble(&message_, field(name), value); }
-  void scalar(const char* name, std::int64_t value) { reflection_.SetInt64(&message_, field(name), value); }
-  void scalar(const char* name, const std::string& text) { reflection_.SetString(&message_, field(name), text); }
-  template <class E, std::size_t N>
-  void choice(const char* name, E value, const std::array<Choice<E>, N>&) {
-    reflection_.SetEnumValue(&message_, field(name), to_wire<int>(value));
-  }
-  void index(const char* name, int value, int shift) {
-    reflection_.SetUInt32(&message_, field(name), static_cast<std::uint32_t>(value + shift));
-  }
-  template <class Array>
-  void array(const char* name, const Array& values) {
-    const FieldDescriptor* target = field(name);
-    for (const auto value : values) add(target, value);
-  }
   template <class T>
-  void message(const char* name, const T& value) {
-    Writer inner(*reflection_.MutableMessage(&message_, field(name)));
-    describe(inner, value);
+  void operator()(const char* name, const T& value) {
+    put(field_of(*message_, name), value);
   }
-  template <class List>
-  void messages(const char* name, const List& list, std::size_t = 0) {
-    const FieldDescriptor* target = field(name);
-    for (const auto& item : list) {
-      Writer inner(*reflection_.AddMessage(&message_, target));
-      describe(inner, item);
-    }
-  }
+  /// @param first  least value of an index, 0 on the wire
+  void operator()(const char* name, int index, int first) { (*this)(name, index - first); }
 
  private:
-  [[nodiscard]] const FieldDescriptor* field(const char* name) const { return field_of(message_, name); }
-  void add(const FieldDescriptor* target, double value) { reflection_.AddDouble(&message_, target, value); }
-  void add(const FieldDescriptor* target, std::int64_t value) { reflection_.AddInt64(&message_, target, value); }
-  void add(const FieldDescriptor* target, bool value) { reflection_.AddBool(&message_, target, value); }
+  // One function for each type of value.
+  void put(const FieldDescriptor* field, double value) {
+    field->is_repeated() ? reflection_->AddDouble(message_, field, value)
+                         : reflection_->SetDouble(message_, field, value);
+  }
+  void put(const FieldDescriptor* field, std::int64_t value) {
+    field->is_repeated() ? reflection_->AddInt64(message_, field, value)
+                         : reflection_->SetInt64(message_, field, value);
+  }
+  void put(const FieldDescriptor* field, bool value) { reflection_->AddBool(message_, field, value); }
+  void put(const FieldDescriptor* field, int index) {
+    reflection_->SetUInt32(message_, field, static_cast<std::uint32_t>(index));
+  }
+  void put(const FieldDescriptor* field, const std::string& text) { reflection_->SetString(message_, field, text); }
+  void put(const FieldDescriptor* field, Enumeration auto value) {
+    reflection_->SetEnumValue(message_, field, to_wire<int>(value));
+  }
+  void put(const FieldDescriptor* field, const List auto& list) {
+    for (const auto& value : list) put(field, value);
+  }
+  void put(const FieldDescriptor* field, const Record auto& value) {
+    Writer inner(field->is_repeated() ? *reflection_->AddMessage(message_, field)
+                                      : *reflection_->MutableMessage(message_, field));
+    describe(inner, value);
+  }
 
-  Message& message_;
-  const Reflection& reflection_;
+  Message* message_;
+  const Reflection* reflection_;
 };
 
 /// Message -> contract struct; throws MalformedMessage naming the field.
 class Reader {
  public:
-  static constexpr bool fills = true;
   Reader(const Message& message, std::string path)
       : message_(message), reflection_(*message.GetReflection()), path_(std::move(path)) {}
 
-  void scalar(const char* name, double& value) {
-    value = reflection_.GetDouble(message_, field(name));
-    check(name, value);
-  }
-  void scalar(const char* name, std::int64_t& value) {
-    value = reflection_.GetInt64(message_, field(name));
-    check(name, value);
-  }
-  void scalar(const char* name, std::string& text) {
-    text = reflection_.GetString(message_, field(name));
-    require_at_most(text.size(), kLimits.string_bytes, (path_ + name).c_str());
-  }
-  template <class E, std::size_t N>
-  void choice(const char* name, E& value, const std::array<Choice<E>, N>& words) {
-    value = from_wire(reflection_.GetEnumValue(message_, field(name)), words.back().value, (path_ + name).c_str());
-  }
-  void index(const char* name, int& value, int shift) {
-    const std::int64_t number = std::int64_t{reflection_.GetUInt32(message_, field(name))} - shift;
-    if (number != static_cast<int>(number)) fail(name, "is " + std::to_string(number));
-    value = static_cast<int>(number);
-  }
-  template <class Array>
-  void array(const char* name, Array& values) {
-    const FieldDescriptor* source = field(name);
-    require_size(name, source, static_cast<int>(values.size()));
-    int i = 0;
-    for (auto& value : values) {
-      get(source, i++, value);
-      check(name, value);
-    }
-  }
   template <class T>
-  void message(const char* name, T& value) {
-    Reader inner(reflection_.GetMessage(message_, field(name)), path_ + name + ".");
-    describe(inner, value);
+  void operator()(const char* name, T& value) {
+    get(field_of(message_, name), 0, value);
   }
-  template <class T, std::size_t N>
-  void messages(const char* name, std::array<T, N>& items) {
-    require_size(name, field(name), N);
-    read_items(name, items);
-  }
-  template <class T>
-  void messages(const char* name, std::vector<T>& items, std::size_t limit) {
-    const auto size = static_cast<std::size_t>(reflection_.FieldSize(message_, field(name)));
-    require_at_most(size, limit, (path_ + name).c_str());
-    items.assign(size, T{});
-    read_items(name, items);
+  /// @param first  least value of an index, 0 on the wire
+  void operator()(const char* name, int& index, int first) {
+    (*this)(name, index);
+    index += first;
   }
 
  private:
-  [[nodiscard]] const FieldDescriptor* field(const char* name) const { return field_of(message_, name); }
-  [[noreturn]] void fail(const char* name, const std::string& problem) const {
-    throw MalformedMessage(path_ + name + " " + problem);
+  // One function for each type of value; `i` is its place in a repeated field.
+  void get(const FieldDescriptor* field, int i, double& value) const {
+    value = field->is_repeated() ? reflection_.GetRepeatedDouble(message_, field, i)
+                                 : reflection_.GetDouble(message_, field);
+    if (!all_finite(&value, 1)) fail(field, "holds a number that is not finite");
   }
-  void check(const char* name, double value) const {
-    if (!all_finite(&value, 1)) fail(name, "holds a number that is not finite");
+  void get(const FieldDescriptor* field, int i, std::int64_t& value) const {
+    value =
+        field->is_repeated() ? reflection_.GetRepeatedInt64(message_, field, i) : reflection_.GetInt64(message_, field);
+    if (value < 0) fail(field, "is " + std::to_string(value) + ", less than 0");
   }
-  void check(const char* name, std::int64_t count) const {
-    if (count < 0) fail(name, "is " + std::to_string(count) + ", less than 0");
+  void get(const FieldDescriptor* field, int i, bool& value) const {
+    value = reflection_.GetRepeatedBool(message_, field, i);
   }
-  void check(const char*, bool) const {}
-  void get(const FieldDescriptor* source, int i, double& value) const {
-    value = reflection_.GetRepeatedDouble(message_, source, i);
+  void get(const FieldDescriptor* field, int, int& index) const {
+    const std::uint32_t number = reflection_.GetUInt32(message_, field);
+    if (!std::in_range<int>(number)) fail(field, "is " + std::to_string(number));
+    index = static_cast<int>(number);
   }
-  void get(const FieldDescriptor* source, int i, std::int64_t& value) const {
-    value = reflection_.GetRepeatedInt64(message_, source, i);
+  void get(const FieldDescriptor* field, int, std::string& text) const {
+    text = reflection_.GetString(message_, field);
+    require_at_most(text.size(), kLimits.string_bytes, (path_ + field->name()).c_str());
   }
-  void get(const FieldDescriptor* source, int i, bool& value) const {
-    value = reflection_.GetRepeatedBool(message_, source, i);
+  void get(const FieldDescriptor* field, int, Enumeration auto& value) const {
+    const std::string name = path_ + field->name();
+    value = from_wire<std::remove_reference_t<decltype(value)>>(reflection_.GetEnumValue(message_, field),
+                                                                *field->enum_type(), name.c_str());
   }
-  void require_size(const char* name, const FieldDescriptor* source, int size) const {
-    const int found = reflection_.FieldSize(message_, source);
-    if (found != size) fail(name, "has " + std::to_string(found) + " entries, not " + std::to_string(size));
-  }
-  template <class List>
-  void read_items(const char* name, List& items) {
-    const FieldDescriptor* source = field(name);
+  void get(const FieldDescriptor* field, int, List auto& list) const {
+    const int size = reflection_.FieldSize(message_, field);
+    fit(field, list, static_cast<std::size_t>(size));
     int i = 0;
-    for (auto& item : items) {
-      Reader inner(reflection_.GetRepeatedMessage(message_, source, i++), path_ + name + ".");
-      describe(inner, item);
-    }
+    for (auto& value : list) get(field, i++, value);
+  }
+  void get(const FieldDescriptor* field, int i, Record auto& value) const {
+    Reader inner(field->is_repeated() ? reflection_.GetRepeatedMessage(message_, field, i)
+                                      : reflection_.GetMessage(message_, field),
+                 path_ + field->name() + ".");
+    describe(inner, value);
+  }
+
+  template <class T>
+  void fit(const FieldDescriptor* field, std::vector<T>& list, std::size_t size) const {
+    require_at_most(size, kLimits.list_entries, (path_ + field->name()).c_str());
+    list.assign(size, T{});
+  }
+  void fit(const FieldDescriptor* field, const auto& array, std::size_t size) const {
+    const auto length = static_cast<std::size_t>(array.size());
+    if (size != length) fail(field, "has " + std::to_string(size) + " entries, not " + std::to_string(length));
+  }
+  [[noreturn]] void fail(const FieldDescriptor* field, const std::string& problem) const {
+    throw MalformedMessage(path_ + field->name() + " " + problem);
   }
 
   const Message& message_;
@@ -285,15 +267,15 @@ void check(const BodySetup& setup) {
   }
 }
 
-template <class Setup, class Wire>
-void write_setup(const Setup& setup, Wire& wire) {
+template <class Setup>
+void write_setup(const Setup& setup, Message& wire) {
   wire.Clear();
   Writer writer(wire);
   describe(writer, setup);
 }
 
-template <class Setup, class Wire>
-void read_setup(const Wire& wire, Setup& setup) {
+template <class Setup>
+void read_setup(const Message& wire, Setup& setup) {
   Reader reader(wire, "");
   describe(reader, setup);
   check(setup);
