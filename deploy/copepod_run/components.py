@@ -144,7 +144,7 @@ def ask(command: tuple[str, ...]) -> Answer:
     try:
         done = subprocess.run(
             [*command, "--capabilities"],
-            env=environment_to_ask(command),
+            env=environment_to_ask(),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -226,7 +226,6 @@ def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
     return {**settings, **os.environ, MARK: mark}
 
 
-def environment_to_ask(command: Sequence[str]) -> dict[str, str]:
-    """Environment of a component that only answers a question; a single process starts MPI by itself."""
-    alone = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
-    return {**_AS_ROOT, **({} if _brings_starter(command) else alone), **os.environ}
+def environment_to_ask() -> dict[str, str]:
+    """Environment of a component that only answers a question."""
+    return {**_AS_ROOT, **os.environ}

@@ -68,7 +68,7 @@ def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Mem
         answer = subprocess.run(
             command,
             input=setup,
-            env=components.environment_to_ask(command),
+            env=components.environment_to_ask(),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             timeout=_ANSWER_WITHIN_S,

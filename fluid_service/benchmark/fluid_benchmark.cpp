@@ -94,7 +94,7 @@ nlohmann::json measure(const Options& options, Communicator& ranks) {
   return result;
 }
 
-int run_benchmark(int argc, char** argv, Communicator& ranks) {
+int run_benchmark(int argc, char** argv) {
   Options options;
   CLI::App app("Speed of the lattice Boltzmann fluid beside the speed of the memory; run under mpirun.");
   app.add_option("--domain", options.domain, "cells along x, y, z")->expected(3)->check(CLI::PositiveNumber);
@@ -103,15 +103,14 @@ int run_benchmark(int argc, char** argv, Communicator& ranks) {
   app.add_option("--samples", options.samples)->check(CLI::PositiveNumber);
   app.add_option("--steps", options.steps, "steps per sample")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
+  MpiSession session;
+  Communicator& ranks = session.ranks();
   const nlohmann::json result = options.single ? measure<float>(options, ranks) : measure<double>(options, ranks);
   if (ranks.rank() == 0) std::puts(result.dump().c_str());
-  return 0;
+  return session.finish(0);
 }
 
 }  // namespace
 }  // namespace copepod::fluid::benchmark
 
-int main(int argc, char** argv) {
-  copepod::fluid::MpiSession session;
-  return session.finish(copepod::fluid::benchmark::run_benchmark(argc, argv, session.ranks()));
-}
+int main(int argc, char** argv) { return copepod::fluid::benchmark::run_benchmark(argc, argv); }

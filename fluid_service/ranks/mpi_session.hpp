@@ -8,9 +8,9 @@ namespace copepod::fluid {
 
 class MpiCommunicator;
 
-/// MPI from initialisation to the end of the process; one object per process, made first thing in main.
+/// MPI from initialisation to the end of the process; one object per process.
 ///
-/// Works with and without mpirun. A rank started by mpirun ends with it, even if mpirun is killed.
+/// A rank started by mpirun ends with it, even if mpirun is killed.
 class MpiSession {
  public:
   MpiSession();

@@ -5,31 +5,23 @@
 #include <memory>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <spdlog/sinks/null_sink.h>
 
+#include "component/command_line.hpp"
 #include "component/log.hpp"
 #include "component/run_component.hpp"
 #include "component/vitals.hpp"
 #include "contract/errors.hpp"
+#include "ranks/mpi_session.hpp"
 #include "service/rank_solver.hpp"
+#include "system/launched_rank.hpp"
 
 namespace copepod::fluid {
 
 namespace {
 
 component::Options log_options(int argc, char** argv, int rank) {
-  component::Options options;
-  CLI::App app;
-  app.allow_extras();
-  app.set_help_flag();
-  app.add_option("--log-file", options.log_file);
-  app.add_option("--log-level", options.log_level);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError&) {
-    return {};  // rank 0 reports it
-  }
+  component::Options options = *component::parse_command_line(argc, argv, session::Role::fluid, capabilities()).options;
   if (options.log_file.empty()) {
     options.log_level = "warning";  // only rank 0 writes to the terminal
   } else {
@@ -72,12 +64,11 @@ class FollowerLog {
   std::shared_ptr<spdlog::logger> log_;
 };
 
-int run_leader(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
-  const FluidComponent component{capabilities(),
-                                 [&](const FluidSetup& setup, SolverContext&) {
-                                   return std::make_unique<DistributedFluid>(setup, ranks, make_solver);
-                                 },
-                                 estimate};
+int run_leader(int argc, char** argv, FluidComponent component, Communicator& ranks,
+               const RankSolverFactory& make_solver) {
+  component.make_solver = [&](const FluidSetup& setup, SolverContext&) {
+    return std::make_unique<DistributedFluid>(setup, ranks, make_solver);
+  };
   const int code = run_fluid_component(argc, argv, component, ranks.size(), ranks.context());
   dismiss_followers(ranks);
   return code;
@@ -97,8 +88,18 @@ int run_follower(int argc, char** argv, Communicator& ranks, const RankSolverFac
 
 }  // namespace
 
-int run_fluid_program(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
-  return ranks.rank() == 0 ? run_leader(argc, argv, ranks, make_solver) : run_follower(argc, argv, ranks, make_solver);
+int run_fluid_program(int argc, char** argv, const RankSolverFactory& make_solver) {
+  const FluidComponent component{capabilities(), {}, estimate};
+  if (!starts_service(argc, argv)) return run_fluid_component(argc, argv, component);
+  if (!launched_rank()) {
+    SolverContext context;
+    SelfCommunicator alone(context);
+    return run_leader(argc, argv, component, alone, make_solver);
+  }
+  MpiSession session;
+  Communicator& ranks = session.ranks();
+  return session.finish(ranks.rank() == 0 ? run_leader(argc, argv, component, ranks, make_solver)
+                                          : run_follower(argc, argv, ranks, make_solver));
 }
 
 }  // namespace copepod::fluid

@@ -2,11 +2,13 @@
 
 #include <iostream>
 #include <iterator>
+#include <sstream>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "contract/exit_code.hpp"
+#include "system/launched_rank.hpp"
 
 namespace copepod::component {
 
@@ -20,22 +22,29 @@ std::string capabilities_as_json(session::Role role, const Capabilities& capabil
 
 namespace {
 
-ParsedCommandLine end_with(ExitCode code) { return {std::nullopt, static_cast<int>(code)}; }
-
-ParsedCommandLine fail(const std::string& problem) {
-  std::cerr << "error: " << problem << std::endl;
-  return end_with(ExitCode::bad_case);
+int print(const std::string& text) {
+  std::cout << text << std::endl;
+  return static_cast<int>(ExitCode::finished);
 }
 
-ParsedCommandLine print_estimate(const EstimateText& estimate, int ranks) {
+int fail(const std::string& problem) {
+  std::cerr << "error: " << problem << std::endl;
+  return static_cast<int>(ExitCode::bad_case);
+}
+
+int print_estimate(const EstimateText& estimate, int ranks) {
   if (!estimate) return fail("this component does not estimate (it does not announce it). Leave --estimate out.");
   const std::string setup{std::istreambuf_iterator<char>(std::cin), {}};
   try {
-    std::cout << estimate(setup, ranks) << std::endl;
-    return end_with(ExitCode::finished);
+    return print(estimate(setup, ranks));
   } catch (const std::exception& error) {
     return fail(error.what());
   }
+}
+
+ParsedCommandLine end_with(std::function<int()> answer) {
+  if (launched_rank().value_or(0) != 0) answer = [] { return static_cast<int>(ExitCode::finished); };
+  return {std::nullopt, std::move(answer)};
 }
 
 }  // namespace
@@ -64,20 +73,24 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, 
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const bool asked_for_help = app.exit(error) == 0;
-    return end_with(asked_for_help ? ExitCode::finished : ExitCode::bad_case);
+    std::ostringstream help, mistake;
+    const bool asked_for_help = app.exit(error, help, mistake) == 0;
+    return end_with([asked_for_help, help = help.str(), mistake = mistake.str()] {
+      std::cout << help << std::flush;
+      std::cerr << mistake << std::flush;
+      return static_cast<int>(asked_for_help ? ExitCode::finished : ExitCode::bad_case);
+    });
   }
-  if (only_capabilities) {
-    std::cout << capabilities_as_json(role, capabilities) << std::endl;
-    return end_with(ExitCode::finished);
-  }
-  if (only_estimate) return print_estimate(estimate, ranks);
+  if (only_capabilities) return end_with([json = capabilities_as_json(role, capabilities)] { return print(json); });
+  if (only_estimate) return end_with([estimate, ranks] { return print_estimate(estimate, ranks); });
   if (options.endpoint.empty() || options.session_token.empty()) {
-    return fail(
-        "a component needs a coupler to connect to (--endpoint or --session is missing). Give both; "
-        "deploy/copepod does so by itself.");
+    return end_with([] {
+      return fail(
+          "a component needs a coupler to connect to (--endpoint or --session is missing). Give both; "
+          "deploy/copepod does so by itself.");
+    });
   }
-  return {options, 0};
+  return {options, {}};
 }
 
 }  // namespace copepod::component

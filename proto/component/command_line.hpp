@@ -24,13 +24,14 @@ struct Options {
 /// @throws Error if the component cannot handle the setup
 using EstimateText = std::function<std::string(const std::string& setup_bytes, int ranks)>;
 
-/// Options, or the exit code to end with: after --help, --capabilities and --estimate, or if it is not valid.
+/// Options to serve with; without them `answer` prints what is asked for (--help, --capabilities, --estimate) or what
+/// is wrong, and returns the exit code. Under mpirun only the first process prints.
 struct ParsedCommandLine {
   std::optional<Options> options;
-  int exit_code = 0;
+  std::function<int()> answer;
 };
 
-/// Reads the command line; prints capabilities, an estimate, help or an error if that is all it asks for.
+/// Reads the command line and prints nothing yet.
 /// @param estimate  empty if the component does not estimate
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, const Capabilities& capabilities,
                                      const EstimateText& estimate = {});

@@ -78,7 +78,7 @@ int run(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, 
         SolverContext& context) {
   if (estimate) capabilities.features.insert("estimate");
   const ParsedCommandLine parsed = parse_command_line(argc, argv, solver.role(), capabilities, estimate);
-  if (!parsed.options) return parsed.exit_code;
+  if (!parsed.options) return parsed.answer();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
   try {
     return static_cast<int>(serve(solver, capabilities, ranks, context, *parsed.options));
@@ -92,6 +92,10 @@ int run(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, 
 }
 
 }  // namespace
+
+bool starts_service(int argc, char** argv) {
+  return parse_command_line(argc, argv, session::Role::fluid, {}).options.has_value();
+}
 
 int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks, SolverContext& context) {
   ServedFluid solver(component, context);

@@ -15,6 +15,11 @@ namespace copepod {
 /// @return exit code of the process (contract/exit_code.hpp)
 int run_fluid_component(int argc, char** argv, const FluidComponent& component);
 
+/// Whether a command line starts a service. If not (`--capabilities`, `--estimate`, `--help`, a mistake), an MPI
+/// program calls `run_fluid_component(argc, argv, component)` without MPI_Init, which takes long and can fail; its
+/// `make_solver` may then be empty.
+bool starts_service(int argc, char** argv);
+
 /// The same for rank 0 of an MPI program; `make_solver` captures what it needs of the communicator.
 /// @param ranks    number of processes of the component, for messages to the user
 /// @param context  what `make_solver` receives; outlives the call

@@ -1,8 +1,8 @@
 #include "fake_arguments.hpp"
 
-#include <algorithm>
-
 #include <CLI/CLI.hpp>
+
+#include "component/run_component.hpp"
 
 namespace copepod::doubles {
 
@@ -22,10 +22,10 @@ FakeArguments::FakeArguments(int argc, char** argv) {
   app.add_flag("--hang", halt_.hangs);
   app.parse(argc, argv);
   texts_ = app.remaining();
-  if (std::ranges::find(texts_, "--capabilities") != texts_.end()) halt_.in.clear();  // only a question
   texts_.insert(texts_.begin(), argv[0]);
   for (std::string& text : texts_) pointers_.push_back(text.data());
   pointers_.push_back(nullptr);
+  if (!starts_service(this->argc(), this->argv())) halt_.in.clear();  // only a question
 }
 
 }  // namespace copepod::doubles

@@ -31,25 +31,37 @@ TEST(CommandLine, ReadsAddressTokenAndLog) {
 }
 
 TEST(CommandLine, RefusesWhatIsMissingOrUnknownWithCode2) {
-  EXPECT_EQ(parse({"--endpoint", "ipc:///a"}).exit_code, 2);
-  EXPECT_EQ(parse({"--session", "t"}).exit_code, 2);
-  EXPECT_EQ(parse({"--bogus"}).exit_code, 2);
-  EXPECT_EQ(parse({"--endpoint", "e", "--session", "t", "--log-level", "shout"}).exit_code, 2);
-  EXPECT_EQ(parse({"--endpoint", "e", "--session", "t", "--orphan-after", "-1"}).exit_code, 2);
+  EXPECT_EQ(parse({"--endpoint", "ipc:///a"}).answer(), 2);
+  EXPECT_EQ(parse({"--session", "t"}).answer(), 2);
+  EXPECT_EQ(parse({"--bogus"}).answer(), 2);
+  EXPECT_EQ(parse({"--endpoint", "e", "--session", "t", "--log-level", "shout"}).answer(), 2);
+  EXPECT_EQ(parse({"--endpoint", "e", "--session", "t", "--orphan-after", "-1"}).answer(), 2);
 }
 
 TEST(CommandLine, PrintsCapabilitiesAsOneLineOfJson) {
   testing::internal::CaptureStdout();
   const auto parsed = parse({"--capabilities"});
-  const std::string output = testing::internal::GetCapturedStdout();
   EXPECT_FALSE(parsed.options);
-  EXPECT_EQ(parsed.exit_code, 0);
+  EXPECT_EQ(parsed.answer(), 0);
+  const std::string output = testing::internal::GetCapturedStdout();
   EXPECT_EQ(output.find('\n'), output.size() - 1);
   const auto json = nlohmann::json::parse(output);
   EXPECT_EQ(json["name"], "Test fluid");
   EXPECT_EQ(json["version"], "1.2");
   EXPECT_EQ(json["role"], "fluid");
   EXPECT_EQ(json["features"].size(), 2U);
+}
+
+TEST(CommandLine, IsAnsweredByTheFirstProcessOfSeveralOnly) {
+  setenv("PMIX_RANK", "1", 1);
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(parse({"--capabilities"}).answer(), 0);
+  EXPECT_EQ(parse({"--help"}).answer(), 0);
+  EXPECT_EQ(parse({"--bogus"}).answer(), 0);
+  EXPECT_TRUE(parse({"--endpoint", "ipc:///a", "--session", "t"}).options);
+  EXPECT_EQ(testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr(), "");
+  unsetenv("PMIX_RANK");
 }
 
 /// Ends of `--estimate` with this standard input: exit code, standard output and standard error.
@@ -65,9 +77,10 @@ Estimated estimate(const std::string& input, const EstimateText& text, std::vect
   testing::internal::CaptureStderr();
   words.insert(words.begin(), "--estimate");
   const auto parsed = parse(words, text);
-  std::cin.rdbuf(before);
   EXPECT_FALSE(parsed.options);
-  return {parsed.exit_code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
+  const int exit_code = parsed.answer();
+  std::cin.rdbuf(before);
+  return {exit_code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
 }
 
 TEST(CommandLine, EstimatesTheSetupOnStandardInput) {
