@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "geometry/rotation.hpp"
+
 namespace copepod::coupler {
 
 double rounded_omega_per_step(std::int64_t period_steps) {
@@ -18,7 +20,8 @@ double rounded_omega_per_step(std::int64_t period_steps) {
 }
 
 double power_with_rounded_omega_W(const Swimmer& swimmer, int first_body, const StepRecord& record) {
-  const Stroke& stroke = swimmer.stroke;
+  const Stroke& stroke = swimmer.three_beads->stroke;
+  const Eigen::Vector3d axis = z_axis(swimmer.orientation_wxyz);
   const double omega = rounded_omega_per_step(stroke.period_steps);
   const auto t = static_cast<double>(record.step);
   const double on_trailing = -stroke.amplitude_N * std::sin(omega * t);
@@ -26,7 +29,7 @@ double power_with_rounded_omega_W(const Swimmer& swimmer, int first_body, const 
   const std::array<double, 3> force_N{on_trailing, -(on_trailing + on_leading), on_leading};
   double power_W = 0.0;
   for (int bead = 0; bead < 3; ++bead) {
-    const double speed = record.kinematics.velocity_m_per_s.col(first_body + bead).dot(swimmer.axis);
+    const double speed = record.kinematics.velocity_m_per_s.col(first_body + bead).dot(axis);
     power_W += force_N[static_cast<std::size_t>(bead)] * speed;
   }
   return power_W;
@@ -35,7 +38,7 @@ double power_with_rounded_omega_W(const Swimmer& swimmer, int first_body, const 
 FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const SwimmerMeasurement& measured,
                                       const Swimmer& swimmer, const Case& the_case) {
   FiguresAsInPaper result;
-  const double omega_rad_per_s = rounded_omega_per_step(swimmer.stroke.period_steps) / the_case.step_s;
+  const double omega_rad_per_s = rounded_omega_per_step(swimmer.three_beads->stroke.period_steps) / the_case.step_s;
   result.at_rounded_omega =
       figures_at(omega_rad_per_s, measured.mean_power_rounded_omega_W, figures, measured, swimmer, the_case.fluid);
   const auto& [B2, B1, B3] = measured.max_speed_m_per_s;

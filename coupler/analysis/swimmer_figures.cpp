@@ -27,7 +27,8 @@ std::optional<double> efficiency(const SwimmerFigures& figures, const std::array
 
 }  // namespace
 
-double equivalent_radius_m(const Bead& bead) { return 0.25 * (extent_along_m(bead) + extent_across_m(bead)); }
+// A capsule along or across the axis has the same sum of both extents.
+double equivalent_radius_m(const Bead& bead) { return bead.shape.radius_m + 0.25 * bead.shape.length_m; }
 
 double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m) {
   const double sum = radii_m[0] + radii_m[1] + radii_m[2];
@@ -38,7 +39,7 @@ double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std:
 }
 
 double rest_length_m(const Swimmer& swimmer) {
-  double length = swimmer.rest_gap_m[0] + swimmer.rest_gap_m[1];
+  double length = swimmer.three_beads->rest_gap_m[0] + swimmer.three_beads->rest_gap_m[1];
   for (const Bead& bead : swimmer.beads) length += extent_along_m(bead);
   return length;
 }
@@ -67,7 +68,7 @@ std::array<std::optional<double>, 3> reynolds_numbers(const std::array<double, 3
 SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimmer, const Case& the_case) {
   const ArmFit& arm1 = measured.arms[0];
   const ArmFit& arm2 = measured.arms[1];
-  const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
+  const double period_s = static_cast<double>(swimmer.three_beads->stroke.period_steps) * the_case.step_s;
   SwimmerFigures figures;
   figures.u_swim_m_per_s = measured.displacement_m / period_s;
   figures.sin_dphi = std::sin(arm1.phase_rad - arm2.phase_rad);

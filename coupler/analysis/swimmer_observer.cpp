@@ -5,14 +5,16 @@
 #include <numbers>
 
 #include "analysis/as_in_paper.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
 
 SwimmerObserver::SwimmerObserver(const Swimmer& swimmer, int first_body)
     : swimmer_(swimmer),
+      axis_(z_axis(swimmer.orientation_wxyz)),
       first_body_(first_body),
-      start_step_((swimmer.stroke.cycles - 1) * swimmer.stroke.period_steps),
-      stop_step_(swimmer.stroke.cycles * swimmer.stroke.period_steps) {}
+      start_step_((swimmer.three_beads->stroke.cycles - 1) * swimmer.three_beads->stroke.period_steps),
+      stop_step_(swimmer.three_beads->stroke.cycles * swimmer.three_beads->stroke.period_steps) {}
 
 void SwimmerObserver::observe(const StepRecord& record) {
   if (record.step >= start_step_ && record.step < stop_step_) sample(record);
@@ -24,13 +26,13 @@ void SwimmerObserver::finish(const StepRecord& last) {
 }
 
 void SwimmerObserver::close_period(const StepRecord& record) {
-  if (sums_.samples != swimmer_.stroke.period_steps) return;
+  if (sums_.samples != swimmer_.three_beads->stroke.period_steps) return;
   sums_.last_position_m = position_m(record, 1);
   sums_.complete = true;
 }
 
 double SwimmerObserver::position_m(const StepRecord& record, int bead) const {
-  return record.kinematics.position_m.col(first_body_ + bead).dot(swimmer_.axis);
+  return record.kinematics.position_m.col(first_body_ + bead).dot(axis_);
 }
 
 void SwimmerObserver::sample(const StepRecord& record) {
@@ -38,7 +40,7 @@ void SwimmerObserver::sample(const StepRecord& record) {
   if (sums_.samples == 0) sums_.first_position_m = position_m(record, 1);
   // Whole periods lie before the window, so the phase counted from its start is the phase of t itself.
   const double phase = 2.0 * std::numbers::pi * static_cast<double>(record.step - start_step_) /
-                       static_cast<double>(swimmer_.stroke.period_steps);
+                       static_cast<double>(swimmer_.three_beads->stroke.period_steps);
   for (std::size_t arm = 0; arm < 2; ++arm) {
     const int near = first_body_ + static_cast<int>(arm);
     const double length = (state.position_m.col(near + 1) - state.position_m.col(near)).norm();
@@ -52,7 +54,7 @@ void SwimmerObserver::sample(const StepRecord& record) {
     const auto velocity = state.velocity_m_per_s.col(first_body_ + bead);
     sums_.power_W += record.driving_N.col(first_body_ + bead).dot(velocity);
     double& fastest = sums_.max_speed_m_per_s[static_cast<std::size_t>(bead)];
-    fastest = std::max(fastest, std::abs(velocity.dot(swimmer_.axis)));
+    fastest = std::max(fastest, std::abs(velocity.dot(axis_)));
   }
   sums_.power_rounded_omega_W += power_with_rounded_omega_W(swimmer_, first_body_, record);
   ++sums_.samples;

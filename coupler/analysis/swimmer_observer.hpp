@@ -49,6 +49,7 @@ class SwimmerObserver final : public Observer {
   [[nodiscard]] double position_m(const StepRecord& record, int bead) const;
 
   Swimmer swimmer_;
+  Eigen::Vector3d axis_;
   int first_body_;
   std::int64_t start_step_;
   std::int64_t stop_step_;

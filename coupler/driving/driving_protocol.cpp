@@ -1,11 +1,10 @@
 #include "driving/driving_protocol.hpp"
 
-#include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "contract/errors.hpp"
+#include "driving/signal.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -19,17 +18,6 @@ double turns(const DrivingTerm& term, std::int64_t step, double node) {
 }
 
 }  // namespace
-
-double sine_of_turns(double turns) {
-  double x = turns - std::floor(turns);
-  double sign = 1.0;
-  if (x >= 0.5) {
-    x -= 0.5;
-    sign = -1.0;
-  }
-  if (x > 0.25) x = 0.5 - x;
-  return sign * std::sin(2.0 * std::numbers::pi * x);
-}
 
 std::vector<DrivingTerm> stroke_terms(const Eigen::Vector3d& amplitude_N, std::int64_t period_steps,
                                       std::int64_t phase_lag_steps, std::int64_t cycles, int first_body) {

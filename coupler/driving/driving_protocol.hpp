@@ -31,9 +31,6 @@ struct DrivingTerm {
 std::vector<DrivingTerm> stroke_terms(const Eigen::Vector3d& amplitude_N, std::int64_t period_steps,
                                       std::int64_t phase_lag_steps, std::int64_t cycles, int first_body);
 
-/// sin(2π x) of a number of turns, exact at quarter turns.
-double sine_of_turns(double turns);
-
 /// All driving forces of a case, sampled at any place inside a step.
 class DrivingProtocol {
  public:

@@ -36,9 +36,10 @@ ordered_json make_notes(const Case& the_case) {
          fluid.kinematic_viscosity_m2_per_s * the_case.step_s / (fluid.cell_size_m * fluid.cell_size_m));
   }
   for (const Swimmer& swimmer : the_case.swimmers) {
+    const Arm& arm = swimmer.arms[0];
     // D = γ / (2 √(m k))   [paper, eq. (11)]
     note(notes, "damping ratio of " + swimmer.name,
-         swimmer.damping_N_s_per_m / (2.0 * std::sqrt(swimmer.bead_mass_kg * swimmer.stiffness_N_per_m)));
+         arm.damping_N_s_per_m / (2.0 * std::sqrt(swimmer.beads[0].mass_kg * arm.stiffness_N_per_m)));
     if (fluid.cell_size_m > 0.0)
       note(notes, "rest length of " + swimmer.name + " [cells]", rest_length_m(swimmer) / fluid.cell_size_m);
   }

@@ -26,7 +26,7 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
   all_.add(keeper_);
   all_.add(trajectory_);
   for (std::size_t i = 0; i < case_.swimmers.size(); ++i) {
-    swimmers_.push_back(std::make_unique<SwimmerObserver>(case_.swimmers[i], first_body_of_swimmer(i)));
+    swimmers_.push_back(std::make_unique<SwimmerObserver>(case_.swimmers[i], loaded.assembly.first_bodies[i]));
     all_.add(*swimmers_.back());
   }
   all_.add(progress_);

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.page import table
-from copepod_report.run_record import RunRecord
+from copepod_report.run_record import RunRecord, z_axis
 from copepod_run.figures import at, number_text
 
 Kind = tuple[float, float, str]  # radius [m], distance of its centres [m], orientation
@@ -81,9 +81,7 @@ def measure(runs: Sequence[RunRecord]) -> Radii | None:
 
 def _orientation(body: Mapping[str, Any]) -> str:
     """Of a capsule to the flow along z, as a swimmer's bead would call it."""
-    w, x, y, z = body["orientation_wxyz"]
-    along = w * w - x * x - y * y + z * z
-    return "parallel" if abs(along) > 0.5 else "perpendicular"
+    return "parallel" if abs(z_axis(body["orientation_wxyz"])[2]) > 0.5 else "perpendicular"
 
 
 def geometrical_factor(radii: Sequence[float], mean_arms: Sequence[float]) -> float:

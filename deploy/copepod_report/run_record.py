@@ -1,7 +1,7 @@
 """Everything that a report needs of one run directory."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -66,6 +66,12 @@ def _read(path: Path, reader: Callable[[Path], _Content]) -> _Content:
         ) from None
 
 
+def z_axis(orientation_wxyz: Sequence[float]) -> np.ndarray:
+    """The z axis of a body or swimmer in the world, shape (3,), from its unit quaternion."""
+    w, x, y, z = orientation_wxyz
+    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
+
 class SwimmerRecord:
     """One swimmer of a run; lengths in the run's length unit, along the swimmer's axis."""
 
@@ -73,8 +79,7 @@ class SwimmerRecord:
         self.run = run
         self.section = section
         self.name = section["name"]
-        self.axis = np.array(section["axis"], float)
-        self.axis /= np.linalg.norm(self.axis)
+        self.axis = z_axis(section["orientation_wxyz"])
         self.center_m = np.array(section["center_m"], float)
         self.beads = section["beads"]
         self.period = int(section["stroke"]["period_steps"])

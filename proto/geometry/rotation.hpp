@@ -30,6 +30,11 @@ inline Eigen::Vector4d pure_product(const Eigen::Vector3d& w, const Eigen::Vecto
           w[1] * q[0] + w[2] * q[1] - w[0] * q[3], w[2] * q[0] + w[0] * q[2] - w[1] * q[1]};
 }
 
+/// Product p ⊗ q: the rotation q followed by p.
+inline Eigen::Vector4d product(const Eigen::Vector4d& p, const Eigen::Vector4d& q) {
+  return p[0] * q + pure_product(p.tail<3>(), q);
+}
+
 /// Rate of change of the orientation,
 ///   dq/dt = 1/2 (0, ω) ⊗ q,   ω in the world frame                                   (B10)
 inline Eigen::Vector4d orientation_rate(const Eigen::Vector3d& w_WB_rad_per_s, const Eigen::Vector4d& q_WB) {

@@ -22,7 +22,7 @@ def write_run(folder, name="design_a", published=None, mean_flow=True, steps=240
             {
                 "name": "swimmer",
                 "center_m": [10e-6, 12e-6, 30e-6],
-                "axis": [0, 0, 1],
+                "orientation_wxyz": [1, 0, 0, 0],
                 "beads": [
                     {"shape": "sphere", "radius_m": 4e-6, "length_m": 0, "orientation": "parallel"},
                     {"shape": "capsule", "radius_m": 4e-6, "length_m": 8e-6, "orientation": "perpendicular"},

@@ -111,7 +111,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
     const auto [first, inserted] = seen.emplace(name, assembly.body_paths[i]);
     if (inserted) continue;
     problems.error(
-        assembly.body_paths[i] + (i < 3 * the_case.swimmers.size() ? "" : ".name"),
+        assembly.body_paths[i] + (i + the_case.bodies.size() < assembly.bodies.size() ? "" : ".name"),
         "two bodies are called '" + name + "' (springs, forces and results need one each). Rename one of them.");
   }
   const auto require_body = [&](const std::string& name, const std::string& path) {
@@ -132,7 +132,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
 void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
-    const auto& gaps = the_case.swimmers[i].rest_gap_m;
+    const auto& gaps = the_case.swimmers[i].three_beads->rest_gap_m;
     if (gaps[0] > 0.0 && gaps[1] > 0.0) continue;
     const std::string path = "swimmers." + std::to_string(i) + ".rest_gap_m";
     problems.error(path,

@@ -49,10 +49,11 @@ double expected_velocity_m_per_s(const Swimmer& swimmer, const Case& the_case) {
   const double viscosity_Pa_s = the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
   double smallest_radius_m = swimmer.beads[0].shape.radius_m;
   for (const Bead& bead : swimmer.beads) smallest_radius_m = std::min(smallest_radius_m, bead.shape.radius_m);
-  const double force_N = std::abs(swimmer.stroke.amplitude_N);
+  const Stroke& stroke = swimmer.three_beads->stroke;
+  const double force_N = std::abs(stroke.amplitude_N);
   const double by_drag = force_N / (6.0 * std::numbers::pi * viscosity_Pa_s * smallest_radius_m);
-  const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
-  const double by_inertia = force_N * period_s / (2.0 * std::numbers::pi * swimmer.bead_mass_kg);
+  const double period_s = static_cast<double>(stroke.period_steps) * the_case.step_s;
+  const double by_inertia = force_N * period_s / (2.0 * std::numbers::pi * swimmer.beads[0].mass_kg);
   return std::min(by_drag, by_inertia);
 }
 
@@ -77,9 +78,9 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
     const std::string path = "swimmers." + std::to_string(i) + ".stroke.amplitude_N";
     const double velocity = expected_velocity_m_per_s(swimmer, the_case);
     judge_velocity(velocity, the_case, path, "the expected speed of the beads of '" + swimmer.name + "'", problems);
-    const double period_s = static_cast<double>(swimmer.stroke.period_steps) * the_case.step_s;
+    const double period_s = static_cast<double>(swimmer.three_beads->stroke.period_steps) * the_case.step_s;
     const double reach_m = velocity * period_s / (2.0 * std::numbers::pi);
-    if (reach_m > std::min(swimmer.rest_gap_m[0], swimmer.rest_gap_m[1])) {
+    if (reach_m > std::ranges::min(swimmer.three_beads->rest_gap_m)) {
       problems.warning(path, "the beads of '" + swimmer.name + "' may move by " + shortest_text(reach_m) +
                                  " m, more than the gap between them (they could collide). Use a smaller "
                                  "amplitude or a shorter period.");
@@ -89,7 +90,7 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
 
 void check_strokes(const Case& the_case, Problems& problems) {
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
-    const Stroke& stroke = the_case.swimmers[i].stroke;
+    const Stroke& stroke = the_case.swimmers[i].three_beads->stroke;
     const std::string path = "swimmers." + std::to_string(i) + ".stroke";
     if (stroke.period_steps < 20) {
       problems.error(path + ".period_steps",

@@ -37,8 +37,6 @@ Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eig
   return otherwise;
 }
 
-namespace {
-
 Eigen::Vector4d read_orientation(Reader& body) {
   Eigen::Vector4d q = body.numbers("orientation_wxyz", 4, Eigen::Vector4d(1, 0, 0, 0));
   const double norm = q.norm();
@@ -49,8 +47,6 @@ Eigen::Vector4d read_orientation(Reader& body) {
                             " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
   return {1, 0, 0, 0};
 }
-
-}  // namespace
 
 BodySpecification read_body(Reader body) {
   BodySpecification result;

@@ -14,6 +14,7 @@
 #include "contract/shape.hpp"
 #include "contract/words.hpp"
 #include "driving/driving_protocol.hpp"
+#include "driving/signal.hpp"
 
 namespace copepod::coupler {
 
@@ -41,9 +42,34 @@ struct BodyCase : BodySetup {
   std::vector<std::string> command;  ///< of solver: {command: …}
 };
 
+/// A bead of a swimmer, in the swimmer's frame; its body is called "swimmer.bead".
 struct Bead {
+  std::string name;
   Shape shape;
-  BeadOrientation orientation = BeadOrientation::parallel;  ///< of a capsule's axis to the swimmer's
+  double mass_kg = 0.0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+};
+
+/// Extent of a bead along the swimmer's z axis [m]: 2r + |d_z| L, d the direction of a capsule.
+double extent_along_m(const Bead& bead);
+
+/// What drives two bodies along the line between them: a force that pushes them apart, or their spring's rest length.
+enum class DriveKind { pair_force, rest_length };
+
+struct Drive {
+  DriveKind kind = DriveKind::pair_force;
+  Signal signal;  ///< [N] or [m]
+};
+
+/// A spring between the centres of two beads, and what drives it.
+struct Arm {
+  int bead_A = 0;
+  int bead_B = 0;
+  double stiffness_N_per_m = 0.0;
+  double damping_N_s_per_m = 0.0;
+  double rest_length_m = 0.0;  ///< centre to centre
+  std::optional<Drive> drive;
 };
 
 /// Driving protocol of a swimmer [paper, eqs. (19)-(21), with the delay that its text describes].
@@ -57,17 +83,21 @@ struct Stroke {
 /// Figures published for a swimmer, by their place in summary.json ("Re_bodies.B2").
 using PublishedFigures = std::vector<std::pair<std::string, double>>;
 
-/// Three bodies and two springs; beads are trailing (B2), middle (B1), leading (B3).
+/// What the three-bead shorthand holds beyond the beads and arms that it stands for: B2 (trailing), B1 (middle), B3
+/// (leading) in a row along z, all of one mass, arms of one spring.
+struct ThreeBeads {
+  std::array<double, 2> rest_gap_m{};  ///< surface to surface: B2-B1, B1-B3
+  Stroke stroke;
+};
+
+/// Beads, the arms between them and what drives the arms. The swimmer's own axis is its z axis.
 struct Swimmer {
   std::string name;
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< of the middle bead
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit vector from trailing to leading
-  std::array<Bead, 3> beads;
-  double bead_mass_kg = 0.0;
-  std::array<double, 2> rest_gap_m{};  ///< surface to surface: B2-B1, B1-B3
-  double stiffness_N_per_m = 0.0;
-  double damping_N_s_per_m = 0.0;
-  Stroke stroke;
+  std::vector<Bead> beads;
+  std::vector<Arm> arms;
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< origin of the swimmer's frame
+  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};        ///< of its frame in the world
+  std::optional<ThreeBeads> three_beads;               ///< where the case uses the shorthand
   PublishedFigures published;
 };
 

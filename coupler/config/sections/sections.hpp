@@ -36,6 +36,9 @@ Value resolved(const Case& the_case);
 /// services and published figures.
 std::string case_key(Case the_case);
 
+/// Unit quaternion `orientation_wxyz`, no rotation if absent; reports one that is far from unit length.
+Eigen::Vector4d read_orientation(Reader& reader);
+
 /// Unit vector along the given direction; reports a zero vector.
 Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eigen::Vector3d& otherwise);
 

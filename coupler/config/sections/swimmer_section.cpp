@@ -2,17 +2,46 @@
 #include <initializer_list>
 
 #include "config/sections/sections.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
 namespace {
 
+/// Shortest rotation that takes the z axis to the unit vector `direction`.
+///   q = (√((1 + c)/2), z × d / (2 q_w)),  c = z · d
+Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
+  const double c = direction.z();
+  if (c >= 1.0) return {1, 0, 0, 0};
+  if (c <= -1.0) return {0, 1, 0, 0};
+  const double w = std::sqrt((1.0 + c) / 2.0);
+  return {w, -direction.y() / (2.0 * w), direction.x() / (2.0 * w), 0.0};
+}
+
+/// The swimmer's frame in the world: its quaternion, or the shortest rotation of its z axis to `axis`.
+Eigen::Vector4d read_frame(Reader& swimmer) {
+  if (!swimmer.has("axis")) return read_orientation(swimmer);
+  if (swimmer.has("orientation_wxyz")) {
+    swimmer.problems().error(
+        swimmer.path_of("orientation_wxyz"),
+        swimmer.path_of("orientation_wxyz") + " is given together with axis (both turn the swimmer). Remove one.");
+  }
+  return rotation_from_z(read_direction(swimmer, "axis", Eigen::Vector3d::UnitZ()));
+}
+
+/// A bead of the shorthand: a capsule lies along the swimmer's z axis or along its x axis.
 Bead read_bead(Reader bead) {
   Bead result;
   result.shape = read_shape(bead);
   const bool capsule = result.shape.kind == ShapeKind::capsule;
-  result.orientation =
+  const auto orientation =
       bead.choice("orientation", orientation_names, capsule ? std::nullopt : std::optional(BeadOrientation::parallel));
+  if (capsule && orientation == BeadOrientation::perpendicular)
+    result.orientation_wxyz = rotation_from_z(Eigen::Vector3d::UnitX());
   return result;
+}
+
+BeadOrientation orientation_of(const Bead& bead) {
+  return z_axis(bead.orientation_wxyz).z() > 0.5 ? BeadOrientation::parallel : BeadOrientation::perpendicular;
 }
 
 Stroke read_stroke(Reader stroke) {
@@ -76,30 +105,75 @@ Value resolved_published(const PublishedFigures& figures) {
   return section;
 }
 
+/// The two drives of the stroke: trailing and leading pair of beads are pushed apart by
+///   a sin(2π t/T)          for 0 ≤ t < cycles·T       [paper, eq. (19)]
+///   a sin(2π (t − φ)/T)    for φ ≤ t < cycles·T + φ   [paper, eq. (20), with the delay its text describes]
+Drive drive_of(const Stroke& stroke, std::int64_t lag_steps) {
+  Signal signal;
+  signal.kind = SignalKind::sinusoid;
+  signal.amplitude = stroke.amplitude_N;
+  signal.period_steps = stroke.period_steps;
+  signal.lag_steps = static_cast<double>(lag_steps);
+  signal.start_step = lag_steps;
+  signal.stop_step = stroke.cycles * stroke.period_steps + lag_steps;
+  return {DriveKind::pair_force, std::move(signal)};
+}
+
+std::vector<Bead> read_three_beads(Reader& swimmer) {
+  constexpr std::array names{"B2", "B1", "B3"};
+  std::vector<Bead> result(names.size());
+  const std::size_t beads = swimmer.size("beads");
+  if (beads != names.size()) {
+    swimmer.problems().error(swimmer.path_of("beads"),
+                             swimmer.path_of("beads") + " has " + std::to_string(beads) +
+                                 " entries (a swimmer has three). List trailing, middle and leading bead.");
+  }
+  const double mass_kg = swimmer.number("bead_mass_kg", Range::positive);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (beads == names.size()) result[i] = read_bead(swimmer.item("beads", i));
+    result[i].name = names[i];
+    result[i].mass_kg = mass_kg;
+  }
+  return result;
+}
+
+/// The shorthand: beads B2, B1, B3 in a row along z, B1 at the origin.
+void read_three_bead_swimmer(Reader& swimmer, Swimmer& result) {
+  result.beads = read_three_beads(swimmer);
+  const Eigen::Vector2d gaps = swimmer.numbers("rest_gap_m", 2);
+  Arm arm;
+  {
+    Reader spring = swimmer.section("spring");
+    arm.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::positive);
+    arm.damping_N_s_per_m = read_damping(spring, arm.stiffness_N_per_m, result.beads[0].mass_kg);
+  }
+  const Stroke stroke = read_stroke(swimmer.section("stroke"));
+  result.three_beads = ThreeBeads{{gaps[0], gaps[1]}, stroke};
+  for (int i = 0; i < 2; ++i) {
+    arm.bead_A = i;
+    arm.bead_B = i + 1;
+    const Bead& A = result.beads[static_cast<std::size_t>(i)];
+    const Bead& B = result.beads[static_cast<std::size_t>(i + 1)];
+    arm.rest_length_m = gaps[i] + (extent_along_m(A) + extent_along_m(B)) / 2.0;
+    arm.drive = drive_of(stroke, i == 0 ? 0 : stroke.phase_lag_steps);
+    result.arms.push_back(arm);
+  }
+  result.beads[0].position_m.z() = -result.arms[0].rest_length_m;
+  result.beads[2].position_m.z() = result.arms[1].rest_length_m;
+}
+
 }  // namespace
+
+double extent_along_m(const Bead& bead) {
+  return 2.0 * bead.shape.radius_m + std::abs(z_axis(bead.orientation_wxyz).z()) * bead.shape.length_m;
+}
 
 Swimmer read_swimmer(Reader swimmer) {
   Swimmer result;
   result.name = swimmer.text("name");
   result.center_m = swimmer.numbers("center_m", 3);
-  result.axis = read_direction(swimmer, "axis", Eigen::Vector3d::UnitZ());
-  const std::size_t beads = swimmer.size("beads");
-  if (beads == 3) {
-    for (std::size_t i = 0; i < 3; ++i) result.beads[i] = read_bead(swimmer.item("beads", i));
-  } else {
-    swimmer.problems().error(swimmer.path_of("beads"),
-                             swimmer.path_of("beads") + " has " + std::to_string(beads) +
-                                 " entries (a swimmer has three). List trailing, middle and leading bead.");
-  }
-  result.bead_mass_kg = swimmer.number("bead_mass_kg", Range::positive);
-  const Eigen::Vector2d gaps = swimmer.numbers("rest_gap_m", 2);
-  result.rest_gap_m = {gaps[0], gaps[1]};
-  {
-    Reader spring = swimmer.section("spring");
-    result.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::positive);
-    result.damping_N_s_per_m = read_damping(spring, result.stiffness_N_per_m, result.bead_mass_kg);
-  }
-  result.stroke = read_stroke(swimmer.section("stroke"));
+  result.orientation_wxyz = read_frame(swimmer);
+  read_three_bead_swimmer(swimmer, result);
   result.published = read_published(swimmer.section("published"));
   return result;
 }
@@ -108,26 +182,27 @@ Value resolved_swimmer(const Swimmer& swimmer) {
   Value section = Value::mapping();
   section.add("name", Value::of_text(swimmer.name));
   section.add("center_m", Value::of_vector(swimmer.center_m));
-  section.add("axis", Value::of_vector(swimmer.axis));
+  section.add("orientation_wxyz", Value::of_vector(swimmer.orientation_wxyz));
   Value beads = Value::sequence();
   for (const Bead& bead : swimmer.beads) {
     Value item = Value::mapping();
     add_shape(item, bead.shape);
-    beads.add(std::move(item.add("orientation", word(orientation_names, bead.orientation))));
+    beads.add(std::move(item.add("orientation", word(orientation_names, orientation_of(bead)))));
   }
   section.add("beads", std::move(beads));
-  section.add("bead_mass_kg", Value::of_number(swimmer.bead_mass_kg));
-  section.add("rest_gap_m", Value::of_vector(Eigen::Vector2d(swimmer.rest_gap_m[0], swimmer.rest_gap_m[1])));
+  section.add("bead_mass_kg", Value::of_number(swimmer.beads[0].mass_kg));
+  const auto& [rest_gap_m, stroke] = *swimmer.three_beads;
+  section.add("rest_gap_m", Value::of_vector(Eigen::Vector2d(rest_gap_m[0], rest_gap_m[1])));
   Value spring = Value::mapping();
-  spring.add("stiffness_N_per_m", Value::of_number(swimmer.stiffness_N_per_m));
-  spring.add("damping_N_s_per_m", Value::of_number(swimmer.damping_N_s_per_m));
+  spring.add("stiffness_N_per_m", Value::of_number(swimmer.arms[0].stiffness_N_per_m));
+  spring.add("damping_N_s_per_m", Value::of_number(swimmer.arms[0].damping_N_s_per_m));
   section.add("spring", std::move(spring));
-  Value stroke = Value::mapping();
-  stroke.add("amplitude_N", Value::of_number(swimmer.stroke.amplitude_N));
-  stroke.add("period_steps", Value::of_integer(swimmer.stroke.period_steps));
-  stroke.add("phase_lag_steps", Value::of_integer(swimmer.stroke.phase_lag_steps));
-  stroke.add("cycles", Value::of_integer(swimmer.stroke.cycles));
-  section.add("stroke", std::move(stroke));
+  Value driven = Value::mapping();
+  driven.add("amplitude_N", Value::of_number(stroke.amplitude_N));
+  driven.add("period_steps", Value::of_integer(stroke.period_steps));
+  driven.add("phase_lag_steps", Value::of_integer(stroke.phase_lag_steps));
+  driven.add("cycles", Value::of_integer(stroke.cycles));
+  section.add("stroke", std::move(driven));
   if (!swimmer.published.empty()) section.add("published", resolved_published(swimmer.published));
   return section;
 }

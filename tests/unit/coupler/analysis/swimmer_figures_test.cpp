@@ -12,10 +12,13 @@ namespace {
 
 constexpr double cell_m = 1e-6;
 constexpr double step_s = 7.54831e-10;
-constexpr Bead small_sphere{{ShapeKind::sphere, 4 * cell_m, 0.0}, BeadOrientation::parallel};
-constexpr Bead big_sphere{{ShapeKind::sphere, 8 * cell_m, 0.0}, BeadOrientation::parallel};
-constexpr Bead parallel{{ShapeKind::capsule, 4 * cell_m, 8 * cell_m}, BeadOrientation::parallel};
-constexpr Bead perpendicular{{ShapeKind::capsule, 4 * cell_m, 8 * cell_m}, BeadOrientation::perpendicular};
+Bead bead(ShapeKind kind, double radius_cells, double length_cells, const Eigen::Vector4d& orientation_wxyz) {
+  return {"", {kind, radius_cells * cell_m, length_cells * cell_m}, 1.0, {0, 0, 0}, orientation_wxyz};
+}
+const Bead small_sphere = bead(ShapeKind::sphere, 4, 0, {1, 0, 0, 0});
+const Bead big_sphere = bead(ShapeKind::sphere, 8, 0, {1, 0, 0, 0});
+const Bead parallel = bead(ShapeKind::capsule, 4, 8, {1, 0, 0, 0});
+const Bead perpendicular = bead(ShapeKind::capsule, 4, 8, {std::sqrt(0.5), 0, std::sqrt(0.5), 0});
 
 double K_of(const std::array<Bead, 3>& beads, double arm_1_cells, double arm_2_cells) {
   std::array<double, 3> radii{};
@@ -51,8 +54,7 @@ struct DesignA {
 
   DesignA() {
     swimmer.beads = {small_sphere, small_sphere, small_sphere};
-    swimmer.rest_gap_m = {8 * cell_m, 8 * cell_m};
-    swimmer.stroke = {1e-5, 28116, 7029, 5};
+    swimmer.three_beads = ThreeBeads{{8 * cell_m, 8 * cell_m}, {1e-5, 28116, 7029, 5}};
     the_case.fluid.density_kg_per_m3 = 1360;
     the_case.fluid.kinematic_viscosity_m2_per_s = 7.36e-5;
     the_case.fluid.cell_size_m = cell_m;

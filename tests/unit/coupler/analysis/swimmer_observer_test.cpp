@@ -20,11 +20,11 @@ constexpr double step_s = 7.5e-10;
 Swimmer three_spheres() {
   Swimmer swimmer;
   swimmer.name = "swimmer";
-  swimmer.axis = Eigen::Vector3d::UnitZ();
-  for (Bead& bead : swimmer.beads) bead.shape = {ShapeKind::sphere, 4 * cell_m, 0.0};
-  swimmer.bead_mass_kg = 5.44e-13;
-  swimmer.rest_gap_m = {8 * cell_m, 8 * cell_m};
-  swimmer.stroke = {1e-5, period, period / 4, 3};
+  Bead bead;
+  bead.shape = {ShapeKind::sphere, 4 * cell_m, 0.0};
+  bead.mass_kg = 5.44e-13;
+  swimmer.beads = {bead, bead, bead};
+  swimmer.three_beads = ThreeBeads{{8 * cell_m, 8 * cell_m}, {1e-5, period, period / 4, 3}};
   return swimmer;
 }
 
@@ -120,7 +120,7 @@ TEST(SwimmerObserver, AveragesThePowerOfTheDrivingForcesOverThePeriod) {
 
 TEST(SwimmerObserver, EvaluatesThePowerWithRoundedOmegaFromForcesOutOfPhase) {
   Swimmer swimmer = three_spheres();
-  swimmer.stroke.phase_lag_steps = 0;
+  swimmer.three_beads->stroke.phase_lag_steps = 0;
   SwimmerObserver observer(swimmer, 0);
   MadeUpMotion motion;
   motion.drift_cells_per_step = 0.0;

@@ -91,14 +91,5 @@ TEST(DrivingProtocol, RefusesAForceOnABodyThatDoesNotExist) {
   EXPECT_THROW(DrivingProtocol({{0, Eigen::Vector3d::Zero(), -5, 0, 0, 1}}, 3), CaseError);
 }
 
-TEST(SineOfTurns, IsExactAtQuarterTurns) {
-  EXPECT_EQ(sine_of_turns(0.0), 0.0);
-  EXPECT_EQ(sine_of_turns(0.25), 1.0);
-  EXPECT_EQ(sine_of_turns(0.5), 0.0);
-  EXPECT_EQ(sine_of_turns(0.75), -1.0);
-  EXPECT_EQ(sine_of_turns(1.0), 0.0);
-  EXPECT_DOUBLE_EQ(sine_of_turns(0.4), std::sin(0.8 * std::numbers::pi));
-}
-
 }  // namespace
 }  // namespace copepod::coupler

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "config/sections/expand.hpp"
+#include "config/sections/sections.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -116,19 +117,27 @@ TEST(Geometry, MeasuresDistancesBetweenSpheresAndCapsules) {
   EXPECT_NEAR(surface_distance_m(sphere, capsule({0, 0, 0}, upright, 1, 4), Eigen::Vector3d::Zero()), 1.0, 1e-12);
 }
 
-TEST(Assembly, PutsThePapersSwimmerWhereItStands) {
+/// A case of one three-bead swimmer: two capsules around a sphere.
+Case with_swimmer(const std::string& axis, const std::string& orientations) {
+  const auto comma = orientations.find(',');
+  const auto capsule_bead = [](const std::string& orientation) {
+    return "{shape: capsule, radius_m: 4, length_m: 8, orientation: " + orientation + "}";
+  };
+  const Document document = Document::parse(
+      "{name: s, center_m: [50, 50, 100], axis: " + axis + ", beads: [" + capsule_bead(orientations.substr(0, comma)) +
+          ", {radius_m: 4}, " + capsule_bead(orientations.substr(comma + 1)) +
+          "], bead_mass_kg: 1, rest_gap_m: [8, 12], spring: {stiffness_N_per_m: 1}, "
+          "stroke: {amplitude_N: 1, period_steps: 100, phase_lag_steps: 25, cycles: 2}}",
+      "test", {});
+  Problems problems(document);
   Case the_case;
-  Swimmer swimmer;
-  swimmer.name = "s";
-  swimmer.center_m = {50, 50, 100};
-  swimmer.beads[0] = {{ShapeKind::capsule, 4, 8}, BeadOrientation::parallel};
-  swimmer.beads[1] = {{ShapeKind::sphere, 4, 0}, BeadOrientation::parallel};
-  swimmer.beads[2] = {{ShapeKind::capsule, 4, 8}, BeadOrientation::perpendicular};
-  swimmer.rest_gap_m = {8, 12};
-  swimmer.bead_mass_kg = 1;
-  swimmer.stroke = {1, 100, 25, 2};
-  the_case.swimmers = {swimmer};
-  const Assembly assembly = assemble(the_case);
+  the_case.swimmers = {read_swimmer(Reader(&document.root(), "", problems))};
+  problems.throw_if_any();
+  return the_case;
+}
+
+TEST(Assembly, PutsThePapersSwimmerWhereItStands) {
+  const Assembly assembly = assemble(with_swimmer("[0, 0, 1]", "parallel, perpendicular"));
   ASSERT_EQ(assembly.bodies.size(), 3U);
   EXPECT_EQ(assembly.bodies[0].name, "s.B2");
   EXPECT_EQ(assembly.bodies[1].name, "s.B1");
@@ -143,19 +152,15 @@ TEST(Assembly, PutsThePapersSwimmerWhereItStands) {
   EXPECT_EQ(assembly.springs[1].body_B, 2);
 }
 
-TEST(Assembly, TurnsPerpendicularCapsulesAcrossAnyAxis) {
-  for (const Eigen::Vector3d& direction :
-       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1, 2, 3)}) {
-    Case the_case;
-    Swimmer swimmer;
-    swimmer.axis = direction.normalized();
-    swimmer.beads[0] = {{ShapeKind::capsule, 4, 8}, BeadOrientation::perpendicular};
-    swimmer.beads[1] = {{ShapeKind::capsule, 4, 8}, BeadOrientation::parallel};
-    the_case.swimmers = {swimmer};
+TEST(Assembly, TurnsAWholeSwimmerToAnyAxis) {
+  for (const std::string axis : {"[1, 0, 0]", "[0, 0, -1]", "[1, 2, 3]"}) {
+    const Case the_case = with_swimmer(axis, "parallel, perpendicular");
     const Assembly assembly = assemble(the_case);
-    EXPECT_NEAR(body_axis(assembly.bodies[0]).dot(swimmer.axis), 0.0, 1e-12);
-    EXPECT_NEAR(std::abs(body_axis(assembly.bodies[1]).dot(swimmer.axis)), 1.0, 1e-12);
-    EXPECT_NEAR(assembly.bodies[0].orientation_wxyz.norm(), 1.0, 1e-12);
+    const Eigen::Vector3d direction = z_axis(the_case.swimmers[0].orientation_wxyz);
+    EXPECT_TRUE((assembly.bodies[2].position_m - assembly.bodies[0].position_m).isApprox(40 * direction));
+    EXPECT_NEAR(body_axis(assembly.bodies[2]).dot(direction), 0.0, 1e-12) << axis;
+    EXPECT_NEAR(body_axis(assembly.bodies[0]).dot(direction), 1.0, 1e-12) << axis;
+    EXPECT_NEAR(assembly.bodies[2].orientation_wxyz.norm(), 1.0, 1e-12) << axis;
   }
 }
 

@@ -44,9 +44,9 @@ TEST(ResolvedCase, ReadsBackToTheSameCaseBitForBit) {
 TEST(ResolvedCase, KeepsAnOverrideAfterAParameterSetWasChosen) {
   const std::string file = std::string(CONFIG_TESTS) + "/every_key.yaml";
   const LoadedCase first = load_case(file, {"swimmers.0.spring.stiffness_N_per_m=17.5", "parameter_set=soft"});
-  EXPECT_EQ(first.content.swimmers[0].stiffness_N_per_m, 17.5);
+  EXPECT_EQ(first.content.swimmers[0].arms[0].stiffness_N_per_m, 17.5);
   const LoadedCase second = load_case_text(resolved_text(first.content), "case.yaml", {});
-  EXPECT_EQ(second.content.swimmers[0].stiffness_N_per_m, 17.5);
+  EXPECT_EQ(second.content.swimmers[0].arms[0].stiffness_N_per_m, 17.5);
   EXPECT_EQ(second.content.parameter_set, "soft");
 }
 
