@@ -10,6 +10,7 @@ import numpy as np
 from copepod_report.page import table
 from copepod_report.run_record import RunRecord, z_axis
 from copepod_run.figures import at, number_text
+from copepod_swimmers.theory import geometrical_factor
 
 Kind = tuple[float, float, str]  # radius [m], distance of its centres [m], orientation
 
@@ -82,13 +83,6 @@ def measure(runs: Sequence[RunRecord]) -> Radii | None:
 def _orientation(body: Mapping[str, Any]) -> str:
     """Of a capsule to the flow along z, as a swimmer's bead would call it."""
     return "parallel" if abs(z_axis(body["orientation_wxyz"])[2]) > 0.5 else "perpendicular"
-
-
-def geometrical_factor(radii: Sequence[float], mean_arms: Sequence[float]) -> float:
-    """K = 3 r₁r₂r₃ / (2 (r₁+r₂+r₃)²) · [1/l̄₁² + 1/l̄₂² − 1/(l̄₁+l̄₂)²]   [paper, eq. (29)]; any one unit of length."""
-    first, second = mean_arms
-    brackets = 1 / first**2 + 1 / second**2 - 1 / (first + second) ** 2
-    return 3 * np.prod(radii) / (2 * np.sum(radii) ** 2) * brackets
 
 
 def predict(run: RunRecord, radii: Radii) -> list[Prediction]:

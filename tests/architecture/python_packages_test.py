@@ -18,7 +18,8 @@ MAY_IMPORT = {
     "copepod_bench": {"copepod_run"},
     "copepod_campaign": {"copepod_run"},
     "copepod_report": {"copepod_run"},
-    "copepod_paper": {"copepod_report", "copepod_run"},
+    "copepod_swimmers": {"copepod_report"},
+    "copepod_paper": {"copepod_report", "copepod_run", "copepod_swimmers"},
     "copepod_command": {"copepod_bench", "copepod_campaign", "copepod_paper", "copepod_report", "copepod_run"},
 }
 

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_paper.hydrodynamic_radii import geometrical_factor, is_drag_run, measure, predict
+from copepod_paper.hydrodynamic_radii import is_drag_run, measure, predict
+from copepod_swimmers.theory import geometrical_factor
 
 ACROSS = [0.5**0.5, 0, 0.5**0.5, 0]
 ALONG = [1, 0, 0, 0]

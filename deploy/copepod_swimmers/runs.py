@@ -1,0 +1,39 @@
+"""Runs of a campaign by name, and their numbers."""
+
+import csv
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Member:
+    """A finished run of a campaign; `value` is what a sweep gave the varied key, NaN outside a sweep."""
+
+    folder: Path
+    value: float
+
+    def summary(self) -> dict[str, Any]:
+        return json.loads((self.folder / "summary.json").read_text())
+
+    def cycles(self, swimmer: str) -> dict[str, np.ndarray]:
+        """Columns of cycles.csv, shape (cycles,) each, of one swimmer."""
+        with open(self.folder / "cycles.csv", newline="") as file:
+            rows = [row for row in csv.DictReader(file) if row["swimmer"] == swimmer]
+        return {key: np.array([float(row[key] or "nan") for row in rows]) for key in rows[0] if key != "swimmer"}
+
+
+def members(campaign: Path, name: str) -> list[Member]:
+    """The finished run NAME of a campaign, or the members of the sweep NAME in the order of their values."""
+    label = re.compile(rf"({re.escape(name)}(?:_\d\d+)?)(?:, \S+ ([^,]+))?(?:, .*)?")
+    found: dict[str, Member] = {}
+    with open(campaign / "results.csv", newline="") as file:
+        for row in csv.DictReader(file):
+            match = label.fullmatch(row["case"])
+            if match and row["state"].startswith("done"):
+                found[match[1]] = Member(campaign / match[1], float(match[2] or "nan"))
+    return list(found.values())

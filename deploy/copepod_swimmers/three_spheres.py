@@ -1,0 +1,110 @@
+"""Three spheres in a row: speed over phase lag and over amplitude, beside the theory of Golestanian and Ajdari."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from copepod_report.style import Theme, new_figure
+from copepod_report.trajectory import Trajectory
+from copepod_swimmers.runs import Member
+from copepod_swimmers.theory import Stroke, any_stroke_velocity, small_stroke_velocity
+
+RADII_CELLS = (4.0, 4.0, 4.0)
+LABELS = ("small strokes, small spheres", "any stroke, small spheres", "any stroke, Rotne-Prager")
+
+
+@dataclass(frozen=True)
+class Speed:
+    """One run, in cells and steps: the measured speed and what theory makes of the measured arms."""
+
+    value: float  # of the parameter that was varied
+    period: int
+    measured: float
+    theory: tuple[float, float, float]  # as in LABELS
+    amplitudes: tuple[float, float]
+    stroke_squared: float  # d₁ d₂ / (l̄₁ l̄₂)
+
+
+def speed_of(run: Member) -> Speed:
+    """Of a run whose trajectory holds the last cycle in equal steps."""
+    swimmer = run.summary()["swimmers"][0]
+    trajectory = Trajectory(run.folder / "trajectory.csv")
+    start, stop = swimmer["window_steps"]
+    window = (trajectory.steps >= start) & (trajectory.steps < stop)
+    beads = np.array(
+        [trajectory.of(f"{swimmer['name']}.{bead}")["position_m"][window] / 1e-6 for bead in ("B2", "B1", "B3")]
+    )
+    arms = np.linalg.norm(np.diff(beads, axis=0), axis=2)
+    moved = Stroke(beads[:, 0], np.array(RADII_CELLS), ((0, 1), (1, 2)), arms).motion()
+    axis = (beads[2, 0] - beads[0, 0]) / np.linalg.norm(beads[2, 0] - beads[0, 0])
+    theory = (
+        small_stroke_velocity(RADII_CELLS, arms, stop - start),
+        any_stroke_velocity(RADII_CELLS, arms, stop - start),
+        float((moved[1] - moved[0]).mean(axis=0) @ axis / (stop - start)),
+    )
+    amplitudes = (swimmer["d1_cells"], swimmer["d2_cells"])
+    mean = arms.mean(axis=1)
+    return Speed(
+        run.value, stop - start, swimmer["u_swim_lattice"], theory, amplitudes, np.prod(amplitudes) / np.prod(mean)
+    )
+
+
+def over_lag(stokes: Sequence[Speed], lattice: Sequence[Speed], theme: Theme) -> Any:
+    """Speed over the lag of the leading force: dots measured, lines theory."""
+    figure, panels = new_figure(theme, 3.6, ncols=2)
+    for panel, speeds, title in zip(panels, (stokes, lattice), ("Stokes flow", "lattice Boltzmann")):
+        lags = [speed.value / speed.period for speed in speeds]
+        for number, (label, style) in enumerate(zip(LABELS, ("-", "--", ":"))):
+            values = [1e6 * speed.theory[number] for speed in speeds]
+            panel.plot(*_periodic(lags, values), style, color=theme.beads[number], linewidth=1.4, label=label)
+        measured = [1e6 * speed.measured for speed in speeds]
+        panel.plot(lags, measured, "o", color=theme.ink, markersize=4, label="Copepod")
+        panel.set_title(title, fontsize=10, color=theme.ink)
+        panel.set_xlabel("lag of the leading force φ/T")
+    panels[0].set_ylabel("u [10⁻⁶ cells/step]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=8, labelcolor=theme.ink, frameon=False)
+    return figure
+
+
+def _periodic(lags: Sequence[float], values: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """A smooth curve through points of a periodic function: its first waves, as many as the points determine."""
+    orders = np.arange(1, (len(lags) - 1) // 2 + 1)[:4]
+
+    def waves(places: np.ndarray) -> np.ndarray:
+        phases = 2 * np.pi * np.outer(places, orders)
+        return np.hstack([np.ones((len(places), 1)), np.cos(phases), np.sin(phases)])
+
+    fine = np.linspace(0, 1, 200)
+    return fine, waves(fine) @ np.linalg.lstsq(waves(np.array(lags)), np.array(values), rcond=None)[0]
+
+
+def over_amplitude(stokes: Sequence[Speed], lattice: Sequence[Speed], theme: Theme) -> Any:
+    """Measured speed over each theory's, over the square of the stroke."""
+    figure, axes = new_figure(theme, 3.6)
+    for speeds, marker, name in ((stokes, "o-", "Stokes"), (lattice, "s--", "lattice")):
+        places = [speed.stroke_squared for speed in speeds]
+        for number, label in enumerate(LABELS):
+            ratios = [speed.measured / speed.theory[number] for speed in speeds]
+            colour = theme.beads[number]
+            axes.plot(places, ratios, marker, color=colour, markersize=4, linewidth=1, label=f"{name}: {label}")
+    axes.axhline(1, color=theme.ink, linewidth=0.8)
+    axes.set_xlim(left=0)
+    axes.set_xlabel("d₁d₂/(l̄₁l̄₂)")
+    axes.set_ylabel("u / u of theory")
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize=8, labelcolor=theme.ink, frameon=False)
+    return figure
+
+
+def table(speeds: Sequence[Speed], head: str, scale: float) -> str:
+    """Markdown: a row per run."""
+    lines = [f"| {head} | d₁, d₂ [cells] | u [cells/step] | " + " | ".join(f"u over {text}" for text in LABELS) + " |"]
+    lines.append("|---" * (3 + len(LABELS)) + "|")
+    for speed in speeds:
+        swims = abs(speed.measured) > 1e-2 * max(abs(other.measured) for other in speeds)
+        ratios = [f"{speed.measured / theory:.4f}" if swims else "–" for theory in speed.theory]
+        arms = ", ".join(f"{value:.3f}" for value in speed.amplitudes)
+        lines.append(f"| {scale * speed.value:.5g} | {arms} | {speed.measured:.3e} | " + " | ".join(ratios) + " |")
+    return "\n".join(lines)
