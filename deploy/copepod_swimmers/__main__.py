@@ -19,17 +19,19 @@ def main(campaign: Path, folder: Path) -> None:
     def draw(name: str, figure: Callable[[Theme], Any]) -> None:
         (folder / f"{name}.png").write_bytes(png_of(figure(LIGHT)))
 
-    def speeds(*names: str) -> list[three_spheres.Speed]:
-        return [three_spheres.speed_of(run) for name in names for run in members(campaign, name)]
+    def speeds(head: str, scale: float, *names: str) -> list[three_spheres.Speed]:
+        found = [three_spheres.speed_of(run) for name in names for run in members(campaign, name)]
+        rows = names if len(names) > 1 else [f"{scale * speed.value:.5g}" for speed in found]
+        print(three_spheres.table(head, rows, found), "", sep="\n")
+        return found
 
-    stokes, lattice = speeds("stokes_lag"), speeds("lattice_lag")
+    stokes = speeds("lag, Stokes [steps]", 1, "stokes_lag")
+    lattice = speeds("lag, lattice [steps]", 1, "lattice_lag")
     draw("swimmers_lag", lambda theme: three_spheres.over_lag(stokes, lattice, theme))
-    print(three_spheres.table(stokes, "lag, Stokes [steps]", 1), "", sep="\n")
-    print(three_spheres.table(lattice, "lag, lattice [steps]", 1), "", sep="\n")
-    stokes, lattice = speeds("stokes_amplitude"), speeds("lattice_amplitude")
-    draw("swimmers_amplitude", lambda theme: three_spheres.over_amplitude(stokes, lattice, theme))
-    print(three_spheres.table(stokes, "force, Stokes [µN]", 1e6), "", sep="\n")
-    print(three_spheres.table(lattice, "force, lattice [µN]", 1e6), "", sep="\n")
+    stokes_forces = speeds("force, Stokes [µN]", 1e6, "stokes_amplitude")
+    lattice_forces = speeds("force, lattice [µN]", 1e6, "lattice_amplitude")
+    draw("swimmers_amplitude", lambda theme: three_spheres.over_amplitude(stokes_forces, lattice_forces, theme))
+    speeds("Stokes", 1, "stokes_unequal_arms", "stokes_unequal_radii")
 
 
 if __name__ == "__main__":

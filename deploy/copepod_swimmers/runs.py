@@ -17,6 +17,11 @@ class Member:
     folder: Path
     value: float
 
+    def numbers(self, key: str) -> np.ndarray:
+        """All numbers that the resolved case gives a key, in its order: a radius_m per bead."""
+        text = (self.folder / "case.yaml").read_text()
+        return np.array([float(word) for word in re.findall(rf"\b{key}: (\S+)$", text, re.MULTILINE)])
+
     def summary(self) -> dict[str, Any]:
         return json.loads((self.folder / "summary.json").read_text())
 

@@ -184,8 +184,9 @@ def rotation_about_z(before: np.ndarray, after: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class WallMotion:
-    """What a no-slip wall does to a swimmer: velocity away from it, and rate of the pitch."""
+    """What a no-slip wall does to a swimmer: velocity along and away from the wall, and rate of the pitch."""
 
+    along: float
     away: float
     pitch: float
 
@@ -193,14 +194,18 @@ class WallMotion:
 def dipole_at_a_wall(dipole: float, height: float, pitch: float, viscosity: float) -> WallMotion:
     """A slender swimmer of force dipole p far from a no-slip wall, without its own speed.
 
-        ḣ = −3p/(64πηh²) (1 − 3 sin²θ),   θ̇ = −3p sin 2θ/(128πηh³) (1 + (1 + sin²θ)/2)
+        ẋ = 3p/(64πηh²) sin 2θ,   ḣ = −3p/(64πηh²) (1 − 3 sin²θ),
+        θ̇ = −3p/(128πηh³) sin 2θ (1 + (1 + sin²θ)/2)
 
     [Berke et al., Phys. Rev. Lett. 101, 038102 (2008); Spagnolie & Lauga, J. Fluid Mech. 700, 105 (2012); their
     shape factor Γ = 1]. p > 0 is a pusher: it pushes the fluid away in front and behind.
 
     @param pitch  θ between the swimmer and the wall, positive away from it [rad]
     """
-    sine = np.sin(pitch)
-    away = -3 * dipole / (64 * np.pi * viscosity * height**2) * (1 - 3 * sine**2)
-    rate = -3 * dipole * np.sin(2 * pitch) / (128 * np.pi * viscosity * height**3) * (1 + (1 + sine**2) / 2)
-    return WallMotion(float(away), float(rate))
+    sine, double = np.sin(pitch), np.sin(2 * pitch)
+    strength = 3 * dipole / (64 * np.pi * viscosity * height**2)
+    return WallMotion(
+        float(strength * double),
+        float(-strength * (1 - 3 * sine**2)),
+        float(-strength / (2 * height) * double * (1 + (1 + sine**2) / 2)),
+    )

@@ -11,8 +11,7 @@ from copepod_report.trajectory import Trajectory
 from copepod_swimmers.runs import Member
 from copepod_swimmers.theory import Stroke, any_stroke_velocity, small_stroke_velocity
 
-RADII_CELLS = (4.0, 4.0, 4.0)
-LABELS = ("small strokes, small spheres", "any stroke, small spheres", "any stroke, Rotne-Prager")
+LABELS = ("leading order", "any stroke", "Rotne-Prager")  # of theory: small strokes and spheres, small spheres, neither
 
 
 @dataclass(frozen=True)
@@ -36,12 +35,13 @@ def speed_of(run: Member) -> Speed:
     beads = np.array(
         [trajectory.of(f"{swimmer['name']}.{bead}")["position_m"][window] / 1e-6 for bead in ("B2", "B1", "B3")]
     )
+    radii = run.numbers("radius_m") / 1e-6
     arms = np.linalg.norm(np.diff(beads, axis=0), axis=2)
-    moved = Stroke(beads[:, 0], np.array(RADII_CELLS), ((0, 1), (1, 2)), arms).motion()
+    moved = Stroke(beads[:, 0], radii, ((0, 1), (1, 2)), arms).motion()
     axis = (beads[2, 0] - beads[0, 0]) / np.linalg.norm(beads[2, 0] - beads[0, 0])
     theory = (
-        small_stroke_velocity(RADII_CELLS, arms, stop - start),
-        any_stroke_velocity(RADII_CELLS, arms, stop - start),
+        small_stroke_velocity(radii, arms, stop - start),
+        any_stroke_velocity(radii, arms, stop - start),
         float((moved[1] - moved[0]).mean(axis=0) @ axis / (stop - start)),
     )
     amplitudes = (swimmer["d1_cells"], swimmer["d2_cells"])
@@ -64,8 +64,7 @@ def over_lag(stokes: Sequence[Speed], lattice: Sequence[Speed], theme: Theme) ->
         panel.set_title(title, fontsize=10, color=theme.ink)
         panel.set_xlabel("lag of the leading force φ/T")
     panels[0].set_ylabel("u [10⁻⁶ cells/step]")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4, fontsize=8, labelcolor=theme.ink, frameon=False)
+    panels[0].legend(loc="lower left", fontsize=8, labelcolor=theme.ink, frameon=False)
     return figure
 
 
@@ -98,13 +97,14 @@ def over_amplitude(stokes: Sequence[Speed], lattice: Sequence[Speed], theme: The
     return figure
 
 
-def table(speeds: Sequence[Speed], head: str, scale: float) -> str:
-    """Markdown: a row per run."""
+def table(head: str, names: Sequence[str], speeds: Sequence[Speed]) -> str:
+    """Markdown: a row per run, with these names."""
     lines = [f"| {head} | d₁, d₂ [cells] | u [cells/step] | " + " | ".join(f"u over {text}" for text in LABELS) + " |"]
     lines.append("|---" * (3 + len(LABELS)) + "|")
-    for speed in speeds:
-        swims = abs(speed.measured) > 1e-2 * max(abs(other.measured) for other in speeds)
+    strongest = max(abs(speed.theory[0] / speed.stroke_squared) for speed in speeds)
+    for name, speed in zip(names, speeds):
+        swims = abs(speed.theory[0] / speed.stroke_squared) > 1e-2 * strongest
         ratios = [f"{speed.measured / theory:.4f}" if swims else "–" for theory in speed.theory]
         arms = ", ".join(f"{value:.3f}" for value in speed.amplitudes)
-        lines.append(f"| {scale * speed.value:.5g} | {arms} | {speed.measured:.3e} | " + " | ".join(ratios) + " |")
+        lines.append(f"| {name} | {arms} | {speed.measured:.3e} | " + " | ".join(ratios) + " |")
     return "\n".join(lines)

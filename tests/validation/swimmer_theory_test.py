@@ -12,6 +12,7 @@ from copepod_swimmers.theory import (  # noqa: E402
     Stroke,
     any_stroke_velocity,
     derivative,
+    dipole_at_a_wall,
     mobility,
     rotation_about_z,
     small_stroke_velocity,
@@ -86,6 +87,51 @@ class Interaction(unittest.TestCase):
         self.assertAlmostEqual(matrix[2, 5] * 4 * np.pi * 50, 1, delta=1e-3)
         self.assertAlmostEqual(matrix[0, 3] * 8 * np.pi * 50, 1, delta=1e-3)
         self.assertAlmostEqual(matrix[5, 5] * 6 * np.pi * 2, 1, delta=1e-12)
+
+
+def image_flow(place, source, force):
+    """Flow of the images of a force at `source` above a no-slip wall at z = 0, viscosity 1   [Blake 1971]."""
+    height, mirror = source[2], np.diag([1.0, 1.0, -1.0])
+    apart = place - mirror @ source
+    r = np.linalg.norm(apart)
+    one, up = np.eye(3), np.array([0, 0, 1.0])
+    stokeslet = one / r + np.outer(apart, apart) / r**3
+    source_dipole = one / r**3 - 3 * np.outer(apart, apart) / r**5
+    # ∂_j S_i3
+    stokes_dipole = (
+        np.outer(apart, up) / r**3 - np.outer(up, apart) / r**3 + apart[2] * one / r**3
+        - 3 * apart[2] * np.outer(apart, apart) / r**5
+    )  # fmt: skip
+    images = -stokeslet + (2 * height**2 * source_dipole - 2 * height * stokes_dipole) @ mirror
+    return images @ force / (8 * np.pi)
+
+
+class AtAWall(unittest.TestCase):
+    def test_images_cancel_the_flow_on_the_wall(self):
+        source, force = np.array([0.3, 0, 2]), np.array([1.0, -2, 3])
+        for place in np.array([[1.0, 2, 0], [0, 0, 0], [-3, 1, 0]]):
+            apart = place - source
+            r = np.linalg.norm(apart)
+            direct = (force / r + apart * (apart @ force) / r**3) / (8 * np.pi)
+            np.testing.assert_allclose(image_flow(place, source, force), -direct, atol=1e-14)
+
+    def test_a_dipole_moves_and_turns_as_the_flow_of_its_images(self):
+        """A slender body turns with the component across it of the flow's gradient along it."""
+        height, dipole, step = 3.0, 1.7, 1e-3
+        for pitch in (-0.9, 0.0, 0.4, np.pi / 2):
+            along = np.array([np.cos(pitch), 0, np.sin(pitch)])
+            across = np.array([-np.sin(pitch), 0, np.cos(pitch)])
+            middle = np.array([0, 0, height])
+
+            def flow(place):
+                forces = (dipole / (2 * step) * along, -dipole / (2 * step) * along)
+                return sum(image_flow(place, middle + side * step * along, f) for side, f in zip((1, -1), forces))
+
+            turning = across @ (flow(middle + step * along) - flow(middle - step * along)) / (2 * step)
+            motion = dipole_at_a_wall(dipole, height, pitch, 1.0)
+            self.assertAlmostEqual(motion.along, flow(middle)[0], delta=1e-7)
+            self.assertAlmostEqual(motion.away, flow(middle)[2], delta=1e-7)
+            self.assertAlmostEqual(motion.pitch, turning, delta=1e-7)
 
 
 if __name__ == "__main__":
