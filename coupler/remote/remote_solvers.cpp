@@ -26,66 +26,62 @@ auto into(Result& result, Sizes... sizes) {
 
 void nothing(const Decoder&) {}
 
-// Requests that both roles answer alike.
+}  // namespace
 
-void ask_to_save(Link& link, Role role, std::int64_t step, const std::string& path) {
+template <class Interface>
+void RemoteSolver<Interface>::save(const std::string& path) {
   const MessageKind kind = MessageKind::save;
   const session::CheckpointPath target{path};
   session::Saved saved;
-  link.ask(role, kind, step, with(kind, target), into(saved));
+  link_.ask(role_, kind, next_step_, with(kind, target), into(saved));
   if (!saved.problem.empty()) throw StorageError(saved.problem);
 }
 
-void ask_to_restore(Link& link, Role role, std::int64_t step, const std::string& path) {
+template <class Interface>
+void RemoteSolver<Interface>::restore(const std::string& path) {
   const MessageKind kind = MessageKind::restore;
   const session::CheckpointPath source{path};
-  link.ask(role, kind, step, with(kind, source), nothing);
+  link_.ask(role_, kind, next_step_, with(kind, source), nothing);
 }
 
-SolverSummary ask_for_summary(Link& link, Role role, std::int64_t step) {
+template <class Interface>
+SolverSummary RemoteSolver<Interface>::summarise() {
   const MessageKind kind = MessageKind::summarise;
   SolverSummary summary;
-  link.ask(role, kind, step, with(kind), into(summary));
+  link_.ask(role_, kind, next_step_, with(kind), into(summary));
   return summary;
 }
 
-}  // namespace
+template class RemoteSolver<FluidSolver>;
+template class RemoteSolver<BodySolver>;
 
 RemoteFluid::RemoteFluid(Link& link, const FluidSetup& setup, std::int64_t first_step)
-    : link_(link), bodies_(static_cast<Eigen::Index>(setup.bodies.size())), next_step_(first_step) {
-  link_.ask(Role::fluid, MessageKind::fluid_setup, first_step, with(setup), nothing);
+    : RemoteSolver(link, Role::fluid, setup.bodies.size(), first_step) {
+  link_.ask(role_, MessageKind::fluid_setup, first_step, with(setup), nothing);
 }
 
 void RemoteFluid::exchange(const Kinematics& kinematics, Loads& loads) {
-  link_.ask(Role::fluid, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, bodies_));
+  link_.ask(role_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, bodies_));
   next_step_ = kinematics.step + 1;
 }
 
-void RemoteFluid::save(const std::string& path) { ask_to_save(link_, Role::fluid, next_step_, path); }
-void RemoteFluid::restore(const std::string& path) { ask_to_restore(link_, Role::fluid, next_step_, path); }
-SolverSummary RemoteFluid::summarise() { return ask_for_summary(link_, Role::fluid, next_step_); }
-
 RemoteBody::RemoteBody(Link& link, const BodySetup& setup, std::int64_t first_step)
-    : link_(link), bodies_(static_cast<Eigen::Index>(setup.bodies.size())), next_step_(first_step) {
+    : RemoteSolver(link, Role::body, setup.bodies.size(), first_step) {
   session::Configured configured;
-  link_.ask(Role::body, MessageKind::body_setup, first_step, with(setup), into(configured));
+  link_.ask(role_, MessageKind::body_setup, first_step, with(setup), into(configured));
   driving_nodes_ = configured.driving_nodes;
 }
 
 void RemoteBody::kinematics(Kinematics& kinematics) {
   const MessageKind kind = MessageKind::kinematics_request;
-  link_.ask(Role::body, kind, next_step_, with(kind), into(kinematics, bodies_));
+  link_.ask(role_, kind, next_step_, with(kind), into(kinematics, bodies_));
 }
 
 void RemoteBody::step(const AppliedLoads& applied, Kinematics& next) {
   const std::int64_t step = applied.hydrodynamic.step;
-  link_.ask(Role::body, MessageKind::applied_loads, step, with(applied), into(next, bodies_));
+  link_.ask(role_, MessageKind::applied_loads, step, with(applied), into(next, bodies_));
   next_step_ = step + 1;
 }
-
-void RemoteBody::save(const std::string& path) { ask_to_save(link_, Role::body, next_step_, path); }
-void RemoteBody::restore(const std::string& path) { ask_to_restore(link_, Role::body, next_step_, path); }
-SolverSummary RemoteBody::summarise() { return ask_for_summary(link_, Role::body, next_step_); }
 
 RemoteComponents::RemoteComponents(const Options& options, const ServicesCase& services,
                                    const std::atomic<int>& stop_signal) {

@@ -19,11 +19,27 @@
 
 namespace copepod::coupler {
 
-/// A fluid solver in another process. Legal calls are those of FluidSolver, errors those of Link.
-///
+/// A solver in another process. Legal calls are those of FluidSolver or BodySolver, errors those of Link.
+template <class Interface>
+class RemoteSolver : public Interface {
+ public:
+  void save(const std::string& path) final;
+  void restore(const std::string& path) final;
+  SolverSummary summarise() final;
+
+ protected:
+  RemoteSolver(Link& link, session::Role role, std::size_t bodies, std::int64_t first_step)
+      : link_(link), role_(role), bodies_(static_cast<Eigen::Index>(bodies)), next_step_(first_step) {}
+
+  Link& link_;
+  session::Role role_;
+  Eigen::Index bodies_;
+  std::int64_t next_step_;
+};
+
 /// `exchange` returns when the loads have arrived; the service then does its bulk update by itself, so
 /// `advance` sends nothing. A bulk update that fails is thrown by the next call that waits.
-class RemoteFluid final : public FluidSolver {
+class RemoteFluid final : public RemoteSolver<FluidSolver> {
  public:
   /// Sends the setup and waits until the service has built its solver.
   /// @param first_step  step of the first exchange, 0 unless a checkpoint is restored
@@ -31,18 +47,9 @@ class RemoteFluid final : public FluidSolver {
 
   void exchange(const Kinematics& kinematics, Loads& loads) override;
   void advance() override {}
-  void save(const std::string& path) override;
-  void restore(const std::string& path) override;
-  SolverSummary summarise() override;
-
- private:
-  Link& link_;
-  Eigen::Index bodies_;
-  std::int64_t next_step_;
 };
 
-/// A body solver in another process. Legal calls are those of BodySolver, errors those of Link.
-class RemoteBody final : public BodySolver {
+class RemoteBody final : public RemoteSolver<BodySolver> {
  public:
   /// Sends the setup and waits until the service has built its solver.
   /// @param first_step  step of the first call of `step`, 0 unless a checkpoint is restored
@@ -51,14 +58,8 @@ class RemoteBody final : public BodySolver {
   [[nodiscard]] std::vector<double> driving_nodes() const override { return driving_nodes_; }
   void kinematics(Kinematics& kinematics) override;
   void step(const AppliedLoads& applied, Kinematics& next) override;
-  void save(const std::string& path) override;
-  void restore(const std::string& path) override;
-  SolverSummary summarise() override;
 
  private:
-  Link& link_;
-  Eigen::Index bodies_;
-  std::int64_t next_step_;
   std::vector<double> driving_nodes_;
 };
 

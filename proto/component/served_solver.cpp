@@ -23,7 +23,6 @@ std::string checkpoint_path(const conversion::Decoder& request) {
 
 /// Lets a solver write its state. A full disk does not end the run: the solver is unchanged.
 /// @throws what else the solver throws
-template <class Solver>
 session::Saved save(Solver& solver, const conversion::Decoder& request) {
   try {
     solver.save(checkpoint_path(request));
@@ -73,29 +72,19 @@ void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
 
 }  // namespace
 
-void ServedFluid::make_solver(const conversion::Decoder& request) {
-  FluidSetup setup;
-  request.read(setup);
-  if (!setup.trace_directory.empty()) recording::open_timeline(context_.timeline(), setup.trace_directory, "fluid", 0);
-  bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
-  solver_ = component_.make_solver(setup, context_);
-}
-
-void ServedFluid::compute_loads(const conversion::Decoder& request) {
-  request.read(kinematics_, bodies_);
-  solver_->exchange(kinematics_, loads_);
-  require_finite(loads_, bodies_);
-}
-
-std::span<const std::byte> ServedFluid::perform(Work work, const conversion::Decoder& request,
-                                                const session::Header& header, conversion::Encoder& encoder) {
+template <class Setup, class Solver>
+std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conversion::Decoder& request,
+                                                          const session::Header& header, conversion::Encoder& encoder) {
   switch (work) {
-    case Work::make_solver:
-      make_solver(request);
-      return encoder.encode(header, session::Configured{});
-    case Work::compute_loads:
-      compute_loads(request);
-      return encoder.encode(header, loads_);
+    case Work::make_solver: {
+      Setup setup;
+      request.read(setup);
+      if (!setup.trace_directory.empty())
+        recording::open_timeline(context_.timeline(), setup.trace_directory, std::string(name_of(role())), 0);
+      bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
+      solver_ = component_.make_solver(setup, context_);
+      return encoder.encode(header, configured());
+    }
     case Work::write_state:
       return encoder.encode(header, save(*solver_, request));
     case Work::read_state:
@@ -104,55 +93,47 @@ std::span<const std::byte> ServedFluid::perform(Work work, const conversion::Dec
     case Work::send_summary:
       return encoder.encode(header, solver_->summarise());
     default:
-      throw std::logic_error("A fluid was asked to " + std::string(name_of(work)) + ".");
+      return exchange(work, request, header, encoder);
   }
+}
+
+template class Served<FluidSetup, FluidSolver>;
+template class Served<BodySetup, BodySolver>;
+
+std::span<const std::byte> ServedFluid::exchange(Work work, const conversion::Decoder& request,
+                                                 const session::Header& header, conversion::Encoder& encoder) {
+  if (work != Work::compute_loads) throw std::logic_error("A fluid was asked to " + std::string(name_of(work)) + ".");
+  request.read(kinematics_, bodies_);
+  solver_->exchange(kinematics_, loads_);
+  require_finite(loads_, bodies_);
+  return encoder.encode(header, loads_);
 }
 
 void ServedFluid::follow_up(Work work) {
   if (work == Work::compute_loads) solver_->advance();
 }
 
-session::Configured ServedBody::make_solver(const conversion::Decoder& request) {
-  BodySetup setup;
-  request.read(setup);
-  if (!setup.trace_directory.empty()) recording::open_timeline(context_.timeline(), setup.trace_directory, "body", 0);
-  bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
-  solver_ = component_.make_solver(setup, context_);
+session::Configured ServedBody::configured() {
   session::Configured configured{solver_->driving_nodes()};
   driving_nodes_ = static_cast<Eigen::Index>(configured.driving_nodes.size());
   return configured;
 }
 
-void ServedBody::advance_bodies(const conversion::Decoder& request) {
-  request.read(applied_, bodies_, driving_nodes_);
-  {
-    const Span integrate(context_.timeline(), "integrate");
-    solver_->step(applied_, kinematics_);
+std::span<const std::byte> ServedBody::exchange(Work work, const conversion::Decoder& request,
+                                                const session::Header& header, conversion::Encoder& encoder) {
+  if (work == Work::send_kinematics) {
+    solver_->kinematics(kinematics_);
+  } else if (work == Work::advance_bodies) {
+    request.read(applied_, bodies_, driving_nodes_);
+    {
+      const Span integrate(context_.timeline(), "integrate");
+      solver_->step(applied_, kinematics_);
+    }
+    require_finite(kinematics_, bodies_);
+  } else {
+    throw std::logic_error("A body component was asked to " + std::string(name_of(work)) + ".");
   }
-  require_finite(kinematics_, bodies_);
-}
-
-std::span<const std::byte> ServedBody::perform(Work work, const conversion::Decoder& request,
-                                               const session::Header& header, conversion::Encoder& encoder) {
-  switch (work) {
-    case Work::make_solver:
-      return encoder.encode(header, make_solver(request));
-    case Work::send_kinematics:
-      solver_->kinematics(kinematics_);
-      return encoder.encode(header, kinematics_);
-    case Work::advance_bodies:
-      advance_bodies(request);
-      return encoder.encode(header, kinematics_);
-    case Work::write_state:
-      return encoder.encode(header, save(*solver_, request));
-    case Work::read_state:
-      solver_->restore(checkpoint_path(request));
-      return encoder.encode(header, MessageKind::restored);
-    case Work::send_summary:
-      return encoder.encode(header, solver_->summarise());
-    default:
-      throw std::logic_error("A body component was asked to " + std::string(name_of(work)) + ".");
-  }
+  return encoder.encode(header, kinematics_);
 }
 
 }  // namespace copepod::component

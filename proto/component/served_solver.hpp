@@ -34,52 +34,61 @@ class ServedSolver {
   virtual void follow_up(session::Work work) = 0;
 };
 
-/// A FluidSolver behind the messages of the fluid role. Kinematics are answered with loads first; the bulk
-/// update comes after the reply, while the others work.
-class ServedFluid final : public ServedSolver {
+/// What both roles do alike.
+template <class Setup, class Solver>
+class Served : public ServedSolver {
  public:
   /// Both outlive this object.
-  ServedFluid(const FluidComponent& component, SolverContext& context) : component_(component), context_(context) {}
+  Served(const Component<Setup, Solver>& component, SolverContext& context)
+      : component_(component), context_(context) {}
 
-  [[nodiscard]] session::Role role() const override { return session::Role::fluid; }
   std::span<const std::byte> perform(session::Work work, const conversion::Decoder& request,
-                                     const session::Header& header, conversion::Encoder& encoder) override;
+                                     const session::Header& header, conversion::Encoder& encoder) final;
+
+ protected:
+  /// The answer to the setup, now that the solver is there.
+  virtual session::Configured configured() { return {}; }
+
+  /// Does what only this role is asked for.
+  virtual std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
+                                              const session::Header& header, conversion::Encoder& encoder) = 0;
+
+  const Component<Setup, Solver>& component_;
+  SolverContext& context_;
+  std::unique_ptr<Solver> solver_;
+  Eigen::Index bodies_ = 0;
+  Kinematics kinematics_;
+};
+
+/// A FluidSolver behind the messages of the fluid role. Kinematics are answered with loads first; the bulk
+/// update comes after the reply, while the others work.
+class ServedFluid final : public Served<FluidSetup, FluidSolver> {
+ public:
+  using Served::Served;
+  [[nodiscard]] session::Role role() const override { return session::Role::fluid; }
   void follow_up(session::Work work) override;
 
  private:
-  void make_solver(const conversion::Decoder& request);
-  void compute_loads(const conversion::Decoder& request);
+  std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
+                                      const session::Header& header, conversion::Encoder& encoder) override;
 
-  const FluidComponent& component_;
-  SolverContext& context_;
-  std::unique_ptr<FluidSolver> solver_;
-  Eigen::Index bodies_ = 0;
-  Kinematics kinematics_;
   Loads loads_;
 };
 
 /// A BodySolver behind the messages of the body role.
-class ServedBody final : public ServedSolver {
+class ServedBody final : public Served<BodySetup, BodySolver> {
  public:
-  /// Both outlive this object.
-  ServedBody(const BodyComponent& component, SolverContext& context) : component_(component), context_(context) {}
-
+  using Served::Served;
   [[nodiscard]] session::Role role() const override { return session::Role::body; }
-  std::span<const std::byte> perform(session::Work work, const conversion::Decoder& request,
-                                     const session::Header& header, conversion::Encoder& encoder) override;
   void follow_up(session::Work) override {}
 
  private:
-  session::Configured make_solver(const conversion::Decoder& request);
-  void advance_bodies(const conversion::Decoder& request);
+  session::Configured configured() override;
+  std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
+                                      const session::Header& header, conversion::Encoder& encoder) override;
 
-  const BodyComponent& component_;
-  SolverContext& context_;
-  std::unique_ptr<BodySolver> solver_;
-  Eigen::Index bodies_ = 0;
   Eigen::Index driving_nodes_ = 1;
   AppliedLoads applied_;
-  Kinematics kinematics_;
 };
 
 }  // namespace copepod::component

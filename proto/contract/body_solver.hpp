@@ -1,10 +1,9 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "contract/exchange.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 
 namespace copepod {
 
@@ -12,15 +11,8 @@ namespace copepod {
 ///
 /// Legal call order:
 ///   construct(BodySetup)  ->  [restore]  ->  kinematics  ->  { step -> [save] }*  ->  summarise
-///
-/// An exception from any call means that the solver is unusable from then on; it must be destroyed.
-class BodySolver {
+class BodySolver : public Solver {
  public:
-  BodySolver() = default;
-  BodySolver(const BodySolver&) = delete;
-  BodySolver& operator=(const BodySolver&) = delete;
-  virtual ~BodySolver() = default;
-
   /// Where inside a step the driving forces are needed, as fractions of the step, ascending, the first 0.
   [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
 
@@ -31,12 +23,6 @@ class BodySolver {
   /// @param next  resized and overwritten with the state at the start of step n + 1
   /// @throws SolverError if bodies overlap (named), or a state is not finite
   virtual void step(const AppliedLoads& applied, Kinematics& next) = 0;
-
-  /// As FluidSolver::save and FluidSolver::restore.
-  virtual void save(const std::string& path) = 0;
-  virtual void restore(const std::string& path) = 0;
-
-  virtual SolverSummary summarise() = 0;
 };
 
 }  // namespace copepod

@@ -20,21 +20,19 @@ struct Estimate {
   std::string problem;            ///< a warning for the user; empty: none
 };
 
-/// A fluid solver together with what it can do: all that `run_fluid_component` needs to make a service of it.
-struct FluidComponent {
+/// A solver together with what it can do: all that `run_fluid_component` or `run_body_component` needs to make a
+/// service of it.
+template <class Setup, class Solver>
+struct Component {
   Capabilities capabilities;
   /// The context outlives the solver.
-  std::function<std::unique_ptr<FluidSolver>(const FluidSetup&, SolverContext&)> make_solver;
+  std::function<std::unique_ptr<Solver>(const Setup&, SolverContext&)> make_solver;
   /// Optional; announced as feature "estimate". Must be quick and allocate little.
   /// @throws CaseError if so many ranks cannot handle the setup
-  std::function<Estimate(const FluidSetup&, int ranks)> estimate = {};
+  std::function<Estimate(const Setup&, int ranks)> estimate = {};
 };
 
-/// The same for bodies.
-struct BodyComponent {
-  Capabilities capabilities;
-  std::function<std::unique_ptr<BodySolver>(const BodySetup&, SolverContext&)> make_solver;
-  std::function<Estimate(const BodySetup&, int ranks)> estimate = {};
-};
+using FluidComponent = Component<FluidSetup, FluidSolver>;
+using BodyComponent = Component<BodySetup, BodySolver>;
 
 }  // namespace copepod

@@ -20,59 +20,6 @@ using session::MessageKind;
 
 namespace {
 
-MessageKind kind_of(v1::Envelope::BodyCase body) {
-  using Case = v1::Envelope::BodyCase;
-  switch (body) {
-    case Case::kHello:
-      return MessageKind::hello;
-    case Case::kWelcome:
-      return MessageKind::welcome;
-    case Case::kRefusal:
-      return MessageKind::refusal;
-    case Case::kFluidSetup:
-      return MessageKind::fluid_setup;
-    case Case::kBodySetup:
-      return MessageKind::body_setup;
-    case Case::kConfigured:
-      return MessageKind::configured;
-    case Case::kKinematics:
-      return MessageKind::kinematics;
-    case Case::kLoads:
-      return MessageKind::loads;
-    case Case::kAppliedLoads:
-      return MessageKind::applied_loads;
-    case Case::kKinematicsRequest:
-      return MessageKind::kinematics_request;
-    case Case::kSave:
-      return MessageKind::save;
-    case Case::kSaved:
-      return MessageKind::saved;
-    case Case::kRestore:
-      return MessageKind::restore;
-    case Case::kRestored:
-      return MessageKind::restored;
-    case Case::kSummarise:
-      return MessageKind::summarise;
-    case Case::kSummary:
-      return MessageKind::summary;
-    case Case::kFinish:
-      return MessageKind::finish;
-    case Case::kFinished:
-      return MessageKind::finished;
-    case Case::kPing:
-      return MessageKind::ping;
-    case Case::kPong:
-      return MessageKind::pong;
-    case Case::kAbort:
-      return MessageKind::abort;
-    case Case::kFailure:
-      return MessageKind::failure;
-    case Case::BODY_NOT_SET:
-      return MessageKind::none;
-  }
-  return MessageKind::none;
-}
-
 Bytes bytes_of(const Doubles& field) {
   return std::as_bytes(std::span(field.data(), static_cast<std::size_t>(field.size())));
 }
@@ -181,7 +128,7 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
     throw MalformedMessage(std::to_string(bytes.size()) + " bytes are not an Envelope");
   }
   buffers_->arrays = found ? found->arrays : arrays_of(envelope);
-  const MessageKind kind = kind_of(found ? static_cast<v1::Envelope::BodyCase>(found->message) : envelope.body_case());
+  const auto kind = static_cast<MessageKind>(found ? found->message : envelope.body_case());
   if (kind == MessageKind::none) throw MalformedMessage("the Envelope is empty or holds an unknown message");
   buffers_->header = {envelope.protocol_major(), envelope.protocol_minor(), envelope.session_id(), envelope.epoch(),
                       envelope.sequence(),       envelope.attempt(),        envelope.step()};

@@ -214,25 +214,10 @@ Bytes Encoder::encode(const Header& header, const session::Saved& saved) {
 
 Bytes Encoder::encode(const Header& header, MessageKind kind) {
   v1::Envelope& envelope = buffers_->envelope;
-  switch (kind) {
-    case MessageKind::kinematics_request:
-      envelope.mutable_kinematics_request();
-      break;
-    case MessageKind::restored:
-      envelope.mutable_restored();
-      break;
-    case MessageKind::summarise:
-      envelope.mutable_summarise();
-      break;
-    case MessageKind::finish:
-      envelope.mutable_finish();
-      break;
-    case MessageKind::finished:
-      envelope.mutable_finished();
-      break;
-    default:
-      throw std::logic_error(std::string(name_of(kind)) + " has fields: encode it with them");
-  }
+  const auto* field = envelope.GetDescriptor()->FindFieldByNumber(static_cast<int>(kind));
+  if (field == nullptr || field->message_type()->field_count() > 0)
+    throw std::logic_error(std::string(name_of(kind)) + " is not a message without fields: encode it with them");
+  envelope.GetReflection()->MutableMessage(&envelope, field);
   return serialise(header);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -42,23 +43,9 @@ struct Configured {
 enum class Phase { connecting, waiting, configuring, exchanging, advancing, checkpointing, finishing };
 
 constexpr std::string_view name_of(Phase phase) {
-  switch (phase) {
-    case Phase::connecting:
-      return "connecting";
-    case Phase::waiting:
-      return "waiting";
-    case Phase::configuring:
-      return "configuring";
-    case Phase::exchanging:
-      return "exchanging";
-    case Phase::advancing:
-      return "advancing";
-    case Phase::checkpointing:
-      return "checkpointing";
-    case Phase::finishing:
-      return "finishing";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 7> names = {"connecting", "waiting",       "configuring", "exchanging",
+                                                     "advancing",  "checkpointing", "finishing"};
+  return names[static_cast<std::size_t>(phase)];
 }
 
 struct Ping {

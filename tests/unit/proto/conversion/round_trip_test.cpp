@@ -4,6 +4,7 @@
 
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
+#include "copepod/v1/envelope.pb.h"
 #include "samples.hpp"
 
 namespace copepod::conversion {
@@ -32,6 +33,14 @@ class RoundTrip : public testing::Test {
   Encoder encoder;
   Decoder decoder;
 };
+
+TEST(MessageKinds, AreTheFieldsOfTheEnvelope) {
+  const auto* bodies = v1::Envelope::descriptor()->FindOneofByName("body");
+  ASSERT_EQ(session::kMessageNames.size(), static_cast<std::size_t>(bodies->field_count()) + 1);  // none
+  for (int i = 0; i < bodies->field_count(); ++i) {
+    EXPECT_EQ(name_of(static_cast<MessageKind>(bodies->field(i)->number())), bodies->field(i)->message_type()->name());
+  }
+}
 
 TEST_F(RoundTrip, KeepsEveryHeaderField) {
   EXPECT_EQ(send(MessageKind::summarise), MessageKind::summarise);

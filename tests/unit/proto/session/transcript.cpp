@@ -10,8 +10,8 @@ namespace copepod::session {
 namespace {
 
 MessageKind message_named(const std::string& name) {
-  for (int number = 1; number <= static_cast<int>(MessageKind::failure); ++number) {
-    if (name_of(static_cast<MessageKind>(number)) == name) return static_cast<MessageKind>(number);
+  for (const auto& [kind, known] : kMessageNames) {
+    if (known == name) return kind;
   }
   throw std::invalid_argument("no message is called " + name);
 }
