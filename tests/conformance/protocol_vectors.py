@@ -2,7 +2,7 @@
 """Test vectors of the protocol: checksums, and one frame of every message, for components without a kit.
 
 protocol_vectors.py           prints docs/protocol_vectors.json
-protocol_vectors.py --write   writes that file, and the examples of docs/protocol.md between their marks
+protocol_vectors.py --write   writes that file, and the tables and examples of docs/protocol.md between their marks
 """
 
 import json
@@ -12,7 +12,8 @@ from pathlib import Path
 
 from google.protobuf.json_format import MessageToDict
 
-from copepod_component.messages import checksum, to_frame
+from copepod.v1 import handshake_pb2
+from copepod_component.messages import TRANSITIONS, checksum, to_frame
 from copepod_conformance import protocol
 from copepod_conformance.cases import BodyCase, FluidCase
 from copepod_conformance.protocol import Envelope
@@ -21,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "protocol_vectors.json"
 PAGE = ROOT / "docs" / "protocol.md"
 SESSION, EPOCH = 7, 3
+_ANY = "any before the end"
 _FAILURE = {
     "code": 70,
     "component": "fluid",
@@ -126,9 +128,60 @@ def ping():
     return "\n".join(["```", *lines, "```"])
 
 
+def _roles(row):
+    return "both" if len(row["roles"]) == 2 else row["roles"][0]
+
+
+def _trigger(row):
+    return row.get("event") or row["message"]
+
+
+def transitions():
+    """The transition table, a row each."""
+    rows = ["| role | in state | on | does | replies | then |", "|---|---|---|---|---|---|"]
+    for row in TRANSITIONS:
+        states = _ANY if _is_from_anywhere(row) else ", ".join(row["from"])
+        trigger = f"*{row['event']}*" if "event" in row else f"`{row['message']}`"
+        work = "" if row["work"] == "none" else row["work"]
+        reply = f"`{row['reply']}`" if "reply" in row else ""
+        rows.append(f"| {_roles(row)} | {states} | {trigger} | {work} | {reply} | {row.get('to', 'same')} |")
+    return "\n".join(rows)
+
+
+def state_diagram():
+    """The same as a diagram; work that ends in its initial state is part of the request's arrow."""
+    arrows = {}
+    for state in dict.fromkeys(name for row in TRANSITIONS for name in row["from"]):
+        for row in TRANSITIONS:
+            if state in row["from"] and not _is_from_anywhere(row) and ("to" in row or "message" in row):
+                arrows.setdefault((state, row.get("to", state)), []).append(_label(row))
+    lines = ["```mermaid", "stateDiagram-v2", "  [*] --> connected: Hello"]
+    lines += [f"  {start} --> {end}: {', '.join(labels)}" for (start, end), labels in arrows.items()]
+    lines += [f'  state "{_ANY}" as running']
+    lines += [f"  running --> {row['to']}: {_label(row)}" for row in TRANSITIONS if _is_from_anywhere(row)]
+    return "\n".join([*lines, "```"])
+
+
+def _is_from_anywhere(row):
+    return {"connected", "stepping", "checkpointing"} <= set(row["from"])
+
+
+def _label(row):
+    reply = f" → {row['reply']}" if "reply" in row else ""
+    return _trigger(row) + reply + ("" if _roles(row) == "both" else f" ({_roles(row)})")
+
+
+def features():
+    """The names that components announce."""
+    table = json.loads(Path(handshake_pb2.__file__).with_name("features.json").read_text())
+    rows = [f"| `{row['name']}` | {row['kind']} | {row['meaning']} |" for row in table]
+    return "\n".join(["| feature | kind | meaning |", "|---|---|---|", *rows])
+
+
 def page(text):
-    """docs/protocol.md with its examples brought up to date."""
-    for name, content in (("checksums", checksums()), ("ping", ping())):
+    """docs/protocol.md with its tables and examples brought up to date."""
+    generated = (checksums, ping, transitions, state_diagram, features)
+    for name, content in ((make.__name__, make()) for make in generated):
         text, found = re.subn(
             rf"(<!-- protocol_vectors {name} -->\n).*?(<!-- end -->)",
             lambda marks: f"{marks[1]}{content}\n{marks[2]}",
