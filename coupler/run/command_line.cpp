@@ -40,7 +40,6 @@ Options parse_command_line(int argc, const char* const* argv) {
   Options options;
   std::string plan;
   std::string campaign;
-  std::vector<std::string> setup;
   std::string run;
   std::string fluid;
   std::string body;
@@ -49,16 +48,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   auto* plan_option = app.add_option("--plan", plan, "Check a case file and print it, resolved, as JSON");
   auto* campaign_option =
       app.add_option("--campaign", campaign, "Check a campaign file and print it as JSON")->excludes(plan_option);
-  auto* setup_option = app.add_option("--setup", setup,
-                                      "Print the setup that a component of a case receives (fluid|body CASE), in "
-                                      "Protocol Buffers, for its --estimate")
-                           ->expected(2)
-                           ->excludes(plan_option)
-                           ->excludes(campaign_option);
-  app.add_option("--run", run, "Run a case file")
-      ->excludes(plan_option)
-      ->excludes(campaign_option)
-      ->excludes(setup_option);
+  app.add_option("--run", run, "Run a case file")->excludes(plan_option)->excludes(campaign_option);
   app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")->expected(1)->take_all();
   app.add_option("--ranks", ranks, "Processes of the fluid service")->check(CLI::PositiveNumber);
   app.add_option("--fluid", fluid, "Command that starts another fluid component");
@@ -78,18 +68,12 @@ Options parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     throw CaseError(std::string(error.what()) + " (the command line makes no sense). See --help.");
   }
-  if (plan.empty() && campaign.empty() && setup.empty() && run.empty())
-    throw CaseError("none of --plan, --campaign, --setup and --run is given (nothing to do). See --help.");
-  if (!setup.empty()) {
-    options.role = setup[0];
-    if (options.role != "fluid" && options.role != "body")
-      throw CaseError("--setup is of '" + options.role + "' (components are fluid and body). See --help.");
-  }
+  if (plan.empty() && campaign.empty() && run.empty())
+    throw CaseError("none of --plan, --campaign and --run is given (nothing to do). See --help.");
   options.action = !plan.empty()       ? Options::Action::plan
                    : !campaign.empty() ? Options::Action::campaign
-                   : !setup.empty()    ? Options::Action::setup
                                        : Options::Action::run;
-  options.case_file = plan + campaign + run + (setup.empty() ? "" : setup[1]);  // all but one are empty
+  options.case_file = plan + campaign + run;  // all but one are empty
   options.command_line = joined(argc, argv, options.session);
   if (ranks > 0) options.overrides.push_back("services.fluid.ranks=" + std::to_string(ranks));
   if (!fluid.empty()) options.overrides.push_back("services.fluid.command=" + as_list(fluid));

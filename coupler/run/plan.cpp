@@ -3,12 +3,14 @@
 #include <cmath>
 
 #include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
 
 #include "analysis/swimmer_figures.hpp"
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/features.hpp"
+#include "conversion/setup_conversion.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -54,11 +56,19 @@ ordered_json members(const Sweep& sweep) {
   return {{"key", sweep.key}, {"members", list}};
 }
 
-/// {"collision:trt": "method", …}
-ordered_json with_kinds(const std::set<std::string>& features) {
-  ordered_json kinds = ordered_json::object();
-  for (const std::string& name : features) kinds[name] = name_of(find_feature(name)->kind);
-  return kinds;
+/// What a component has to announce: {"springs": ["neglects:springs", "springs"], …}, any of the list for each.
+ordered_json with_accepted(const std::set<std::string>& features) {
+  ordered_json accepted = ordered_json::object();
+  for (const std::string& name : features) accepted[name] = accepted_for(name);
+  return accepted;
+}
+
+/// The setup that a component receives, for its `--estimate`.
+template <class Setup>
+std::string in_hex(const Setup& setup) {
+  std::string digits;
+  for (const unsigned char byte : conversion::to_bytes(setup)) digits += fmt::format("{:02x}", byte);
+  return digits;
 }
 
 /// Peak resident memory of the coupler's own process [bytes]; components estimate theirs (`--estimate`).
@@ -86,8 +96,10 @@ ordered_json make_plan(const LoadedCase& loaded) {
        {{"solver", name_of(body_solver_names, the_case.body.solver)},
         {"command", command(the_case.services.body_command)}}},
       {"transport", the_case.services.transport}};
-  plan["requires"] = {{"fluid", with_kinds(required_of_fluid(the_case, loaded.assembly))},
-                      {"body", with_kinds(required_of_body(the_case, loaded.assembly))}};
+  plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},
+                      {"body", with_accepted(required_of_body(the_case, loaded.assembly))}};
+  plan["setups"] = {{"fluid", in_hex(make_fluid_setup(the_case, loaded.assembly, ""))},
+                    {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},
                       {"memory_of", {{"coupler_bytes", coupler_bytes(the_case)}}},
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};

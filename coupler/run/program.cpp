@@ -11,7 +11,6 @@
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
 #include "config/yaml/yaml_text.hpp"
-#include "conversion/setup_conversion.hpp"
 #include "observers/events.hpp"
 #include "run/plan.hpp"
 #include "run/provenance.hpp"
@@ -56,14 +55,6 @@ int run_plan(const Options& options, std::ostream& out) {
 
 int run_campaign_plan(const Options& options, std::ostream& out) {
   out << make_campaign_plan(load_campaign(options.case_file)).dump() << std::endl;
-  return static_cast<int>(ExitCode::finished);
-}
-
-int print_setup(const Options& options, std::ostream& out) {
-  const LoadedCase loaded = load_case(options.case_file, options.overrides);
-  out << (options.role == "fluid" ? conversion::to_bytes(make_fluid_setup(loaded.content, loaded.assembly, ""))
-                                  : conversion::to_bytes(make_body_setup(loaded.content, loaded.assembly)))
-      << std::flush;
   return static_cast<int>(ExitCode::finished);
 }
 
@@ -128,7 +119,6 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
     const Options options = parse_command_line(argc, argv);
     if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
     if (options.action == Options::Action::plan) return run_plan(options, out);
-    if (options.action == Options::Action::setup) return print_setup(options, out);
     if (options.action == Options::Action::campaign) return run_campaign_plan(options, out);
     RunSignals signals;
     const SignalWatch watch(signals);

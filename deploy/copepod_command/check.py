@@ -18,7 +18,7 @@ def check(options: Namespace) -> int:
     problems = components.problems_of_components(plan)
     memory: list[Memory] = []
     try:
-        memory = estimate.memory_of(plan, options)
+        memory = estimate.memory_of(plan)
     except Stop as refusal:
         problems.append(refusal.message)
     rows = [(note["what"], note["value"]) for note in plan.notes]

@@ -29,7 +29,7 @@ def run(options: Namespace) -> int:
     plan = components.settled(plan, options)
     for problem in components.problems_of_components(plan, only_replaced=True):
         raise Stop(ExitCode.BAD_CASE, problem)
-    for warning in [*plan.warnings, *estimate.warnings(estimate.memory_of(plan, options))]:
+    for warning in [*plan.warnings, *estimate.warnings(estimate.memory_of(plan))]:
         say(warning)
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)

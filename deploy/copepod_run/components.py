@@ -175,15 +175,16 @@ def problems_of_components(plan: Plan, only_replaced: bool = False) -> list[str]
         problem
         for role, replacement, command in roles
         if replacement or not only_replaced
-        for problem in _problems_of(role, replacement is None, command, plan.requires.get(role, {}))
+        for problem in _problems_of(role, replacement is None, command, plan.requires[role])
     ]
 
 
-def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Mapping[str, str]) -> Iterator[str]:
+def _problems_of(
+    role: str, is_ours: bool, command: Sequence[str], required: Mapping[str, Sequence[str]]
+) -> Iterator[str]:
     """The component does not answer, has another role, or can do less than the case needs.
 
-    `required`: feature to its kind, physics or method. A component that replaces the solver of the case may use other
-    methods; it announces what else it neglects.
+    `required`: each feature with the announcements of which one is enough.
     """
     if is_ours and not Path(command[0]).exists():  # a folder of programs for runs in one process need not hold it
         return
@@ -198,10 +199,8 @@ def _problems_of(role: str, is_ours: bool, command: Sequence[str], required: Map
     if answer.role not in (role, ""):
         yield f"{name} cannot be used as {role} component (it is a {answer.role} component). Use --{answer.role}."
         return
-    for feature, kind in required.items():
-        waived = kind == "method" and "solver:external" in features
-        neglected = f"neglects:{feature}" in features or f"neglects:{feature.partition(':')[0]}" in features
-        if not (feature in features or waived or neglected):
+    for feature, accepted in required.items():
+        if not set(accepted) & set(features):
             misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
             yield (
                 f"the case needs «{feature}» ({name} does not announce it"

@@ -3,15 +3,14 @@
 import json
 import os
 import subprocess
-from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from copepod_run import components
-from copepod_run.checkout import BUILD, chosen_programs, program
+from copepod_run.checkout import BUILD, chosen_programs
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.plan import Plan, case_arguments
+from copepod_run.plan import Plan
 
 _SPEEDS = BUILD / "measured_speed.json"
 _ANSWER_WITHIN_S = 60
@@ -36,7 +35,7 @@ class Memory:
         return f"{self.name} {times}{self.bytes_per_process / 2**20:.0f}"
 
 
-def memory_of(plan: Plan, options: Namespace) -> list[Memory]:
+def memory_of(plan: Plan) -> list[Memory]:
     """Estimates of the coupler and of the components that announce `estimate`, before anything is started.
 
     Raises Stop(2) with the component's sentence if it cannot handle the setup, its ranks for instance.
@@ -50,17 +49,10 @@ def memory_of(plan: Plan, options: Namespace) -> list[Memory]:
     for role, command, processes, is_ours in services if plan.transport != components.IN_PROCESS else []:
         # The services of this build estimate; asking them for their capabilities first would take longer than that.
         estimates = (is_ours and not chosen_programs()) or components.announces(command, "estimate")
-        setup = _setup(role, options) if estimates else None
-        if setup is not None:
+        if estimates:
+            setup = bytes.fromhex(plan.setups[role])
             found.append(_ask(role, [*command, "--estimate", "--ranks", str(processes)], setup, processes))
     return found + ([Memory("coupler", 1, known["coupler_bytes"])] if known.get("coupler_bytes") else [])
-
-
-def _setup(role: str, options: Namespace) -> bytes | None:
-    """The serialised setup of a component, None if the coupler cannot write it."""
-    command = [str(program("coupler")), "--setup", role, *case_arguments(options)]
-    answer = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    return answer.stdout if answer.returncode == 0 else None
 
 
 def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Memory:

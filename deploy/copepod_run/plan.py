@@ -26,7 +26,8 @@ class Plan:
     body_solver: str  # "own", "bullet" or "external"
     body_command: list[str] | None  # replaces the body service
     transport: str  # "ipc" or "tcp://host:port"
-    requires: dict[str, dict[str, str]]  # role: feature: physics or method
+    requires: dict[str, dict[str, list[str]]]  # role: feature: announcements of which one is enough
+    setups: dict[str, str]  # role: what the component receives, in Protocol Buffers, as hexadecimal digits
     estimate: dict[str, Any]
     warnings: list[str]
     notes: list[dict[str, str]]
@@ -115,7 +116,8 @@ def parse_plan(text: str) -> Plan:
             body_solver=services["body"].get("solver", "own"),
             body_command=services["body"].get("command"),
             transport=services["transport"],
-            requires=plan.get("requires", {}),
+            requires=plan["requires"],
+            setups=plan["setups"],
             estimate=plan.get("estimate", {}),
             warnings=plan.get("warnings", []),
             notes=plan.get("notes", []),

@@ -32,6 +32,11 @@ const std::set<std::string>& announceable_names() {
   return names;
 }
 
+bool is_method(const std::string& name) {
+  const Feature* known = find_feature(name);
+  return known != nullptr && known->kind == method;
+}
+
 void require_lattice_features(const FluidSetup& setup, std::set<std::string>& required) {
   required.insert(feature("collision", collision_names, setup.collision));
   required.insert(feature("precision", precision_names, setup.precision));
@@ -138,19 +143,23 @@ std::set<std::string> required_features(const BodySetup& setup) {
 }
 
 std::set<std::string> without_methods(std::set<std::string> required) {
-  std::erase_if(required, [](const std::string& name) {
-    const Feature* known = find_feature(name);
-    return known != nullptr && known->kind == method;
-  });
+  std::erase_if(required, is_method);
   return required;
+}
+
+std::set<std::string> accepted_for(const std::string& feature) {
+  std::set<std::string> accepted{feature, "neglects:" + feature, "neglects:" + group_of(feature)};
+  if (is_method(feature)) accepted.insert("solver:external");
+  return accepted;
 }
 
 FeatureComparison compare_features(const std::set<std::string>& required, const std::set<std::string>& announced) {
   FeatureComparison comparison;
   const bool replaces_solver = announced.contains("solver:external");
-  for (const std::string& name : replaces_solver ? without_methods(required) : required) {
-    if (announced.contains(name)) continue;
-    const bool neglected = announced.contains("neglects:" + name) || announced.contains("neglects:" + group_of(name));
+  for (const std::string& name : required) {
+    if (announced.contains(name) || (replaces_solver && is_method(name))) continue;
+    const bool neglected =
+        std::ranges::any_of(accepted_for(name), [&](const auto& it) { return announced.contains(it); });
     (neglected ? comparison.neglected : comparison.missing).push_back(name);
   }
   const std::set<std::string>& known = announceable_names();

@@ -41,6 +41,10 @@ std::set<std::string> required_features(const BodySetup& setup);
 /// The same without those of kind method: for a case that names no solver of ours.
 std::set<std::string> without_methods(std::set<std::string> required);
 
+/// The announcements any one of which is enough where `feature` is required: itself, that it is neglected, and for
+/// a method "solver:external".
+std::set<std::string> accepted_for(const std::string& feature);
+
 /// A requirement or announcement set against the other; each list is in alphabetical order.
 struct FeatureComparison {
   struct Unknown {

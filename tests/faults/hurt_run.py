@@ -215,10 +215,10 @@ def _who_halts(victim, phase, fault):
 
 
 def _start_with_held_coupler(folder, arguments):
-    """The coupler reads its case from a pipe, and waits there: the plan and the estimates get it, the run does not."""
+    """The coupler reads its case from a pipe, and waits there: the plan gets it, the run does not."""
     case = folder / "held.yaml"
     os.mkfifo(case)
-    thread = threading.Thread(target=_give_to_three_readers, args=(case,), daemon=True)
+    thread = threading.Thread(target=case.write_text, args=(CASE.read_text(),), daemon=True)
     thread.start()
     run = HurtRun(folder, *arguments, case=case)
     thread.join(20)
@@ -226,20 +226,6 @@ def _start_with_held_coupler(folder, arguments):
     if not wait_for(lambda: all(run.has(victim) for victim in VICTIMS), 10):
         raise AssertionError(f"not every process started:\n{''.join(run.stderr)}")
     return run
-
-
-def _give_to_three_readers(case):
-    """The plan, the setup of the fluid and that of the bodies: each reads to the end before the next one opens."""
-    for _ in range(3):
-        case.write_text(CASE.read_text())
-        wait_for(lambda: not any(_is_open_in(process, case) for process in Path("/proc").glob("[0-9]*")), 20)
-
-
-def _is_open_in(process, file):
-    try:
-        return any(link.is_fifo() and link.samefile(file) for link in (process / "fd").iterdir())
-    except OSError:  # it has ended, or closed the file meanwhile
-        return False
 
 
 def _inject(run, victim, fault):

@@ -391,7 +391,7 @@ class RunLifecycle(CommandTest):
         self.assertIn("relaxation time", answer.stdout)
 
     def test_check_refuses_what_a_component_cannot_do(self):
-        session = self.start("check", self.case(requires={"collision:bgk": "method", "collision:cumulant": "method"}))
+        session = self.start("check", self.case(requires=["collision:bgk", "collision:cumulant"]))
         self.assertEqual(session.end(), 2)
         self.assertIn("collision:cumulant", "".join(session.stdout))
         self.assertNotIn("«collision:bgk»", "".join(session.stdout))

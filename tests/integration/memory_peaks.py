@@ -56,7 +56,7 @@ def measure(programs, folder, cells, precision, ranks, output="{}", overrides=()
     predicted = {"coupler": plan["estimate"]["memory_of"]["coupler_bytes"]}
     bodies = "bullet_body_service" if plan["services"]["body"]["solver"] == "bullet" else "body_service"
     for role, program in (("fluid", "fluid_service"), ("body", bodies)):
-        setup = _output_of(programs / "coupler", "--setup", role, case, *settings)
+        setup = bytes.fromhex(plan["setups"][role])
         answer = _output_of(programs / program, "--estimate", "--ranks", str(ranks), given=setup)
         separate = plan["services"]["transport"] != "in_process"
         predicted[role] = json.loads(answer)["memory_bytes"] if separate else 0

@@ -129,7 +129,9 @@ def _print_estimate(role, estimate, ranks):
         try:
             message.ParseFromString(sys.stdin.buffer.read())
         except Exception as error:  # the exception depends on the implementation of protobuf
-            raise CaseError(f"Standard input is not a serialised setup ({error}). Use: coupler --setup.") from error
+            raise CaseError(
+                f"Standard input is not a serialised setup ({error}). Give the bytes of the message."
+            ) from error
         check_setup(message)
         print(json.dumps(dataclasses.asdict(estimate(message, ranks))))
         return 0

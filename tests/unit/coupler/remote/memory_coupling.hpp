@@ -10,7 +10,7 @@
 #include "component/served_solver.hpp"
 #include "component/server.hpp"
 #include "remote/link.hpp"
-#include "transport/in_memory.hpp"
+#include "in_memory.hpp"
 
 namespace copepod::coupler {
 

@@ -12,7 +12,7 @@
 #include "component/vitals.hpp"
 #include "conversion/decoder.hpp"
 #include "conversion/encoder.hpp"
-#include "transport/in_memory.hpp"
+#include "in_memory.hpp"
 
 namespace copepod::component {
 

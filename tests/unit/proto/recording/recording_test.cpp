@@ -16,7 +16,7 @@
 #include "recording/recording_router.hpp"
 #include "recording/timeline.hpp"
 #include "temporary_folder.hpp"
-#include "transport/in_memory.hpp"
+#include "in_memory.hpp"
 
 namespace copepod::recording {
 namespace {

@@ -1,4 +1,4 @@
-#include "transport/in_memory.hpp"
+#include "in_memory.hpp"
 
 #include <condition_variable>
 #include <deque>
