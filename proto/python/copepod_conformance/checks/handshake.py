@@ -186,31 +186,23 @@ def _newer_minor(trial):
 
 
 def checks(subject):
-    refusals = [
-        Check("versions", f"a Welcome of protocol {major}.0 is refused", _VERSIONS, _welcome_of_another_major(major))
-        for major in _OTHER_MAJORS
-    ]
-    refusals += [
-        Check("versions", f"a request of protocol {major}.0 is refused", _VERSIONS, _request_of_another_major(major))
-        for major in _OTHER_MAJORS
-    ]
+    def check(name, rule, run, **kinds):
+        return Check("handshake", name, rule, run, **kinds)
+
+    def version(name, run):
+        return Check("versions", name, _VERSIONS, run)
+
     return [
-        Check("handshake", "Hello on both lanes", _HELLO, _hello),
-        Check(
-            "handshake", "capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities
-        ),
-        Check("handshake", "every feature is a known name", _FEATURES, _known_features),
-        Check("handshake", "an estimate of the memory", _ESTIMATE, _estimate),
-        Check("handshake", "no estimate of garbage", _ESTIMATE, _estimate_of_garbage),
-        Check("handshake", "ends when it is refused", _REFUSAL, _refusal),
-        Check("handshake", "ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
-        Check("handshake", "ends without --endpoint and --session", _OPTIONS, _no_options),
-        *refusals,
-        Check(
-            "versions",
-            "a Welcome of a minor version that it does not support is refused",
-            _VERSIONS,
-            _welcome_of_unknown_minor,
-        ),
-        Check("versions", "fields of a newer minor version are ignored", _VERSIONS, _newer_minor),
+        check("Hello on both lanes", _HELLO, _hello),
+        check("capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities),
+        check("every feature is a known name", _FEATURES, _known_features),
+        check("an estimate of the memory", _ESTIMATE, _estimate),
+        check("no estimate of garbage", _ESTIMATE, _estimate_of_garbage),
+        check("ends when it is refused", _REFUSAL, _refusal),
+        check("ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
+        check("ends without --endpoint and --session", _OPTIONS, _no_options),
+        *(version(f"a Welcome of protocol {n}.0 is refused", _welcome_of_another_major(n)) for n in _OTHER_MAJORS),
+        *(version(f"a request of protocol {n}.0 is refused", _request_of_another_major(n)) for n in _OTHER_MAJORS),
+        version("a Welcome of a minor version that it does not support is refused", _welcome_of_unknown_minor),
+        version("fields of a newer minor version are ignored", _newer_minor),
     ]

@@ -43,43 +43,27 @@ def refused(name, spoil, text):
     return run
 
 
-def _field_checks(request):
-    """Lists too short and too long, values that no enumeration has."""
-    name = message_name(request)
+def _spoilt_fields(request):
+    """Lists too short and too long, values that no enumeration has; NaN and infinities where a number is."""
     for field in fields_of(content(request)):
         if field.is_list:
-            for spoil, text in ((_shorten, "too short"), (_lengthen, "too long")):
-                yield Check(
-                    "limits",
-                    f"{name}.{field.path} {text}",
-                    _SHAPE,
-                    refused(name, spoil(field.path), f"{field.path} {text}"),
-                    thorough=field.is_nested,
-                )
+            yield _spoilt(request, field, _SHAPE, _shorten(field.path), "too short", thorough=field.is_nested)
+            yield _spoilt(request, field, _SHAPE, _lengthen(field.path), "too long", thorough=field.is_nested)
         if field.is_enumeration:
             for value in (_NO_VALUE, 0):
-                yield Check(
-                    "limits",
-                    f"{name}.{field.path} = {value}",
-                    _ENUMERATION,
-                    refused(name, _put(field.path, value), f"{field.path} = {value}"),
-                    thorough=field.is_nested or value == 0,
-                )
-
-
-def _number_checks(request):
-    """NaN and infinities wherever a message can hold a number."""
-    name = message_name(request)
+                thorough = field.is_nested or value == 0
+                yield _spoilt(request, field, _ENUMERATION, _put(field.path, value), f"= {value}", thorough)
     for field in fields_of(content(request)):
         if field.is_real:
-            for value in (math.nan, math.inf, -math.inf):
-                yield Check(
-                    "numbers",
-                    f"{name}.{field.path} = {value}",
-                    _FINITE,
-                    refused(name, _put(field.path, value), f"{field.path} = {value}"),
-                    thorough=field.is_nested or not math.isnan(value),
-                )
+            for number in (math.nan, math.inf, -math.inf):
+                thorough = field.is_nested or not math.isnan(number)
+                yield _spoilt(request, field, _FINITE, _put(field.path, number), f"= {number}", thorough, "numbers")
+
+
+def _spoilt(request, field, rule, spoil, text, thorough, group="limits"):
+    name = message_name(request)
+    run = refused(name, spoil, f"{field.path} {text}")
+    return Check(group, f"{name}.{field.path} {text}", rule, run, thorough=thorough)
 
 
 def _shorten(path):
@@ -170,70 +154,21 @@ def _garbage_on_control_lane(trial):
 
 
 def checks(subject):
+    def check(name, rule, run, **kinds):
+        return Check("limits", name, rule, run, **kinds)
+
     requests = (subject.case.step_request(0), subject.case.setup_request())
-    result = [check for request in requests for check in (*_field_checks(request), *_number_checks(request))]
-    if subject.role == "body":
-        result += [
-            Check(
-                "limits",
-                "a body name of 4097 bytes",
-                _TEXT,
-                refused(
-                    SETUP["body"], lambda setup: setattr(setup.bodies[0], "name", _LONG_TEXT), "a name of 4097 bytes"
-                ),
-            ),
-            Check(
-                "limits",
-                "a spring to a body that does not exist",
-                _INDEX,
-                refused(SETUP["body"], _spring_to_nowhere, "a spring from body 0 to body 2 of 2"),
-            ),
-        ]
-    if subject.role == "fluid":
-        result += [
-            Check(
-                "limits",
-                "a mean of every 0th step",
-                _FIELDS,
-                refused(SETUP["fluid"], _mean(0, 2, 0), "a mean of every 0th of steps 0 to 2"),
-            ),
-            Check(
-                "limits",
-                "a mean of no step",
-                _FIELDS,
-                refused(SETUP["fluid"], _mean(2, 2, 1), "a mean of steps 2 to 2"),
-            ),
-            Check(
-                "limits",
-                "snapshots every −1 steps",
-                _FIELDS,
-                refused(
-                    SETUP["fluid"], lambda setup: setattr(setup.fields, "every_steps", -1), "fields every −1 steps"
-                ),
-            ),
-            Check(
-                "limits",
-                "a negative number of cells",
-                _CELLS,
-                refused(SETUP["fluid"], _cells(32, -24, -24), "32 × −24 × −24 cells"),
-            ),
-            Check(
-                "limits", "2⁹³ cells", _CELLS, refused(SETUP["fluid"], _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells")
-            ),
-        ]
-    return result + [
-        Check("limits", "a path of more than 4096 bytes", _TEXT, _long_path),
-        Check(
-            "limits", "random bytes", _BYTES, _raw(lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")
-        ),
-        Check("limits", "an empty frame", _BYTES, _raw(lambda trial: b"", "an empty frame")),
-        Check(
-            "limits", "a truncated message", _BYTES, _raw(_truncated, f"{STEP[subject.role]} without its last 20 bytes")
-        ),
-        Check("limits", "an unknown message", _BYTES, _raw(_unknown_message, "an Envelope with an unknown message")),
-        Check("limits", "random bytes on the control lane", _BYTES, _garbage_on_control_lane),
-        Check("limits", "1 000 001 bodies", _COUNT, _too_many_bodies, thorough=True),
-        Check("limits", "a message of 256 MiB", _SIZE, _too_large, thorough=True, alone=True),
+    return [
+        *(spoilt for request in requests for spoilt in _spoilt_fields(request)),
+        *(check(name, rule, refused(SETUP[subject.role], *how)) for name, rule, *how in _BAD_SETUPS[subject.role]),
+        check("a path of more than 4096 bytes", _TEXT, _long_path),
+        check("random bytes", _BYTES, _raw(lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
+        check("an empty frame", _BYTES, _raw(lambda trial: b"", "an empty frame")),
+        check("a truncated message", _BYTES, _raw(_truncated, f"{STEP[subject.role]} without its last 20 bytes")),
+        check("an unknown message", _BYTES, _raw(_unknown_message, "an Envelope with an unknown message")),
+        check("random bytes on the control lane", _BYTES, _garbage_on_control_lane),
+        check("1 000 001 bodies", _COUNT, _too_many_bodies, thorough=True),
+        check("a message of 256 MiB", _SIZE, _too_large, thorough=True, alone=True),
     ]
 
 
@@ -253,3 +188,27 @@ def _cells(*counts):
         setup.domain_cells[:] = counts
 
     return spoil
+
+
+def _long_name(setup):
+    setup.bodies[0].name = _LONG_TEXT
+
+
+def _snapshots_backwards(setup):
+    setup.fields.every_steps = -1
+
+
+# By role: name of the check, rule, what is done to the setup, and how to describe that.
+_BAD_SETUPS = {
+    "body": (
+        ("a body name of 4097 bytes", _TEXT, _long_name, "a name of 4097 bytes"),
+        ("a spring to a body that does not exist", _INDEX, _spring_to_nowhere, "a spring from body 0 to body 2 of 2"),
+    ),
+    "fluid": (
+        ("a mean of every 0th step", _FIELDS, _mean(0, 2, 0), "a mean of every 0th of steps 0 to 2"),
+        ("a mean of no step", _FIELDS, _mean(2, 2, 1), "a mean of steps 2 to 2"),
+        ("snapshots every −1 steps", _FIELDS, _snapshots_backwards, "fields every −1 steps"),
+        ("a negative number of cells", _CELLS, _cells(32, -24, -24), "32 × −24 × −24 cells"),
+        ("2⁹³ cells", _CELLS, _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells"),
+    ),
+}
