@@ -50,13 +50,9 @@ def measure_fluid(
         )
     result = json.loads(done.stdout)
     shares = [fluid / limit for fluid, limit in zip(result["fluid_mlups"], result["streams_mcells_per_s"])]
-    return {
-        **result,
-        "median_fluid_mlups": statistics.median(result["fluid_mlups"]),
-        "median_streams_mcells_per_s": statistics.median(result["streams_mcells_per_s"]),
-        "median_copy_gb_per_s": statistics.median(result["copy_gb_per_s"]),
-        "median_share_of_limit": statistics.median(shares),
-    }
+    rates = ("fluid_mlups", "streams_mcells_per_s", "copy_gb_per_s")
+    medians = {f"median_{name}": statistics.median(result[name]) for name in rates}
+    return {**result, **medians, "median_share_of_limit": statistics.median(shares)}
 
 
 def measure_coupled(
@@ -85,6 +81,7 @@ def measure_coupled(
                 "phases_s": summary["phases_s"],
             }
         )
+    names = ("coupled_mlups", "fluid_mlups", "ratio", "coupling_overhead")
     return {
         "domain_cells": list(domain),
         "symmetry_planes": list(symmetry_planes),
@@ -92,10 +89,7 @@ def measure_coupled(
         "ranks": ranks,
         "steps": steps,
         "samples": rows,
-        "median_coupled_mlups": statistics.median(row["coupled_mlups"] for row in rows),
-        "median_fluid_mlups": statistics.median(row["fluid_mlups"] for row in rows),
-        "median_ratio": statistics.median(row["ratio"] for row in rows),
-        "median_coupling_overhead": statistics.median(row["coupling_overhead"] for row in rows),
+        **{f"median_{name}": statistics.median(row[name] for row in rows) for name in names},
     }
 
 

@@ -1,18 +1,16 @@
 """One case of a campaign: what is to be run, and how far it is according to its folder."""
 
 import enum
-import fcntl
 import json
 import os
 import shutil
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import Plan, plan_of, resolved_case
-from copepod_run.run_directory import has_checkpoint
+from copepod_run.run_directory import has_checkpoint, take_lock
 from copepod_run.messages import say
 
 _ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
@@ -113,17 +111,13 @@ class Entry:
         """Runs of a killed campaign write a checkpoint and end."""
         descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
         try:
-            deadline = time.monotonic() + _ENDING_PATIENCE_S
-            announced = False
-            while not _lock(descriptor):
-                if time.monotonic() > deadline:
-                    raise Stop(
-                        ExitCode.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
-                    )
-                if not announced:
-                    say(f"{self.name}: waiting for an earlier run in this folder to end")
-                    announced = True
-                time.sleep(0.2)
+            if take_lock(descriptor):
+                return
+            say(f"{self.name}: waiting for an earlier run in this folder to end")
+            if not take_lock(descriptor, _ENDING_PATIENCE_S):
+                raise Stop(
+                    ExitCode.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
+                )
         finally:
             os.close(descriptor)
 
@@ -134,14 +128,6 @@ class Entry:
             number += 1
         self.path.rename(target)
         self.remark = f"the case or build has changed; the former run is now {target.name}"
-
-
-def _lock(descriptor: int) -> bool:
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return True
-    except OSError:
-        return False
 
 
 def _physics(case: Mapping[str, Any]) -> dict[str, Any]:

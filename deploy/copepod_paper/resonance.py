@@ -10,7 +10,7 @@ import numpy as np
 
 from copepod_report.page import table
 from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
-from copepod_report.style import Theme, new_figure
+from copepod_report.style import Theme, legend_above, new_figure
 
 # Shapes of motion (B2, B1, B3) and how many times k and γ act on each; the third, a translation, is never driven.
 _MODES = ((np.array([1.0, 0.0, -1.0]), 1.0), (np.array([1.0, -2.0, 1.0]), 3.0))
@@ -192,7 +192,7 @@ def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:
     )
     axes.set_xlabel("ω₀/ω")
     axes.set_ylabel("amplitude of B2 per force [m/N]")
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize=9, labelcolor=theme.ink, frameon=False)
+    legend_above(axes, theme)
     return figure
 
 

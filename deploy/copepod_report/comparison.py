@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from copepod_report.run_record import RunRecord
-from copepod_report.style import Theme, new_figure
+from copepod_report.style import Theme, legend_above, new_figure
 from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
 
 Row = tuple[str, str, dict[str, Figure]]  # run name, swimmer name, figures by key
@@ -55,5 +55,5 @@ def speeds(runs: Sequence[RunRecord], theme: Theme) -> Any:
     axes.grid(axis="y", visible=False)
     axes.set_ylim(0.4, len(rows) + 0.6)
     axes.set_xlabel("u_swim [cells/step]")
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize=9, labelcolor=theme.ink, frameon=False)
+    legend_above(axes, theme)
     return figure

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
-from copepod_report.style import Theme, new_figure
+from copepod_report.style import Theme, legend_above, new_figure
 
 LABELS = ("B2, trailing", "B1, middle", "B3, leading")
 
@@ -37,7 +37,7 @@ def driving_forces(swimmer: SwimmerRecord, theme: Theme) -> Any:
         axes.plot(swimmer.periods(), 1e6 * values, color=colour, linewidth=1.3, label=label)
     axes.set_xlabel("time / period")
     axes.set_ylabel("driving force [µN]")
-    _legend_above(axes, theme)
+    legend_above(axes, theme)
     return figure
 
 
@@ -52,7 +52,7 @@ def one_cycle(swimmer: SwimmerRecord, theme: Theme) -> Any:
     axes.axhline(0, color=theme.faint, linewidth=1)
     axes.set_xlabel("time / period")
     axes.set_ylabel(f"displacement in the last cycle [{swimmer.run.length_unit[1]}]")
-    _legend_above(axes, theme)
+    legend_above(axes, theme)
     return figure
 
 
@@ -81,7 +81,7 @@ def arms(swimmer: SwimmerRecord, theme: Theme) -> Any:
         )
     axes.set_xlabel("time / period")
     axes.set_ylabel(f"arm length [{unit}]")
-    _legend_above(axes, theme)
+    legend_above(axes, theme)
     return figure
 
 
@@ -98,18 +98,6 @@ def _mark_end_of_drive(axes: Any, swimmer: SwimmerRecord, theme: Theme) -> None:
             fontsize=8,
             color=theme.ink,
         )
-
-
-def _legend_above(axes: Any, theme: Theme) -> None:
-    axes.legend(
-        loc="lower left",
-        bbox_to_anchor=(0, 1.0),
-        ncols=3,
-        fontsize=9,
-        labelcolor=theme.ink,
-        frameon=False,
-        borderaxespad=0.2,
-    )
 
 
 def displacements(run: RunRecord, theme: Theme) -> Any:
@@ -133,7 +121,5 @@ def displacements(run: RunRecord, theme: Theme) -> Any:
         panel.set_ylabel(f"Δ{name} [{unit_name}]")
     axes[-1].set_xlabel("step")
     if len(run.trajectory.bodies) <= 12:
-        axes[0].legend(
-            loc="lower left", bbox_to_anchor=(0, 1), ncols=4, fontsize=9, labelcolor=theme.ink, frameon=False
-        )
+        legend_above(axes[0], theme, columns=4)
     return figure

@@ -54,6 +54,11 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
     return figure, axes
 
 
+def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
+    look = {"fontsize": 9, "labelcolor": theme.ink, "frameon": False, "borderaxespad": 0.2}
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look)
+
+
 def png_of(figure: Any) -> bytes:
     """The figure as PNG bytes; closes it."""
     stream = io.BytesIO()

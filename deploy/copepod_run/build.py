@@ -1,6 +1,5 @@
 """Configures and builds the checkout: nothing is run while the programs are up to date, ninja decides otherwise."""
 
-import fcntl
 import hashlib
 import json
 import os
@@ -19,6 +18,7 @@ from copepod_run import packages
 from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.messages import Stage, elapsed_text
+from copepod_run.run_directory import take_lock
 
 _BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40
@@ -146,20 +146,11 @@ def _one_build_at_a_time() -> Iterator[None]:
     """Lock on the build folder itself, so that no lock file can be left behind."""
     folder = os.open(BUILD, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        while not _is_locked(folder):
+        while not take_lock(folder):
             _wait_for_other_build(folder)
         yield
     finally:
         os.close(folder)
-
-
-def _is_locked(folder: int) -> bool:
-    """Whether the lock is ours now."""
-    try:
-        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return True
-    except BlockingIOError:
-        return False
 
 
 def _wait_for_other_build(folder: int) -> None:

@@ -30,7 +30,7 @@ class RunDirectory:
         _require_utf8(self.path)
         self.lock = _opened(path)
         try:
-            if not _is_locked(self.lock, _LOCK_PATIENCE_S):
+            if not take_lock(self.lock, _LOCK_PATIENCE_S):
                 raise Stop(
                     ExitCode.BAD_CASE,
                     f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
@@ -137,8 +137,8 @@ def _require_empty(path: Path, shown: Path | str) -> None:
     )
 
 
-def _is_locked(descriptor: int, patience_s: float) -> bool:
-    """Whether the lock became ours in time."""
+def take_lock(descriptor: int, patience_s: float = 0.0) -> bool:
+    """Whether the lock on a folder became ours in time; closing the descriptor gives it back."""
     deadline = time.monotonic() + patience_s
     while True:
         try:
