@@ -9,8 +9,8 @@
 #include "component/control_lane.hpp"
 #include "component/served_solver.hpp"
 #include "component/server.hpp"
-#include "remote/link.hpp"
 #include "in_memory.hpp"
+#include "remote/link.hpp"
 
 namespace copepod::coupler {
 

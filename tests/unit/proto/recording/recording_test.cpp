@@ -13,10 +13,10 @@
 
 #include "contract/errors.hpp"
 #include "conversion/encoder.hpp"
+#include "in_memory.hpp"
 #include "recording/recording_router.hpp"
 #include "recording/timeline.hpp"
 #include "temporary_folder.hpp"
-#include "in_memory.hpp"
 
 namespace copepod::recording {
 namespace {
