@@ -9,16 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 Arms = Sequence[tuple[int, int]]  # numbers of the two beads
+Numbers = Sequence[float] | np.ndarray
 
 
-def geometrical_factor(radii: Sequence[float], mean_arms: Sequence[float]) -> float:
+def geometrical_factor(radii: Numbers, mean_arms: Numbers) -> float:
     """K = 3 r₁r₂r₃ / (2 (r₁+r₂+r₃)²) · [1/l̄₁² + 1/l̄₂² − 1/(l̄₁+l̄₂)²]   [paper, eq. (29)]; any one unit of length."""
     first, second = mean_arms
     brackets = 1 / first**2 + 1 / second**2 - 1 / (first + second) ** 2
     return 3 * np.prod(radii) / (2 * np.sum(radii) ** 2) * brackets
 
 
-def small_stroke_velocity(radii: Sequence[float], arms: np.ndarray, period: float) -> float:
+def small_stroke_velocity(radii: Numbers, arms: np.ndarray, period: float) -> float:
     """Three spheres in a row, small strokes of any wave form   [Golestanian & Ajdari, Phys. Rev. E 77, 036308 (2008)].
 
         u = K ⟨u₁ u̇₂ − u̇₁ u₂⟩ = K ω Σ_n n d₁ₙ d₂ₙ sin(φ₁ₙ − φ₂ₙ)
@@ -35,7 +36,7 @@ def small_stroke_velocity(radii: Sequence[float], arms: np.ndarray, period: floa
     return geometrical_factor(radii, mean) * float(np.mean(first * rates[1] - rates[0] * second))
 
 
-def any_stroke_velocity(radii: Sequence[float], arms: np.ndarray, period: float) -> float:
+def any_stroke_velocity(radii: Numbers, arms: np.ndarray, period: float) -> float:
     """Three spheres in a row, strokes of any size   [Golestanian & Ajdari (2008), there for equal spheres].
 
     Without interaction the beads move with ẋᵢ and exert the forces 6πη aᵢ (ẋᵢ − V), V = Σ aᵢẋᵢ/Σ aᵢ. Inserted in
