@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <numbers>
 
-#include "geometry/rotation.hpp"
-
 namespace copepod::coupler {
 
 double rounded_omega_per_step(std::int64_t period_steps) {
@@ -19,9 +17,8 @@ double rounded_omega_per_step(std::int64_t period_steps) {
   return rounded;
 }
 
-double power_with_rounded_omega_W(const Swimmer& swimmer, int first_body, const StepRecord& record) {
-  const Stroke& stroke = swimmer.three_beads->stroke;
-  const Eigen::Vector3d axis = z_axis(swimmer.orientation_wxyz);
+double power_with_rounded_omega_W(const Stroke& stroke, int first_body, const Eigen::Vector3d& axis,
+                                  const StepRecord& record) {
   const double omega = rounded_omega_per_step(stroke.period_steps);
   const auto t = static_cast<double>(record.step);
   const double on_trailing = -stroke.amplitude_N * std::sin(omega * t);
@@ -35,12 +32,11 @@ double power_with_rounded_omega_W(const Swimmer& swimmer, int first_body, const 
   return power_W;
 }
 
-FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const SwimmerMeasurement& measured,
+FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const SwimmerMeasurement& measured, double power_W,
                                       const Swimmer& swimmer, const Case& the_case) {
   FiguresAsInPaper result;
   const double omega_rad_per_s = rounded_omega_per_step(swimmer.three_beads->stroke.period_steps) / the_case.step_s;
-  result.at_rounded_omega =
-      figures_at(omega_rad_per_s, measured.mean_power_rounded_omega_W, figures, measured, swimmer, the_case.fluid);
+  result.at_rounded_omega = figures_at(omega_rad_per_s, power_W, figures, measured, swimmer, the_case.fluid);
   const auto& [B2, B1, B3] = measured.max_speed_m_per_s;
   result.Re_bodies = reynolds_numbers({B1, B2, B3}, swimmer, the_case.fluid);
   return result;

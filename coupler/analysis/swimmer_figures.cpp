@@ -11,24 +11,18 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 std::array<double, 3> equivalent_radii_m(const Swimmer& swimmer) {
-  return {equivalent_radius_m(swimmer.beads[0]), equivalent_radius_m(swimmer.beads[1]),
-          equivalent_radius_m(swimmer.beads[2])};
-}
-
-/// Efficiency after Lighthill [paper, eq. (31)]: 6π η r_eff u² over the mean driving power; r_eff is the sum
-/// of the radii.
-std::optional<double> efficiency(const SwimmerFigures& figures, const std::array<double, 3>& radii_m, double power_W,
-                                 const FluidCase& fluid) {
-  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
-  if (viscosity_Pa_s == 0.0 || power_W == 0.0) return {};
-  const double effective_radius_m = radii_m[0] + radii_m[1] + radii_m[2];
-  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * figures.u_swim_m_per_s * figures.u_swim_m_per_s / power_W;
+  return {equivalent_radius_m(swimmer.beads[0].shape), equivalent_radius_m(swimmer.beads[1].shape),
+          equivalent_radius_m(swimmer.beads[2].shape)};
 }
 
 }  // namespace
 
-// A capsule along or across the axis has the same sum of both extents.
-double equivalent_radius_m(const Bead& bead) { return bead.shape.radius_m + 0.25 * bead.shape.length_m; }
+std::optional<double> efficiency(double effective_radius_m, double speed_m_per_s, double power_W,
+                                 const FluidSetup& fluid) {
+  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
+  if (viscosity_Pa_s == 0.0 || power_W == 0.0) return {};
+  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * speed_m_per_s * speed_m_per_s / power_W;
+}
 
 double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m) {
   const double sum = radii_m[0] + radii_m[1] + radii_m[2];
@@ -52,7 +46,8 @@ OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFig
   at.u_GA_m_per_s = figures.K_per_m * measured.arms[0].amplitude_m * measured.arms[1].amplitude_m * omega_rad_per_s *
                     figures.sin_dphi;
   at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
-  at.efficiency = efficiency(figures, equivalent_radii_m(swimmer), power_W, fluid);
+  const std::array<double, 3> radii_m = equivalent_radii_m(swimmer);
+  at.efficiency = efficiency(radii_m[0] + radii_m[1] + radii_m[2], figures.u_swim_m_per_s, power_W, fluid);
   return at;
 }
 

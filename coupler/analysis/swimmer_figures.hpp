@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "config/sections/case.hpp"
+#include "contract/shape.hpp"
 
 namespace copepod::coupler {
 
@@ -20,7 +21,6 @@ struct SwimmerMeasurement {
   double displacement_m = 0.0;                ///< of the middle bead along the axis
   std::array<ArmFit, 2> arms;                 ///< B2-B1, B1-B3
   double mean_power_W = 0.0;                  ///< (1/T) ∫ Σ F_dri · u dt
-  double mean_power_rounded_omega_W = 0.0;    ///< the same with forces of the rounded ω
   std::array<double, 3> max_speed_m_per_s{};  ///< of B2, B1, B3 along the axis
 };
 
@@ -42,9 +42,14 @@ struct SwimmerFigures {
   std::array<std::optional<double>, 3> Re_bodies;  ///< of B2, B1, B3 [paper, eq. (26)]
 };
 
-/// Radius that stands for a bead in K and r_eff [m]: a quarter of extent along plus extent across, so that a
-/// capsule counts as the sphere whose diameter is the mean of both (12 cells for the paper's).
-double equivalent_radius_m(const Bead& bead);
+/// Radius that stands for a body in K and r_eff [m]: a quarter of the sum of its extents along and across the swimmer's
+/// axis. A capsule along or across it counts as the sphere with the mean of both for diameter (12 cells in the paper).
+inline double equivalent_radius_m(const Shape& shape) { return shape.radius_m + 0.5 * core_half_length_m(shape); }
+
+/// Efficiency after Lighthill [paper, eq. (31)]: 6π η r u² / P; absent in vacuum and without power.
+/// @param effective_radius_m  r, sum of the equivalent radii
+std::optional<double> efficiency(double effective_radius_m, double speed_m_per_s, double power_W,
+                                 const FluidSetup& fluid);
 
 /// Geometrical factor [1/m] [paper, eq. (29)]:
 ///   K = 3 r₁r₂r₃ / (2 (r₁+r₂+r₃)²) · [1/l̄₁² + 1/l̄₂² − 1/(l̄₁+l̄₂)²]

@@ -1,10 +1,14 @@
 #include "analysis/swimmer_report.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "analysis/as_in_paper.hpp"
+#include "config/load_case.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -53,44 +57,178 @@ ordered_json omega_figures(const OmegaFigures& figures, const Lattice& lattice) 
           {"efficiency", number(figures.efficiency)}};
 }
 
-}  // namespace
+ordered_json numbers(const Eigen::VectorXd& values) {
+  ordered_json list = ordered_json::array();
+  for (const double value : values) list.push_back(number(value));
+  return list;
+}
 
-ordered_json swimmer_report(const Swimmer& swimmer, const SwimmerObserver& observer, const Case& the_case) {
-  const Lattice lattice{the_case.fluid.cell_size_m, the_case.step_s};
-  const auto measured = observer.measurement();
-  ordered_json report = {{"name", swimmer.name},
-                         {"analysed", measured.has_value()},
-                         {"window_steps", {observer.start_step(), observer.stop_step()}}};
+/// Key of a velocity in each of its units.
+void add_speed(ordered_json& report, const std::string& key, double speed_m_per_s, const Group& group,
+               const Lattice& lattice) {
+  report[key + "_m_per_s"] = number(speed_m_per_s);
+  report[key + "_um_per_s"] = number(1e6 * speed_m_per_s);
+  report[key + "_cells_per_step"] = number(lattice.velocity(speed_m_per_s));
+  const double period_s = static_cast<double>(group.period_steps) * lattice.step_s;
+  report[key + "_lengths_per_cycle"] = number(speed_m_per_s * period_s / group.length_m);
+}
+
+/// The last full cycle of a swimmer of any shape.
+ordered_json kinematics_report(const Group& group, const CycleSums& sums, const Case& the_case,
+                               const Lattice& lattice) {
+  const Cycle& cycle = sums.last;
+  ordered_json report = {{"cycle", nullptr}};
+  if (!group.note.empty()) report["note"] = group.note;
+  if (cycle.number < 0) return report;
+  const CycleFigures figures = evaluate(cycle, group, the_case.fluid, the_case.step_s);
+  report["cycle"] = cycle.number;
+  report["window_steps"] = {cycle.number * group.period_steps, (cycle.number + 1) * group.period_steps};
+  report["period_steps"] = group.period_steps;
+  add_speed(report, "u_along", figures.along_m_per_s, group, lattice);
+  add_speed(report, "u_across", figures.across_m_per_s.norm(), group, lattice);
+  report["velocity_m_per_s"] = numbers(figures.velocity_m_per_s);
+  report["velocity_across_m_per_s"] = numbers(figures.across_m_per_s);
+  report["axis"] = numbers(figures.axis);
+  report["tilt_rad"] = figures.tilt_rad;
+  report["rotation_rad"] = numbers(figures.rotation_rad);
+  report["arms"] = ordered_json::array();
+  for (Eigen::Index arm = 0; arm < cycle.arms.cols(); ++arm) {
+    const auto& ends = group.arms[static_cast<std::size_t>(arm)];
+    const auto name = [&](int body) { return group.body_names[static_cast<std::size_t>(body - group.bodies[0])]; };
+    report["arms"].push_back({{"bodies", {name(ends[0]), name(ends[1])}},
+                              {"mean_m", number(cycle.arms(0, arm))},
+                              {"amplitude_m", number(cycle.arms(1, arm))},
+                              {"phase_rad", number(cycle.arms(2, arm))}});
+  }
+  report["power_W"] = number(cycle.power_W);
+  report["dissipation_W"] = number(cycle.dissipation_W);
+  report["efficiency"] = number(figures.efficiency);
+  report["length_m"] = group.length_m;
+  report["Re"] = number(figures.Re);
+  report["max_speed_m_per_s"] = ordered_json::object();
+  for (std::size_t i = 0; i < group.body_names.size(); ++i)
+    report["max_speed_m_per_s"][group.body_names[i]] = number(cycle.max_speed_m_per_s[static_cast<Eigen::Index>(i)]);
+  const bool has_two = sums.before_last.number >= 0;
+  const CycleChange from_last = has_two ? change(sums.before_last, cycle) : CycleChange{};
+  report["change_from_last_cycle"] = {{"velocity", number(from_last.velocity)},
+                                      {"rotation", number(from_last.rotation)}};
+  return report;
+}
+
+/// What the paper's equations take from a cycle of a three-bead swimmer.
+SwimmerMeasurement measurement(const Cycle& cycle, const Group& group) {
+  const Eigen::Vector3d axis = cycle.turned * group.axis;
+  SwimmerMeasurement measured;
+  measured.displacement_m = cycle.displacement_m.col(1).dot(axis);
+  for (std::size_t arm = 0; arm < 2; ++arm) {
+    const Eigen::Vector3d fit = cycle.arms.col(static_cast<Eigen::Index>(arm));
+    measured.arms[arm] = {fit[0], fit[1], fit[2]};
+  }
+  measured.mean_power_W = cycle.power_W;
+  for (std::size_t bead = 0; bead < 3; ++bead)
+    measured.max_speed_m_per_s[bead] = cycle.max_speed_along_m_per_s[static_cast<Eigen::Index>(bead)];
+  return measured;
+}
+
+/// The figures of the paper's tables, of the last driven cycle.
+void add_figures_of_paper(ordered_json& report, const Swimmer& swimmer, const Group& group, const Cycle& cycle,
+                          const Case& the_case, const Lattice& lattice) {
+  const bool analysed = cycle.number >= 0 && cycle.number == group.stop_cycle - 1;
+  report["analysed"] = analysed;
+  report["window_steps"] = {(group.stop_cycle - 1) * group.period_steps, group.stop_cycle * group.period_steps};
   if (!swimmer.published.empty()) report["published"] = published(swimmer.published);
-  if (!measured) {
+  if (!analysed) {
     for (const char* key : {"u_swim_lattice", "u_swim_m_per_s", "d1_cells", "d2_cells", "sin_dphi", "mean_arm_cells",
                             "K", "u_GA_lattice", "error_percent", "efficiency", "Re_swim", "Re_bodies"}) {
       report[key] = nullptr;
     }
-    return report;
+    return;
   }
-  const SwimmerFigures figures = evaluate(*measured, swimmer, the_case);
+  const SwimmerMeasurement measured = measurement(cycle, group);
+  const SwimmerFigures figures = evaluate(measured, swimmer, the_case);
   report["u_swim_lattice"] = number(lattice.velocity(figures.u_swim_m_per_s));
   report["u_swim_m_per_s"] = number(figures.u_swim_m_per_s);
-  report["d1_cells"] = number(lattice.length(measured->arms[0].amplitude_m));
-  report["d2_cells"] = number(lattice.length(measured->arms[1].amplitude_m));
+  report["d1_cells"] = number(lattice.length(measured.arms[0].amplitude_m));
+  report["d2_cells"] = number(lattice.length(measured.arms[1].amplitude_m));
   report["sin_dphi"] = number(figures.sin_dphi);
-  report["mean_arm_cells"] = {number(lattice.length(measured->arms[0].mean_m)),
-                              number(lattice.length(measured->arms[1].mean_m))};
+  report["mean_arm_cells"] = {number(lattice.length(measured.arms[0].mean_m)),
+                              number(lattice.length(measured.arms[1].mean_m))};
   report["K"] = number(lattice.inverse_length(figures.K_per_m));
   report.update(omega_figures(figures.at_omega, lattice));
   report["Re_swim"] = number(figures.Re_swim);
   report["Re_bodies"] = by_bead(figures.Re_bodies);
-  report["mean_power_W"] = number(measured->mean_power_W);
-  report["max_speed_m_per_s"] = {{"B2", number(measured->max_speed_m_per_s[0])},
-                                 {"B1", number(measured->max_speed_m_per_s[1])},
-                                 {"B3", number(measured->max_speed_m_per_s[2])}};
-  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, *measured, swimmer, the_case);
+  report["mean_power_W"] = number(measured.mean_power_W);
+  report["max_speed_m_per_s"] = {{"B2", number(measured.max_speed_m_per_s[0])},
+                                 {"B1", number(measured.max_speed_m_per_s[1])},
+                                 {"B3", number(measured.max_speed_m_per_s[2])}};
+  if (!cycle.power_as_in_paper_W) return;
+  const FiguresAsInPaper as_in_paper =
+      evaluate_as_in_paper(figures, measured, *cycle.power_as_in_paper_W, swimmer, the_case);
   ordered_json paper = omega_figures(as_in_paper.at_rounded_omega, lattice);
   paper["Re_bodies"] = by_bead(as_in_paper.Re_bodies);
-  paper["mean_power_W"] = number(measured->mean_power_rounded_omega_W);
+  paper["mean_power_W"] = number(*cycle.power_as_in_paper_W);
   report["as_in_paper"] = paper;
-  return report;
+}
+
+/// Shortest vector between two points of a domain that may be periodic.
+Eigen::Vector3d between_m(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& period_m) {
+  Eigen::Vector3d way = to - from;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    if (period_m[axis] > 0.0) way[axis] -= period_m[axis] * std::round(way[axis] / period_m[axis]);
+  }
+  return way;
+}
+
+/// All swimmers together, at the end of the last full cycle of each: mean and standard deviation of the speed along
+/// their own axes, polar order |Σ e|/N, and the distance from each centroid to the nearest other one.
+ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
+  std::vector<Eigen::Vector3d> centroids_m;
+  Eigen::Vector3d order = Eigen::Vector3d::Zero();
+  std::vector<double> speeds_m_per_s;
+  for (std::size_t i = 0; i < observer.groups().size(); ++i) {
+    const Group& group = observer.groups()[i];
+    const CycleSums& sums = observer.sums()[i];
+    if (sums.last.number < 0) continue;
+    centroids_m.emplace_back(sums.last.centroid_m + sums.last.translation_m);
+    order += sums.turned * group.axis;
+    speeds_m_per_s.push_back(evaluate(sums.last, group, the_case.fluid, the_case.step_s).along_m_per_s);
+  }
+  if (centroids_m.size() < 2) return nullptr;
+  const auto count = static_cast<double>(centroids_m.size());
+  const auto speeds = Eigen::Map<const Eigen::ArrayXd>(speeds_m_per_s.data(), static_cast<Eigen::Index>(count));
+  double sum_m = 0.0, least_m = std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d period_m(make_body_setup(the_case, {}).periodic_length_m.data());
+  for (const Eigen::Vector3d& one : centroids_m) {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& other : centroids_m)
+      if (&one != &other) nearest_m = std::min(nearest_m, between_m(one, other, period_m).norm());
+    sum_m += nearest_m;
+    least_m = std::min(least_m, nearest_m);
+  }
+  return {{"swimmers", centroids_m.size()},
+          {"u_along_mean_m_per_s", number(speeds.mean())},
+          {"u_along_spread_m_per_s", number(std::sqrt((speeds - speeds.mean()).square().mean()))},
+          {"polar_order", number(order.norm() / count)},
+          {"nearest_distance_mean_m", number(sum_m / count)},
+          {"nearest_distance_least_m", number(least_m)}};
+}
+
+}  // namespace
+
+ordered_json swimmer_reports(const Case& the_case, const CycleObserver& observer) {
+  const Lattice lattice{the_case.fluid.cell_size_m, the_case.step_s};
+  ordered_json reports = {{"swimmers", ordered_json::array()}};
+  for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
+    const Swimmer& swimmer = the_case.swimmers[i];
+    const Group& group = observer.groups()[i];
+    const CycleSums& sums = observer.sums()[i];
+    ordered_json report = {{"name", swimmer.name}};
+    if (swimmer.three_beads) add_figures_of_paper(report, swimmer, group, sums.last, the_case, lattice);
+    report["kinematics"] = kinematics_report(group, sums, the_case, lattice);
+    reports["swimmers"].push_back(report);
+  }
+  if (ordered_json swarm = swarm_report(the_case, observer); !swarm.is_null()) reports["swarm"] = swarm;
+  return reports;
 }
 
 }  // namespace copepod::coupler

@@ -1,14 +1,16 @@
 #pragma once
 
+#include <vector>
+
 #include <nlohmann/json_fwd.hpp>
 
-#include "analysis/swimmer_observer.hpp"
+#include "analysis/cycle_observer.hpp"
 #include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 
-/// A swimmer's entry in summary.json: lattice figures in cells and steps (null without a cell size),
-/// everything that the run did not reach or the fluid has not got as null.
-nlohmann::ordered_json swimmer_report(const Swimmer& swimmer, const SwimmerObserver& observer, const Case& the_case);
+/// The swimmers' part of summary.json: `swimmers`, an entry for each, and for several of them `swarm`. Lattice figures
+/// are in cells and steps (null without a cell size); what the run did not reach or the fluid has not got is null.
+nlohmann::ordered_json swimmer_reports(const Case& the_case, const CycleObserver& observer);
 
 }  // namespace copepod::coupler

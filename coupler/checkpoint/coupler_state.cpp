@@ -1,6 +1,8 @@
 #include "checkpoint/coupler_state.hpp"
 
 #include <algorithm>
+#include <concepts>
+#include <type_traits>
 
 #include <nlohmann/json.hpp>
 
@@ -14,58 +16,102 @@ using nlohmann::ordered_json;
 
 // JSON numbers are printed as the shortest text that reads back to the same bits, so text keeps every bit.
 
-ordered_json list(const Eigen::Matrix3Xd& matrix) {
+template <typename Derived>
+ordered_json encoded(const Eigen::PlainObjectBase<Derived>& matrix) {
   return std::vector<double>(matrix.data(), matrix.data() + matrix.size());
 }
+ordered_json encoded(double number) { return number; }
+ordered_json encoded(std::int64_t number) { return number; }
+ordered_json encoded(const std::optional<double>& number) { return number ? ordered_json(*number) : nullptr; }
 
-Eigen::Matrix3Xd matrix(const ordered_json& json) {
+/// Columns of a matrix with a given number of rows, elements of a vector.
+template <typename Derived>
+void decode(const ordered_json& json, Eigen::PlainObjectBase<Derived>& matrix) {
   const auto numbers = json.get<std::vector<double>>();
-  Eigen::Matrix3Xd result(3, static_cast<Eigen::Index>(numbers.size() / 3));
-  if (numbers.size() % 3 != 0) throw StorageError("loads of a checkpoint are incomplete (damaged). Use another one.");
-  std::copy(numbers.begin(), numbers.end(), result.data());
-  return result;
+  constexpr Eigen::Index rows = Derived::RowsAtCompileTime == Eigen::Dynamic ? 1 : Derived::RowsAtCompileTime;
+  const auto count = static_cast<Eigen::Index>(numbers.size());
+  const bool fits = Derived::SizeAtCompileTime == Eigen::Dynamic ? count % rows == 0 : count == matrix.size();
+  if (!fits) throw StorageError("a list of a checkpoint is incomplete (damaged). Use another one.");
+  if constexpr (Derived::SizeAtCompileTime == Eigen::Dynamic)
+    matrix.resize(Derived::RowsAtCompileTime == Eigen::Dynamic ? count : rows,
+                  Derived::RowsAtCompileTime == Eigen::Dynamic ? 1 : count / rows);
+  std::copy(numbers.begin(), numbers.end(), matrix.data());
+}
+void decode(const ordered_json& json, double& number) { json.get_to(number); }
+void decode(const ordered_json& json, std::int64_t& number) { number = whole_number<std::int64_t>(json); }
+void decode(const ordered_json& json, std::optional<double>& number) {
+  number = json.is_null() ? std::nullopt : std::optional(json.get<double>());
 }
 
-ordered_json to_json(const PeriodSums& sums) {
-  return {{"first_position_m", sums.first_position_m},
-          {"last_position_m", sums.last_position_m},
-          {"arm_m", sums.arm_m},
-          {"arm_cosine_m", sums.arm_cosine_m},
-          {"arm_sine_m", sums.arm_sine_m},
-          {"first_arm_m", sums.first_arm_m},
-          {"power_W", sums.power_W},
-          {"power_rounded_omega_W", sums.power_rounded_omega_W},
-          {"max_speed_m_per_s", sums.max_speed_m_per_s},
-          {"samples", sums.samples},
-          {"complete", sums.complete}};
+/// Calls `visit` with name and value of every member, in either direction.
+template <typename AnyLoads, typename Visit>
+requires std::same_as<std::remove_const_t<AnyLoads>, Loads>
+void visit_members(AnyLoads& loads, const Visit& visit) {
+  visit("step", loads.step);
+  visit("force_N", loads.force_N);
+  visit("torque_N_m", loads.torque_N_m);
+}
+template <typename AnyCycle, typename Visit>
+requires std::same_as<std::remove_const_t<AnyCycle>, Cycle>
+void visit_members(AnyCycle& cycle, const Visit& visit) {
+  visit("number", cycle.number);
+  visit("centroid_m", cycle.centroid_m);
+  visit("turned", cycle.turned);
+  visit("translation_m", cycle.translation_m);
+  visit("rotation", cycle.rotation);
+  visit("displacement_m", cycle.displacement_m);
+  visit("arms", cycle.arms);
+  visit("power_W", cycle.power_W);
+  visit("dissipation_W", cycle.dissipation_W);
+  visit("power_as_in_paper_W", cycle.power_as_in_paper_W);
+  visit("max_speed_m_per_s", cycle.max_speed_m_per_s);
+  visit("max_speed_along_m_per_s", cycle.max_speed_along_m_per_s);
+}
+template <typename AnySums, typename Visit>
+requires std::same_as<std::remove_const_t<AnySums>, CycleSums>
+void visit_members(AnySums& sums, const Visit& visit) {
+  visit("number", sums.number);
+  visit("samples", sums.samples);
+  visit("turned", sums.turned);
+  visit("first_position_m", sums.first_position_m);
+  visit("first_arm_m", sums.first_arm_m);
+  visit("arm_m", sums.arm_m);
+  visit("arm_cosine_m", sums.arm_cosine_m);
+  visit("arm_sine_m", sums.arm_sine_m);
+  visit("power_W", sums.power_W);
+  visit("dissipation_W", sums.dissipation_W);
+  visit("power_as_in_paper_W", sums.power_as_in_paper_W);
+  visit("max_speed_m_per_s", sums.max_speed_m_per_s);
+  visit("max_speed_along_m_per_s", sums.max_speed_along_m_per_s);
+  visit("last", sums.last);
+  visit("before_last", sums.before_last);
 }
 
-PeriodSums period_sums(const ordered_json& json) {
-  PeriodSums sums;
-  json.at("first_position_m").get_to(sums.first_position_m);
-  json.at("last_position_m").get_to(sums.last_position_m);
-  json.at("arm_m").get_to(sums.arm_m);
-  json.at("arm_cosine_m").get_to(sums.arm_cosine_m);
-  json.at("arm_sine_m").get_to(sums.arm_sine_m);
-  json.at("first_arm_m").get_to(sums.first_arm_m);
-  json.at("power_W").get_to(sums.power_W);
-  json.at("power_rounded_omega_W").get_to(sums.power_rounded_omega_W);
-  json.at("max_speed_m_per_s").get_to(sums.max_speed_m_per_s);
-  sums.samples = whole_number<std::int64_t>(json.at("samples"));
-  json.at("complete").get_to(sums.complete);
-  return sums;
+template <typename Members>
+requires requires(const Members& members) {
+  visit_members(members, [](const char*, const auto&) {});
+}
+ordered_json encoded(const Members& members) {
+  ordered_json json;
+  visit_members(members, [&](const char* name, const auto& value) { json[name] = encoded(value); });
+  return json;
+}
+
+template <typename Members>
+requires requires(Members& members) {
+  visit_members(members, [](const char*, auto&) {});
+}
+void decode(const ordered_json& json, Members& members) {
+  visit_members(members, [&](const char* name, auto& value) { decode(json.at(name), value); });
 }
 
 }  // namespace
 
 ordered_json to_json(const CouplerState& state) {
   ordered_json swimmers = ordered_json::array();
-  for (const PeriodSums& sums : state.swimmers) swimmers.push_back(to_json(sums));
+  for (const CycleSums& sums : state.swimmers) swimmers.push_back(encoded(sums));
   return {{"step", state.step},
-          {"previous_loads",
-           {{"step", state.previous_loads.step},
-            {"force_N", list(state.previous_loads.force_N)},
-            {"torque_N_m", list(state.previous_loads.torque_N_m)}}},
+          {"previous_loads", encoded(state.previous_loads)},
           {"swimmers", swimmers},
           {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}},
           {"components", {{"fluid", state.fluid_component}, {"body", state.body_component}}}};
@@ -75,11 +121,8 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
   try {
     CouplerState state;
     state.step = whole_number<std::int64_t>(json.at("step"));
-    const ordered_json& loads = json.at("previous_loads");
-    state.previous_loads.step = whole_number<std::int64_t>(loads.at("step"));
-    state.previous_loads.force_N = matrix(loads.at("force_N"));
-    state.previous_loads.torque_N_m = matrix(loads.at("torque_N_m"));
-    for (const ordered_json& swimmer : json.at("swimmers")) state.swimmers.push_back(period_sums(swimmer));
+    decode(json.at("previous_loads"), state.previous_loads);
+    for (const ordered_json& swimmer : json.at("swimmers")) decode(swimmer, state.swimmers.emplace_back());
     const ordered_json& mean = json.at("mean");
     state.mean = {whole_number<std::int64_t>(mean.at("start")), whole_number<std::int64_t>(mean.at("every_steps"))};
     const ordered_json components = json.value("components", ordered_json::object());  // absent in older ones

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "analysis/swimmer_observer.hpp"
+#include "analysis/cycle_observer.hpp"
 #include "contract/exchange.hpp"
 
 namespace copepod::coupler {
@@ -21,11 +21,11 @@ struct MeanSampling {
 
 /// The coupler's own part of what continues a run bit for bit; the solvers save the rest.
 struct CouplerState {
-  std::int64_t step = 0;             ///< that comes next
-  Loads previous_loads;              ///< of the load averaging; no bodies: none yet
-  std::vector<PeriodSums> swimmers;  ///< of the analysis, in the order of the case
-  MeanSampling mean;                 ///< the fluid keeps its sums of the mean field for these steps only
-  std::string fluid_component;       ///< name of the component whose state lies beside this one; empty: unknown
+  std::int64_t step = 0;            ///< that comes next
+  Loads previous_loads;             ///< of the load averaging; no bodies: none yet
+  std::vector<CycleSums> swimmers;  ///< of the analysis, in the order of the case
+  MeanSampling mean;                ///< the fluid keeps its sums of the mean field for these steps only
+  std::string fluid_component;      ///< name of the component whose state lies beside this one; empty: unknown
   std::string body_component;
 };
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "observers/observer.hpp"
+#include "storage/csv_file.hpp"
 
 namespace copepod::coupler {
 
@@ -17,8 +17,6 @@ namespace copepod::coupler {
 /// the step. Rows are written for every `every_steps`-th step, for the first and for the last; the row of the
 /// last step holds the state at the end of the run and the loads of the step that led there. Positions are
 /// not folded back into a periodic domain.
-///
-/// Only whole lines reach the file, at least once a second, so a run that crashes leaves a readable file.
 class TrajectoryWriter final : public Observer {
  public:
   /// @param every_steps  0: first and last step only
@@ -28,28 +26,24 @@ class TrajectoryWriter final : public Observer {
   /// @throws StorageError if the file cannot be written
   TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
                    std::int64_t every_steps, std::int64_t from_step = 0, std::int64_t sample_from = 0);
-  ~TrajectoryWriter() override;
 
   void observe(const StepRecord& record) override;
   void finish(const StepRecord& last) override;
 
   /// Hands every row so far to the operating system and the disk.
-  void sync();
+  void sync() { file_.sync(); }
 
  private:
-  void append_rows(const StepRecord& record);
-  void keep_rows_before(std::int64_t step);
-  void flush();
+  void add_rows(const StepRecord& record);
+  bool is_before(std::int64_t step, std::string_view row);
 
-  std::string path_;
   std::vector<std::string> body_names_;
   double step_s_;
   std::int64_t every_steps_;
   std::int64_t sample_from_;
   std::int64_t last_written_ = -1;
-  int file_ = -1;
-  std::string buffer_;
-  std::chrono::steady_clock::time_point flushed_;
+  std::string row_;
+  CsvFile file_;
 };
 
 }  // namespace copepod::coupler

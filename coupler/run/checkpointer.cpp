@@ -71,7 +71,7 @@ void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExpl
   }
   observers.sync_files();
   store_.prepare(fluid, body,
-                 {scheme.step(), scheme.previous_loads(), observers.sums(), mean_,
+                 {scheme.step(), scheme.previous_loads(), observers.cycles().sums(), mean_,
                   components_.fluid_capabilities().name, components_.body_capabilities().name});
   components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
   spdlog::info("checkpoint of step {}", scheme.step());

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "analysis/swimmer_report.hpp"
 #include "config/sections/sections.hpp"
 #include "recording/timeline.hpp"
 #include "run/checkpointer.hpp"
@@ -113,7 +114,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_);
   if (checkpoint) {
     scheme.restore_previous_loads(checkpoint->state.previous_loads);
-    observers.restore(checkpoint->state.swimmers);
+    observers.cycles().restore(checkpoint->state.swimmers);
   }
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");
@@ -138,7 +139,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
 
   events_.phase("finishing");
   const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(), scheme.kinematics(),
-                                    timing, observers.swimmer_reports());
+                                    timing, swimmer_reports(the_case, observers.cycles()));
   components_.finish();
   timeline_.close();
   write_durably(directory_.summary(), summary.dump(2) + "\n");

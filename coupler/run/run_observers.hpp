@@ -1,12 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "analysis/swimmer_observer.hpp"
+#include "analysis/cycle_observer.hpp"
 #include "config/load_case.hpp"
 #include "observers/events.hpp"
 #include "observers/observer.hpp"
@@ -39,22 +37,16 @@ class RunObservers {
 
   Observer& all() { return all_; }
 
-  /// One report per swimmer, for the summary.
-  [[nodiscard]] nlohmann::ordered_json swimmer_reports() const;
+  [[nodiscard]] CycleObserver& cycles() { return cycles_; }
 
-  /// State of the analysis, one entry per swimmer.
-  [[nodiscard]] std::vector<PeriodSums> sums() const;
-  /// @throws StorageError if the number of swimmers differs
-  void restore(const std::vector<PeriodSums>& sums);
-
-  void sync_files() { trajectory_.sync(); }
+  void sync_files();
 
  private:
-  const Case& case_;
   StepKeeper keeper_;
   TrajectoryWriter trajectory_;
   Progress progress_;
-  std::vector<std::unique_ptr<SwimmerObserver>> swimmers_;
+  std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
+  CycleObserver cycles_;
   Observers all_;
 };
 

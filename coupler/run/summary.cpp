@@ -87,7 +87,7 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
                        {"body_wait_s", timing.body_wait_s},
                        {"coupling_overhead", coupling_overhead(fluid, timing.loop_s)}};
   summary["phases_s"] = {{"fluid", fluid.seconds}, {"body", body.seconds}};
-  summary["swimmers"] = swimmers;
+  summary.update(swimmers);
   return summary;
 }
 

@@ -5,7 +5,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "analysis/swimmer_observer.hpp"
 #include "config/sections/case.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_solver.hpp"
@@ -24,6 +23,7 @@ struct RunTiming {
 std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, const Kinematics& kinematics);
 
 /// Content of summary.json (docs: "The run directory").
+/// @param swimmers  its keys about swimmers
 nlohmann::ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const SolverSummary& fluid,
                                     const SolverSummary& body, const Kinematics& kinematics, const RunTiming& timing,
                                     const nlohmann::ordered_json& swimmers);

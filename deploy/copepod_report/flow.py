@@ -1,5 +1,6 @@
 """The mean flow of fields.h5 in the plane of the swimmers, with the bodies drawn at their mean positions."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,7 +123,9 @@ def _draw_beads(axes: Any, run: RunRecord, plane: FlowPlane, theme: Theme) -> No
     cell = run.cell_size_m
     shown = [plane.along, plane.across]
     for swimmer in run.swimmers():
-        for bead, center_m, colour in zip(swimmer.beads, swimmer.mean_positions_m(*window), theme.beads):
+        for bead, center_m, colour in zip(
+            swimmer.beads, swimmer.mean_positions_m(*window), itertools.cycle(theme.beads)
+        ):
             looks = {"facecolor": colour, "edgecolor": theme.paper, "linewidth": 1, "zorder": 5}
             for center in _with_image(run, center_m / cell, plane.across):
                 axes.add_patch(_outline(bead, center[shown], swimmer.axis[shown], cell, **looks))

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
 from copepod_report.run_record import RunRecord, SwimmerRecord
-from copepod_run.figures import Figure, number_text, run_rows, swimmer_rows
+from copepod_run.figures import MOST_TABLES, Figure, number_text, reason_without_rows, run_rows
+from copepod_run.figures import swarm_rows, swimmer_rows
 
 _STYLE = Path(__file__).with_name("page.css").read_text()
 
@@ -41,8 +42,11 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     parts = [f'<section id="{anchor}">{opening}', f"<p>{escape(str(run.directory))}</p>", "<dl>"]
     parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in run_rows(run.summary)]
     parts.append("</dl>")
-    for swimmer in run.swimmers():
-        parts.append(_swimmer_table(swimmer))
+    swimmers = run.swimmers()
+    parts += [_swimmer_table(swimmer) for swimmer in swimmers if len(swimmers) <= MOST_TABLES]
+    swarm = [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]
+    if swarm:
+        parts.append(f"<h3>{len(swimmers)} swimmers</h3>" + table(("in their last full cycles", "", ""), swarm))
     return "\n".join([*parts, '<div class="figures">', *figures, f"</div>{closing}</section>"])
 
 
@@ -87,8 +91,8 @@ def _compared_cell(figure: Figure | None) -> str:
 def _swimmer_table(swimmer: SwimmerRecord) -> str:
     rows = swimmer_rows(swimmer.figures)
     if not rows:
-        reason = "Not analysed: the run ended before the last period of its stroke."
-        return f"<h3>{escape(swimmer.name)}</h3><p>{reason}</p>"
+        reason = escape(reason_without_rows(swimmer.figures))
+        return f"<h3>{escape(swimmer.name)}</h3><p>{reason[0].upper()}{reason[1:]}.</p>"
     headings = list(rows[0][3])
     head = "".join(f"<th>{escape(heading)}</th>" for heading in ["this run", *headings])
     body = ""

@@ -5,10 +5,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from copepod_report import comparison, flow, motion_plots, page
+from copepod_report import comparison, cycles, flow, motion_plots, page
 from copepod_report.run_record import ReadCase, RunRecord, SwimmerRecord, collect
 from copepod_report.style import DARK, LIGHT, Theme, png_of
 from copepod_run.destinations import make_folder
+from copepod_run.figures import MOST_TABLES
 
 
 class Canvas:
@@ -87,12 +88,17 @@ def _anchors(runs: Sequence[RunRecord]) -> list[str]:
 def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Additions) -> list[str]:
     """HTML of all plots of a run; each is also written as a PNG file."""
     figures = []
-    for swimmer in run.swimmers():
+    for swimmer in run.swimmers() if len(run.swimmers()) <= MOST_TABLES else []:
         figures += _figures_of_swimmer(swimmer, canvas, f"{prefix}_{swimmer.name}", additions)
     if not run.swimmers():
         figures += canvas.draw(
             f"{prefix}_bodies", lambda theme: motion_plots.displacements(run, theme), "Displacements of all bodies."
         )
+    figures += canvas.draw(
+        f"{prefix}_paths",
+        lambda theme: cycles.paths(run.cycles, theme),
+        "Paths of the centroids: a dot for the start of each cycle, an arrow for the own axis in the last one.",
+    )
     return figures + _flow_figure(run, canvas, prefix)
 
 
@@ -102,7 +108,15 @@ def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, add
         additions.positions(axes, swimmer, theme)
         return figure
 
+    measured = swimmer.run.cycles.get(swimmer.name)
     plots: list[tuple[str, Callable[[Theme], Any], str]] = [
+        (
+            "by_cycle",
+            lambda theme: cycles.by_cycle(measured, theme) if measured else None,
+            "Velocity along and across the own axis, and mean and amplitude of the arms, cycle by cycle.",
+        )
+    ]
+    of_three_beads: list[tuple[str, Callable[[Theme], Any], str]] = [
         ("positions", positions, "Positions of the three beads, from the middle bead's start."),
         ("cycle", lambda theme: motion_plots.one_cycle(swimmer, theme), "Displacements over the last driven period."),
         (
@@ -114,7 +128,7 @@ def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, add
     ]
     return [
         figure
-        for kind, draw, caption in plots
+        for kind, draw, caption in (of_three_beads if swimmer.is_three_beads else []) + plots
         for figure in canvas.draw(f"{prefix}_{kind}", draw, f"{swimmer.name}: {caption}")
     ]
 

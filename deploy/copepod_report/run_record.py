@@ -7,8 +7,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from copepod_run.errors import ExitCode, Stop
+from copepod_report.cycles import Cycles, read_cycles
 from copepod_report.trajectory import Trajectory
+from copepod_run.errors import ExitCode, Stop
 
 ReadCase = Callable[[Path], dict[str, Any]]  # from the path of a case file to the resolved case
 _Content = TypeVar("_Content")
@@ -16,7 +17,7 @@ BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
 
 
 class RunRecord:
-    """A run: `summary`, the resolved `case` (as the coupler reads it), `trajectory`, and derived figures."""
+    """A run: `summary`, resolved `case` as the coupler reads it, `trajectory`, `cycles` by swimmer, derived figures."""
 
     def __init__(self, directory: str | Path, read_case: ReadCase) -> None:
         """Raises Stop(2) if the folder does not hold a finished run, Stop(73) if one of its files is damaged."""
@@ -31,6 +32,7 @@ class RunRecord:
         self.summary = _read(self.directory / "summary.json", lambda path: json.loads(path.read_text()))
         self.case = read_case(self.directory / "case.yaml")
         self.trajectory = _read(self.directory / "trajectory.csv", Trajectory)
+        self.cycles: dict[str, Cycles] = _read(self.directory / "cycles.csv", read_cycles)
         self.cell_size_m = self.summary.get("cell_size_m")
 
     @property
@@ -73,7 +75,8 @@ def z_axis(orientation_wxyz: Sequence[float]) -> np.ndarray:
 
 
 class SwimmerRecord:
-    """One swimmer of a run; lengths in the run's length unit, along the swimmer's axis."""
+    """One swimmer of a run. Except for `mean_positions_m`, the motion is that of three beads in a row, with lengths
+    in the run's length unit, along the swimmer's axis at the start."""
 
     def __init__(self, run: RunRecord, section: dict[str, Any]) -> None:
         self.run = run
@@ -82,8 +85,11 @@ class SwimmerRecord:
         self.axis = z_axis(section["orientation_wxyz"])
         self.center_m = np.array(section["center_m"], float)
         self.beads = section["beads"]
-        self.period = int(section["stroke"]["period_steps"])
-        self.cycles = int(section["stroke"]["cycles"])
+        self.bead_names = [bead.get("name", BEADS[min(number, 2)]) for number, bead in enumerate(self.beads)]
+        stroke = section.get("stroke") or {}
+        self.is_three_beads = bool(stroke)  # in a row, as in the paper
+        self.period = int(stroke.get("period_steps", 0))
+        self.cycles = int(stroke.get("cycles", 0))
         analysed = [entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name]
         self.figures: dict[str, Any] = analysed[0] if analysed else {}
 
@@ -113,11 +119,11 @@ class SwimmerRecord:
         return mask if steps[-1] >= stop and mask.sum() > 8 else np.zeros_like(mask)
 
     def mean_positions_m(self, start_step: int, stop_step: int) -> np.ndarray:
-        """World positions of the beads averaged over [start_step, stop_step), shape (3, 3)."""
+        """World positions of the beads averaged over [start_step, stop_step), shape (beads, 3)."""
         steps = self.run.trajectory.steps
         mask = (steps >= start_step) & (steps < stop_step)
         mask = mask if mask.any() else np.ones_like(mask)
-        return np.array([self._body(bead)["position_m"][mask].mean(axis=0) for bead in BEADS])
+        return np.array([self._body(bead)["position_m"][mask].mean(axis=0) for bead in self.bead_names])
 
     def _body(self, bead: str) -> dict[str, np.ndarray]:
         return self.run.trajectory.of(f"{self.name}.{bead}")

@@ -1,5 +1,6 @@
 """The figures of summary.json: a swimmer's beside published ones, and the result table at the end of a run."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,6 +93,38 @@ _SWIMMER_ROWS = (
     ("Re_bodies.B3", "Re of B3, leading", ""),
 )
 
+# the same of the last full cycle of a swimmer of any shape: key of its `kinematics`
+_KINEMATICS_ROWS = (
+    ("u_along_um_per_s", "velocity along its own axis", "µm/s"),
+    ("u_along_cells_per_step", "", "cells/step"),
+    ("u_along_lengths_per_cycle", "", "lengths/cycle"),
+    ("u_across_um_per_s", "velocity across it", "µm/s"),
+    ("rotation_degrees", "rotation in a cycle", "degrees"),
+    ("tilt_degrees", "tilt of the axis since the start", "degrees"),
+    ("change_from_last_cycle.velocity", "relative change from last cycle", ""),
+)
+
+# and of one that the paper's figures above do not describe
+_GENERAL_ROWS = (
+    ("mean_arms_um", "mean arms", "µm"),
+    ("amplitudes_um", "amplitudes of the arms", "µm"),
+    ("power_W", "power of the drive", "W"),
+    ("dissipation_W", "power given to the fluid", "W"),
+    ("efficiency", "efficiency", ""),
+    ("Re", "Re of the swimmer", ""),
+)
+
+_SWARM_ROWS = (
+    ("u_along_mean_m_per_s", "mean velocity along own axes", "m/s"),
+    ("u_along_spread_m_per_s", "standard deviation", "m/s"),
+    ("polar_order", "polar order", ""),
+    ("nearest_distance_mean_m", "mean distance to the nearest", "m"),
+    ("nearest_distance_least_m", "least distance", "m"),
+)
+
+# a table for each swimmer up to this number, for all together beyond it
+MOST_TABLES = 12
+
 # columns beside our own: key of a swimmer's summary, heading
 _OTHER_COLUMNS = (("as_in_paper", "paper's way"), ("published", "published"))
 _COLUMN = 13
@@ -101,8 +134,13 @@ def result_table(summary: Mapping[str, Any], directory: str | Path) -> str:
     """The whole table as text, one line per row, no line wider than 100 columns."""
     lines = [f"{summary.get('case', 'run')}: {summary.get('status', 'finished')}, results in {directory}", ""]
     lines += [f"  {name:<20}{value}" for name, value in run_rows(summary)]
-    for swimmer in summary.get("swimmers") or []:
+    swimmers = summary.get("swimmers") or []
+    for swimmer in swimmers if len(swimmers) <= MOST_TABLES else []:
         lines += ["", *_swimmer_lines(swimmer)]
+    rows = swarm_rows(summary)
+    if rows:
+        lines += ["", f"  {len(swimmers)} swimmers in their last full cycles"]
+        lines += [f"    {label:<34}{number_text(value):>{_COLUMN}}  {unit}".rstrip() for label, unit, value in rows]
     return "\n".join(lines)
 
 
@@ -124,15 +162,43 @@ def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def swimmer_rows(swimmer: Mapping[str, Any]) -> list[tuple[str, str, Any, dict[str, Any]]]:
     """(name, unit, value, {heading: value}) of all figures that a swimmer has."""
-    rows = []
-    for key, name, unit in _SWIMMER_ROWS:
-        value = at(swimmer, key)
-        if value is not None:
-            others = {
-                heading: at(swimmer.get(column), key) for column, heading in _OTHER_COLUMNS if swimmer.get(column)
-            }
-            rows.append((name, unit, value, others))
-    return rows
+    others = {heading: swimmer.get(column) for column, heading in _OTHER_COLUMNS if swimmer.get(column)}
+    has_figures_of_paper = at(swimmer, "u_swim_m_per_s") is not None
+    kinematics = _with_derived(swimmer.get("kinematics") or {})
+    selected = [(key, name, unit, at(swimmer, key)) for key, name, unit in _SWIMMER_ROWS]
+    general = _KINEMATICS_ROWS if has_figures_of_paper else _KINEMATICS_ROWS + _GENERAL_ROWS
+    selected += [("", name, unit, at(kinematics, key)) for key, name, unit in general]
+    return [
+        (name, unit, value, {heading: at(column, key) for heading, column in others.items()})
+        for key, name, unit, value in selected
+        if value is not None
+    ]
+
+
+def reason_without_rows(swimmer: Mapping[str, Any]) -> str:
+    """Why a swimmer has no figures."""
+    note = at(swimmer, "kinematics.note")
+    return f"not analysed, {note or 'the run ended before a full cycle of its drive did'}"
+
+
+def swarm_rows(summary: Mapping[str, Any]) -> list[tuple[str, str, Any]]:
+    """(name, unit, value) of what describes several swimmers together."""
+    swarm = summary.get("swarm") or {}
+    return [(name, unit, swarm[key]) for key, name, unit in _SWARM_ROWS if swarm.get(key) is not None]
+
+
+def _with_derived(kinematics: Mapping[str, Any]) -> dict[str, Any]:
+    """With angles in degrees and lengths in µm, as people read them."""
+    if kinematics.get("cycle") is None:
+        return {}
+    arms = kinematics["arms"]
+    return {
+        **kinematics,
+        "rotation_degrees": math.degrees(math.hypot(*kinematics["rotation_rad"])),
+        "tilt_degrees": math.degrees(kinematics["tilt_rad"]),
+        "mean_arms_um": [1e6 * arm["mean_m"] for arm in arms] if 0 < len(arms) <= 4 else None,
+        "amplitudes_um": [1e6 * arm["amplitude_m"] for arm in arms] if 0 < len(arms) <= 4 else None,
+    }
 
 
 def _timing_rows(timing: Mapping[str, float], has_fluid: bool) -> list[tuple[str, str]]:
@@ -151,7 +217,7 @@ def _swimmer_lines(swimmer: Mapping[str, Any]) -> list[str]:
     rows = swimmer_rows(swimmer)
     name = swimmer.get("name", "swimmer")
     if not rows:
-        return [f"  {name}: not analysed, the run ended before the last period of its stroke did"]
+        return [f"  {name}: {reason_without_rows(swimmer)}"]
     headings = list(rows[0][3])
     lines = [f"  {name:<36}{'this run':>{_COLUMN}}" + "".join(f"{heading:>{_COLUMN}}" for heading in headings)]
     for label, unit, value, others in rows:

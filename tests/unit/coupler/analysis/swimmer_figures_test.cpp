@@ -22,7 +22,7 @@ const Bead perpendicular = bead(ShapeKind::capsule, 4, 8, {std::sqrt(0.5), 0, st
 
 double K_of(const std::array<Bead, 3>& beads, double arm_1_cells, double arm_2_cells) {
   std::array<double, 3> radii{};
-  for (std::size_t i = 0; i < 3; ++i) radii[i] = equivalent_radius_m(beads[i]);
+  for (std::size_t i = 0; i < 3; ++i) radii[i] = equivalent_radius_m(beads[i].shape);
   return geometrical_factor_per_m(radii, {arm_1_cells * cell_m, arm_2_cells * cell_m}) * cell_m;
 }
 
@@ -39,9 +39,9 @@ TEST(GeometricalFactor, IsThatOfThePapersTables) {
 }
 
 TEST(EquivalentRadius, TakesACapsuleForASphereOfTwelveCellsDiameterEitherWay) {
-  EXPECT_DOUBLE_EQ(equivalent_radius_m(parallel), 6 * cell_m);
-  EXPECT_DOUBLE_EQ(equivalent_radius_m(perpendicular), 6 * cell_m);
-  EXPECT_DOUBLE_EQ(equivalent_radius_m(small_sphere), 4 * cell_m);
+  EXPECT_DOUBLE_EQ(equivalent_radius_m(parallel.shape), 6 * cell_m);
+  EXPECT_DOUBLE_EQ(equivalent_radius_m(perpendicular.shape), 6 * cell_m);
+  EXPECT_DOUBLE_EQ(equivalent_radius_m(small_sphere.shape), 4 * cell_m);
 }
 
 TEST(RoundedOmega, IsThatOfThePapersCaptions) { EXPECT_DOUBLE_EQ(rounded_omega_per_step(28116), 0.00022); }
@@ -63,7 +63,6 @@ struct DesignA {
     measured.arms[0] = {16.1 * cell_m, 2.53 * cell_m, std::asin(0.94)};
     measured.arms[1] = {16.1 * cell_m, 3.80 * cell_m, 0.0};
     measured.mean_power_W = 1.0;
-    measured.mean_power_rounded_omega_W = 0.5;
     measured.max_speed_m_per_s = {0.061, 0.065, 0.078};
   }
 };
@@ -71,7 +70,7 @@ struct DesignA {
 TEST(SwimmerFigures, ReproduceThePapersRowOfDesignA) {
   const DesignA a;
   const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
-  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, a.swimmer, a.the_case);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, 0.5, a.swimmer, a.the_case);
   const double to_lattice = step_s / cell_m;
   EXPECT_NEAR(figures.u_swim_m_per_s * to_lattice, 9.05e-6, 1e-12);
   EXPECT_NEAR(as_in_paper.at_rounded_omega.u_GA_m_per_s * to_lattice, 8.98e-6, 0.05e-6);
@@ -84,7 +83,7 @@ TEST(SwimmerFigures, ReproduceThePapersRowOfDesignA) {
 TEST(SwimmerFigures, ExchangeTheVelocitiesOfTheFirstTwoReynoldsColumnsAsThePaperDoes) {
   const DesignA a;
   const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
-  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, a.swimmer, a.the_case);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, 0.5, a.swimmer, a.the_case);
   EXPECT_DOUBLE_EQ(*figures.Re_bodies[0], 0.061 * 8 * cell_m / 7.36e-5);
   EXPECT_DOUBLE_EQ(*as_in_paper.Re_bodies[0], 0.065 * 8 * cell_m / 7.36e-5);
   EXPECT_DOUBLE_EQ(*as_in_paper.Re_bodies[1], 0.061 * 8 * cell_m / 7.36e-5);
@@ -94,7 +93,7 @@ TEST(SwimmerFigures, ExchangeTheVelocitiesOfTheFirstTwoReynoldsColumnsAsThePaper
 TEST(SwimmerFigures, TakeTheSumOfTheRadiiInTheEfficiency) {
   const DesignA a;
   const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
-  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, a.swimmer, a.the_case);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, 0.5, a.swimmer, a.the_case);
   const double u = figures.u_swim_m_per_s;
   const double useful_W = 6 * std::numbers::pi * 1360 * 7.36e-5 * 12 * cell_m * u * u;
   ASSERT_TRUE(figures.at_omega.efficiency);

@@ -30,11 +30,18 @@ CouplerState state_of(std::int64_t step) {
   state.previous_loads.step = step - 1;
   state.previous_loads.force_N = Eigen::Matrix3Xd::Random(3, 2) / 3.0;
   state.previous_loads.torque_N_m = Eigen::Matrix3Xd::Random(3, 2) * 1e-300;
-  PeriodSums sums;
-  sums.arm_m = {1.0 / 3.0, -1e-17};
+  CycleSums sums;
+  sums.number = 2;
+  sums.first_position_m = Eigen::Matrix3Xd::Random(3, 4) / 7.0;
+  sums.turned = Eigen::Matrix3d::Random() / 3.0;
+  sums.arm_m = Eigen::Vector2d(1.0 / 3.0, -1e-17);
   sums.power_W = 0.1 + 0.2;
+  sums.power_as_in_paper_W = 1.0 / 7.0;
   sums.samples = 12345;
-  state.swimmers = {sums, PeriodSums{}};
+  sums.last.number = 1;
+  sums.last.translation_m = Eigen::Vector3d::Random() / 3.0;
+  sums.last.arms = Eigen::Matrix3Xd::Random(3, 2);
+  state.swimmers = {sums, CycleSums{}};
   return state;
 }
 
@@ -70,7 +77,14 @@ TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   ASSERT_EQ(found.swimmers.size(), 2U);
   EXPECT_EQ(found.swimmers[0].arm_m, state.swimmers[0].arm_m);
   EXPECT_EQ(found.swimmers[0].power_W, state.swimmers[0].power_W);
+  EXPECT_EQ(found.swimmers[0].power_as_in_paper_W, state.swimmers[0].power_as_in_paper_W);
   EXPECT_EQ(found.swimmers[0].samples, 12345);
+  EXPECT_EQ(found.swimmers[0].first_position_m, state.swimmers[0].first_position_m);
+  EXPECT_EQ(found.swimmers[0].turned, state.swimmers[0].turned);
+  EXPECT_EQ(found.swimmers[0].last.arms, state.swimmers[0].last.arms);
+  EXPECT_EQ(found.swimmers[0].last.translation_m, state.swimmers[0].last.translation_m);
+  EXPECT_FALSE(found.swimmers[1].power_as_in_paper_W);
+  EXPECT_EQ(to_json(found), to_json(state));
 }
 
 TEST_F(Store, KeepsTheNewestTwoAndNothingUnfinished) {
@@ -189,6 +203,9 @@ TEST(CouplerState, RejectsWhatIsIncomplete) {
   EXPECT_NO_THROW(coupler_state_from_json(json));
   auto odd = json;
   odd["previous_loads"]["force_N"] = {1.0, 2.0};
+  EXPECT_THROW(coupler_state_from_json(odd), StorageError);
+  odd = json;
+  odd["swimmers"][0]["turned"].erase(0);
   EXPECT_THROW(coupler_state_from_json(odd), StorageError);
   json["swimmers"][0].erase("power_W");
   EXPECT_THROW(coupler_state_from_json(json), StorageError);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <csignal>
 
 #include "run/program_fixture.hpp"
@@ -13,6 +14,8 @@ TEST_F(Program, ResumesAfterACrashBitForBit) {
   EXPECT_EQ(run(checkpoints_every_700), 0) << out.str();
   const json undisturbed = file("summary.json");
   const std::string trajectory = content_of(out_dir / "trajectory.csv");
+  const std::string cycles = content_of(out_dir / "cycles.csv");
+  EXPECT_EQ(std::count(cycles.begin(), cycles.end(), '\n'), 3);
   for (const std::int64_t crash : {701L, 1399L, 1400L, 1401L, 2499L}) {
     std::filesystem::remove_all(out_dir);
     before_exchange = [crash](std::int64_t step) {
@@ -28,6 +31,7 @@ TEST_F(Program, ResumesAfterACrashBitForBit) {
     EXPECT_EQ(resumed["swimmers"], undisturbed["swimmers"]) << crash;
     EXPECT_EQ(resumed["resumed_from_step"], crash / 700 * 700) << crash;
     EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory) << crash;
+    EXPECT_EQ(content_of(out_dir / "cycles.csv"), cycles) << crash;
     EXPECT_EQ(file("provenance.json")["earlier_attempts"][0]["exit_code"], 69);
   }
 }

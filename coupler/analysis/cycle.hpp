@@ -1,0 +1,75 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "config/sections/case.hpp"
+#include "observers/observer.hpp"
+
+namespace copepod::coupler {
+
+/// What the analysis requires of a swimmer: its bodies as columns of the kinematics, and which cycles to measure.
+/// Cycle k takes steps [k T, (k + 1) T), counted from the start of the run, so that cycles of several swimmers are
+/// simultaneous and the phase within a cycle is that of time itself.
+struct Group {
+  std::string name;
+  std::vector<int> bodies;
+  std::vector<std::string> body_names;
+  std::vector<std::array<int, 2>> arms;             ///< columns of the bodies at both ends
+  Eigen::Matrix3Xd placed_m;                        ///< where the case places the bodies, shape (3, bodies)
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< own axis there, a unit vector in the world
+  double length_m = 0.0;                            ///< greatest extent there, from surface to surface
+  double radius_m = 0.0;                            ///< sum of the bodies' equivalent radii
+  std::int64_t period_steps = 0;                    ///< T; 0: no periodic drive, nothing to measure
+  std::int64_t first_cycle = 0;                     ///< the first that is driven from its start
+  std::int64_t stop_cycle = 0;                      ///< after the last that is driven to its end
+  std::string note;                                 ///< remark on the period, for readers of the figures
+  /// Power of the forces of the paper's tables; empty where nothing published is compared with.
+  std::function<double(const StepRecord& record, const Eigen::Vector3d& axis)> power_as_in_paper_W;
+};
+
+/// What was measured of a swimmer in one full cycle; SI units, world frame.
+struct Cycle {
+  std::int64_t number = -1;                                 ///< −1: none
+  Eigen::Vector3d centroid_m = Eigen::Vector3d::Zero();     ///< at the start
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();     ///< rotation from the case's placement to the start
+  Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();  ///< of the centroid, from start to end
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();   ///< from start to end
+  Eigen::Matrix3Xd displacement_m;                          ///< of every body
+  Eigen::Matrix3Xd arms;       ///< l̄ [m], d [m], φ [rad] of l(t) = l̄ + d cos(ωt + φ), a column per arm
+  double power_W = 0.0;        ///< mean power of the drive
+  double dissipation_W = 0.0;  ///< mean power given to the fluid
+  std::optional<double> power_as_in_paper_W;
+  Eigen::VectorXd max_speed_m_per_s;        ///< of every body
+  Eigen::VectorXd max_speed_along_m_per_s;  ///< the same, along the own axis at the start
+};
+
+/// What follows from a cycle; absent in vacuum: efficiency and Reynolds number.
+struct CycleFigures {
+  Eigen::Vector3d axis;              ///< own axis at the start
+  Eigen::Vector3d velocity_m_per_s;  ///< mean velocity of the centroid
+  double along_m_per_s = 0.0;        ///< its component along the own axis at the start
+  Eigen::Vector3d across_m_per_s;    ///< what remains of it
+  Eigen::Vector3d rotation_rad;      ///< rotation vector from start to end
+  double tilt_rad = 0.0;             ///< angle between the own axis at the start and in the case
+  std::optional<double> efficiency;  ///< 6π η r u² / P, r the sum of the radii, u the mean speed of the centroid
+  std::optional<double> Re;          ///< u l / ν
+};
+
+CycleFigures evaluate(const Cycle& cycle, const Group& group, const FluidCase& fluid, double step_s);
+
+/// Relative changes from one cycle to the next, in the swimmer's own frame at the start of each:
+///   |Rᵀu − R'ᵀu'| / |u|, likewise of the rotation vector; absent if the later one is zero.
+struct CycleChange {
+  std::optional<double> velocity;
+  std::optional<double> rotation;
+};
+CycleChange change(const Cycle& before, const Cycle& after);
+
+}  // namespace copepod::coupler

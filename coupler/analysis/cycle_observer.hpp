@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "analysis/cycle.hpp"
+#include "analysis/cycle_table.hpp"
+#include "observers/observer.hpp"
+
+namespace copepod::coupler {
+
+/// Sums over the cycle that is being measured, and the last two measured; everything needed to continue bit for bit.
+struct CycleSums {
+  std::int64_t number = -1;                              ///< of the cycle being measured; −1: none
+  std::int64_t samples = 0;                              ///< steps of it so far
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();  ///< from the case's placement to its start
+  Eigen::Matrix3Xd first_position_m;                     ///< of the bodies at its start
+  Eigen::VectorXd first_arm_m;
+  Eigen::VectorXd arm_m;         ///< Σ (l − l at start); small numbers sum up with less rounding
+  Eigen::VectorXd arm_cosine_m;  ///< Σ (l − l at start) cos ωt
+  Eigen::VectorXd arm_sine_m;
+  double power_W = 0.0;        ///< Σ F_dri · v
+  double dissipation_W = 0.0;  ///< −Σ (F · v + T · ω), loads of the fluid
+  std::optional<double> power_as_in_paper_W;
+  Eigen::VectorXd max_speed_m_per_s;
+  Eigen::VectorXd max_speed_along_m_per_s;
+  Cycle last, before_last;
+};
+
+/// Measures every swimmer over each full cycle of its drive, from every step, storing none
+/// [docs/theory.md, (C7), (C8), (C13)–(C15)].
+class CycleObserver final : public Observer {
+ public:
+  explicit CycleObserver(std::vector<Group> groups);
+
+  /// @param table  receives every cycle that ends; must outlive this object
+  void write_to(CycleTable& table) { table_ = &table; }
+
+  void observe(const StepRecord& record) override;
+  void finish(const StepRecord& last) override;
+
+  [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
+  [[nodiscard]] const std::vector<CycleSums>& sums() const { return sums_; }
+  /// @throws StorageError if the sums are not of these swimmers
+  void restore(const std::vector<CycleSums>& sums);
+
+ private:
+  void open(const Group& group, CycleSums& sums, const StepRecord& record);
+  void sample(const Group& group, CycleSums& sums, const StepRecord& record);
+  void close(const Group& group, CycleSums& sums, const StepRecord& record);
+  void set_phase(std::int64_t within, std::int64_t period_steps);
+
+  std::vector<Group> groups_;
+  std::vector<CycleSums> sums_;
+  CycleTable* table_ = nullptr;
+  std::int64_t phase_within_ = -1, phase_period_ = 0;  ///< of which cosine and sine are; most swimmers share them
+  double cosine_ = 1.0, sine_ = 0.0;
+};
+
+}  // namespace copepod::coupler

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/cycle.hpp"
+#include "storage/csv_file.hpp"
+
+namespace copepod::coupler {
+
+/// Writes cycles.csv: one row per swimmer and full cycle, in the order in which cycles end.
+///
+/// Columns: swimmer, cycle, its first step and time; centroid and own axis at its start, angle of that axis to the one
+/// in the case; mean velocity along and across that axis and in the world; rotation vector from start to end; mean
+/// power of the drive and mean power given to the fluid; efficiency and Reynolds number (empty in vacuum); mean,
+/// amplitude and phase of each arm (empty beyond a swimmer's last). A row is written when its cycle ends.
+class CycleTable {
+ public:
+  /// @param from_step  0: starts a new file; else continues the existing one with the cycles that end from this step on
+  /// @throws StorageError if the file cannot be written
+  CycleTable(const std::string& path, const std::vector<Group>& groups, const FluidCase& fluid, double step_s,
+             std::int64_t from_step);
+
+  void add(const Group& group, const Cycle& cycle);
+  void sync() { file_.sync(); }
+
+ private:
+  const FluidCase& fluid_;
+  double step_s_;
+  std::int64_t most_arms_;
+  CsvFile file_;
+};
+
+}  // namespace copepod::coupler

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "analysis/cycle.hpp"
+#include "config/sections/case.hpp"
+#include "config/sections/expand.hpp"
+
+namespace copepod::coupler {
+
+/// The swimmers of a case as the analysis sees them, in the order of the case.
+///
+/// The period is that of all periodic signals on a swimmer's bodies or, with a note, the longest of them. Cycles count
+/// that lie between the first start of these signals and the first stop.
+std::vector<Group> groups_of(const Case& the_case, const Assembly& assembly);
+
+}  // namespace copepod::coupler
