@@ -191,7 +191,7 @@ def _start(folder, victim, phase, fault, deadline_s=DEADLINE_S):
     arguments = ["--out", "out"]
     if fault in ("hang", "slow"):
         arguments += ["--set", f"services.progress_deadline_s={deadline_s}"]
-    if fault == "hang":
+    if fault == "hang" and phase == "handshake":
         arguments += ["--set", f"services.connect_deadline_s={deadline_s}"]
     if phase == "starting":
         return _start_with_held_coupler(folder, arguments)

@@ -19,14 +19,16 @@ using namespace std::chrono_literals;
 /// What one rank of this machine shows to the others while they are all inside calls of MPI.
 class Flag {
  public:
-  /// Collective; the file in the working directory (of the build) stays there.
+  /// Collective; the file in the temporary folder of the machine stays there.
   Flag(MpiCommunicator& ranks, const std::string& name) {
     std::array<std::int64_t, 1> process{ranks.rank() == 0 ? getpid() : 0};
     ranks.sum_to_all(process);
-    path_ = name + "_" + std::to_string(process[0]);
+    path_ = std::filesystem::temp_directory_path() / ("copepod_" + name + "_" + std::to_string(process[0]));
     std::filesystem::remove(path_);
     ranks.sum_to_all(process);
   }
+  Flag(const Flag&) = delete;
+  Flag& operator=(const Flag&) = delete;
   void raise() const { std::ofstream(path_).close(); }
   [[nodiscard]] bool is_raised() const { return std::filesystem::exists(path_); }
 
@@ -81,15 +83,17 @@ TEST(RankHeartbeats, FrozenRankIsNamed) {
   SolverContext context;
   MpiCommunicator ranks{context};
   if (ranks.size() == 1) GTEST_SKIP() << "the coupler watches rank 0";
-  const Flag given_up(ranks, "given_up");
+  const Flag ready(ranks, "ready"), given_up(ranks, "given_up");
   const int last = ranks.size() - 1;
   std::array<std::int64_t, 1> process{ranks.rank() == last ? getpid() : 0};
   ranks.sum_to_all(process);
   if (ranks.rank() != 0) {
+    if (ranks.rank() == last) ready.raise();  // it has left the sum
     wait_until([&] { return given_up.is_raised(); });
     ranks.report_failure({});  // rank 0 has given up: no rank may use MPI to end
     return;
   }
+  wait_until([&] { return ready.is_raised(); });
   kill(static_cast<pid_t>(process[0]), SIGSTOP);
   try {
     ranks.sum_to_all(process);

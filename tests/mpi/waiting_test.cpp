@@ -23,18 +23,6 @@ double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// How late this machine wakes a thread that sleeps, with the load that it has now [s].
-double wake_up_s() {
-  std::vector<double> lags;
-  for (int round = 0; round < 51; ++round) {
-    const double start = wall_seconds();
-    std::this_thread::sleep_for(std::chrono::microseconds(200));
-    lags.push_back(wall_seconds() - start - 200e-6);
-  }
-  std::sort(lags.begin(), lags.end());
-  return lags[lags.size() / 2];
-}
-
 void busy_wait(double seconds) {
   const double end = wall_seconds() + seconds;
   while (wall_seconds() < end) {
@@ -82,7 +70,8 @@ TEST(Waiting, SeesAMessageSoonAfterItCame) {
     const double median_s = lags[lags.size() / 2];
     std::cout << "after " << 1e6 * delay_s << " us of waiting a message is seen " << 1e6 * median_s << " us late, "
               << "9 of 10 within " << 1e6 * lags[lags.size() * 9 / 10] << " us\n";
-    EXPECT_LT(median_s, std::max(200e-6, delay_s) + 5 * wake_up_s());
+    // The fastest one: other programs on this machine delay some of them, the pauses of a wait all.
+    EXPECT_LT(lags.front(), delay_s / 8 + 200e-6);
   }
 }
 

@@ -43,4 +43,12 @@ std::optional<int> ChildProcess::wait() {
   return exit_code_;
 }
 
+std::future<std::optional<int>> stop_after(ChildProcess& process, std::atomic<int>& stop) {
+  return std::async(std::launch::async, [&] {
+    const std::optional<int> code = process.wait();
+    stop = SIGINT;
+    return code;
+  });
+}
+
 }  // namespace copepod::protocol_test

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <future>
 #include <optional>
 #include <string>
 #include <sys/types.h>
@@ -26,5 +28,8 @@ class ChildProcess {
   pid_t pid_ = -1;
   std::optional<int> exit_code_;
 };
+
+/// Raises `stop` once the process has ended. @return its exit code
+std::future<std::optional<int>> stop_after(ChildProcess& process, std::atomic<int>& stop);
 
 }  // namespace copepod::protocol_test

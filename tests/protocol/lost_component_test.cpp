@@ -140,6 +140,7 @@ TEST(LostComponent, MissingComponentIsNamedWhenTheDeadlineIsOver) {
   settings.connect_deadline_s = 1.0;
   const TemporaryFolder elsewhere;
   CoupledRun run({}, {}, settings, "", {.body_endpoint = "ipc://" + elsewhere.path("absent.ipc")});
+  while (!contains(run.fluid_log(), "connects to")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   try {
     run.link->await_components();
     FAIL() << "the loss was not detected";
