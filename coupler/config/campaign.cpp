@@ -24,9 +24,7 @@ std::vector<std::string> read_settings(Reader& entry) {
   const Value* set = entry.raw("set");
   if (set == nullptr) return settings;
   if (set->kind != Value::Kind::mapping) {
-    entry.problems().error(
-        entry.path_of("set"),
-        entry.path_of("set") + " is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
+    entry.reject("set", "is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
   }
   for (const Value::Entry& setting : set->entries)
     settings.push_back(setting.key + "=" + to_json(setting.value).dump());
@@ -40,14 +38,12 @@ CampaignEntry read_entry(Reader entry, const fs::path& folder) {
   result.name = entry.text("name", fs::path(file).stem().string());
   result.settings = read_settings(entry);
   if (result.name.find('/') != std::string::npos || result.name.starts_with(".")) {
-    entry.problems().error(entry.path_of("name"), entry.path_of("name") + " is '" + result.name +
-                                                      "' (it names a folder). Leave out slashes and a "
-                                                      "leading dot.");
+    entry.reject("name", "is '" + result.name + "' (it names a folder). Leave out slashes and a leading dot.");
   }
   if (std::find(own_folders.begin(), own_folders.end(), result.name) != own_folders.end()) {
-    entry.problems().error(entry.path_of("name"), entry.path_of("name") + " is '" + result.name +
-                                                      "' (the campaign keeps its own files in a folder of "
-                                                      "this name). Give it another `name`.");
+    entry.reject("name", "is '" + result.name +
+                             "' (the campaign keeps its own files in a folder of this name). Give "
+                             "it another `name`.");
   }
   return result;
 }

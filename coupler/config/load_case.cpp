@@ -65,8 +65,7 @@ ServicesCase read_services(Reader services) {
     const std::int64_t ranks = fluid.integer("ranks", Range::positive, 1);
     constexpr std::int64_t most_ranks = 1'000'000;
     if (ranks > most_ranks) {
-      fluid.problems().error(fluid.path_of("ranks"), fluid.path_of("ranks") + " is " + std::to_string(ranks) +
-                                                         " (no machine has so many). Give the number of processes.");
+      fluid.reject("ranks", "is " + std::to_string(ranks) + " (no machine has so many). Give the number of processes.");
     }
     result.fluid_ranks = static_cast<int>(std::min(ranks, most_ranks));
     result.fluid_command = fluid.command("command");
@@ -78,9 +77,8 @@ ServicesCase read_services(Reader services) {
   result.transport = services.text("transport", "ipc");
   if (result.transport != "ipc" && result.transport != in_process_transport &&
       !result.transport.starts_with("tcp://")) {
-    services.problems().error(services.path_of("transport"),
-                              services.path_of("transport") + " is '" + result.transport +
-                                  "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
+    services.reject("transport", "is '" + result.transport +
+                                     "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
   }
   result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
   result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);

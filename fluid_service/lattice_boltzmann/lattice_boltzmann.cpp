@@ -210,44 +210,37 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
   result.body.reserve(cells);
   // Half of the force that the collision added belongs to the next half step [Guo, Zheng, Shi 2002].
   const Eigen::Vector3d half_force = 0.5 * units_.body_force_lu(setup_.body_force_N_per_m3);
-  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
-    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
-      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const std::int32_t owner = map_.owner(layout_.cell(Cell{x, y, z}));
-        Eigen::Vector3d velocity;
-        double density = 1.0;
-        if (owner > BodyMap::fluid) {
-          const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(owner - 1)];
-          velocity = body.surface_velocity(domain_.from_position(body.position, {x, y, z}));
-        } else {
-          const CellMoments m = checked_moments({x, y, z});
-          density += m.excess_density;
-          velocity = (m.momentum - half_force) / density;
-        }
-        result.density_kg_per_m3.push_back(units_.density_kg_per_m3(density));
-        for (int axis = 0; axis < 3; ++axis) result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
-        result.body.push_back(owner);
-      }
-    communicator_.context().report_progress();
-  }
+  const auto add = [&](const Cell& cell) {
+    const std::int32_t owner = map_.owner(layout_.cell(cell));
+    Eigen::Vector3d velocity;
+    double density = 1.0;
+    if (owner > BodyMap::fluid) {
+      const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(owner - 1)];
+      velocity = body.surface_velocity(domain_.from_position(body.position, cell));
+    } else {
+      const CellMoments m = checked_moments(cell);
+      density += m.excess_density;
+      velocity = (m.momentum - half_force) / density;
+    }
+    result.density_kg_per_m3.push_back(units_.density_kg_per_m3(density));
+    for (int axis = 0; axis < 3; ++axis) result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
+    result.body.push_back(owner);
+  };
+  for_each_cell(block, add, showing_progress());
   return result;
 }
 
 template <class T>
 std::uint64_t LatticeBoltzmann<T>::digest_of_fluid_cells() const {
-  const Box& block = layout_.block();
   std::uint64_t sum = 0;
-  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
-    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
-      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        const Site site = layout_.site(Cell{x, y, z});
-        if (map_.owner(site.index) != BodyMap::fluid) continue;
-        sum += digest_of_cell(domain_.cells(), {x, y, z}, [&](int alpha) {
-          return populations_[static_cast<std::size_t>(layout_.location(site, alpha, placement_))];
-        });
-      }
-    communicator_.context().report_progress();
-  }
+  const auto add = [&](const Cell& cell) {
+    const Site site = layout_.site(cell);
+    if (map_.owner(site.index) != BodyMap::fluid) return;
+    sum += digest_of_cell(domain_.cells(), cell, [&](int alpha) {
+      return populations_[static_cast<std::size_t>(layout_.location(site, alpha, placement_))];
+    });
+  };
+  for_each_cell(layout_.block(), add, showing_progress());
   return sum;
 }
 
@@ -272,11 +265,10 @@ SolverSummary LatticeBoltzmann<T>::summarise() {
 template <class T>
 template <class Visit>
 void LatticeBoltzmann<T>::for_each_population(const Box& piece, Placement placement, const Visit& visit) const {
-  for (std::int64_t x = piece.low[0]; x < piece.high[0]; ++x)
-    for (std::int64_t y = piece.low[1]; y < piece.high[1]; ++y)
-      for (std::int64_t z = piece.low[2]; z < piece.high[2]; ++z)
-        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-          visit(static_cast<std::size_t>(layout_.location(layout_.site(Cell{x, y, z}), alpha, placement)));
+  for_each_cell(piece, [&](const Cell& cell) {
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      visit(static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement)));
+  });
 }
 
 template <class T>

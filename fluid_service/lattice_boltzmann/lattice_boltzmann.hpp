@@ -93,6 +93,10 @@ class LatticeBoltzmann final : public FluidSolver {
   void check_row(std::int64_t x, std::int64_t y) const;
   [[nodiscard]] CellMoments checked_moments(const Cell& cell) const;
   [[nodiscard]] std::uint64_t digest_of_fluid_cells() const;
+  /// For loops over the block that take long.
+  [[nodiscard]] auto showing_progress() const {
+    return [this] { communicator_.context().report_progress(); };
+  }
 
   FluidSetup setup_;
   Communicator& communicator_;
@@ -133,16 +137,13 @@ std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks
 template <class T>
 template <class Flow>
 void LatticeBoltzmann<T>::initialise(const Flow& flow) {
-  const Box& block = layout_.block();
-  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x)
-    for (std::int64_t y = block.low[1]; y < block.high[1]; ++y)
-      for (std::int64_t z = block.low[2]; z < block.high[2]; ++z) {
-        double velocity[3];
-        const double excess_density = flow(Cell{x, y, z}, velocity);
-        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-          populations_[static_cast<std::size_t>(layout_.location(layout_.site(Cell{x, y, z}), alpha, placement_))] =
-              static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));
-      }
+  for_each_cell(layout_.block(), [&](const Cell& cell) {
+    double velocity[3];
+    const double excess_density = flow(cell, velocity);
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      populations_[static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement_))] =
+          static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));
+  });
 }
 
 }  // namespace copepod::fluid

@@ -23,6 +23,16 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
+/// Calls visit(cell) for every cell of `box`, z fastest, and after_plane() after each plane of constant x.
+template <class Visit, class AfterPlane = decltype([] {})>
+void for_each_cell(const Box& box, const Visit& visit, const AfterPlane& after_plane = {}) {
+  for (std::int64_t x = box.low[0]; x < box.high[0]; ++x) {
+    for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
+      for (std::int64_t z = box.low[2]; z < box.high[2]; ++z) visit(Cell{x, y, z});
+    after_plane();
+  }
+}
+
 /// Calls visit(piece) for boxes that together are `box`, in the order of their cells (x, y, z), z fastest: an
 /// axis is cut only where those before it are one cell wide.
 /// @param most_cells  of a piece, at least 1

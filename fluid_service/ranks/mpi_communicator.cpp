@@ -181,23 +181,17 @@ void MpiCommunicator::sum_to_leader(std::span<std::int64_t> values) {
   }
 }
 
-void MpiCommunicator::sum_to_all(std::span<std::int64_t> values) {
+void MpiCommunicator::reduce_to_all(std::span<std::int64_t> values, MPI_Datatype type, MPI_Op operation) {
   throw_if_failed();
   if (size_ == 1) return;
   MPI_Request request = MPI_REQUEST_NULL;
-  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_UINT64_T, MPI_SUM, ranks_, &request),
+  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), type, operation, ranks_, &request),
         "MPI_Iallreduce");
   wait(request);
 }
 
-void MpiCommunicator::max_to_all(std::span<std::int64_t> values) {
-  throw_if_failed();
-  if (size_ == 1) return;
-  MPI_Request request = MPI_REQUEST_NULL;
-  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), MPI_INT64_T, MPI_MAX, ranks_, &request),
-        "MPI_Iallreduce");
-  wait(request);
-}
+void MpiCommunicator::sum_to_all(std::span<std::int64_t> values) { reduce_to_all(values, MPI_UINT64_T, MPI_SUM); }
+void MpiCommunicator::max_to_all(std::span<std::int64_t> values) { reduce_to_all(values, MPI_INT64_T, MPI_MAX); }
 
 /// Sends and receives under way; gives them up when it is destroyed unfinished, so that MPI never writes into
 /// buffers that the failing solver has freed.

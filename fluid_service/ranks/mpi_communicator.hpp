@@ -39,6 +39,7 @@ class MpiCommunicator final : public Communicator {
  private:
   class PendingExchange;
 
+  void reduce_to_all(std::span<std::int64_t> values, MPI_Datatype type, MPI_Op operation);
   /// Polls until `request` is complete. @throws PeerFailed if another rank reports a failure meanwhile
   void wait(MPI_Request& request);
   void look_for_failure();

@@ -1,19 +1,16 @@
 #include "stokes/stokes_flow.hpp"
 
 #include <chrono>
-#include <string>
 
 #include <Eigen/Cholesky>
 
 #include "contract/errors.hpp"
-#include "files/stateless_checkpoint.hpp"
 #include "stokes/grand_mobility.hpp"
 
 namespace copepod::fluid {
 
 StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator)
-    : rank_(communicator.rank()),
-      ranks_(communicator.size()),
+    : StatelessFluid("stokes", setup, communicator),
       viscosity_Pa_s_(setup.density_kg_per_m3 * setup.kinematic_viscosity_m2_per_s) {
   if (setup.no_slip_plane >= 0) plane_ = no_slip_plane_of(setup);
   for (const Shape& shape : setup.bodies) {
@@ -27,12 +24,8 @@ StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator
 
 void StokesFlow::exchange(const Kinematics& kinematics, Loads& loads) {
   const auto start = std::chrono::steady_clock::now();
+  start_step(kinematics, loads);
   const Eigen::Index n = kinematics.bodies();
-  if (n != static_cast<Eigen::Index>(radius_m_.size()))
-    throw SolverError("kinematics of " + std::to_string(n) + " bodies (the setup has " +
-                      std::to_string(radius_m_.size()) + "). Send every body in the order of the setup.");
-  loads.step = kinematics.step;
-  loads.resize(n);
   Eigen::VectorXd motion(6 * n);
   motion << kinematics.velocity_m_per_s.reshaped(), kinematics.angular_velocity_rad_per_s.reshaped();
   Eigen::MatrixXd mobility = grand_mobility(kinematics.position_m, radius_m_, viscosity_Pa_s_);
@@ -49,17 +42,8 @@ void StokesFlow::exchange(const Kinematics& kinematics, Loads& loads) {
   exchange_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void StokesFlow::advance() {}
-
-void StokesFlow::save(const std::string& path) {
-  if (rank_ == 0) save_stateless(path, "stokes");
-}
-
-void StokesFlow::restore(const std::string& path) { restore_stateless(path, "stokes"); }
-
 SolverSummary StokesFlow::summarise() {
-  SolverSummary summary;
-  summary.ranks = ranks_;
+  SolverSummary summary = StatelessFluid::summarise();
   summary.seconds["mobility"] = exchange_s_;
   return summary;
 }

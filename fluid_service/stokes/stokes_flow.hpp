@@ -3,9 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
-#include "ranks/communicator.hpp"
+#include "files/stateless_fluid.hpp"
 #include "stokes/plane_images.hpp"
 
 namespace copepod::fluid {
@@ -13,22 +11,16 @@ namespace copepod::fluid {
 /// Quasi-steady Stokes flow around spheres, in unbounded fluid or beside one no-slip plane: the loads are
 /// those that make the spheres move as given,
 ///   M (F, T) = −(U, Ω)                                     M: stokes/grand_mobility.hpp
-/// Neglected: inertia of the fluid, lubrication, other walls. Has no state but the last kinematics. Every
-/// rank computes the same.
-class StokesFlow final : public FluidSolver {
+/// Neglected: inertia of the fluid, lubrication, other walls.
+class StokesFlow final : public StatelessFluid {
  public:
   /// @throws CaseError for bodies that are not spheres
   StokesFlow(const FluidSetup& setup, const Communicator& communicator);
 
   void exchange(const Kinematics& kinematics, Loads& loads) override;
-  void advance() override;
-  void save(const std::string& path) override;
-  void restore(const std::string& path) override;
   SolverSummary summarise() override;
 
  private:
-  int rank_;
-  int ranks_;
   double viscosity_Pa_s_;
   std::vector<double> radius_m_;
   std::optional<NoSlipPlane> plane_;

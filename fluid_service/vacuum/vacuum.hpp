@@ -1,27 +1,15 @@
 #pragma once
 
-#include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
-#include "ranks/communicator.hpp"
+#include "files/stateless_fluid.hpp"
 
 namespace copepod::fluid {
 
-/// A fluid that is not there: zero loads on every body, no lattice, no state [physics.md §6].
-class Vacuum final : public FluidSolver {
+/// A fluid that is not there: zero loads on every body, no lattice [physics.md §6].
+class Vacuum final : public StatelessFluid {
  public:
-  Vacuum(const FluidSetup& setup, const Communicator& communicator);
+  Vacuum(const FluidSetup& setup, const Communicator& communicator) : StatelessFluid("vacuum", setup, communicator) {}
 
-  /// @throws SolverError if the number of bodies is not that of the setup
-  void exchange(const Kinematics& kinematics, Loads& loads) override;
-  void advance() override {}
-  void save(const std::string& path) override;
-  void restore(const std::string& path) override;
-  SolverSummary summarise() override;
-
- private:
-  Eigen::Index bodies_;
-  int rank_;
-  int ranks_;
+  void exchange(const Kinematics& kinematics, Loads& loads) override { start_step(kinematics, loads); }
 };
 
 }  // namespace copepod::fluid

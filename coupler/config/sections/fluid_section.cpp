@@ -13,9 +13,9 @@ Boundary read_face(Reader& faces, const std::string& key) {
     boundary.kind = faces.choice(key, boundary_names, std::optional(BoundaryKind::no_slip));
     if (boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure) {
       const std::string name = name_of(boundary_names, boundary.kind);
-      faces.problems().error(faces.path_of(key), faces.path_of(key) + " is '" + name +
-                                                     "' without a value (how much is open). " +
-                                                     "Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
+      faces.reject(key, "is '" + name +
+                            "' without a value (how much is open). Write {velocity_m_per_s: [x, y, z]} or "
+                            "{pressure_Pa: p}.");
     }
     return boundary;
   }
@@ -23,9 +23,9 @@ Boundary read_face(Reader& faces, const std::string& key) {
   const bool moves = face.has("velocity_m_per_s");
   const bool presses = face.has("pressure_Pa");
   if (moves == presses) {
-    faces.problems().error(faces.path_of(key), faces.path_of(key) +
-                                                   " needs exactly one condition (a wall with a velocity, or an "
-                                                   "opening with a pressure). Give velocity_m_per_s or pressure_Pa.");
+    faces.reject(key,
+                 "needs exactly one condition (a wall with a velocity, or an opening with a pressure). Give "
+                 "velocity_m_per_s or pressure_Pa.");
     return boundary;
   }
   boundary.kind = moves ? BoundaryKind::velocity : BoundaryKind::pressure;
@@ -54,9 +54,7 @@ std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
     if (axis != axis_names.end()) {
       planes[static_cast<std::size_t>(axis - axis_names.begin())] = true;
     } else {
-      fluid.problems().error(
-          fluid.path_of("symmetry_planes"),
-          "symmetry_planes contains '" + word + "' (planes are named after their normal). Use x, y or z.");
+      fluid.reject("symmetry_planes", "contains '" + word + "' (planes are named after their normal). Use x, y or z.");
     }
   }
   return planes;

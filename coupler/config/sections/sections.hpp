@@ -53,10 +53,9 @@ E read_solver(Reader& section, const std::array<Choice<E>, N>& names, std::optio
   Reader solver = section.section("solver");
   command = solver.command("command");
   if (command.empty() && !solver.problems().any_under(solver.path_of("command"))) {
-    solver.problems().error(solver.path_of("command"),
-                            solver.path_of("command") +
-                                " is missing (a solver is a name, or the command of a component). Write "
-                                "{command: \"program argument …\"}.");
+    solver.reject("command",
+                  "is missing (a solver is a name, or the command of a component). Write {command: \"program "
+                  "argument …\"}.");
   }
   return E::external;
 }

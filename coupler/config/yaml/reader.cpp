@@ -82,7 +82,7 @@ const Value* Reader::raw(const std::string& key) {
 const Value* Reader::wanted(const std::string& key, bool required) {
   const Value* value = raw(key);
   if (value == nullptr && required) {
-    problems_.error(path_of(key), path_of(key) + " is missing (the case cannot run without it). Add `" + key + ": …`.");
+    reject(key, "is missing (the case cannot run without it). Add `" + key + ": …`.");
   }
   return value;
 }
@@ -138,7 +138,7 @@ std::string Reader::text(const std::string& key, const std::optional<std::string
   const Value* value = wanted(key, !otherwise);
   if (value == nullptr) return otherwise.value_or("");
   if (value->kind != Value::Kind::scalar || value->text.empty()) {
-    problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) + " (a word is needed). Write one word.");
+    reject(key, "is " + quoted(*value) + " (a word is needed). Write one word.");
     return otherwise.value_or("");
   }
   return value->text;
@@ -151,8 +151,7 @@ const Value* Reader::wanted_list(const std::string& key, std::size_t size, bool 
   const std::string found = value->kind == Value::Kind::sequence
                                 ? "has " + std::to_string(value->items.size()) + " entries"
                                 : "is " + quoted(*value);
-  problems_.error(path_of(key), path_of(key) + " " + found + " (a list of " + std::to_string(size) +
-                                    " is needed). Write it in brackets: [a, b, …].");
+  reject(key, found + " (a list of " + std::to_string(size) + " is needed). Write it in brackets: [a, b, …].");
   return nullptr;
 }
 
@@ -190,9 +189,7 @@ std::vector<std::string> Reader::words(const std::string& key) {
     if (item.kind == Value::Kind::scalar) result.push_back(item.text);
   }
   if (value->kind != Value::Kind::sequence || result.size() != value->items.size()) {
-    problems_.error(path_of(key), path_of(key) +
-                                      " is not a list of words (each entry must be one word). "
-                                      "Write it in brackets: [a, b].");
+    reject(key, "is not a list of words (each entry must be one word). Write it in brackets: [a, b].");
   }
   return result;
 }
@@ -216,8 +213,8 @@ std::size_t Reader::choose(const std::string& key, const std::vector<std::string
     return static_cast<std::size_t>(found - names.begin());
   }
   const std::string nearest = nearest_word(value->text, names);
-  problems_.error(path_of(key), path_of(key) + " is " + quoted(*value) + " (allowed: " + listed(names) + "). " +
-                                    (nearest.empty() ? "Choose one of them." : "Did you mean " + nearest + "?"));
+  reject(key, "is " + quoted(*value) + " (allowed: " + listed(names) + "). " +
+                  (nearest.empty() ? "Choose one of them." : "Did you mean " + nearest + "?"));
   return names.size();
 }
 
@@ -231,9 +228,12 @@ std::size_t Reader::size(const std::string& key) {
   const Value* value = raw(key);
   if (value == nullptr) return 0;
   if (value->kind == Value::Kind::sequence) return value->items.size();
-  problems_.error(path_of(key),
-                  path_of(key) + " is " + quoted(*value) + " (a list is needed). Start each entry with a dash.");
+  reject(key, "is " + quoted(*value) + " (a list is needed). Start each entry with a dash.");
   return 0;
+}
+
+void Reader::reject(const std::string& key, const std::string& problem) {
+  problems_.error(path_of(key), path_of(key) + " " + problem);
 }
 
 void Reader::accept_all() {

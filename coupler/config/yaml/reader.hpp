@@ -56,6 +56,9 @@ class Reader {
   [[nodiscard]] std::size_t size(const std::string& key);  ///< of a list; 0 if absent
   /// The raw value of a key, nullptr if absent.
   const Value* raw(const std::string& key);
+  /// Reports that the value of a key cannot be used.
+  /// @param problem  "is 3 (why). What to do.": what follows the key's path in the message
+  void reject(const std::string& key, const std::string& problem);
   /// Marks every key of the mapping as known: for sections whose keys the user invents.
   void accept_all();
 

@@ -75,12 +75,8 @@ std::uint64_t digest_of_populations(const Cell& cells, const Box& box, std::span
                                     SolverContext& context) {
   std::uint64_t sum = 0;
   auto next = populations.begin();
-  for (std::int64_t x = box.low[0]; x < box.high[0]; ++x) {
-    for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
-      for (std::int64_t z = box.low[2]; z < box.high[2]; ++z)
-        sum += digest_of_cell(cells, {x, y, z}, [&](int) { return *next++; });
-    context.report_progress();
-  }
+  const auto add = [&](const Cell& cell) { sum += digest_of_cell(cells, cell, [&](int) { return *next++; }); };
+  for_each_cell(box, add, [&] { context.report_progress(); });
   return sum;
 }
 
@@ -90,19 +86,17 @@ std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean, SolverCon
   const FieldBlock& sums = mean.sums();
   const auto samples = static_cast<std::uint64_t>(mean.samples());
   std::uint64_t sum = 0;
-  std::size_t cell = 0;
-  for (std::int64_t x = sums.box.low[0]; x < sums.box.high[0]; ++x) {
-    for (std::int64_t y = sums.box.low[1]; y < sums.box.high[1]; ++y)
-      for (std::int64_t z = sums.box.low[2]; z < sums.box.high[2]; ++z, ++cell) {
-        Digest digest(static_cast<std::uint64_t>((x * cells[1] + y) * cells[2] + z));
-        digest.add(samples);
-        digest.add(sums.density_kg_per_m3[cell]);
-        for (std::size_t axis = 0; axis < 3; ++axis) digest.add(sums.velocity_m_per_s[3 * cell + axis]);
-        digest.add(static_cast<std::uint64_t>(sums.body[cell]));
-        sum += digest.value();
-      }
-    context.report_progress();
-  }
+  std::size_t i = 0;
+  const auto add = [&](const Cell& cell) {
+    Digest digest(static_cast<std::uint64_t>((cell[0] * cells[1] + cell[1]) * cells[2] + cell[2]));
+    digest.add(samples);
+    digest.add(sums.density_kg_per_m3[i]);
+    for (std::size_t axis = 0; axis < 3; ++axis) digest.add(sums.velocity_m_per_s[3 * i + axis]);
+    digest.add(static_cast<std::uint64_t>(sums.body[i]));
+    sum += digest.value();
+    ++i;
+  };
+  for_each_cell(sums.box, add, [&] { context.report_progress(); });
   return sum;
 }
 

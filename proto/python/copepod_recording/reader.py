@@ -77,9 +77,6 @@ class Recording:
         envelope.ClearField("checksum")
         return envelope
 
-    def envelope_class(self):
-        return self._classes["Envelope"]
-
     def _records(self, kind):
         for content in self._blocks():
             record = self._parse(content)

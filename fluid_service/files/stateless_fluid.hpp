@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "contract/fluid_setup.hpp"
+#include "contract/fluid_solver.hpp"
+#include "ranks/communicator.hpp"
+
+namespace copepod::fluid {
+
+/// A fluid whose loads follow from the kinematics of the step alone: it has nothing to advance, and its checkpoint
+/// holds no state. Every rank computes the same.
+class StatelessFluid : public FluidSolver {
+ public:
+  void advance() final {}
+
+  /// Rank 0 writes a checkpoint that only says which solver it is of.
+  /// @throws StorageError if it cannot be written
+  void save(const std::string& path) final;
+  /// @throws StorageError if it is missing, damaged or of another solver
+  void restore(const std::string& path) final;
+  SolverSummary summarise() override;
+
+ protected:
+  /// @param name  of the solver, as in a case file
+  StatelessFluid(std::string name, const FluidSetup& setup, const Communicator& communicator);
+
+  /// Makes `loads` those of this step, zero on every body.
+  /// @throws SolverError if the number of bodies is not that of the setup
+  void start_step(const Kinematics& kinematics, Loads& loads) const;
+
+ private:
+  std::string name_;
+  Eigen::Index bodies_;
+  int rank_;
+  int ranks_;
+};
+
+}  // namespace copepod::fluid
