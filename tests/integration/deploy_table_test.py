@@ -20,6 +20,20 @@ SWIMMER = {
     "Re_swim": 6.5e-3,
     "Re_bodies": {"B2": 0.066, "B1": 0.06, "B3": 0.07},
 }
+KINEMATICS = {
+    "cycle": 4,
+    "u_along_um_per_s": -6364.2,
+    "u_along_cells_per_step": None,
+    "u_along_lengths_per_cycle": -4.8e-4,
+    "u_across_um_per_s": 2702.1,
+    "rotation_rad": [0.0, 0.3, 0.4],
+    "tilt_rad": 0.95528,
+    "arms": [{"mean_m": 1.6e-5, "amplitude_m": 4e-7}, {"mean_m": 1.7e-5, "amplitude_m": 7e-7}],
+    "power_W": 6.3e-5,
+    "efficiency": None,
+    "Re": 0.0042,
+    "change_from_last_cycle": {"velocity": 0.007, "rotation": None},
+}
 SUMMARY = {
     "case": "design_a",
     "status": "finished",
@@ -77,6 +91,36 @@ class ResultTable(unittest.TestCase):
     def test_swimmer_that_was_not_analysed_says_so(self):
         swimmer = {**{key: None for key in SWIMMER}, "name": "short", "analysed": False}
         self.assertIn("short: not analysed", result_table({**SUMMARY, "swimmers": [swimmer]}, "runs/a"))
+
+    def test_swimmer_of_any_shape_has_the_kinematics_of_its_last_cycle(self):
+        summary = {**SUMMARY, "swimmers": [{"name": "triangle", "kinematics": KINEMATICS}]}
+        self.assertEqual(self.row("along its own axis", summary)[-2:], ["-6364", "µm/s"])
+        self.assertEqual(self.row("rotation", summary)[-2:], ["28.65", "degrees"])
+        self.assertEqual(self.row("tilt", summary)[-2:], ["54.73", "degrees"])
+        self.assertEqual(self.row("amplitudes", summary)[-3:], ["0.4", "0.7", "µm"])
+        self.assertEqual(self.row("Re of the swimmer", summary)[-1], "0.0042")
+        table = result_table(summary, "runs/a")
+        self.assertNotIn("efficiency", table)
+        self.assertNotIn("cells/step", table)
+
+    def test_three_beads_in_a_row_have_the_figures_of_the_paper_and_no_second_efficiency(self):
+        summary = {**SUMMARY, "swimmers": [{**SWIMMER, "kinematics": {**KINEMATICS, "efficiency": 0.1}}]}
+        self.assertEqual(self.row("efficiency", summary)[-1], "0.00052")
+        self.assertEqual(self.row("across", summary)[-2:], ["2702", "µm/s"])
+
+    def test_swimmer_without_cycles_says_why(self):
+        swimmer = {"name": "idle", "kinematics": {"cycle": None, "note": "nothing drives it periodically"}}
+        table = result_table({**SUMMARY, "swimmers": [swimmer]}, "runs/a")
+        self.assertIn("idle: not analysed, nothing drives it periodically", table)
+
+    def test_many_swimmers_are_described_together(self):
+        swarm = {"u_along_mean_m_per_s": 0.012345, "polar_order": 0.5, "nearest_distance_least_m": 1e-4}
+        swimmers = [{"name": f"s{number}", "kinematics": KINEMATICS} for number in range(13)]
+        summary = {**SUMMARY, "swimmers": swimmers, "swarm": swarm}
+        self.assertEqual(self.row("mean velocity", summary)[-2:], ["0.01235", "m/s"])
+        self.assertEqual(self.row("polar order", summary)[-1], "0.5")
+        self.assertNotIn("tilt", result_table(summary, "runs/a"))
+        self.assertEqual(result_table({**summary, "swimmers": swimmers[:12]}, "runs/a").count("tilt"), 12)
 
     def test_run_without_swimmers_or_timing_has_a_table_too(self):
         table = result_table({"case": "box", "status": "finished", "steps": 3, "wall_s": 0.5}, "runs/box")

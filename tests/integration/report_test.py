@@ -8,6 +8,7 @@ import numpy as np
 
 from copepod_session import CommandTest
 from synthetic_run import ARMS, DOMAIN, PERIOD, write_run
+from copepod_report.cycles import centroids_m, read_cycles
 from copepod_report.flow import plane_of, read_mean_flow
 from copepod_report.run_record import fit_arm
 from copepod_report.trajectory import Trajectory
@@ -31,7 +32,10 @@ class Report(CommandTest):
             plots,
             [
                 f"design_a_{name}.png"
-                for name in ("mean_flow", "swimmer_arms", "swimmer_cycle", "swimmer_forces", "swimmer_positions")
+                for name in (
+                    *("mean_flow", "paths", "swimmer_arms", "swimmer_by_cycle", "swimmer_cycle", "swimmer_forces"),
+                    "swimmer_positions",
+                )
             ],
         )
         for path in (self.folder / "run/report").glob("*.png"):
@@ -42,7 +46,7 @@ class Report(CommandTest):
         self.report("run")
         text = (self.folder / "run/report/report.html").read_text()
         sources = re.findall(r'(?:src|srcset|href)="([^"]*)"', text)
-        self.assertEqual(len(sources), 10)  # five plots, light and dark
+        self.assertEqual(len(sources), 14)  # seven plots, light and dark
         self.assertTrue(all(source.startswith("data:image/png;base64,") for source in sources))
         self.assertNotRegex(text, r"https?://|<script|@import|url\(")
         self.assertIn("prefers-color-scheme: dark", text)
@@ -92,6 +96,20 @@ class Report(CommandTest):
         self.assertEqual(trajectory.bodies, ["swimmer.B2", "swimmer.B1", "swimmer.B3"])
         self.assertEqual(len(trajectory), 2 * PERIOD // 20)
         self.assertEqual(trajectory.of("swimmer.B1")["position_m"].shape, (2 * PERIOD // 20, 3))
+
+    def test_cycles_are_read_by_swimmer_up_to_the_last_whole_row(self):
+        write_run(self.folder / "run", mean_flow=False)
+        path = self.folder / "run/cycles.csv"
+        path.write_text(
+            path.read_text() + "other,0," + path.read_text().splitlines()[-1].split(",", 2)[2] + "\nother,1,4"
+        )
+        found = read_cycles(path)
+        self.assertEqual(list(found), ["swimmer", "other"])
+        np.testing.assert_array_equal(found["swimmer"]["cycle"], range(5))
+        self.assertEqual(len(found["other"]["cycle"]), 1)
+        self.assertTrue(np.isnan(found["swimmer"]["efficiency"]).all())
+        np.testing.assert_allclose(centroids_m(found["swimmer"])[3], [10e-6, 12e-6, 31.2e-6])
+        self.assertEqual(read_cycles(self.folder / "nothing.csv"), {})
 
     def test_plane_of_the_mean_flow_has_the_axis_horizontally(self):
         write_run(self.folder / "run", steps=20)

@@ -56,7 +56,14 @@ class Finishing(RealRun):
     def test_vacuum_run_writes_everything_it_promises(self):
         session = self.start("run", VACUUM, "--out", "out")
         self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
-        for name in ("case.yaml", "provenance.json", "trajectory.csv", "summary.json", "logs/coupler.log"):
+        for name in (
+            "case.yaml",
+            "provenance.json",
+            "trajectory.csv",
+            "cycles.csv",
+            "summary.json",
+            "logs/coupler.log",
+        ):
             self.assertTrue((self.folder / "out" / name).exists(), name)
         self.assertEqual(json.loads((self.folder / "out/provenance.json").read_text())["status"], "finished")
         self.assertIn("finished, results in out", "".join(session.stdout))

@@ -63,6 +63,7 @@ def write_run(folder, name="design_a", published=None, mean_flow=True, steps=240
         )
     )
     _write_trajectory(folder / "trajectory.csv", steps)
+    _write_cycles(folder / "cycles.csv", min(CYCLES, steps // PERIOD))
     if mean_flow:
         _write_fields(folder / "fields.h5")
 
@@ -80,6 +81,23 @@ def _write_trajectory(path, steps):
         for bead, z in (("B2", middle - arm_1), ("B1", middle), ("B3", middle + arm_2)):
             values = [10e-6, 12e-6, z * CELL_M, 1, 0, 0, 0, *([0.0] * 14), 1e-5 * math.sin(angle)]
             lines.append(f"{step},{step * STEP_S!r},swimmer.{bead}," + ",".join(map(repr, values)))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def _write_cycles(path, cycles):
+    names = (
+        "swimmer,cycle,start_step,start_s,x_m,y_m,z_m,axis_x,axis_y,axis_z,tilt_rad,u_along_m_per_s,u_across_m_per_s,"
+        "ux_m_per_s,uy_m_per_s,uz_m_per_s,rotation_x_rad,rotation_y_rad,rotation_z_rad,power_W,dissipation_W,"
+        "efficiency,Re,arm1_mean_m,arm1_amplitude_m,arm1_phase_rad,arm2_mean_m,arm2_amplitude_m,arm2_phase_rad"
+    )
+    lines = [names]
+    speed = SPEED * CELL_M / STEP_S
+    for cycle in range(cycles):
+        start = cycle * PERIOD
+        arms = [value for mean, amplitude, phase in ARMS for value in (mean * CELL_M, amplitude * CELL_M, phase)]
+        values = [cycle, start, start * STEP_S, 10e-6, 12e-6, (30 + SPEED * start) * CELL_M, 0, 0, 1, 0, speed, 0]
+        values += [0, 0, speed, 0, 0, 0, 1e-5, 1e-5, "", "", *arms]
+        lines.append("swimmer," + ",".join(map(str, values)))
     path.write_text("\n".join(lines) + "\n")
 
 
