@@ -123,12 +123,13 @@ def _draw_beads(axes: Any, run: RunRecord, plane: FlowPlane, theme: Theme) -> No
     cell = run.cell_size_m
     shown = [plane.along, plane.across]
     for swimmer in run.swimmers():
-        for bead, center_m, colour in zip(
-            swimmer.beads, swimmer.mean_positions_m(*window), itertools.cycle(theme.beads)
-        ):
+        beads = zip(
+            swimmer.beads, swimmer.mean_positions_m(*window), swimmer.directions(), itertools.cycle(theme.beads)
+        )
+        for bead, center_m, direction, colour in beads:
             looks = {"facecolor": colour, "edgecolor": theme.paper, "linewidth": 1, "zorder": 5}
             for center in _with_image(run, center_m / cell, plane.across):
-                axes.add_patch(_outline(bead, center[shown], swimmer.axis[shown], cell, **looks))
+                axes.add_patch(_outline(bead, center[shown], direction[shown], cell, **looks))
 
 
 def _with_image(run: RunRecord, center: np.ndarray, across: int) -> list[np.ndarray]:
@@ -140,13 +141,12 @@ def _with_image(run: RunRecord, center: np.ndarray, across: int) -> list[np.ndar
     return [center, image] if has_image else [center]
 
 
-def _outline(bead: Mapping[str, Any], center: np.ndarray, axis: np.ndarray, cell: float, **looks: Any) -> Any:
-    """A circle, or a capsule as a box with round ends; lengths in cells."""
+def _outline(bead: Mapping[str, Any], center: np.ndarray, direction: np.ndarray, cell: float, **looks: Any) -> Any:
+    """A circle, or a capsule as a box with round ends, as seen along the normal of the plane; lengths in cells."""
     radius = bead["radius_m"] / cell
     if bead["shape"] == "sphere":
         return patches.Circle(center, radius, **looks)
-    half = 0.5 * bead["length_m"] / cell
-    direction = axis if bead["orientation"] == "parallel" else np.array([-axis[1], axis[0]])
+    half = 0.5 * bead["length_m"] / cell * float(np.hypot(*direction))
     angle = np.arctan2(direction[1], direction[0])
     arc = np.linspace(-np.pi / 2, np.pi / 2, 24)
     end = np.column_stack([half + radius * np.cos(arc), radius * np.sin(arc)])

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from copepod_report.cycles import Cycles, read_cycles
 from copepod_report.trajectory import Trajectory
@@ -14,6 +15,8 @@ from copepod_run.errors import ExitCode, Stop
 ReadCase = Callable[[Path], dict[str, Any]]  # from the path of a case file to the resolved case
 _Content = TypeVar("_Content")
 BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
+# of a bead of three in the swimmer's frame
+_ORIENTATIONS = {"parallel": (1.0, 0.0, 0.0, 0.0), "perpendicular": (0.5**0.5, 0.0, 0.5**0.5, 0.0)}
 
 
 class RunRecord:
@@ -68,10 +71,18 @@ def _read(path: Path, reader: Callable[[Path], _Content]) -> _Content:
         ) from None
 
 
+def rotated(vector: ArrayLike, orientation_wxyz: Sequence[float]) -> np.ndarray:
+    """A vector v of the frame of a body or swimmer in the world, shape (3,), from its unit quaternion (w, r).
+
+    v + 2 r × (r × v + w v)
+    """
+    v, w, r = np.array(vector, float), orientation_wxyz[0], np.array(orientation_wxyz[1:], float)
+    return v + 2 * np.cross(r, np.cross(r, v) + w * v)
+
+
 def z_axis(orientation_wxyz: Sequence[float]) -> np.ndarray:
     """The z axis of a body or swimmer in the world, shape (3,), from its unit quaternion."""
-    w, x, y, z = orientation_wxyz
-    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+    return rotated([0.0, 0.0, 1.0], orientation_wxyz)
 
 
 class SwimmerRecord:
@@ -82,7 +93,8 @@ class SwimmerRecord:
         self.run = run
         self.section = section
         self.name = section["name"]
-        self.axis = z_axis(section["orientation_wxyz"])
+        self.frame = section["orientation_wxyz"]
+        self.axis = z_axis(self.frame)
         self.center_m = np.array(section["center_m"], float)
         self.beads = section["beads"]
         self.bead_names = [bead.get("name", BEADS[min(number, 2)]) for number, bead in enumerate(self.beads)]
@@ -92,6 +104,15 @@ class SwimmerRecord:
         self.cycles = int(stroke.get("cycles", 0))
         analysed = [entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name]
         self.figures: dict[str, Any] = analysed[0] if analysed else {}
+
+    def directions(self) -> list[np.ndarray]:
+        """Unit vectors in the world, at the start, of the axes of the beads; they matter for capsules."""
+        return [
+            rotated(
+                z_axis(bead.get("orientation_wxyz", _ORIENTATIONS[bead.get("orientation", "parallel")])), self.frame
+            )
+            for bead in self.beads
+        ]
 
     def positions(self) -> np.ndarray:
         """Of the beads from the middle bead's start, shape (3, samples)."""

@@ -22,6 +22,9 @@ FIGURES = {
     "Re_bodies.B2": "Re B2",
     "Re_bodies.B1": "Re B1",
     "Re_bodies.B3": "Re B3",
+    "kinematics.u_along_um_per_s": "u along [µm/s]",
+    "kinematics.u_across_um_per_s": "u across [µm/s]",
+    "kinematics.tilt_rad": "tilt [rad]",
 }
 
 
@@ -40,9 +43,15 @@ class Figure:
 
 
 def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
-    """{key: Figure} of an analysed swimmer's summary; empty if it was not analysed."""
+    """{key: Figure} of an analysed swimmer's summary; empty if it was not analysed.
+
+    The paper's figures of three beads in a row, else the kinematics.
+    """
     figures = {}
+    has_figures_of_paper = at(swimmer, "u_swim_m_per_s") is not None
     for key in FIGURES:
+        if has_figures_of_paper and key.startswith("kinematics."):
+            continue
         ours, published = at(swimmer, key), at(swimmer.get("published"), key)
         if published is not None:
             as_in_paper = at(swimmer.get("as_in_paper"), key)
@@ -220,6 +229,8 @@ def _swimmer_lines(swimmer: Mapping[str, Any]) -> list[str]:
         return [f"  {name}: {reason_without_rows(swimmer)}"]
     headings = list(rows[0][3])
     lines = [f"  {name:<36}{'this run':>{_COLUMN}}" + "".join(f"{heading:>{_COLUMN}}" for heading in headings)]
+    if note := at(swimmer, "kinematics.note"):
+        lines.append(f"    ({note})")
     for label, unit, value, others in rows:
         beside = "".join(
             f"{number_text(others[heading]) if others[heading] is not None else '':>{_COLUMN}}" for heading in headings
