@@ -15,21 +15,21 @@ inline void require_positive_step(double step_s) {
   throw CaseError("step_s " + std::to_string(step_s) + " (must be positive). Use a positive step.");
 }
 
-/// @param nodes  number of driving samples in the step
+/// @param nodes  number of instants of the step at which the drive is sampled
 /// @throws SolverError if the loads are of another step or have the wrong shape
 inline void require_matching_loads(const AppliedLoads& applied, std::int64_t step, Eigen::Index bodies,
-                                   Eigen::Index nodes) {
+                                   Eigen::Index actuators, Eigen::Index nodes) {
   if (applied.hydrodynamic.step != step) {
     throw SolverError("loads of step " + std::to_string(applied.hydrodynamic.step) + " arrived in step " +
                           std::to_string(step) + " (steps must follow each other). Send them in order.",
                       0, step);
   }
   if (applied.hydrodynamic.force_N.cols() == bodies && applied.hydrodynamic.torque_N_m.cols() == bodies &&
-      applied.driving_N.cols() == nodes * bodies)
+      applied.actuation.rows() == actuators && applied.actuation.cols() == nodes)
     return;
   throw SolverError("loads have the wrong shape (expected forces and torques of " + std::to_string(bodies) +
-                        " bodies and driving forces at " + std::to_string(nodes) +
-                        " nodes). Send one column per body, and per node and body.",
+                        " bodies and values of " + std::to_string(actuators) + " actuators at " +
+                        std::to_string(nodes) + " nodes). Send one column per body, and one per node.",
                     0, step);
 }
 

@@ -49,8 +49,9 @@ Capabilities rigid_body_capabilities() {
   return {"Copepod rigid bodies",
           COPEPOD_VERSION,
           {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
-           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "anchors", "gravity", "periodic",
-           "checkpoint"}};
+           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "anchors", "bends",
+           "actuator:pair_force", "actuator:body_force", "actuator:body_torque", "actuator:world_force",
+           "actuator:world_torque", "gravity", "periodic", "checkpoint"}};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
@@ -58,6 +59,7 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       case_digest_(case_digest(setup)),
       equations_(setup, preferred_block_bodies),
       integrator_(make_time_integrator(setup.integrator, equations_, setup.step_s)),
+      actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
       driving_nodes_(static_cast<Eigen::Index>(integrator_->driving_nodes().size())),
       near_pairs_(equations_.model(), setup.periodic_length_m),
       overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_),
@@ -81,7 +83,7 @@ void RigidBodySolver::kinematics(Kinematics& kinematics) {
 }
 
 void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
-  require_matching_loads(applied, step_, state_.bodies(), driving_nodes_);
+  require_matching_loads(applied, step_, state_.bodies(), actuators_, driving_nodes_);
   const auto start = Clock::now();
   integrate(applied);
   ++step_;

@@ -17,7 +17,7 @@ namespace copepod::body {
 /// What RigidBodySolver can do, for the component's Hello.
 Capabilities rigid_body_capabilities();
 
-/// Rigid spheres and capsules with springs, gravity and constraints; the theory is in docs/theory_bodies.md.
+/// Rigid spheres and capsules with springs, actuators, gravity and constraints; the theory is in docs/theory_bodies.md.
 class RigidBodySolver final : public BodySolver {
  public:
   /// @param context  to report progress to while a state is saved or restored; null: none. Outlives
@@ -41,7 +41,8 @@ class RigidBodySolver final : public BodySolver {
   std::uint64_t case_digest_;  ///< of the setup: a saved state fits this case only
   EquationsOfMotion equations_;
   std::unique_ptr<TimeIntegrator> integrator_;
-  Eigen::Index driving_nodes_;  ///< number of driving samples per step
+  Eigen::Index actuators_;
+  Eigen::Index driving_nodes_;  ///< number of samples of the drive per step
   NearPairs near_pairs_;
   OverlapCheck overlap_check_;
   MotionState state_;

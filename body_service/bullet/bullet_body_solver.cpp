@@ -16,6 +16,12 @@ const BodySetup& checked(const BodySetup& setup) {
   return setup;
 }
 
+/// One block, as Bullet moves all bodies together.
+BodyBlock all_bodies(const BodySetup& setup) {
+  const auto blocks = independent_blocks(setup, static_cast<Eigen::Index>(setup.bodies.size()));
+  return blocks.empty() ? BodyBlock{} : blocks.front();
+}
+
 bool all_finite(const BulletState& state) {
   return state.position_m.allFinite() && state.orientation_wxyz.allFinite() && state.velocity_m_per_s.allFinite() &&
          state.angular_velocity_rad_per_s.allFinite();
@@ -27,7 +33,8 @@ Capabilities bullet_capabilities() {
   return {"Bullet rigid bodies",
           COPEPOD_VERSION,
           {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
-           "springs", "anchors", "gravity", "contacts", "checkpoint"}};
+           "springs", "anchors", "bends", "actuator:pair_force", "actuator:body_force", "actuator:body_torque",
+           "actuator:world_force", "actuator:world_torque", "gravity", "contacts", "checkpoint"}};
 }
 
 BulletBodySolver::BulletBodySolver(const BodySetup& setup, SolverContext* context)
@@ -35,6 +42,9 @@ BulletBodySolver::BulletBodySolver(const BodySetup& setup, SolverContext* contex
       case_digest_(mix_bits(case_digest(setup))),
       model_(checked(setup)),
       weight_(setup),
+      drive_(setup),
+      bends_(setup),
+      all_(all_bodies(setup)),
       world_(setup, model_),
       state_(initial_state(model_)) {}
 
@@ -47,11 +57,17 @@ void BulletBodySolver::kinematics(Kinematics& kinematics) {
 }
 
 void BulletBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
-  require_matching_loads(applied, step_, model_.bodies(), 1);
+  require_matching_loads(applied, step_, model_.bodies(), static_cast<Eigen::Index>(all_.actuators.size()), 1);
   const auto start = std::chrono::steady_clock::now();
-  const Eigen::Matrix3Xd force_N = applied.hydrodynamic.force_N + applied.driving_N + weight_.force_N();
-  const bool usable = force_N.allFinite() && applied.hydrodynamic.torque_N_m.allFinite();
-  if (usable) world_.advance(state_, force_N, applied.hydrodynamic.torque_N_m);
+  const MotionState motion = as_motion_state(state_);
+  const Stage stage{all_, motion, state_.angular_velocity_rad_per_s, applied.actuation.col(0)};
+  loads_ = applied.hydrodynamic;
+  for (const ForceElement* element :
+       {static_cast<const ForceElement*>(&drive_), static_cast<const ForceElement*>(&weight_),
+        static_cast<const ForceElement*>(&bends_)})
+    element->add_loads(stage, loads_.force_N, loads_.torque_N_m);
+  const bool usable = loads_.force_N.allFinite() && loads_.torque_N_m.allFinite();
+  if (usable) world_.advance(state_, loads_.force_N, loads_.torque_N_m);
   if (!usable || !all_finite(state_))
     throw SolverError(
         "the motion of a body is not finite (its loads are not, or the step is too long for its springs). "

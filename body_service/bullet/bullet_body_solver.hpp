@@ -7,7 +7,10 @@
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/solver_context.hpp"
+#include "forces/actuators.hpp"
+#include "forces/bends.hpp"
 #include "forces/weight.hpp"
+#include "model/body_block.hpp"
 #include "model/body_model.hpp"
 
 namespace copepod::body {
@@ -43,8 +46,12 @@ class BulletBodySolver final : public BodySolver {
   std::uint64_t case_digest_;  ///< of the setup, and of Bullet: states of the other solver do not fit
   BodyModel model_;
   Weight weight_;
+  Actuators drive_;
+  Bends bends_;
+  BodyBlock all_;  ///< bodies
   BulletWorld world_;
   BulletState state_;
+  Loads loads_;  ///< of the step, springs excepted
   std::int64_t step_ = 0;
   double integration_s_ = 0.0;
 };

@@ -12,6 +12,7 @@ struct Stage {
   const BodyBlock& block;
   const MotionState& state;                            ///< column 0 is body block.first
   const Eigen::Matrix3Xd& angular_velocity_rad_per_s;  ///< same columns, world frame
+  Eigen::Ref<const Eigen::VectorXd> actuation;         ///< value of every actuator of the case [N] or [N m]
 };
 
 /// One kind of force between or on bodies. The equations of motion hold a list of them; the order of the list

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "constraints/motion_constraint.hpp"
+#include "forces/bends.hpp"
 #include "forces/springs.hpp"
 #include "forces/weight.hpp"
 #include "geometry/rotation.hpp"
@@ -15,6 +16,7 @@ std::vector<std::unique_ptr<const ForceElement>> make_force_elements(const BodyS
   std::vector<std::unique_ptr<const ForceElement>> elements;
   elements.push_back(std::make_unique<Weight>(setup));
   elements.push_back(std::make_unique<Springs>(setup));
+  elements.push_back(std::make_unique<Bends>(setup));
   return elements;
 }
 
@@ -23,8 +25,9 @@ std::vector<std::unique_ptr<const ForceElement>> make_force_elements(const BodyS
 // The order of the members matters: model and force elements check the setup before it is cut into blocks.
 EquationsOfMotion::EquationsOfMotion(const BodySetup& setup, Eigen::Index preferred_block_bodies)
     : model_(setup),
+      drive_(setup),
       elements_(make_force_elements(setup)),
-      blocks_(independent_blocks(model_.bodies(), setup.springs, preferred_block_bodies)) {
+      blocks_(independent_blocks(setup, preferred_block_bodies)) {
   angular_velocity_rad_per_s_.resize(3, longest_block());
 }
 
@@ -42,14 +45,17 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   auto& force_N = rate.velocity_m_per_s;
   auto& torque_N_m = rate.angular_momentum_N_m_s;
 
-  force_N.leftCols(bodies) = applied.hydrodynamic.force_N.middleCols(first, bodies) +
-                             applied.driving_N.middleCols(node * model_.bodies() + first, bodies);
-  torque_N_m.leftCols(bodies) = applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
   for (Eigen::Index i = 0; i < bodies; ++i) {
     angular_velocity_rad_per_s_.col(i) = model_.angular_velocity_rad_per_s(first + i, state.orientation_wxyz.col(i),
                                                                            state.angular_momentum_N_m_s.col(i));
   }
-  const Stage stage{block, state, angular_velocity_rad_per_s_};
+  const Stage stage{block, state, angular_velocity_rad_per_s_, applied.actuation.col(node)};
+  // The drive is summed by itself: what it adds to a bead between two arms has no rounding of the loads in it.
+  force_N.leftCols(bodies).setZero();
+  torque_N_m.leftCols(bodies).setZero();
+  drive_.add_loads(stage, force_N, torque_N_m);
+  force_N.leftCols(bodies) += applied.hydrodynamic.force_N.middleCols(first, bodies);
+  torque_N_m.leftCols(bodies) += applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
   for (const auto& element : elements_) element->add_loads(stage, force_N, torque_N_m);
 
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "contract/exchange.hpp"
+#include "forces/actuators.hpp"
 #include "forces/force_element.hpp"
 #include "model/body_block.hpp"
 #include "model/body_model.hpp"
@@ -15,7 +16,7 @@ namespace copepod::body {
 
 /// The Newton-Euler equations of all bodies, evaluated block by block:
 ///   dx/dt = v,   m dv/dt = F,   dq/dt = 1/2 (0, ω) ⊗ q,   dL/dt = τ                        (B9), (B10)
-/// with F and τ the sums of hydrodynamic load, driving force and force elements, less the constraint forces.
+/// with F and τ the sums of drive, hydrodynamic load and force elements, less the constraint forces.
 class EquationsOfMotion {
  public:
   /// @param preferred_block_bodies  see independent_blocks
@@ -28,7 +29,7 @@ class EquationsOfMotion {
   [[nodiscard]] Eigen::Index longest_block() const;
 
   /// Rate of change of a block's state.
-  /// @param node   which of the driving samples applies
+  /// @param node   which sample of the drive applies
   /// @param state  of the block's bodies, column 0 is body block.first
   /// @param rate   overwritten, same columns
   /// @throws SolverError if a force element does
@@ -37,6 +38,7 @@ class EquationsOfMotion {
 
  private:
   BodyModel model_;
+  Actuators drive_;
   std::vector<std::unique_ptr<const ForceElement>> elements_;
   std::vector<BodyBlock> blocks_;
   Eigen::Matrix3Xd angular_velocity_rad_per_s_;  ///< of the bodies of the block in work

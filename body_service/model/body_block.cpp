@@ -2,35 +2,48 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 
 namespace copepod::body {
 
-std::vector<BodyBlock> independent_blocks(Eigen::Index bodies, const std::vector<SpringSpecification>& springs,
-                                          Eigen::Index preferred_bodies) {
-  // reach[i]: the last body that a spring connects to body i or, further down, to one before it.
-  std::vector<Eigen::Index> reach(static_cast<std::size_t>(bodies));
-  for (Eigen::Index i = 0; i < bodies; ++i) reach[i] = i;
-  for (const auto& spring : springs) {
-    const auto [low, high] = std::minmax(spring.body_A, spring.body_B);
-    reach[low] = std::max(reach[low], static_cast<Eigen::Index>(high));
+std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index preferred_bodies) {
+  const auto bodies = static_cast<int>(setup.bodies.size());
+  // reach[i]: the last body that is joined to body i or, further down, to one before it.
+  std::vector<int> reach(setup.bodies.size());
+  std::iota(reach.begin(), reach.end(), 0);
+  const auto join = [&reach](int one, int other) {
+    const auto [low, high] = std::minmax(one, other);
+    reach[low] = std::max(reach[low], high);
+  };
+  for (const auto& spring : setup.springs) join(spring.body_A, spring.body_B);
+  for (const auto& bend : setup.bends) {
+    join(bend.body_A, bend.body_B);
+    join(bend.body_B, bend.body_C);
+  }
+  for (const auto& actuator : setup.actuators) {
+    if (actuator.body_B >= 0) join(actuator.body_A, actuator.body_B);
   }
 
   std::vector<BodyBlock> blocks;
   std::vector<std::size_t> block_of(reach.size());
-  Eigen::Index first = 0;
-  Eigen::Index last_reached = -1;
-  for (Eigen::Index i = 0; i < bodies; ++i) {
+  int first = 0;
+  int last_reached = -1;
+  for (int i = 0; i < bodies; ++i) {
     last_reached = std::max(last_reached, reach[i]);
     block_of[i] = blocks.size();
     const bool closed = last_reached == i;
     if ((closed && i + 1 - first >= preferred_bodies) || i + 1 == bodies) {
-      blocks.push_back({first, i + 1 - first, {}});
+      blocks.push_back({first, i + 1 - first});
       first = i + 1;
     }
   }
-  for (std::size_t s = 0; s < springs.size(); ++s) {
-    blocks[block_of[springs[s].body_A]].springs.push_back(static_cast<int>(s));
-  }
+  const auto distribute = [&](const auto& elements, std::vector<int> BodyBlock::*indices) {
+    for (std::size_t i = 0; i < elements.size(); ++i)
+      (blocks[block_of[elements[i].body_A]].*indices).push_back(static_cast<int>(i));
+  };
+  distribute(setup.springs, &BodyBlock::springs);
+  distribute(setup.bends, &BodyBlock::bends);
+  distribute(setup.actuators, &BodyBlock::actuators);
   return blocks;
 }
 

@@ -100,6 +100,19 @@ std::uint64_t case_digest(const BodySetup& setup) {
     add_numbers(digest, spring.anchor_A_m);
     add_numbers(digest, spring.anchor_B_m);
   }
+  for (const auto& bend : setup.bends) {
+    for (const int body : {bend.body_A, bend.body_B, bend.body_C}) digest.add(static_cast<std::uint64_t>(body));
+    digest.add(bend.stiffness_N_m_per_rad);
+    digest.add(bend.rest_angle_rad);
+  }
+  for (const auto& actuator : setup.actuators) {
+    digest.add(static_cast<std::uint64_t>(actuator.kind));
+    digest.add(static_cast<std::uint64_t>(actuator.body_A));
+    digest.add(static_cast<std::uint64_t>(actuator.body_B));
+    add_numbers(digest, actuator.direction);
+    add_numbers(digest, actuator.anchor_A_m);
+    add_numbers(digest, actuator.anchor_B_m);
+  }
   return digest.value();
 }
 
@@ -144,7 +157,7 @@ std::int64_t read_state(const std::string& path, std::uint64_t case_digest, Moti
          "Resume with the program that wrote it.");
   }
   if (words[2] != case_digest || words[4] != bodies) {
-    fail(path, "belongs to another case (bodies, springs, step or integrator differ)",
+    fail(path, "belongs to another case (bodies, springs, actuators, step or integrator differ)",
          "Resume with the case file that wrote it.");
   }
   const auto content = std::span<const std::uint64_t>(words);

@@ -89,7 +89,7 @@ void CycleObserver::sample(const Group& group, CycleSums& sums, const StepRecord
     const int body = group.bodies[i];
     const Eigen::Vector3d v = record.kinematics.velocity_m_per_s.col(body);
     const Eigen::Vector3d w = record.kinematics.angular_velocity_rad_per_s.col(body);
-    sums.power_W += record.driving_N.col(body).dot(v);
+    sums.power_W += record.drive.force_N.col(body).dot(v) + record.drive.torque_N_m.col(body).dot(w);
     sums.dissipation_W -= record.applied.force_N.col(body).dot(v) + record.applied.torque_N_m.col(body).dot(w);
     double& fastest = sums.max_speed_m_per_s[static_cast<Eigen::Index>(i)];
     double& fastest_along = sums.max_speed_along_m_per_s[static_cast<Eigen::Index>(i)];

@@ -265,6 +265,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   }
   setup.bodies = assembly.bodies;
   setup.springs = assembly.springs;
+  for (const DrivenActuator& driven : assembly.drive) setup.actuators.push_back(driven.actuator);
   return setup;
 }
 
@@ -275,8 +276,8 @@ std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& as
   return required;
 }
 
-std::set<std::string> required_of_body(const Case& the_case, const Assembly& assembly) {
-  std::set<std::string> required = required_features(make_body_setup(the_case, assembly));
+std::set<std::string> required_of_body(const Case& the_case, const BodySetup& setup) {
+  std::set<std::string> required = required_features(setup);
   // Other solvers integrate in their own way.
   const bool ours = the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty();
   if (!ours) required = without_methods(std::move(required));

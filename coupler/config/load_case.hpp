@@ -37,7 +37,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
 /// Features that a case requires of its components: those of the setup (contract/features.hpp) and those of
 /// the run.
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly);
-std::set<std::string> required_of_body(const Case& the_case, const Assembly& assembly);
+std::set<std::string> required_of_body(const Case& the_case, const BodySetup& setup);
 
 /// What to report to the user about a component: required features that it neglects, and announced names that
 /// are not features.

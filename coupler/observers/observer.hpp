@@ -12,10 +12,10 @@ namespace copepod::coupler {
 /// What one step looked like, seen before the bodies move; SI units, world frame, all of step `step`.
 struct StepRecord {
   std::int64_t step = 0;
-  const Kinematics& kinematics;       ///< at the start of the step
-  const Loads& raw;                   ///< as the fluid returned them
-  const Loads& applied;               ///< after averaging: what acts on the bodies
-  const Eigen::Matrix3Xd& driving_N;  ///< (3, nodes × bodies); the first `bodies` columns are those at the step's start
+  const Kinematics& kinematics;  ///< at the start of the step
+  const Loads& raw;              ///< as the fluid returned them
+  const Loads& applied;          ///< after averaging: what acts on the bodies
+  const Loads& drive;            ///< of all actuators, at the start of the step
 };
 
 /// Looks at a run and never changes it; all output of a run is made by observers.

@@ -58,7 +58,7 @@ void TrajectoryWriter::add_rows(const StepRecord& record) {
     append_all(row_, state.angular_velocity_rad_per_s.col(body));
     append_all(row_, record.applied.force_N.col(body));
     append_all(row_, record.applied.torque_N_m.col(body));
-    append_all(row_, record.driving_N.col(body));
+    append_all(row_, record.drive.force_N.col(body));
     file_.add(row_);
   }
   last_written_ = record.step;

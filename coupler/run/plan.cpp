@@ -56,10 +56,15 @@ ordered_json members(const Sweep& sweep) {
   return {{"key", sweep.key}, {"members", list}};
 }
 
-/// What a component has to announce: {"springs": ["neglects:springs", "springs"], …}, any of the list for each.
+/// What a component has to announce: {"springs": ["neglects:springs", "springs"], …}, any of the list for each. Bodies
+/// that lack an actuator may be driven by those fixed in the world.
 ordered_json with_accepted(const std::set<std::string>& features) {
   ordered_json accepted = ordered_json::object();
-  for (const std::string& name : features) accepted[name] = accepted_for(name);
+  for (const std::string& name : features) {
+    std::set<std::string> names = accepted_for(name);
+    if (name.starts_with("actuator:")) names.insert({"actuator:world_force", "actuator:world_torque"});
+    accepted[name] = names;
+  }
   return accepted;
 }
 
@@ -97,7 +102,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
         {"command", command(the_case.services.body_command)}}},
       {"transport", the_case.services.transport}};
   plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},
-                      {"body", with_accepted(required_of_body(the_case, loaded.assembly))}};
+                      {"body", with_accepted(required_of_body(the_case, make_body_setup(the_case, loaded.assembly)))}};
   plan["setups"] = {{"fluid", in_hex(make_fluid_setup(the_case, loaded.assembly, ""))},
                     {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},

@@ -7,6 +7,7 @@
 
 #include "analysis/swimmer_report.hpp"
 #include "config/sections/sections.hpp"
+#include "driving/lowered_bodies.hpp"
 #include "recording/timeline.hpp"
 #include "run/checkpointer.hpp"
 #include "run/run_observers.hpp"
@@ -35,8 +36,16 @@ void CaseRun::run(Beginning beginning, const std::function<void(const Capabiliti
   if (beginning == Beginning::resumed) checkpoint = find_checkpoint(store);
   on_ready(components_.fluid_capabilities(), components_.body_capabilities());
   check_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
-  check_features(components_.body_capabilities(), required_of_body(loaded_.content, loaded_.assembly));
-  make_solvers(checkpoint);
+  const BodySetup setup = make_body_setup(loaded_.content, loaded_.assembly);
+  const Capabilities& body = components_.body_capabilities();
+  const bool lowers = must_be_lowered(required_of_body(loaded_.content, setup), body.features);
+  check_features(body, required_of_body(loaded_.content, lowers ? lowered(setup) : setup));
+  if (lowers) {
+    notice(body.name + " " + body.version +
+           " has no actuators that follow its bodies (actuator:pair_force and others): the coupler sends forces along "
+           "the directions at the start of each step, which is of first order in the step.");
+  }
+  make_solvers(setup, lowers, checkpoint);
   compute(store, checkpoint);
 }
 
@@ -89,16 +98,16 @@ void CaseRun::notice_missing_samples(const CouplerState& state) {
          " (the previous run used others). Resume with its output.fields, or start again.");
 }
 
-void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
+void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<FoundCheckpoint>& checkpoint) {
   events_.phase("configuring");
   const std::int64_t first = first_step(checkpoint);
-  BodySetup body = make_body_setup(loaded_.content, loaded_.assembly);
   FluidSetup fluid = make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string());
   if (loaded_.content.output.trace) {
     body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
     recording::open_timeline(timeline_, fluid.trace_directory, "coupler", 0);
   }
-  body_ = components_.make_body(body, first);
+  body_ = components_.make_body(lowers ? lowered(body) : body, first);
+  if (lowers) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
   fluid_ = components_.make_fluid(fluid, first);
   if (!checkpoint) return;
   body_->restore(checkpoint->body_path.string());
@@ -108,7 +117,7 @@ void CaseRun::make_solvers(const std::optional<FoundCheckpoint>& checkpoint) {
 void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint) {
   using Clock = std::chrono::steady_clock;
   const Case& the_case = loaded_.content;
-  const DrivingProtocol driving(loaded_.assembly.driving, static_cast<Eigen::Index>(loaded_.assembly.bodies.size()));
+  const DrivingProtocol driving(loaded_.assembly.drive);
   RunObservers observers(loaded_, directory_, events_, first_step(checkpoint), step_);
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
   SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_);

@@ -41,7 +41,8 @@ class CaseRun {
   void notice_missing_samples(const CouplerState& state);
   void notice(const std::string& text);
   void check_features(const Capabilities& capabilities, const std::set<std::string>& required);
-  void make_solvers(const std::optional<FoundCheckpoint>& checkpoint);
+  /// @param lowers  the body component lacks the setup's actuators and is driven by world forces
+  void make_solvers(BodySetup body, bool lowers, const std::optional<FoundCheckpoint>& checkpoint);
   void compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint);
 
   const LoadedCase& loaded_;

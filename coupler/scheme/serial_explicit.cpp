@@ -48,15 +48,14 @@ void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_
   }
 }
 
-/// Loads to apply, and external forces.
+/// Loads to apply, and the drive.
 void SerialExplicit::couple() {
   averaging_.apply(loads_, applied_.hydrodynamic);
-  driving_.sample(step_, nodes_, applied_.driving_N);
-  observer_.observe({step_, kinematics_, loads_, applied_.hydrodynamic, applied_.driving_N});
+  driving_.sample(step_, nodes_, applied_.actuation);
+  driving_.loads(kinematics_, applied_.actuation, drive_);
+  observer_.observe({step_, kinematics_, loads_, applied_.hydrodynamic, drive_});
 }
 
-void SerialExplicit::finish() {
-  observer_.finish({step_, kinematics_, loads_, applied_.hydrodynamic, applied_.driving_N});
-}
+void SerialExplicit::finish() { observer_.finish({step_, kinematics_, loads_, applied_.hydrodynamic, drive_}); }
 
 }  // namespace copepod::coupler

@@ -83,6 +83,7 @@ class SerialExplicit {
   Kinematics next_;
   Loads loads_;
   AppliedLoads applied_;
+  Loads drive_;  ///< at the start of the step
   Stopwatch fluid_watch_{timeline_, "wait for fluid"};
   Stopwatch couple_watch_{timeline_, "couple"};
   Stopwatch body_watch_{timeline_, "wait for bodies"};

@@ -14,7 +14,7 @@ import { Dealer } from "zeromq";
 const NEGLECTED = ["boundary", "symmetry_planes", "body_force", "fields"].map((name) => `neglects:${name}`);
 const FEATURES = ["checkpoint", "shape:sphere", "solver:external", ...NEGLECTED];
 const CAPABILITIES = { name: "Stokes drag in JavaScript", version: "1.0", features: FEATURES };
-const MAJOR = 1, MINOR = 0, FLUID = 1;
+const MAJOR = 2, MINOR = 0, FLUID = 1;
 const FINISHED = 0, BAD_CASE = 2, REFUSED = 65, LOST = 69, FAILED = 70, STORAGE = 73, DEADLINE = 74;
 
 const failure = (code, reason) => Object.assign(new Error(reason), { code });

@@ -83,7 +83,7 @@ std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conve
         recording::open_timeline(context_.timeline(), setup.trace_directory, std::string(name_of(role())), 0);
       bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
       solver_ = component_.make_solver(setup, context_);
-      return encoder.encode(header, configured());
+      return encoder.encode(header, configured(setup));
     }
     case Work::write_state:
       return encoder.encode(header, save(*solver_, request));
@@ -113,7 +113,8 @@ void ServedFluid::follow_up(Work work) {
   if (work == Work::compute_loads) solver_->advance();
 }
 
-session::Configured ServedBody::configured() {
+session::Configured ServedBody::configured(const BodySetup& setup) {
+  actuators_ = static_cast<Eigen::Index>(setup.actuators.size());
   session::Configured configured{solver_->driving_nodes()};
   driving_nodes_ = static_cast<Eigen::Index>(configured.driving_nodes.size());
   return configured;
@@ -124,7 +125,7 @@ std::span<const std::byte> ServedBody::exchange(Work work, const conversion::Dec
   if (work == Work::send_kinematics) {
     solver_->kinematics(kinematics_);
   } else if (work == Work::advance_bodies) {
-    request.read(applied_, bodies_, driving_nodes_);
+    request.read(applied_, bodies_, actuators_, driving_nodes_);
     {
       const Span integrate(context_.timeline(), "integrate");
       solver_->step(applied_, kinematics_);

@@ -47,7 +47,7 @@ class Served : public ServedSolver {
 
  protected:
   /// The answer to the setup, now that the solver is there.
-  virtual session::Configured configured() { return {}; }
+  virtual session::Configured configured(const Setup&) { return {}; }
 
   /// Does what only this role is asked for.
   virtual std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
@@ -83,10 +83,11 @@ class ServedBody final : public Served<BodySetup, BodySolver> {
   void follow_up(session::Work) override {}
 
  private:
-  session::Configured configured() override;
+  session::Configured configured(const BodySetup& setup) override;
   std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
                                       const session::Header& header, conversion::Encoder& encoder) override;
 
+  Eigen::Index actuators_ = 0;
   Eigen::Index driving_nodes_ = 1;
   AppliedLoads applied_;
 };

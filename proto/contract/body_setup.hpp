@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,15 @@ enum class MotionKind {
 
 enum class Integrator {
   semi_implicit_euler,  ///< the paper's
-  runge_kutta_4,        ///< classical, driving forces sampled at 0, 1/2 and 1 of the step
+  runge_kutta_4,        ///< classical, the drive sampled at 0, 1/2 and 1 of the step
+};
+
+enum class ActuatorKind {
+  pair_force,    ///< pushes two bodies apart along the line between its ends
+  body_force,    ///< on the centre of mass, in a direction fixed to the body
+  body_torque,   ///< about a direction fixed to the body
+  world_force,   ///< on the centre of mass, in a direction fixed in the world
+  world_torque,  ///< about a direction fixed in the world
 };
 
 /// One rigid body of uniform density; its initial state is in SI units and the world frame.
@@ -46,6 +55,27 @@ struct SpringSpecification {
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
 };
 
+/// Angular spring at body B between its arms to A and C; torque-free and force-free.
+struct BendSpecification {
+  int body_A = 0;
+  int body_B = 0;  ///< the vertex
+  int body_C = 0;
+  double stiffness_N_m_per_rad = 0.0;
+  double rest_angle_rad = std::numbers::pi;  ///< π: straight
+};
+
+/// Part of the drive: what it exerts per unit of its value, which every step brings anew
+/// (AppliedLoads::actuation); geometry/actuator_loads.hpp has the equations.
+struct ActuatorSpecification {
+  ActuatorKind kind = ActuatorKind::pair_force;
+  int body_A = 0;
+  int body_B = -1;  ///< of a pair; −1: none
+  Eigen::Vector3d direction =
+      Eigen::Vector3d::UnitZ();  ///< unit vector, frame of the body or of the world; not of a pair
+  Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< end of a pair in the frame of A, from its centre of mass
+  Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
+};
+
 /// Everything that a body solver needs before the first step; SI units.
 struct BodySetup {
   double step_s = 0.0;
@@ -55,7 +85,9 @@ struct BodySetup {
   std::array<double, 3> periodic_length_m{};  ///< 0: not periodic; distances of overlap checks use nearest images
   std::vector<BodySpecification> bodies;
   std::vector<SpringSpecification> springs;
-  std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
+  std::vector<BendSpecification> bends;
+  std::vector<ActuatorSpecification> actuators;  ///< in the order of AppliedLoads::actuation
+  std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
 };
 
 }  // namespace copepod

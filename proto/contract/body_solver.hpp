@@ -13,7 +13,7 @@ namespace copepod {
 ///   construct(BodySetup)  ->  [restore]  ->  kinematics  ->  { step -> [save] }*  ->  summarise
 class BodySolver : public Solver {
  public:
-  /// Where inside a step the driving forces are needed, as fractions of the step, ascending, the first 0.
+  /// Where inside a step the actuators' values are needed, as fractions of the step, ascending, the first 0.
   [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
 
   /// State of motion at the start of the next step.

@@ -37,12 +37,12 @@ struct Loads {
   }
 };
 
-/// What the coupler applies to the bodies during step `step`: loads that are constant over the step, and
-/// driving forces sampled at the nodes inside the step which the body solver asked for
-/// (BodySolver::driving_nodes).
+/// What the coupler applies to the bodies during step `step`: loads that are constant over the step, and the
+/// value of every actuator at the nodes inside the step which the body solver asked for
+/// (BodySolver::driving_nodes). The bodies apply the values along current directions.
 struct AppliedLoads {
-  Loads hydrodynamic;          ///< after load averaging
-  Eigen::Matrix3Xd driving_N;  ///< shape (3, nodes × bodies): node 0 of all bodies, then node 1, …
+  Loads hydrodynamic;         ///< after load averaging
+  Eigen::MatrixXd actuation;  ///< [N] or [N m], shape (actuators, nodes), actuators in the order of the setup
 };
 
 }  // namespace copepod

@@ -79,7 +79,13 @@ const std::vector<Feature>& known_features() {
       {"motion:prescribed", physics, "bodies that keep their given velocities"},
       {"motion:axis", physics, "bodies that move along, and rotate about, one axis"},
       {"springs", physics, "springs with dampers between bodies"},
-      {"anchors", physics, "springs attached away from the centres of their bodies"},
+      {"anchors", physics, "springs and pair forces attached away from the centres of their bodies"},
+      {"bends", physics, "angular springs between the arms from one body to two others"},
+      {"actuator:pair_force", physics, "drives that push two bodies apart along the current line between them"},
+      {"actuator:body_force", physics, "driving forces that turn with their body"},
+      {"actuator:body_torque", physics, "driving torques that turn with their body"},
+      {"actuator:world_force", physics, "driving forces of fixed direction"},
+      {"actuator:world_torque", physics, "driving torques of fixed direction"},
       {"gravity", physics, "weight and buoyancy of the bodies"},
       {"periodic", physics, "bodies near opposite periodic faces are neighbours"},
       {"integrator:semi_implicit_euler", method, "first order in the step"},
@@ -134,6 +140,11 @@ std::set<std::string> required_features(const BodySetup& setup) {
   for (const SpringSpecification& spring : setup.springs) {
     required.insert("springs");
     if (!spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0)) required.insert("anchors");
+  }
+  if (!setup.bends.empty()) required.insert("bends");
+  for (const ActuatorSpecification& actuator : setup.actuators) {
+    required.insert(feature("actuator", actuator_names, actuator.kind));
+    if (!actuator.anchor_A_m.isZero(0.0) || !actuator.anchor_B_m.isZero(0.0)) required.insert("anchors");
   }
   if (!setup.gravity_m_per_s2.isZero(0.0)) required.insert("gravity");
   for (const double length_m : setup.periodic_length_m) {

@@ -36,7 +36,7 @@ std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
     case v1::Envelope::kLoads:
       return {bytes_of(loads.force_n()), bytes_of(loads.torque_n_m())};
     case v1::Envelope::kAppliedLoads:
-      return {bytes_of(applied.force_n()), bytes_of(applied.torque_n_m()), bytes_of(applied.driving_n())};
+      return {bytes_of(applied.force_n()), bytes_of(applied.torque_n_m()), bytes_of(applied.actuation())};
     default:
       return {};
   }
@@ -188,9 +188,15 @@ void Decoder::read(Loads& loads, Eigen::Index bodies) const {
   read_array(buffers_->arrays[1], bodies, "torque_N_m", loads.torque_N_m);
 }
 
-void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index driving_nodes) const {
+void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actuators,
+                   Eigen::Index driving_nodes) const {
   read(applied.hydrodynamic, bodies);
-  read_array(buffers_->arrays[2], bodies * driving_nodes, "driving_N", applied.driving_N);
+  const Bytes& values = buffers_->arrays[2];
+  require_length(values.size() / sizeof(double), actuators * driving_nodes, "actuation");
+  applied.actuation.resize(actuators, driving_nodes);
+  if (!vector_passes().copy_finite(values.data(), static_cast<std::size_t>(applied.actuation.size()),
+                                   applied.actuation.data()))
+    throw NotFinite("actuation holds a number that is not finite");
 }
 
 void Decoder::read(session::CheckpointPath& path) const {

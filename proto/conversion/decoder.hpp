@@ -57,7 +57,7 @@ class Decoder {
   /// @param bodies  number of bodies of the setup; another number is refused
   void read(Kinematics& kinematics, Eigen::Index bodies) const;
   void read(Loads& loads, Eigen::Index bodies) const;
-  void read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index driving_nodes) const;
+  void read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actuators, Eigen::Index driving_nodes) const;
 
  private:
   struct Buffers;

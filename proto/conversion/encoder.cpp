@@ -158,7 +158,7 @@ Bytes Encoder::encode(const Header& header, const Loads& loads) {
 Bytes Encoder::encode(const Header& header, const AppliedLoads& applied) {
   return serialise(at_step(header, applied.hydrodynamic.step), v1::Envelope::kAppliedLoadsFieldNumber,
                    {numbers_of(applied.hydrodynamic.force_N), numbers_of(applied.hydrodynamic.torque_N_m),
-                    numbers_of(applied.driving_N)});
+                    numbers_of(applied.actuation)});
 }
 
 Bytes Encoder::encode(const Header& header, const SolverSummary& summary) {

@@ -97,6 +97,23 @@ void describe(auto& wire, Is<SpringSpecification> auto& spring) {
   wire("anchor_B_m", spring.anchor_B_m);
 }
 
+void describe(auto& wire, Is<BendSpecification> auto& bend) {
+  wire("body_A", bend.body_A);
+  wire("body_B", bend.body_B);
+  wire("body_C", bend.body_C);
+  wire("stiffness_N_m_per_rad", bend.stiffness_N_m_per_rad);
+  wire("rest_angle_rad", bend.rest_angle_rad);
+}
+
+void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {
+  wire("kind", actuator.kind);
+  wire("body_A", actuator.body_A);
+  wire("body_B", actuator.body_B, -1);
+  wire("direction", actuator.direction);
+  wire("anchor_A_m", actuator.anchor_A_m);
+  wire("anchor_B_m", actuator.anchor_B_m);
+}
+
 void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("step_s", setup.step_s);
   wire("integrator", setup.integrator);
@@ -105,6 +122,8 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("periodic_length_m", setup.periodic_length_m);
   wire("bodies", setup.bodies);
   wire("springs", setup.springs);
+  wire("bends", setup.bends);
+  wire("actuators", setup.actuators);
   wire("trace_directory", setup.trace_directory);
 }
 
@@ -259,11 +278,19 @@ void check(const FluidSetup& setup) {
 }
 
 void check(const BodySetup& setup) {
-  const auto exists = [&](int body) { return static_cast<std::size_t>(body) < setup.bodies.size(); };
-  for (const SpringSpecification& spring : setup.springs) {
-    if (exists(spring.body_A) && exists(spring.body_B)) continue;
-    throw MalformedMessage("a spring joins bodies " + std::to_string(spring.body_A) + " and " +
-                           std::to_string(spring.body_B) + " of " + std::to_string(setup.bodies.size()));
+  const auto require = [&](const std::string& what, std::initializer_list<int> bodies) {
+    std::string numbers;
+    for (const int body : bodies) numbers += (numbers.empty() ? "" : " and ") + std::to_string(body);
+    for (const int body : bodies) {
+      if (static_cast<std::size_t>(body) >= setup.bodies.size())
+        throw MalformedMessage(what + " bodies " + numbers + " of " + std::to_string(setup.bodies.size()));
+    }
+  };
+  for (const SpringSpecification& spring : setup.springs) require("a spring joins", {spring.body_A, spring.body_B});
+  for (const BendSpecification& bend : setup.bends) require("a bend joins", {bend.body_A, bend.body_B, bend.body_C});
+  for (const ActuatorSpecification& actuator : setup.actuators) {
+    require("an actuator is on", {actuator.body_A});
+    if (actuator.kind == ActuatorKind::pair_force) require("a pair force joins", {actuator.body_A, actuator.body_B});
   }
 }
 

@@ -5,7 +5,7 @@
 namespace copepod::session {
 
 /// Protocol version of this build. Minor versions only add fields and messages.
-inline constexpr std::uint32_t kProtocolMajor = 1;
+inline constexpr std::uint32_t kProtocolMajor = 2;
 inline constexpr std::uint32_t kProtocolMinor = 0;
 
 /// Everything of an Envelope but its body; the fields are documented in envelope.proto.

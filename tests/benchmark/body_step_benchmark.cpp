@@ -34,6 +34,10 @@ BodySetup swarm(int swimmers, Integrator integrator) {
       spring.damping_N_s_per_m = 1.57237e-7;
       spring.rest_length_m = 1.6e-5;
       setup.springs.push_back(spring);
+      ActuatorSpecification stroke;
+      stroke.body_A = spring.body_A;
+      stroke.body_B = spring.body_B;
+      setup.actuators.push_back(stroke);
     }
   }
   return setup;
@@ -42,12 +46,14 @@ BodySetup swarm(int swimmers, Integrator integrator) {
 void step_of_swimmers(benchmark::State& state, Integrator integrator) {
   const auto swimmers = static_cast<int>(state.range(0));
   const Eigen::Index bodies = 3 * swimmers;
-  body::RigidBodySolver solver(swarm(swimmers, integrator));
+  const BodySetup setup = swarm(swimmers, integrator);
+  body::RigidBodySolver solver(setup);
   AppliedLoads applied;
   applied.hydrodynamic.resize(bodies);
   applied.hydrodynamic.force_N.setConstant(1e-9);
   applied.hydrodynamic.torque_N_m.setConstant(1e-15);
-  applied.driving_N.setConstant(3, static_cast<Eigen::Index>(solver.driving_nodes().size()) * bodies, 1e-9);
+  applied.actuation.setConstant(static_cast<Eigen::Index>(setup.actuators.size()),
+                                static_cast<Eigen::Index>(solver.driving_nodes().size()), 1e-9);
   Kinematics next;
   for (auto _ : state) {
     solver.step(applied, next);

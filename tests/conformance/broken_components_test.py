@@ -41,11 +41,11 @@ BROKEN = {
         "fluid",
         ["versions"],
         {
-            "a Welcome of protocol 0.0 is refused": STAYS,
-            "a Welcome of protocol 2.0 is refused": STAYS,
+            "a Welcome of protocol 1.0 is refused": STAYS,
+            "a Welcome of protocol 3.0 is refused": STAYS,
             "a Welcome of a minor version that it does not support is refused": STAYS,
-            "a request of protocol 0.0 is refused": f"Loads #2 of step 0 {REFUSED}",
-            "a request of protocol 2.0 is refused": f"Loads #2 of step 0 {REFUSED}",
+            "a request of protocol 1.0 is refused": f"Loads #2 of step 0 {REFUSED}",
+            "a request of protocol 3.0 is refused": f"Loads #2 of step 0 {REFUSED}",
         },
     ),
     "accepts_nan": (
@@ -94,6 +94,26 @@ BROKEN = {
         ["physics"],
         {"a force against the motion": "on a body that moves along (0.5, -1, 0.25)"},
     ),
+    "freezes_its_drive": (
+        "body",
+        ["physics"],
+        {
+            "a pair force follows the arm": "relative velocity [m/s] gained from the pair force",
+            "a pair force has no net force and torque": "angular momentum changed by 0.0005",
+            "a body force turns with its body": "velocity [m/s] of body 0",
+        },
+    ),
+    "drives_with_a_net_torque": (
+        "body",
+        ["physics"],
+        {"a pair force has no net force and torque": "angular momentum changed by 1e-09"},
+    ),
+    "turns_a_world_force": (
+        "body",
+        ["physics"],
+        {"a world force keeps its direction": "velocity [m/s] of body 0"},
+    ),
+    "bends_without_reaction": ("body", ["physics"], {"a bend turns its arms": "velocity [m/s] of body 0"}),
     "ignores_an_abort": (
         "body",
         ["ends"],

@@ -40,7 +40,7 @@ def frames():
 
 def _envelope(name):
     numbered = {"FluidSetup": (1, 0), "BodySetup": (1, 0), "Configured": (1, 0), "Kinematics": (2, 0), "Loads": (2, 0)}
-    header = {"protocol_major": 1, "protocol_minor": 0, "session_id": SESSION, "epoch": EPOCH, "step": -1}
+    header = {"protocol_major": 2, "protocol_minor": 0, "session_id": SESSION, "epoch": EPOCH, "step": -1}
     if name in ("Hello", "Welcome", "Refusal"):
         header.update(session_id=0, epoch=0)
     elif name in ("Ping", "Pong", "Abort", "Failure"):
@@ -49,9 +49,9 @@ def _envelope(name):
         header["sequence"], header["step"] = numbered.get(name, (5, 3))
     envelope = {
         "FluidSetup": FluidCase(set()).setup_request,
-        "BodySetup": BodyCase(set()).setup_request,
+        "BodySetup": BodyCase({"actuator:pair_force"}).setup_request,
         "Kinematics": lambda: FluidCase(set()).step_request(0),
-        "AppliedLoads": lambda: BodyCase(set()).step_request(0),
+        "AppliedLoads": lambda: BodyCase({"actuator:pair_force"}).step_request(0),
     }.get(name, Envelope)()
     for field, value in header.items():
         setattr(envelope, field, value)
@@ -62,7 +62,7 @@ def _envelope(name):
 def _fill(name, message):
     if name == "Hello":
         message.role, message.lane = 1, 1
-        message.versions.major, message.versions.minor_min, message.versions.minor_max = 1, 0, 0
+        message.versions.major, message.versions.minor_min, message.versions.minor_max = 2, 0, 0
         message.session_token, message.host, message.pid, message.ranks, message.instance = "token", "here", 123, 1, 99
         message.capabilities.name, message.capabilities.version = "My fluid", "1.0"
         message.capabilities.features.extend(["shape:sphere", "solver:external"])
@@ -113,7 +113,7 @@ def ping():
     """The frame of the Ping, field by field."""
     frame = frames()["Ping"][1]
     parts = (
-        (2, "protocol_major = 1"),
+        (2, "protocol_major = 2"),
         (9, "session_id = 7"),
         (2, "epoch = 3"),
         (2, "step = −1 (sint64: zigzag)"),

@@ -1,6 +1,6 @@
-// Fuzz target: bytes from the wire. Byte 0 is the number of bodies of the setup, the rest one message
-// without its checksum, which is added so that the code behind that check is reached; or with it, for more
-// than 250 bodies.
+// Fuzz target: bytes from the wire. Byte 0 is the number of bodies, and of actuators, of the setup, the rest one
+// message without its checksum, which is added so that the code behind that check is reached; or with it, for more than
+// 250 bodies.
 
 #include <algorithm>
 #include <cstdint>
@@ -146,8 +146,8 @@ void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies, s
       echo(decoder, loads, bodies);
       return compare(message, decoder, loads, bodies);
     case MessageKind::applied_loads:
-      echo(decoder, applied, bodies, kDrivingNodes);
-      return compare(message, decoder, applied, bodies, kDrivingNodes);
+      echo(decoder, applied, bodies, bodies, kDrivingNodes);
+      return compare(message, decoder, applied, bodies, bodies, kDrivingNodes);
     case MessageKind::save:
     case MessageKind::restore: {
       session::CheckpointPath path;

@@ -35,7 +35,7 @@ std::vector<std::string> command(const std::vector<std::string>& program, const 
 /// The serial explicit scheme without averaging or driving.
 void couple(FluidSolver& fluid, BodySolver& body, Kinematics& kinematics, Loads& loads, int steps) {
   AppliedLoads applied;
-  applied.driving_N = Eigen::Matrix3Xd::Zero(3, 2);
+  applied.actuation.resize(0, 1);
   for (int i = 0; i < steps; ++i) {
     fluid.exchange(kinematics, loads);
     fluid.advance();

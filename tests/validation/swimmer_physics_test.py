@@ -121,6 +121,42 @@ class InStokesFlow(SwimmerTest):
         self.assertLess(abs(missing[1:]).max(), 1e-5)
 
 
+class InAnyDirection(SwimmerTest):
+    """A swimmer is force-free and torque-free: which way it points, and how it came to, does not matter."""
+
+    def last_cycle(self, *settings):
+        """(speed along the arms, speed across, angle between arms and z axis in degrees): last of twelve cycles."""
+        self.number = getattr(self, "number", 0) + 1
+        out = f"run_{self.number}"
+        words = [word for setting in settings for word in ("--set", setting)]
+        session = self.start("run", CASES / "turned_swimmer.yaml", *words, "--out", out)
+        self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
+        trajectory = Trajectory(self.folder / out / "trajectory.csv")
+        z = np.array([trajectory.of(bead)["position_m"] for bead in BEADS])
+        start, end = (int(np.flatnonzero(trajectory.steps == step)[0]) for step in (11 * PERIOD, 12 * PERIOD))
+        axis = z[2, start] - z[0, start]
+        axis /= np.linalg.norm(axis)
+        moved = (z[:, end] - z[:, start]).mean(axis=0) / 1e-6 / PERIOD
+        along = float(moved @ axis)
+        return along, float(np.linalg.norm(moved - along * axis)), float(np.degrees(np.arccos(axis[2])))
+
+    def test_a_swimmer_that_was_turned_swims_on_along_its_own_axis(self):
+        undisturbed, sideways, _ = self.last_cycle("forces=[]")
+        self.assertGreater(undisturbed, 6e-6)
+        self.assertEqual(sideways, 0.0)
+        along, across, tilt = self.last_cycle()
+        self.assertGreater(tilt, 45)
+        self.assertAlmostEqual(along / undisturbed, 1, delta=1e-3)
+        self.assertLess(across, 1e-3 * undisturbed)
+
+    def test_an_oblique_swimmer_swims_like_an_aligned_one(self):
+        aligned, _, _ = self.last_cycle("forces=[]")
+        for axis in ("[1, 1, 1]", "[1, 2, 3]"):
+            along, across, _ = self.last_cycle("forces=[]", f"swimmers.0.axis={axis}")
+            self.assertAlmostEqual(along / aligned, 1, delta=1e-3)
+            self.assertLess(across, 1e-3 * aligned)
+
+
 class OnTheLattice(SwimmerTest):
     def test_no_lag_no_motion_and_reversed_lag_swims_backwards(self):
         forwards, directory = self.swim("lattice_swimmer")

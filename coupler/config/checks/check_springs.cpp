@@ -34,7 +34,7 @@ void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& p
   const bool ours = the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty();
   if (!ours || assembly.springs.empty()) return;
   const Integrator integrator = the_case.body.integrator;
-  const FastestSprings fastest = fastest_springs(assembly.bodies, assembly.springs, integrator);
+  const FastestSprings fastest = fastest_springs(assembly.bodies, assembly.springs, {}, integrator);
   constexpr double close = 0.8;
   if (the_case.step_s <= close * fastest.together.largest_step_s) return;
   const bool diverges = the_case.step_s > fastest.alone.largest_step_s;

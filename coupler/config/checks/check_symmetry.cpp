@@ -103,26 +103,45 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
 
 /// What ties a body on the plane to one beside it would tie it to the mirror image too, and what pulls at a
 /// point off the plane would pull at that point's image.
-void check_symmetric_spring(const SpringSpecification& spring, const std::string& path, const Assembly& assembly,
-                            const FluidCase& fluid, std::size_t axis, Problems& problems) {
-  if (spring.body_A < 0 || spring.body_B < 0) return;
-  const auto& A = assembly.bodies[static_cast<std::size_t>(spring.body_A)];
-  const auto& B = assembly.bodies[static_cast<std::size_t>(spring.body_B)];
+/// @param joint  a SpringSpecification, or an ActuatorSpecification of a pair
+void check_symmetric_joint(const auto& joint, const std::string& what, const std::string& path,
+                           const Assembly& assembly, const FluidCase& fluid, std::size_t axis, Problems& problems) {
+  if (joint.body_A < 0 || joint.body_B < 0) return;
+  const auto& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
+  const auto& B = assembly.bodies[static_cast<std::size_t>(joint.body_B)];
   if (lies_on(A, fluid, axis) != lies_on(B, fluid, axis)) {
-    problems.error(path, "a spring ties '" + A.name + "' to '" + B.name +
+    problems.error(path, what + " ties '" + A.name + "' to '" + B.name +
                              "', only one of which lies on symmetry plane " + axis_names[axis] +
-                             " (the mirror image of the spring is not computed). Remove the plane.");
+                             " (its mirror image is not computed). Remove the plane.");
     return;
   }
   if (!lies_on(A, fluid, axis)) return;
   const auto normal = static_cast<Eigen::Index>(axis);
-  const double off_A_m = std::abs(in_world(A, spring.anchor_A_m)[normal]);
-  const double off_B_m = std::abs(in_world(B, spring.anchor_B_m)[normal]);
+  const double off_A_m = std::abs(in_world(A, joint.anchor_A_m)[normal]);
+  const double off_B_m = std::abs(in_world(B, joint.anchor_B_m)[normal]);
   if (std::max(off_A_m, off_B_m) <= plane_tolerance * fluid.cell_size_m) return;
-  problems.error(path, "a spring is anchored to '" + (off_A_m >= off_B_m ? A : B).name + "' " +
+  problems.error(path, what + " is anchored to '" + (off_A_m >= off_B_m ? A : B).name + "' " +
                            shortest_text(std::max(off_A_m, off_B_m)) + " m off symmetry plane " + axis_names[axis] +
                            " (it would turn the body or pull it off the plane). Anchor it on the plane, or "
                            "remove the plane.");
+}
+
+/// A force must lie in the plane, a torque across it.
+void check_symmetric_actuator(const ActuatorSpecification& actuator, const std::string& path, const Assembly& assembly,
+                              const FluidCase& fluid, std::size_t axis, Problems& problems) {
+  if (actuator.kind == ActuatorKind::pair_force)
+    return check_symmetric_joint(actuator, "a pair force", path, assembly, fluid, axis, problems);
+  if (actuator.body_A < 0) return;
+  const BodySpecification& body = assembly.bodies[static_cast<std::size_t>(actuator.body_A)];
+  if (!lies_on(body, fluid, axis)) return;
+  const bool turns = actuator.kind == ActuatorKind::body_force || actuator.kind == ActuatorKind::body_torque;
+  const bool torque = actuator.kind == ActuatorKind::body_torque || actuator.kind == ActuatorKind::world_torque;
+  const Eigen::Vector3d direction = turns ? in_world(body, actuator.direction) : actuator.direction;
+  const double across = std::abs(direction[static_cast<Eigen::Index>(axis)]);
+  if ((torque ? 1.0 - across : across) <= plane_tolerance) return;
+  const std::string name = axis_names[axis];
+  problems.error(path, path + (torque ? " is a torque not along " : " has a component along ") + name +
+                           " (symmetry plane " + name + " allows none). Change its direction, or remove the plane.");
 }
 
 /// Stokes flow computes bodies on a plane whole, which is the same, but no mirror images.
@@ -158,12 +177,9 @@ void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& pr
     for (std::size_t i = 0; i < assembly.bodies.size(); ++i)
       check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], fluid, axis, problems);
     for (std::size_t i = 0; i < assembly.springs.size(); ++i)
-      check_symmetric_spring(assembly.springs[i], assembly.spring_paths[i], assembly, fluid, axis, problems);
-    for (std::size_t i = 0; i < assembly.driving.size(); ++i) {
-      const int body = assembly.driving[i].body;
-      if (body < 0 || !lies_on(assembly.bodies[static_cast<std::size_t>(body)], fluid, axis)) continue;
-      check_symmetric_vector(assembly.driving[i].amplitude_N, axis, assembly.driving_paths[i], problems);
-    }
+      check_symmetric_joint(assembly.springs[i], "a spring", assembly.spring_paths[i], assembly, fluid, axis, problems);
+    for (std::size_t i = 0; i < assembly.drive.size(); ++i)
+      check_symmetric_actuator(assembly.drive[i].actuator, assembly.drive_paths[i], assembly, fluid, axis, problems);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -33,9 +34,9 @@ double largest_step_of_runge_kutta_s(double a, double b) {
   return stable;
 }
 
-/// What a spring of unit tension does to the body at its end.
+/// What a spring of unit tension, or a bend of unit moment, does to one of its bodies.
 struct End {
-  std::size_t spring = 0;
+  std::size_t spring = 0;  ///< bends are counted after the springs
   Eigen::Vector3d force_W;
   Eigen::Vector3d torque_W;  ///< about the centre of mass
 };
@@ -65,7 +66,8 @@ double response(const BodySpecification& body, const End& e, const End& f) {
 
 /// The ends that pull at each body.
 std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>& bodies,
-                                           const std::vector<SpringSpecification>& springs) {
+                                           const std::vector<SpringSpecification>& springs,
+                                           const std::vector<BendSpecification>& bends) {
   std::vector<std::vector<End>> ends(bodies.size());
   for (std::size_t i = 0; i < springs.size(); ++i) {
     const SpringSpecification& spring = springs[i];
@@ -77,6 +79,25 @@ std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>&
     const Eigen::Vector3d along = (bodies[b].position_m + arm_B - bodies[a].position_m - arm_A).stableNormalized();
     ends[a].push_back({i, along, arm_A.cross(along)});
     ends[b].push_back({i, -along, -arm_B.cross(along)});
+  }
+  for (std::size_t i = 0; i < bends.size(); ++i) {
+    const BendSpecification& bend = bends[i];
+    if (std::min({bend.body_A, bend.body_B, bend.body_C}) < 0) continue;
+    const auto vertex = static_cast<std::size_t>(bend.body_B);
+    Eigen::Vector3d on_vertex = Eigen::Vector3d::Zero();
+    const auto arm_m = [&](int body) -> Eigen::Vector3d {
+      return bodies[static_cast<std::size_t>(body)].position_m - bodies[vertex].position_m;
+    };
+    const Eigen::Vector3d normal = arm_m(bend.body_A).stableNormalized().cross(arm_m(bend.body_C).stableNormalized());
+    // Straight arms bend alike in every plane through them.
+    const Eigen::Vector3d axis = normal.norm() > 1e-9 ? normal.normalized() : arm_m(bend.body_A).unitOrthogonal();
+    for (const auto& [body, turn] : {std::pair(bend.body_A, 1.0), std::pair(bend.body_C, -1.0)}) {
+      const Eigen::Vector3d arm = arm_m(body);
+      const Eigen::Vector3d across = turn * axis.cross(arm) / std::max(arm.squaredNorm(), 1e-300);
+      ends[static_cast<std::size_t>(body)].push_back({springs.size() + i, across, Eigen::Vector3d::Zero()});
+      on_vertex -= across;
+    }
+    ends[vertex].push_back({springs.size() + i, on_vertex, Eigen::Vector3d::Zero()});
   }
   return ends;
 }
@@ -90,21 +111,27 @@ double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, dou
 }
 
 FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
-                               const std::vector<SpringSpecification>& springs, Integrator integrator) {
+                               const std::vector<SpringSpecification>& springs,
+                               const std::vector<BendSpecification>& bends, Integrator integrator) {
   struct Rates {
     double stiffness_per_s2 = 0.0;
     double damping_per_s = 0.0;
   };
-  std::vector<Rates> all(springs.size());
-  std::vector<Rates> alone(springs.size());
-  const auto ends = ends_by_body(bodies, springs);
+  // Square roots of stiffness and damping: [N/m], [N s/m] of springs, [N m/rad] of bends.
+  std::vector<std::pair<double, double>> roots;
+  for (const auto& spring : springs)
+    roots.emplace_back(std::sqrt(spring.stiffness_N_per_m), std::sqrt(spring.damping_N_s_per_m));
+  for (const auto& bend : bends) roots.emplace_back(std::sqrt(bend.stiffness_N_m_per_rad), 0.0);
+  std::vector<Rates> all(roots.size());
+  std::vector<Rates> alone(roots.size());
+  const auto ends = ends_by_body(bodies, springs, bends);
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     for (const End& e : ends[body]) {
       for (const End& f : ends[body]) {
-        const double rate_per_kg = std::abs(response(bodies[body], e, f));
+        const double rate = std::abs(response(bodies[body], e, f));
         const auto add_to = [&](Rates& rates) {
-          rates.stiffness_per_s2 += rate_per_kg * springs[f.spring].stiffness_N_per_m;
-          rates.damping_per_s += rate_per_kg * springs[f.spring].damping_N_s_per_m;
+          rates.stiffness_per_s2 += rate * roots[e.spring].first * roots[f.spring].first;
+          rates.damping_per_s += rate * roots[e.spring].second * roots[f.spring].second;
         };
         add_to(all[e.spring]);
         if (e.spring == f.spring) add_to(alone[e.spring]);

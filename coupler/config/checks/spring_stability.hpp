@@ -15,26 +15,27 @@ namespace copepod::coupler {
 /// @return infinity where both are 0
 double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s);
 
-/// A spring that limits the step.
+/// A spring or bend that limits the step.
 struct StepLimit {
-  std::size_t spring = 0;       ///< index
+  std::size_t spring = 0;       ///< index; bends are counted after the springs
   double largest_step_s = 0.0;  ///< infinity where nothing can oscillate
 };
 
-/// The springs that limit the step most.
+/// The springs or bends that limit the step most.
 struct FastestSprings {
-  StepLimit together;  ///< with all springs; perhaps somewhat longer steps are stable, too
+  StepLimit together;  ///< with all of them; perhaps somewhat longer steps are stable, too
   StepLimit alone;     ///< as if each were the only one: longer steps never are
 };
 
-/// Bound of the fastest mode of a network of springs, in its first position.
-/// The modes are the eigenvalues of G K, K the springs' stiffnesses and G_ef the rate at which a unit tension
-/// of spring f accelerates the stretch of spring e (1/m_A + 1/m_B for f = e); none exceeds its largest row
-/// sum Σ_f |G_ef| k_f, and the fastest is no slower than its largest G_ee k_e. For two bodies both are exact,
-/// for three in a row the first. Damping likewise.
-/// Neglected: stiffness across a spring under tension, the fluid that moves with a body.
-/// @param springs  not empty; those with a body below 0 are left out
+/// Bound of the fastest mode of a network of springs and bends, in its first position.
+/// The modes are the eigenvalues of √K G √K, K the stiffnesses and G_ef the rate at which a unit tension of spring f
+/// accelerates the stretch of spring e (1/m_A + 1/m_B for f = e); of a bend, moment and angle take the places of
+/// tension and stretch. None exceeds the largest row sum Σ_f √k_e |G_ef| √k_f, and the fastest is no slower than the
+/// largest G_ee k_e. For two bodies both are exact, for three in a row the first. Damping likewise. Neglected:
+/// stiffness across a spring under tension, the fluid that moves with a body.
+/// @param springs, bends  those with a body below 0 are left out
 FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
-                               const std::vector<SpringSpecification>& springs, Integrator integrator);
+                               const std::vector<SpringSpecification>& springs,
+                               const std::vector<BendSpecification>& bends, Integrator integrator);
 
 }  // namespace copepod::coupler

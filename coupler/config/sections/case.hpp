@@ -106,9 +106,10 @@ struct NamedSpring : SpringSpecification {
   std::array<std::string, 2> bodies;
 };
 
-/// A driving force of the case, its body by name; `assemble` finds its number.
+/// A driving force of the case, its body by name; `assemble` finds its number. The term's amplitude stays 1.
 struct NamedForce : DrivingTerm {
   std::string name;  ///< of the body
+  Eigen::Vector3d amplitude_N = Eigen::Vector3d::Zero();
 };
 
 struct OutputCase {

@@ -61,8 +61,13 @@ void add_case_springs(const Case& the_case, const BodyNumbers& numbers, Assembly
 void add_case_forces(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
   for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
     const NamedForce& named = the_case.forces[i];
-    assembly.driving.emplace_back(named).body = number_of(numbers, named.name);
-    assembly.driving_paths.push_back("forces." + std::to_string(i));
+    DrivenActuator driven{{}, named};
+    driven.actuator.kind = ActuatorKind::world_force;
+    driven.actuator.body_A = number_of(numbers, named.name);
+    driven.term.amplitude = named.amplitude_N.norm();
+    if (driven.term.amplitude > 0.0) driven.actuator.direction = named.amplitude_N / driven.term.amplitude;
+    assembly.drive.push_back(driven);
+    assembly.drive_paths.push_back("forces." + std::to_string(i));
   }
 }
 
@@ -77,10 +82,10 @@ Assembly assemble(const Case& the_case) {
     const int first_body = assembly.first_bodies.back();
     add_swimmer_springs(swimmer, first_body, path, assembly);
     const Stroke& stroke = swimmer.three_beads->stroke;
-    for (DrivingTerm& term : stroke_terms(stroke.amplitude_N * z_axis(swimmer.orientation_wxyz), stroke.period_steps,
-                                          stroke.phase_lag_steps, stroke.cycles, first_body)) {
-      assembly.driving.push_back(term);
-      assembly.driving_paths.push_back(path + ".stroke");
+    for (const DrivenActuator& driven :
+         stroke_terms(stroke.amplitude_N, stroke.period_steps, stroke.phase_lag_steps, stroke.cycles, first_body)) {
+      assembly.drive.push_back(driven);
+      assembly.drive_paths.push_back(path + ".stroke");
     }
   }
   for (std::size_t i = 0; i < the_case.bodies.size(); ++i) {

@@ -9,7 +9,7 @@
 
 namespace copepod::coupler {
 
-/// All bodies, springs and driving forces of a case: swimmers expanded, names turned into positions in
+/// All bodies, springs and actuators of a case: swimmers expanded, names turned into positions in
 /// `bodies`. Bodies of swimmers come first, bead by bead.
 struct Assembly {
   std::vector<BodySpecification> bodies;
@@ -17,8 +17,8 @@ struct Assembly {
   std::vector<int> first_bodies;        ///< of each swimmer: the body of its first bead; the others follow
   std::vector<SpringSpecification> springs;
   std::vector<std::string> spring_paths;
-  std::vector<DrivingTerm> driving;
-  std::vector<std::string> driving_paths;
+  std::vector<DrivenActuator> drive;
+  std::vector<std::string> drive_paths;
 };
 
 /// Names that do not exist give a term with body −1; `check_names` reports them.

@@ -31,7 +31,7 @@ TRANSITIONS = json.loads((_GENERATED / "transitions.json").read_text())
 # {name: kind} of every feature that a component may announce; see proto/contract/features.hpp.
 FEATURES = {row["name"]: row["kind"] for row in json.loads((_GENERATED / "features.json").read_text())}
 
-PROTOCOL_MAJOR = 1
+PROTOCOL_MAJOR = 2
 PROTOCOL_MINOR = 0
 
 _TAG = b"\x79"  # field 15, fixed64: the last field of every message

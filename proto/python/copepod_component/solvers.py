@@ -24,7 +24,7 @@ class AppliedLoads:
     step: int
     force_N: np.ndarray  # (bodies, 3), hydrodynamic, constant over the step
     torque_N_m: np.ndarray  # (bodies, 3)
-    driving_N: np.ndarray  # (nodes, bodies, 3)
+    actuation: np.ndarray  # (nodes, actuators), values in N or N m, actuators in the order of the setup
 
 
 @dataclasses.dataclass
@@ -70,7 +70,7 @@ class _Served:
     def __init__(self, make_solver, context):
         self._make_solver, self._context = make_solver, context
         self.solver: Any = None  # made by the setup
-        self._bodies = 0
+        self._bodies = self._actuators = 0
         self._seconds: dict[str, float] = {}
 
     def perform(self, request, reply):
@@ -139,6 +139,7 @@ class ServedBody(_Served):
         if name == "BodySetup":
             check_setup(body)
             self._bodies = len(body.bodies)
+            self._actuators = len(body.actuators)
             self.solver = self._make_solver(body, self._context)
             reply.configured.driving_nodes.extend(self.solver.driving_nodes())
         elif name == "KinematicsRequest":
@@ -149,7 +150,7 @@ class ServedBody(_Served):
                 request.step,
                 _read(body.force_N, (bodies, 3), "force_N"),
                 _read(body.torque_N_m, (bodies, 3), "torque_N_m"),
-                _read(body.driving_N, (nodes, bodies, 3), "driving_N"),
+                _read(body.actuation, (nodes, self._actuators), "actuation"),
             )
             write_kinematics(self._timed("step", self.solver.step, applied), self._bodies, reply)
 

@@ -5,10 +5,10 @@ import math
 from google.protobuf.descriptor import FieldDescriptor
 
 from .errors import Refused
-from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
+from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, setup as schema
 
 MESSAGE_BYTES = 256 << 20
-ENTRIES = 1_000_000  # bodies, springs
+ENTRIES = 1_000_000  # of every list in a setup
 CELLS = 10**12
 STRING_BYTES = 4096
 _LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}  # of lists in a setup; all other lists of numbers are vectors of 3
@@ -37,16 +37,26 @@ def check_setup(setup):
     if hasattr(setup, "fields"):
         _check_fields(setup.fields)
         _check_cells(setup.domain_cells)
-    bodies = len(setup.bodies)
-    for spring in getattr(setup, "springs", ()):
-        if max(spring.body_A, spring.body_B) >= bodies:
-            raise _refused(f"a spring joins bodies {spring.body_A} and {spring.body_B} of {bodies}")
+    if hasattr(setup, "springs"):
+        _check_bodies(setup)
 
 
 def check_text(text, name):
     """Raises Refused for a text that is too long."""
     if len(text.encode()) > STRING_BYTES:
         raise _refused(f"{name} has more than {STRING_BYTES} bytes")
+
+
+def _check_bodies(setup):
+    """Springs, bends and actuators act on bodies that exist."""
+    named = [("a spring", [spring.body_A, spring.body_B]) for spring in setup.springs]
+    named += [("a bend", [bend.body_A, bend.body_B, bend.body_C]) for bend in setup.bends]
+    for actuator in setup.actuators:
+        pair = actuator.kind == schema.ACTUATOR_KIND_PAIR_FORCE
+        named.append(("an actuator", [actuator.body_A, actuator.body_B - 1] if pair else [actuator.body_A]))
+    for what, bodies in named:
+        if min(bodies) < 0 or max(bodies) >= len(setup.bodies):
+            raise _refused(f"{what} is on bodies {' and '.join(map(str, bodies))} of {len(setup.bodies)}")
 
 
 def _check_fields(fields):

@@ -87,6 +87,7 @@ class BodyCase:
         self.solver = solver or ""
         named = [number for name, number in _INTEGRATORS.items() if f"integrator:{name}" in features]
         self._integrator = (named or list(_INTEGRATORS.values()))[0]
+        self._is_driven = "actuator:pair_force" in features
         self.driving_nodes = 1
 
     def setup_request(self):
@@ -103,34 +104,42 @@ class BodyCase:
             body.orientation_wxyz.extend((1.0, 0.0, 0.0, 0.0))
             body.velocity_m_per_s.extend((SPEED_M_PER_S, 0.0, 0.0))
             body.angular_velocity_rad_per_s.extend(ZERO)
+        if self._is_driven:
+            message.actuators.add(
+                kind=setup.ACTUATOR_KIND_PAIR_FORCE,
+                body_B=2,
+                direction=(0.0, 0.0, 1.0),
+                anchor_A_m=ZERO,
+                anchor_B_m=ZERO,
+            )
         return request
 
     def step_request(self, step):
-        """Hydrodynamic loads on both bodies; they grow with the step so that no two steps are alike."""
+        """Hydrodynamic loads on both bodies, and the drive; they grow, so that no two steps are alike."""
         growth = 1 + step / 8
         force = [[growth * FORCE_N * u for u in body] for body in _PATTERN]
-        return self.loads_request(step, force, [ZERO, ZERO], [ZERO, ZERO])
+        return self.loads_request(step, force, [ZERO, ZERO], [growth * FORCE_N] if self._is_driven else ())
 
-    def loads_request(self, step, force_N, torque_N_m, driving_N):
-        """Loads on the bodies; the driving force is the same at all nodes of the step."""
+    def loads_request(self, step, force_N, torque_N_m, values=()):
+        """Loads on the bodies; the values of the actuators are the same at all nodes of the step."""
         request = Envelope(step=step)
         message = part(request, "AppliedLoads")
         message.force_N.extend(u for body in force_N for u in body)
         message.torque_N_m.extend(u for body in torque_N_m for u in body)
-        message.driving_N.extend([u for body in driving_N for u in body] * self.driving_nodes)
+        message.actuation.extend(list(values) * self.driving_nodes)
         return request
 
     def learn(self, configured):
-        """The body requests driving forces at this number of instants of a step."""
+        """The body requests the values of actuators at this number of instants of a step."""
         self.driving_nodes = len(configured.configured.driving_nodes)
 
 
-def rows(message, field, width=3):
+def rows(message, field, width=3, bodies=len(POSITIONS_M)):
     """A field of the reply, shape (bodies, width); raises Violation if it is not of that size."""
     numbers = np.array(getattr(message, field))
-    if numbers.size != width * len(POSITIONS_M):
+    if numbers.size != width * bodies:
         raise Violation(
             f"{numbers.size} numbers in {message.DESCRIPTOR.name}.{field} "
-            f"instead of {width} for each of {len(POSITIONS_M)} bodies"
+            f"instead of {width} for each of {bodies} bodies"
         )
-    return numbers.reshape(len(POSITIONS_M), width)
+    return numbers.reshape(bodies, width)

@@ -44,15 +44,17 @@ class Field:
 
 
 def fields_of(message, path=""):
-    """All fields of a message and of what is inside it; of a list of messages the last one."""
+    """All fields of a message and of what is inside it, empty lists excepted; of a list of messages the last one."""
     for descriptor in message.DESCRIPTOR.fields:
         inside = getattr(message, descriptor.name)
         name = path + descriptor.name
+        if descriptor.label == FieldDescriptor.LABEL_REPEATED and not len(inside):
+            continue
         if descriptor.type != FieldDescriptor.TYPE_MESSAGE:
             yield Field(name, message, descriptor)
         elif descriptor.label != FieldDescriptor.LABEL_REPEATED:
             yield from fields_of(inside, f"{name}.")
-        elif len(inside):
+        else:
             yield from fields_of(inside[-1], f"{name}[{len(inside) - 1}].")
 
 

@@ -62,12 +62,15 @@ class Masses:
 
     def step(self, applied):
         state = self.state
-        state.velocity_m_per_s = (
-            state.velocity_m_per_s + self.step_s * (applied.force_N + applied.driving_N[0]) / self.mass_kg
-        )
+        force_N = applied.force_N + self.drive_N(applied)
+        state.velocity_m_per_s = state.velocity_m_per_s + self.step_s * force_N / self.mass_kg
         state.position_m = state.position_m + self.step_s * state.velocity_m_per_s
         state.step = applied.step + 1
         return state
+
+    def drive_N(self, applied):
+        """Forces of actuators and bends, which only some of the broken components have."""
+        return 0.0
 
     def save(self, path):
         try:

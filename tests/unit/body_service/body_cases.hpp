@@ -30,6 +30,22 @@ inline BodySpecification capsule(const std::string& name, const Eigen::Vector3d&
   return body;
 }
 
+inline ActuatorSpecification pair_force(int body_A, int body_B) {
+  ActuatorSpecification actuator;
+  actuator.body_A = body_A;
+  actuator.body_B = body_B;
+  return actuator;
+}
+
+/// One of the other kinds.
+inline ActuatorSpecification actuator_on(int body, ActuatorKind kind, const Eigen::Vector3d& direction) {
+  ActuatorSpecification actuator;
+  actuator.kind = kind;
+  actuator.body_A = body;
+  actuator.direction = direction;
+  return actuator;
+}
+
 inline BodySetup setup_of(std::vector<BodySpecification> bodies, double step_s,
                           Integrator integrator = Integrator::runge_kutta_4) {
   BodySetup setup;
@@ -40,21 +56,21 @@ inline BodySetup setup_of(std::vector<BodySpecification> bodies, double step_s,
 }
 
 /// Zero loads of the right shape for a solver's first step.
-inline AppliedLoads no_loads(const BodySolver& solver, Eigen::Index bodies) {
+inline AppliedLoads no_loads(const BodySolver& solver, Eigen::Index bodies, Eigen::Index actuators = 0) {
   AppliedLoads applied;
   applied.hydrodynamic.resize(bodies);
   applied.hydrodynamic.force_N.setZero();
   applied.hydrodynamic.torque_N_m.setZero();
-  applied.driving_N.setZero(3, static_cast<Eigen::Index>(solver.driving_nodes().size()) * bodies);
+  applied.actuation.setZero(actuators, static_cast<Eigen::Index>(solver.driving_nodes().size()));
   return applied;
 }
 
 /// Takes `steps` steps under loads that `change` may set before each.
-inline Kinematics advance(BodySolver& solver, std::int64_t steps,
-                          const std::function<void(AppliedLoads&)>& change = {}) {
+inline Kinematics advance(BodySolver& solver, std::int64_t steps, const std::function<void(AppliedLoads&)>& change = {},
+                          Eigen::Index actuators = 0) {
   Kinematics state;
   solver.kinematics(state);
-  AppliedLoads applied = no_loads(solver, state.bodies());
+  AppliedLoads applied = no_loads(solver, state.bodies(), actuators);
   for (std::int64_t i = 0; i < steps; ++i) {
     applied.hydrodynamic.step = state.step;
     if (change) change(applied);

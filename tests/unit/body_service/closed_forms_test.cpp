@@ -79,12 +79,17 @@ TEST(ClosedForms, PrescribedMotionIgnoresAllLoads) {
   setup.springs.emplace_back();
   setup.springs[0].body_B = 1;
   setup.springs[0].stiffness_N_per_m = 1e-9;
+  setup.actuators = {actuator_on(0, ActuatorKind::world_force, {0, 0, 1}),
+                     actuator_on(0, ActuatorKind::body_torque, {0, 0, 1})};
   RigidBodySolver solver(setup);
-  const Kinematics end = advance(solver, 1000, [](AppliedLoads& applied) {
-    applied.hydrodynamic.force_N.setConstant(1e-10);
-    applied.hydrodynamic.torque_N_m.setConstant(1e-16);
-    applied.driving_N.setConstant(1e-10);
-  });
+  const Kinematics end = advance(
+      solver, 1000,
+      [](AppliedLoads& applied) {
+        applied.hydrodynamic.force_N.setConstant(1e-10);
+        applied.hydrodynamic.torque_N_m.setConstant(1e-16);
+        applied.actuation.setConstant(1e-10);
+      },
+      2);
   EXPECT_EQ(end.velocity_m_per_s.col(0), body.velocity_m_per_s);
   EXPECT_EQ(end.angular_velocity_rad_per_s.col(0), body.angular_velocity_rad_per_s);
   EXPECT_TRUE(end.position_m.col(0).isApprox(0.1 * body.velocity_m_per_s, 1e-12));

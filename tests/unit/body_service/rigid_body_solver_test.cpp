@@ -36,6 +36,8 @@ BodySetup swarm(int swimmers, const std::vector<int>& order) {
       spring.anchor_A_m = {0, 1e-6, 4e-6};
       spring.anchor_B_m = {1e-6, 0, -4e-6};
       setup.springs.push_back(spring);
+      setup.actuators.push_back(pair_force(order[index - 1], order[index]));
+      setup.actuators.push_back(actuator_on(order[index], ActuatorKind::body_force, {0, 0.6, 0.8}));
     }
   }
   setup.bodies = bodies;
@@ -50,16 +52,16 @@ std::vector<int> identity(int bodies) {
 
 /// Loads that depend on the body and on the step.
 void shake(AppliedLoads& applied, const std::vector<int>& order) {
-  const auto nodes = applied.driving_N.cols() / static_cast<Eigen::Index>(order.size());
   const double phase = 1e-2 * static_cast<double>(applied.hydrodynamic.step);
   for (std::size_t body = 0; body < order.size(); ++body) {
     const double strength = 1e-6 * static_cast<double>(body + 1);
     applied.hydrodynamic.force_N.col(order[body]) << strength * std::sin(phase), 0, strength;
     applied.hydrodynamic.torque_N_m.col(order[body]) << 0, 1e-6 * strength * std::cos(phase), 0;
-    for (Eigen::Index node = 0; node < nodes; ++node) {
+  }
+  for (Eigen::Index actuator = 0; actuator < applied.actuation.rows(); ++actuator) {
+    for (Eigen::Index node = 0; node < applied.actuation.cols(); ++node) {
       const double later = phase + 0.5e-2 * static_cast<double>(node);
-      applied.driving_N.col(node * static_cast<Eigen::Index>(order.size()) + order[body]) << 0, 0,
-          strength * std::sin(later);
+      applied.actuation(actuator, node) = 1e-6 * static_cast<double>(actuator + 1) * std::sin(later);
     }
   }
 }
@@ -72,8 +74,10 @@ TEST(RigidBodySolver, GivesTheSameBitsInWhateverOrderTheBodiesAre) {
   std::swap(scattered[0], scattered[15]);
   RigidBodySolver plain(swarm(swimmers, identity(3 * swimmers)));
   RigidBodySolver mixed(swarm(swimmers, scattered));
-  const auto first = advance(plain, 200, [&](auto& loads) { shake(loads, identity(3 * swimmers)); });
-  const auto second = advance(mixed, 200, [&](auto& loads) { shake(loads, scattered); });
+  const auto first = advance(
+      plain, 200, [&](auto& loads) { shake(loads, identity(3 * swimmers)); }, 4 * swimmers);
+  const auto second = advance(
+      mixed, 200, [&](auto& loads) { shake(loads, scattered); }, 4 * swimmers);
   for (int body = 0; body < 3 * swimmers; ++body) {
     EXPECT_EQ(first.position_m.col(body), second.position_m.col(scattered[body])) << body;
     EXPECT_EQ(first.orientation_wxyz.col(body), second.orientation_wxyz.col(scattered[body])) << body;
@@ -87,8 +91,10 @@ TEST(RigidBodySolver, MovesTheSameWaySeenFromAMovingTrain) {
   RigidBodySolver standing(setup);
   for (auto& body : setup.bodies) body.velocity_m_per_s += train_m_per_s;
   RigidBodySolver moving(setup);
-  const auto first = advance(standing, 2000, [](auto& loads) { shake(loads, identity(6)); });
-  const auto second = advance(moving, 2000, [](auto& loads) { shake(loads, identity(6)); });
+  const auto first = advance(
+      standing, 2000, [](auto& loads) { shake(loads, identity(6)); }, 8);
+  const auto second = advance(
+      moving, 2000, [](auto& loads) { shake(loads, identity(6)); }, 8);
   const Eigen::Matrix3Xd seen = second.position_m.colwise() - train_m_per_s * 2000 * setup.step_s;
   EXPECT_LT((seen - first.position_m).norm() / first.position_m.norm(), 1e-12);
   EXPECT_LT((second.orientation_wxyz - first.orientation_wxyz).norm(), 1e-9);
@@ -99,10 +105,10 @@ TEST(RigidBodySolver, ContinuesBitForBitAfterARestart) {
   const auto load = [](AppliedLoads& applied) { shake(applied, identity(6)); };
   const BodySetup setup = swarm(2, identity(6));
   RigidBodySolver whole(setup);
-  const Kinematics expected = advance(whole, 300, load);
+  const Kinematics expected = advance(whole, 300, load, 8);
 
   RigidBodySolver first_part(setup);
-  advance(first_part, 123, load);
+  advance(first_part, 123, load, 8);
   first_part.save(file);
   RigidBodySolver second_part(setup);
   second_part.restore(file);
@@ -111,7 +117,7 @@ TEST(RigidBodySolver, ContinuesBitForBitAfterARestart) {
   second_part.kinematics(resumed);
   EXPECT_EQ(resumed.step, 123);
   EXPECT_EQ(second_part.summarise().digest, first_part.summarise().digest);
-  resumed = advance(second_part, 177, load);
+  resumed = advance(second_part, 177, load, 8);
   EXPECT_EQ(resumed.step, 300);
   EXPECT_EQ(resumed.position_m, expected.position_m);
   EXPECT_EQ(resumed.orientation_wxyz, expected.orientation_wxyz);
@@ -123,7 +129,7 @@ TEST(RigidBodySolver, NamesTheBodyWhoseMotionIsNotFinite) {
   for (const double spoiled : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     RigidBodySolver solver(swarm(2, identity(6)));
     Kinematics next;
-    AppliedLoads applied = no_loads(solver, 6);
+    AppliedLoads applied = no_loads(solver, 6, 8);
     applied.hydrodynamic.torque_N_m(1, 3) = spoiled;
     const std::string reason = reason_of<SolverError>([&] { solver.step(applied, next); });
     EXPECT_TRUE(contains(reason, "motion of body 'body 3' is not finite") ||
@@ -132,9 +138,12 @@ TEST(RigidBodySolver, NamesTheBodyWhoseMotionIsNotFinite) {
 }
 
 TEST(RigidBodySolver, EndsWhenDrivenBodiesMeet) {
-  RigidBodySolver solver(setup_of({bead("left", {0, 0, 0}), bead("right", {0, 0, 9e-6})}, 1e-9));
+  BodySetup setup = setup_of({bead("left", {0, 0, 0}), bead("right", {0, 0, 9e-6})}, 1e-9);
+  setup.actuators = {pair_force(0, 1)};
+  RigidBodySolver solver(setup);
   const std::string reason = reason_of<SolverError>([&] {
-    advance(solver, 100000, [](AppliedLoads& applied) { applied.driving_N.row(2) << 1e-6, 0, 1e-6, 0, 1e-6, 0; });
+    advance(
+        solver, 100000, [](AppliedLoads& applied) { applied.actuation.setConstant(-1e-6); }, 1);
   });
   EXPECT_TRUE(contains(reason, "bodies 'left' and 'right' overlap"));
 }
@@ -154,14 +163,14 @@ TEST(RigidBodySolver, RefusesLoadsOfAnotherStepOrShape) {
   Kinematics next;
   {
     RigidBodySolver solver(swarm(1, identity(3)));
-    AppliedLoads applied = no_loads(solver, 3);
+    AppliedLoads applied = no_loads(solver, 3, 4);
     applied.hydrodynamic.step = 5;
     EXPECT_TRUE(contains(reason_of<SolverError>([&] { solver.step(applied, next); }), "loads of step 5"));
   }
   {
     RigidBodySolver solver(swarm(1, identity(3)));
-    AppliedLoads applied = no_loads(solver, 3);
-    applied.driving_N.resize(3, 3);
+    AppliedLoads applied = no_loads(solver, 3, 4);
+    applied.actuation.resize(4, 1);
     EXPECT_TRUE(contains(reason_of<SolverError>([&] { solver.step(applied, next); }), "wrong shape"));
   }
 }

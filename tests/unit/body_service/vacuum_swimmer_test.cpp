@@ -67,6 +67,7 @@ BodySetup swimmer(Integrator integrator) {
     spring.damping_N_s_per_m = 1.57237e-7;
     spring.rest_length_m = 25 * cell_m;
     setup.springs.push_back(spring);
+    setup.actuators.push_back(pair_force(trailing, trailing + 1));
   }
   return setup;
 }
@@ -89,17 +90,13 @@ LargestErrors errors_against_reference(Integrator integrator) {
   LargestErrors errors;
   std::int64_t reached = 0;
   for (const auto& row : reference) {
-    const Kinematics state = advance(solver, row.step - reached, [&nodes](AppliedLoads& applied) {
+    const auto drive = [&nodes](AppliedLoads& applied) {
       for (std::size_t node = 0; node < nodes.size(); ++node) {
         const double t = static_cast<double>(applied.hydrodynamic.step) + nodes[node];
-        const double on_B2 = -stroke_N(t);
-        const double on_B3 = stroke_N(t - delay_steps);
-        const auto column = static_cast<Eigen::Index>(3 * node);
-        applied.driving_N(2, column) = on_B2;
-        applied.driving_N(2, column + 1) = -(on_B2 + on_B3);
-        applied.driving_N(2, column + 2) = on_B3;
+        applied.actuation.col(static_cast<Eigen::Index>(node)) << stroke_N(t), stroke_N(t - delay_steps);
       }
-    });
+    };
+    const Kinematics state = advance(solver, row.step - reached, drive, 2);
     reached = row.step;
     for (int bead = 0; bead < 3; ++bead) {
       const double z = state.position_m(2, bead) / cell_m;

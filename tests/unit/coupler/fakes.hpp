@@ -14,6 +14,7 @@
 #include "contract/body_solver.hpp"
 #include "contract/errors.hpp"
 #include "contract/fluid_solver.hpp"
+#include "geometry/actuator_loads.hpp"
 #include "run/components.hpp"
 
 namespace copepod::coupler {
@@ -57,7 +58,7 @@ class ConstantDragFluid : public FluidSolver {
 };
 
 /// Point masses with springs between their centres, advanced by classical Runge-Kutta with loads held over
-/// the step and driving forces sampled at 0, 1/2 and 1. Rotation is left out.
+/// the step and the drive sampled at 0, 1/2 and 1. Rotation is left out.
 class PointMassBodies : public BodySolver {
  public:
   explicit PointMassBodies(BodySetup setup) : setup_(std::move(setup)) {
@@ -114,7 +115,11 @@ class PointMassBodies : public BodySolver {
   Eigen::Matrix3Xd acceleration(const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v, const AppliedLoads& applied,
                                 Eigen::Index node) const {
     const Eigen::Index bodies = x.cols();
-    Eigen::Matrix3Xd force = applied.hydrodynamic.force_N + applied.driving_N.middleCols(node * bodies, bodies);
+    Kinematics stage = state_;
+    stage.position_m = x;
+    Loads drive;
+    drive_loads(setup_.actuators, applied.actuation.col(node), stage, drive);
+    Eigen::Matrix3Xd force = applied.hydrodynamic.force_N + drive.force_N;
     for (const SpringSpecification& spring : setup_.springs) {
       const Eigen::Vector3d between = x.col(spring.body_B) - x.col(spring.body_A);
       const Eigen::Vector3d closing = v.col(spring.body_B) - v.col(spring.body_A);
@@ -138,8 +143,10 @@ class LocalComponents : public Components {
   LocalComponents(double drag, bool saves) : drag_(drag) {
     fluid_capabilities_ = {
         "ConstantDragFluid", "1", {"solver:vacuum", "solver:stokes", "shape:sphere", "neglects:boundary"}};
-    body_capabilities_ = {
-        "PointMassBodies", "1", {"shape:sphere", "motion:free", "springs", "integrator:runge_kutta_4"}};
+    body_capabilities_ = {"PointMassBodies",
+                          "1",
+                          {"shape:sphere", "motion:free", "springs", "integrator:runge_kutta_4", "actuator:pair_force",
+                           "actuator:world_force"}};
     if (!saves) return;
     fluid_capabilities_.features.insert("checkpoint");
     body_capabilities_.features.insert("checkpoint");

@@ -5,7 +5,7 @@ import secrets
 
 from copepod_conformance.conversation import CONTROL
 from copepod_conformance.fields import field_of, fields_of
-from copepod_conformance.protocol import SETUP, STEP, Envelope, content, message_name
+from copepod_conformance.protocol import SETUP, STEP, Envelope, content, message_name, setup
 from copepod_conformance.verdicts import Check, Rule
 
 _SHAPE = Rule("Limits", "arrays whose lengths do not fit the number of bodies are refused with code 65")
@@ -115,9 +115,9 @@ def _too_many_bodies(trial):
     trial.reach("greeted")
     trial.sequence += 1
     message = trial.with_header(trial.make(SETUP[trial.role]))
-    setup = content(message)
-    one = type(setup)(bodies=setup.bodies[:1])
-    many = setup.SerializeToString() + one.SerializeToString() * (_MOST_BODIES + 1 - len(setup.bodies))
+    inside = content(message)
+    one = type(inside)(bodies=inside.bodies[:1])
+    many = inside.SerializeToString() + one.SerializeToString() * (_MOST_BODIES + 1 - len(inside.bodies))
     field = Envelope.DESCRIPTOR.fields_by_name[message.WhichOneof("body")].number
     message.ClearField("body")
     data = message.SerializeToString() + _varint(field << 3 | 2) + _varint(len(many)) + many
@@ -176,6 +176,15 @@ def _spring_to_nowhere(setup):
     setup.springs.add(body_A=0, body_B=2, stiffness_N_per_m=1.0, anchor_A_m=[0, 0, 0], anchor_B_m=[0, 0, 0])
 
 
+def _actuator_on_nothing(content):
+    kind = setup.ACTUATOR_KIND_WORLD_FORCE
+    content.actuators.add(kind=kind, body_A=2, direction=[0, 0, 1], anchor_A_m=[0, 0, 0], anchor_B_m=[0, 0, 0])
+
+
+def _bend_to_nowhere(content):
+    content.bends.add(body_A=0, body_B=1, body_C=2, stiffness_N_m_per_rad=1e-12, rest_angle_rad=3.0)
+
+
 def _mean(start, stop, every):
     def spoil(setup):
         setup.fields.mean_start, setup.fields.mean_stop, setup.fields.mean_every_steps = start, stop, every
@@ -203,6 +212,8 @@ _BAD_SETUPS = {
     "body": (
         ("a body name of 4097 bytes", _TEXT, _long_name, "a name of 4097 bytes"),
         ("a spring to a body that does not exist", _INDEX, _spring_to_nowhere, "a spring from body 0 to body 2 of 2"),
+        ("an actuator on a body that does not exist", _INDEX, _actuator_on_nothing, "an actuator on body 2 of 2"),
+        ("a bend to a body that does not exist", _INDEX, _bend_to_nowhere, "a bend of bodies 0, 1 and 2 of 2"),
     ),
     "fluid": (
         ("a mean of every 0th step", _FIELDS, _mean(0, 2, 0), "a mean of every 0th of steps 0 to 2"),

@@ -55,6 +55,32 @@ TEST(BulletBodySolver, MovesSpringsLikeOurOwnSemiImplicitEuler) {
   EXPECT_GT((ours.position_m.col(0) - swimmer(Integrator::runge_kutta_4).bodies[0].position_m).norm(), 1e-7);
 }
 
+TEST(BulletBodySolver, DrivesAndBendsBodiesLikeOurOwnSemiImplicitEuler) {
+  const auto driven = [](Integrator integrator) {
+    BodySetup setup = swimmer(integrator);
+    setup.bodies[1].position_m += Eigen::Vector3d(1e-6, 0, 0);
+    setup.bodies[2].angular_velocity_rad_per_s = {0, 3e5, 0};
+    setup.bends = {{0, 1, 2, 1e-11}};
+    setup.actuators = {pair_force(0, 1),
+                       pair_force(1, 2),
+                       actuator_on(2, ActuatorKind::body_force, {1, 0, 0}),
+                       actuator_on(2, ActuatorKind::world_force, {0, 1, 0}),
+                       actuator_on(0, ActuatorKind::world_torque, {0, 0, 1}),
+                       actuator_on(0, ActuatorKind::body_torque, {0, 1, 0})};
+    setup.actuators[1].anchor_A_m = {0, 2e-6, 0};
+    return setup;
+  };
+  const auto drive = [](AppliedLoads& applied) { applied.actuation.col(0) << 1e-6, 2e-6, 1e-6, -1e-6, 1e-12, 2e-12; };
+  BulletBodySolver bullet(driven(Integrator::runge_kutta_4));
+  RigidBodySolver own(driven(Integrator::semi_implicit_euler));
+  const Kinematics theirs = advance(bullet, 1000, drive, 6);
+  const Kinematics ours = advance(own, 1000, drive, 6);
+  EXPECT_LT(largest_distance_m(theirs, ours), 1e-9 * 1e-6);
+  EXPECT_GT((ours.position_m.col(2) - swimmer(Integrator::runge_kutta_4).bodies[2].position_m).norm(), 1e-8);
+  EXPECT_GT((ours.orientation_wxyz.col(1) - Eigen::Vector4d(1, 0, 0, 0)).norm(), 1e-4) << "the anchor turns B1";
+  EXPECT_LT((theirs.orientation_wxyz - ours.orientation_wxyz).norm(), 1e-9);
+}
+
 // Bullet's integration error: half a step's way, h v/2, and halved with the step.
 TEST(BulletBodySolver, IsHalfAStepsWayFromTheExactMotion) {
   const auto error_m = [](int refinement, double& fastest_m_per_s) {

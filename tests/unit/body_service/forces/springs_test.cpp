@@ -57,7 +57,7 @@ class AnchoredSprings : public testing::Test {
 
   void add_loads() {
     const BodyBlock block{0, 3, {0}};
-    Springs(setup_).add_loads({block, state_, angular_velocity_}, force_, torque_);
+    Springs(setup_).add_loads({block, state_, angular_velocity_, Eigen::VectorXd()}, force_, torque_);
   }
 
   BodySetup setup_;
@@ -141,7 +141,7 @@ TEST_F(AnchoredSprings, ActOnTheSameBodiesInABlockThatBeginsLater) {
   force_.setOnes();
   torque_.setOnes();
   const BodyBlock block{1, 3, {0}};
-  Springs(setup_).add_loads({block, state_, angular_velocity_}, force_, torque_);
+  Springs(setup_).add_loads({block, state_, angular_velocity_, Eigen::VectorXd()}, force_, torque_);
   EXPECT_EQ(force_, (Eigen::Matrix3Xd::Ones(3, 3) + force).eval()) << "added to the sums";
   EXPECT_EQ(torque_, (Eigen::Matrix3Xd::Ones(3, 3) + torque).eval());
 }

@@ -13,7 +13,7 @@ namespace {
 constexpr double duration_s = 2.0;
 
 /// A capsule and a sphere of order-one size, tied together off their centres: translation, rotation,
-/// gyroscopic term, anchors, damping, gravity and a driving force all take part.
+/// gyroscopic term, anchors, damping, gravity and every kind of actuator take part.
 BodySetup tumbling_pair(double step_s, Integrator integrator) {
   BodySpecification rod = capsule("rod", {0, 0, 0});
   rod.shape = {ShapeKind::capsule, 0.2, 1.0};
@@ -35,6 +35,11 @@ BodySetup tumbling_pair(double step_s, Integrator integrator) {
   spring.anchor_A_m = {0.1, 0.0, 0.6};
   spring.anchor_B_m = {0.0, 0.3, 0.0};
   setup.springs = {spring};
+  setup.actuators = {pair_force(0, 1), actuator_on(0, ActuatorKind::body_force, {0.6, 0, 0.8}),
+                     actuator_on(0, ActuatorKind::body_torque, {0, 1, 0}),
+                     actuator_on(1, ActuatorKind::world_force, {0.6, 0, 0.8}),
+                     actuator_on(1, ActuatorKind::world_torque, {1, 0, 0})};
+  setup.actuators[0].anchor_A_m = {0, 0.1, -0.4};
   return setup;
 }
 
@@ -42,12 +47,16 @@ Kinematics end_state(int steps, Integrator integrator) {
   const double step_s = duration_s / steps;
   RigidBodySolver solver(tumbling_pair(step_s, integrator));
   const auto nodes = solver.driving_nodes();
-  return advance(solver, steps, [&](AppliedLoads& applied) {
-    for (std::size_t node = 0; node < nodes.size(); ++node) {
-      const double time_s = (static_cast<double>(applied.hydrodynamic.step) + nodes[node]) * step_s;
-      applied.driving_N.col(static_cast<Eigen::Index>(2 * node + 1)) << std::sin(3.0 * time_s), 0, 0.5;
-    }
-  });
+  return advance(
+      solver, steps,
+      [&](AppliedLoads& applied) {
+        for (std::size_t node = 0; node < nodes.size(); ++node) {
+          const double time_s = (static_cast<double>(applied.hydrodynamic.step) + nodes[node]) * step_s;
+          applied.actuation.col(static_cast<Eigen::Index>(node)) << std::sin(3.0 * time_s), 0.3, 0.1 * std::cos(time_s),
+              0.5, 0.05;
+        }
+      },
+      5);
 }
 
 double distance(const Kinematics& a, const Kinematics& b) {

@@ -12,10 +12,17 @@ SpringSpecification between(int A, int B) {
   return spring;
 }
 
+BodySetup joined(std::size_t bodies, const std::vector<SpringSpecification>& springs) {
+  BodySetup setup;
+  setup.bodies.resize(bodies);
+  setup.springs = springs;
+  return setup;
+}
+
 TEST(BodyBlock, CutsOnlyWhereNoSpringIsCut) {
   // Three swimmers, 0-1-2, 3-4-5, 6-7-8; blocks of about two bodies.
   const auto blocks = independent_blocks(
-      9, {between(0, 1), between(1, 2), between(4, 3), between(5, 4), between(6, 7), between(8, 7)}, 2);
+      joined(9, {between(0, 1), between(1, 2), between(4, 3), between(5, 4), between(6, 7), between(8, 7)}), 2);
   ASSERT_EQ(blocks.size(), 3U);
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(blocks[i].first, 3 * i);
@@ -25,7 +32,7 @@ TEST(BodyBlock, CutsOnlyWhereNoSpringIsCut) {
 }
 
 TEST(BodyBlock, KeepsTogetherWhatALongSpringSpans) {
-  const auto blocks = independent_blocks(6, {between(4, 1)}, 1);
+  const auto blocks = independent_blocks(joined(6, {between(4, 1)}), 1);
   ASSERT_EQ(blocks.size(), 3U);
   EXPECT_EQ(blocks[1].first, 1);
   EXPECT_EQ(blocks[1].bodies, 4);
@@ -33,14 +40,32 @@ TEST(BodyBlock, KeepsTogetherWhatALongSpringSpans) {
   EXPECT_EQ(blocks[2].first, 5);
 }
 
+TEST(BodyBlock, KeepsTogetherWhatBendsAndPairForcesJoin) {
+  BodySetup setup = joined(7, {});
+  setup.bends = {{2, 0, 1, 1.0}};
+  setup.actuators.resize(2);
+  setup.actuators[0].body_A = 5;
+  setup.actuators[0].body_B = 4;
+  setup.actuators[1].kind = ActuatorKind::world_force;
+  setup.actuators[1].body_A = 3;
+  const auto blocks = independent_blocks(setup, 1);
+  ASSERT_EQ(blocks.size(), 4U);
+  EXPECT_EQ(blocks[0].bodies, 3);
+  EXPECT_EQ(blocks[0].bends, std::vector<int>{0});
+  EXPECT_EQ(blocks[1].bodies, 1);
+  EXPECT_EQ(blocks[1].actuators, std::vector<int>{1});
+  EXPECT_EQ(blocks[2].bodies, 2);
+  EXPECT_EQ(blocks[2].actuators, std::vector<int>{0});
+}
+
 TEST(BodyBlock, CoversBodiesWithoutSprings) {
-  const auto blocks = independent_blocks(10, {}, 4);
+  const auto blocks = independent_blocks(joined(10, {}), 4);
   ASSERT_EQ(blocks.size(), 3U);
   EXPECT_EQ(blocks[2].first, 8);
   EXPECT_EQ(blocks[2].bodies, 2);
 }
 
-TEST(BodyBlock, IsNotNeededWithoutBodies) { EXPECT_TRUE(independent_blocks(0, {}, 4).empty()); }
+TEST(BodyBlock, IsNotNeededWithoutBodies) { EXPECT_TRUE(independent_blocks(joined(0, {}), 4).empty()); }
 
 }  // namespace
 }  // namespace copepod::body

@@ -100,10 +100,12 @@ struct MadeUpMotion {
   }
 };
 
-Eigen::Matrix3Xd constant_forces(double trailing, double middle, double leading) {
-  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, 3);
-  force.row(2) << trailing, middle, leading;
-  return force;
+Loads constant_forces(double trailing, double middle, double leading) {
+  Loads drive;
+  drive.force_N.setZero(3, 3);
+  drive.torque_N_m.setZero(3, 3);
+  drive.force_N.row(2) << trailing, middle, leading;
+  return drive;
 }
 
 Loads loads(const Eigen::Vector3d& force_N, const Eigen::Vector3d& torque_N_m) {
@@ -114,19 +116,19 @@ Loads loads(const Eigen::Vector3d& force_N, const Eigen::Vector3d& torque_N_m) {
   return loads;
 }
 
-void play(CycleObserver& observer, const MadeUpMotion& motion, const Eigen::Matrix3Xd& driving, std::int64_t stop,
+void play(CycleObserver& observer, const MadeUpMotion& motion, const Loads& driving, std::int64_t stop,
           std::int64_t start = 0, const Loads& applied = loads({0, 0, 0}, {0, 0, 0})) {
   for (std::int64_t step = start; step < stop; ++step)
     observer.observe({step, motion.at(step), applied, applied, driving});
 }
 
-void finish(CycleObserver& observer, const MadeUpMotion& motion, const Eigen::Matrix3Xd& driving, std::int64_t step) {
+void finish(CycleObserver& observer, const MadeUpMotion& motion, const Loads& driving, std::int64_t step) {
   const Loads applied = loads({0, 0, 0}, {0, 0, 0});
   observer.finish({step, motion.at(step), applied, applied, driving});
 }
 
 /// The last cycle of a swimmer that moves so.
-Cycle measured(const MadeUpMotion& motion, const Eigen::Matrix3Xd& driving, const Swimmer& swimmer = three_spheres(),
+Cycle measured(const MadeUpMotion& motion, const Loads& driving, const Swimmer& swimmer = three_spheres(),
                const Loads& applied = loads({0, 0, 0}, {0, 0, 0})) {
   CycleObserver observer(groups_of(case_of(swimmer)));
   play(observer, motion, driving, 3 * period + 50, 0, applied);
@@ -236,8 +238,7 @@ TEST(CycleObserver, MeasuresTheHelixOfASwimmerThatRollsAndPitches) {
   none.resize(4);
   none.force_N.setZero();
   none.torque_N_m.setZero();
-  const Eigen::Matrix3Xd driving = Eigen::Matrix3Xd::Zero(3, 4);
-  for (std::int64_t step = 0; step <= 60; ++step) observer.observe({step, state_at(step), none, none, driving});
+  for (std::int64_t step = 0; step <= 60; ++step) observer.observe({step, state_at(step), none, none, none});
   const Cycle& cycle = observer.sums()[0].last;
   ASSERT_EQ(cycle.number, 5);
   const CycleFigures figures = evaluate(cycle, group, FluidCase{}, step_s);
@@ -294,7 +295,7 @@ TEST(CycleObserver, HasNoCyclesWithoutAPeriodicDriveAndTheLongestOfSeveralPeriod
 TEST(CycleObserver, ContinuesFromRestoredSumsBitForBit) {
   MadeUpMotion motion;
   motion.turn_rad_per_step = 1e-4;
-  const Eigen::Matrix3Xd driving = constant_forces(1e-5, 2e-5, 3e-5);
+  const Loads driving = constant_forces(1e-5, 2e-5, 3e-5);
   const auto groups = groups_of(case_of(three_spheres()));
   CycleObserver whole(groups);
   play(whole, motion, driving, 3 * period + 1);
@@ -451,7 +452,7 @@ TEST(SwimmerReport, DescribesASwarm) {
     both.position_m << slow.at(step).position_m, moved_m.colwise() + (start_m + Eigen::Vector3d(95 * cell_m, 0, 0));
     both.velocity_m_per_s.setZero();
     both.angular_velocity_rad_per_s.setZero();
-    observer.observe({step, both, none, none, Eigen::Matrix3Xd::Zero(3, 6)});
+    observer.observe({step, both, none, none, none});
   }
   const auto swarm = swimmer_reports(the_case, observer)["swarm"];
   EXPECT_EQ(swarm["swimmers"], 2);

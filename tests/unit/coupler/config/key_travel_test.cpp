@@ -78,6 +78,12 @@ const Travels body_travels{
     {"springs.rest_length_m", {"springs.0.rest_length_m=13.0e-6"}},
     {"springs.anchor_A_m", {"springs.0.anchors_m=[[2.0e-6, 0, 0], [0, 0, -1.0e-6]]"}},
     {"springs.anchor_B_m", {"springs.0.anchors_m=[[1.0e-6, 0, 0], [0, 0, -2.0e-6]]"}},
+    {"actuators.kind", {}},
+    {"actuators.body_A", {"forces.0.body=swimmer.B1"}},
+    {"actuators.body_B", {}},
+    {"actuators.direction", {"forces.0.constant_N=[0, 0, 1.0e-9]"}},
+    {"actuators.anchor_A_m", {}},
+    {"actuators.anchor_B_m", {}},
     {"trace_directory", {}},
 };
 

@@ -82,9 +82,9 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "precision:single", "refill:equilibrium", "shape:capsule", "shape:sphere",
                                    "solver:lattice_boltzmann", "symmetry_planes"}));
   // The case brings its own body service, which integrates in its own way.
-  EXPECT_EQ(required_of_body(loaded.content, loaded.assembly),
-            (std::set<std::string>{"anchors", "checkpoint", "gravity", "motion:axis", "motion:free", "shape:capsule",
-                                   "shape:sphere", "springs"}));
+  EXPECT_EQ(required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)),
+            (std::set<std::string>{"actuator:pair_force", "actuator:world_force", "anchors", "checkpoint", "gravity",
+                                   "motion:axis", "motion:free", "shape:capsule", "shape:sphere", "springs"}));
 }
 
 TEST(Requirements, AreFewForOtherSolvers) {
@@ -139,7 +139,7 @@ TEST(SolverChoice, TakesACommandInItsOwnLine) {
 TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
   const auto required = [](const std::string& solver) {
     const LoadedCase loaded = every_key({"services.body.command=[]", "body.solver=" + solver});
-    return required_of_body(loaded.content, loaded.assembly);
+    return required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly));
   };
   EXPECT_TRUE(required("own").contains("integrator:semi_implicit_euler"));
   EXPECT_FALSE(required("bullet").contains("integrator:semi_implicit_euler"));
@@ -148,7 +148,7 @@ TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
 TEST(SolverChoice, AsksForNeighboursAcrossPeriodicFaces) {
   const auto required = [](const std::string& boundary) {
     const LoadedCase loaded = every_key({"services.body.command=[]", "fluid.boundaries.z=" + boundary});
-    return required_of_body(loaded.content, loaded.assembly).contains("periodic");
+    return required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)).contains("periodic");
   };
   EXPECT_TRUE(required("periodic"));
   EXPECT_FALSE(required("no_slip"));

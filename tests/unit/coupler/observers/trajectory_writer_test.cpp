@@ -37,7 +37,7 @@ struct Moment {
   Kinematics kinematics;
   Loads raw;
   Loads applied;
-  Eigen::Matrix3Xd driving = Eigen::Matrix3Xd::Random(3, 6);
+  Loads drive;
   explicit Moment(std::int64_t step) {
     kinematics.step = step;
     kinematics.resize(2);
@@ -51,8 +51,9 @@ struct Moment {
     applied.resize(2);
     applied.force_N = Eigen::Matrix3Xd::Random(3, 2);
     applied.torque_N_m = Eigen::Matrix3Xd::Random(3, 2);
+    drive.force_N = Eigen::Matrix3Xd::Random(3, 2);
   }
-  [[nodiscard]] StepRecord record() const { return {kinematics.step, kinematics, raw, applied, driving}; }
+  [[nodiscard]] StepRecord record() const { return {kinematics.step, kinematics, raw, applied, drive}; }
 };
 
 TEST(TrajectoryWriter, PrintsDoublesThatReadBackBitForBit) {
@@ -80,7 +81,7 @@ TEST(TrajectoryWriter, PrintsDoublesThatReadBackBitForBit) {
     push(moment.kinematics.angular_velocity_rad_per_s);
     push(moment.applied.force_N);
     push(moment.applied.torque_N_m);
-    push(moment.driving);
+    push(moment.drive.force_N);
     const auto& row = rows[1 + body];
     ASSERT_EQ(row.size(), 25U);
     EXPECT_EQ(row[2], body == 0 ? "one" : "two");

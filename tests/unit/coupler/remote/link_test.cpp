@@ -32,7 +32,7 @@ Kinematics advance(FluidSolver& fluid, BodySolver& body, int steps) {
   Kinematics kinematics;
   AppliedLoads applied;
   body.kinematics(kinematics);
-  applied.driving_N = Eigen::Vector3d::Zero();
+  applied.actuation.resize(0, 1);
   for (int step = 0; step < steps; ++step) {
     fluid.exchange(kinematics, applied.hydrodynamic);
     fluid.advance();

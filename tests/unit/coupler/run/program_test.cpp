@@ -162,6 +162,28 @@ TEST_F(Program, RefusesBodiesWithoutSpringsBeforeTheFirstStep) {
   EXPECT_EQ(events().back()["step"], -1);
 }
 
+TEST_F(Program, DrivesBodiesWithoutPairForcesByWorldForcesAndSaysSo) {
+  EXPECT_EQ(run(), 0);
+  const double swum = file("summary.json")["swimmers"][0]["d1_cells"];
+  std::filesystem::remove_all(out_dir);
+  change_bodies = [](Capabilities& bodies) { bodies.features.erase("actuator:pair_force"); };
+  EXPECT_EQ(run(), 0) << out.str();
+  std::string told;
+  for (const json& event : events()) told += event["event"] == "notice" ? event["text"] : "";
+  EXPECT_NE(told.find("PointMassBodies 1 has no actuators that follow its bodies"), std::string::npos) << told;
+  EXPECT_EQ(file("provenance.json")["notices"], json{told});
+  EXPECT_NEAR(file("summary.json")["swimmers"][0]["d1_cells"].get<double>() / swum, 1.0, 1e-9) << "on a line";
+}
+
+TEST_F(Program, RefusesBodiesWithoutAnyActuators) {
+  change_bodies = [](Capabilities& bodies) {
+    bodies.features.erase("actuator:pair_force");
+    bodies.features.erase("actuator:world_force");
+  };
+  EXPECT_EQ(run(), 65);
+  EXPECT_NE(events().back()["reason"].get<std::string>().find("(actuator:pair_force)"), std::string::npos) << out.str();
+}
+
 TEST_F(Program, ReportsAFeatureThatDoesNotExistWithTheNearestOne) {
   change_bodies = [](Capabilities& bodies) { bodies.features.insert("springz"); };
   EXPECT_EQ(run(), 0);

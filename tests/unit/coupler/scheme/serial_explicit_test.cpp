@@ -52,7 +52,7 @@ Timeline timeline;  ///< never opened
 TEST(SerialExplicit, CallsEachSolverOncePerStepInThePapersOrder) {
   ConstantDragFluid fluid(0.0);
   PointMassBodies body(one_ball());
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   fluid.before_exchange = [&](std::int64_t step) {
@@ -72,7 +72,7 @@ TEST(SerialExplicit, CallsEachSolverOncePerStepInThePapersOrder) {
 TEST(SerialExplicit, LetsDragSlowABodyDownExponentially) {
   ConstantDragFluid fluid(2.0);
   PointMassBodies body(one_ball());
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   scheme.run(100, never);
@@ -84,7 +84,7 @@ TEST(SerialExplicit, LetsDragSlowABodyDownExponentially) {
 TEST(SerialExplicit, AppliesTheAverageOfTwoStepsLoads) {
   ConstantDragFluid fluid(2.0);
   PointMassBodies body(one_ball());
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   scheme.run(3, never);
@@ -96,9 +96,10 @@ TEST(SerialExplicit, AppliesTheAverageOfTwoStepsLoads) {
 TEST(SerialExplicit, DrivesABodyWithForcesSampledInsideTheStep) {
   BodySetup setup = one_ball();
   setup.bodies[0].velocity_m_per_s.setZero();
+  setup.actuators = {{ActuatorKind::world_force, 0}};
+  const DrivingProtocol driving({{setup.actuators[0], {1.0, 100}}});
   ConstantDragFluid fluid(0.0);
   PointMassBodies body(setup);
-  const DrivingProtocol driving({{0, Eigen::Vector3d(0, 0, 1), 100, 0, 0, DrivingTerm::never}}, 1);
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   scheme.run(25, never);
@@ -109,7 +110,7 @@ TEST(SerialExplicit, DrivesABodyWithForcesSampledInsideTheStep) {
 TEST(SerialExplicit, GoesOnWhereItStopped) {
   ConstantDragFluid fluid(1.0);
   PointMassBodies body(one_ball());
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   scheme.run(3, never);
@@ -121,7 +122,7 @@ TEST(SerialExplicit, MeasuresTheTimeOfTheFluidAndOfTheBodiesSeparately) {
   ConstantDragFluid fluid(1.0);
   fluid.before_exchange = [](std::int64_t) { std::this_thread::sleep_for(std::chrono::milliseconds(2)); };
   PointMassBodies body(one_ball());
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   scheme.run(10, never);
@@ -132,7 +133,7 @@ TEST(SerialExplicit, MeasuresTheTimeOfTheFluidAndOfTheBodiesSeparately) {
 TEST(SerialExplicit, PausesBeforeTheStepThatItIsAskedToPauseBefore) {
   ConstantDragFluid fluid(1.0);
   PointMassBodies body(one_ball());
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   scheme.run(100, [](std::int64_t step) { return step == 3; });
@@ -147,7 +148,7 @@ TEST(SerialExplicit, PassesTheErrorsOfItsSolversOn) {
     if (step == 4) throw SolverError("the flow diverged (a test). Do nothing.", 3, step);
   };
   PointMassBodies body(one_ball());
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::two_step, witness, timeline);
   EXPECT_THROW(scheme.run(100, never), SolverError);
@@ -159,7 +160,7 @@ TEST(SerialExplicit, EndsWithAMotionThatIsNotPlausible) {
   BodySetup setup = one_ball();
   setup.bodies[0].velocity_m_per_s.z() = 1000.0;
   PointMassBodies body(setup);
-  const DrivingProtocol driving({}, 1);
+  const DrivingProtocol driving({});
   Witness witness;
   SerialExplicit scheme(fluid, body, driving, plausible, LoadAveraging::none, witness, timeline);
   EXPECT_THROW(scheme.run(100, never), PeerFailed);

@@ -89,7 +89,9 @@ TEST(Server, ServesAFluidFromHelloToFinished) {
 
 TEST(Server, ServesABodyFromHelloToFinished) {
   MemoryServer server(doubles::free_point_component());
-  server.configure(one_free_sphere());
+  BodySetup setup = one_free_sphere();
+  setup.actuators = {{ActuatorKind::world_force, 0, -1, Eigen::Vector3d::UnitY()}};
+  server.configure(setup);
   session::Configured configured;
   server.decoder.read(configured);
   EXPECT_EQ(configured.driving_nodes, std::vector<double>{0});
@@ -99,7 +101,7 @@ TEST(Server, ServesABodyFromHelloToFinished) {
   applied.hydrodynamic.step = 0;
   applied.hydrodynamic.force_N.col(0) << 4, 0, 0;
   applied.hydrodynamic.torque_N_m.setZero();
-  applied.driving_N = Eigen::Vector3d(0, 8, 0);
+  applied.actuation.setConstant(1, 1, 8.0);
   EXPECT_EQ(server.ask(applied), MessageKind::kinematics);
   Kinematics next;
   server.decoder.read(next, 1);

@@ -100,6 +100,29 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
     {"springs.rest_length_m", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
     {"springs.anchor_A_m", {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_A_m.x() = 1e-6; }, "anchors"}},
     {"springs.anchor_B_m", {[](BodySetup& s) { s.springs.resize(1), s.springs[0].anchor_B_m.x() = 1e-6; }, "anchors"}},
+    {"bends", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
+    {"bends.body_A", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
+    {"bends.body_B", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
+    {"bends.body_C", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
+    {"bends.stiffness_N_m_per_rad", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
+    {"bends.rest_angle_rad", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
+    {"actuators", {[](BodySetup& s) { s.actuators.resize(1); }, "actuator:pair_force"}},
+    {"actuators.kind",
+     {[](BodySetup& s) {
+        s.actuators = {{ActuatorKind::world_torque, 0}};
+      },
+      "actuator:world_torque"}},
+    {"actuators.body_A", {[](BodySetup& s) { s.actuators.resize(1); }, "actuator:pair_force"}},
+    {"actuators.body_B", {[](BodySetup& s) { s.actuators.resize(1); }, "actuator:pair_force"}},
+    {"actuators.direction",
+     {[](BodySetup& s) {
+        s.actuators = {{ActuatorKind::body_force, 0}};
+      },
+      "actuator:body_force"}},
+    {"actuators.anchor_A_m",
+     {[](BodySetup& s) { s.actuators.resize(1), s.actuators[0].anchor_A_m.x() = 1e-6; }, "anchors"}},
+    {"actuators.anchor_B_m",
+     {[](BodySetup& s) { s.actuators.resize(1), s.actuators[0].anchor_B_m.x() = 1e-6; }, "anchors"}},
 };
 
 /// Fields that every solver of the role must read, so that no feature guards them; a source of our service or
@@ -187,6 +210,7 @@ TEST(KnownFeatures, HoldEveryWordOfTheContract) {
   expect_known("boundary", boundary_names);
   expect_known("shape", shape_names);
   expect_known("motion", motion_names);
+  expect_known("actuator", actuator_names);
   expect_known("integrator", integrator_names);
 }
 

@@ -40,7 +40,7 @@ struct BothEnds {
     at_coupler_fluid.parse(from_fluid.encode(Header{}, l));
     at_coupler_fluid.read(loads, bodies);
     at_body.parse(to_body.encode(Header{}, a));
-    at_body.read(applied, bodies, 3);
+    at_body.read(applied, bodies, bodies, 3);
     at_coupler_body.parse(from_body.encode(Header{}, k));
     at_coupler_body.read(kinematics, bodies);
   }
@@ -51,7 +51,7 @@ TEST(Allocation, ExchangeAllocatesNothingAfterTheFirstSteps) {
     BothEnds ends;
     const Kinematics kinematics = sample_kinematics(bodies);
     const Loads loads = sample_loads(bodies);
-    const AppliedLoads applied = sample_applied_loads(bodies, 3);
+    const AppliedLoads applied = sample_applied_loads(bodies, bodies, 3);
     for (int step = 0; step < 3; ++step) ends.exchange(kinematics, loads, applied, bodies);
     const long before = allocations.load();
     for (int step = 0; step < 100; ++step) ends.exchange(kinematics, loads, applied, bodies);

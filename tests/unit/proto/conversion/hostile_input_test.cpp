@@ -42,7 +42,7 @@ void read_anything(Decoder& decoder, Bytes bytes) {
     case MessageKind::loads:
       return decoder.read(loads, 3);
     case MessageKind::applied_loads:
-      return decoder.read(applied, 3, 2);
+      return decoder.read(applied, 3, 4, 2);
     case MessageKind::summary:
       return decoder.read(summary);
     case MessageKind::abort:
@@ -82,7 +82,7 @@ std::vector<std::vector<std::byte>> one_of_each() {
   messages.push_back(copy(encoder.encode(header, sample_body_setup())));
   messages.push_back(copy(encoder.encode(header, sample_kinematics(3))));
   messages.push_back(copy(encoder.encode(header, sample_loads(3))));
-  messages.push_back(copy(encoder.encode(header, sample_applied_loads(3, 2))));
+  messages.push_back(copy(encoder.encode(header, sample_applied_loads(3, 4, 2))));
   messages.push_back(copy(encoder.encode(header, SolverSummary{1, 2, 3, {{"bulk", 1.0}}, {"map"}, {"wait"}})));
   messages.push_back(copy(encoder.encode(header, FailureReport{})));
   messages.push_back(copy(encoder.encode(header, session::Pong{})));
@@ -160,9 +160,10 @@ TEST(HostileInput, AnotherNumberOfBodiesIsRefused) {
   Kinematics kinematics;
   EXPECT_THROW(decoder.read(kinematics, 2), MalformedMessage);
   EXPECT_THROW(decoder.read(kinematics, 4), MalformedMessage);
-  decoder.parse(encoder.encode(Header{}, sample_applied_loads(3, 2)));
+  decoder.parse(encoder.encode(Header{}, sample_applied_loads(3, 4, 2)));
   AppliedLoads applied;
-  EXPECT_THROW(decoder.read(applied, 3, 3), MalformedMessage);
+  EXPECT_THROW(decoder.read(applied, 3, 4, 3), MalformedMessage);
+  EXPECT_THROW(decoder.read(applied, 3, 3, 2), MalformedMessage);
 }
 
 TEST(HostileInput, ArraysOfDifferentLengthAreRefused) {
@@ -272,7 +273,7 @@ TEST(HostileInput, AnotherMajorVersionIsRefusedExceptInAHello) {
   Encoder encoder;
   Decoder decoder;
   Header header;
-  header.protocol_major = 2;
+  header.protocol_major = 3;
   EXPECT_THROW(decoder.parse(encoder.encode(header, session::Ping{})), MalformedMessage);
   EXPECT_EQ(decoder.parse(encoder.encode(header, session::Hello{})), MessageKind::hello);
 }

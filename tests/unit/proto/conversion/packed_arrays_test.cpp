@@ -52,8 +52,8 @@ class Wire {
   std::vector<std::byte> bytes_;
 };
 
-/// Protocol 1, sequence 3, step 2.
-Wire header() { return Wire().raw({0x08, 1, 0x28, 3, 0x38, 4}); }
+/// Protocol 2, sequence 3, step 2.
+Wire header() { return Wire().raw({0x08, 2, 0x28, 3, 0x38, 4}); }
 Wire force() { return Wire().part(0x0a, Wire().numbers({1, 2, 3})); }
 Wire torque() { return Wire().part(0x12, Wire().numbers({4, 5, 6})); }
 Wire both() { return force().then(torque()); }

@@ -13,7 +13,7 @@ namespace {
 using session::Header;
 using session::MessageKind;
 
-const Header kHeader{1, 0, 0x0123456789abcdef, 99, 5, 2, 7};
+const Header kHeader{2, 0, 0x0123456789abcdef, 99, 5, 2, 7};
 
 /// Equality of bits: distinguishes signed zeros.
 template <class Matrix>
@@ -85,14 +85,14 @@ TEST_F(RoundTrip, KeepsLoadsBitForBit) {
 }
 
 TEST_F(RoundTrip, KeepsAppliedLoadsBitForBit) {
-  const AppliedLoads sent = sample_applied_loads(5, 3);
+  const AppliedLoads sent = sample_applied_loads(5, 4, 3);
   ASSERT_EQ(send(sent), MessageKind::applied_loads);
   AppliedLoads received;
-  decoder.read(received, 5, 3);
+  decoder.read(received, 5, 4, 3);
   EXPECT_EQ(received.hydrodynamic.step, sent.hydrodynamic.step);
   expect_same_bits(received.hydrodynamic.force_N, sent.hydrodynamic.force_N);
   expect_same_bits(received.hydrodynamic.torque_N_m, sent.hydrodynamic.torque_N_m);
-  expect_same_bits(received.driving_N, sent.driving_N);
+  expect_same_bits(received.actuation, sent.actuation);
 }
 
 TEST_F(RoundTrip, ForgetsTheLastMessageOfTheSameKind) {
@@ -168,6 +168,21 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
   EXPECT_EQ(received.springs[0].rest_length_m, 1.6e-5);
   EXPECT_EQ(received.springs[0].anchor_A_m, sent.springs[0].anchor_A_m);
   EXPECT_EQ(received.springs[0].anchor_B_m, sent.springs[0].anchor_B_m);
+  ASSERT_EQ(received.bends.size(), 1U);
+  EXPECT_EQ(received.bends[0].body_A, 1);
+  EXPECT_EQ(received.bends[0].body_B, 0);
+  EXPECT_EQ(received.bends[0].body_C, 1);
+  EXPECT_EQ(received.bends[0].stiffness_N_m_per_rad, 2e-16);
+  EXPECT_EQ(received.bends[0].rest_angle_rad, 2.5);
+  ASSERT_EQ(received.actuators.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(received.actuators[i].kind, sent.actuators[i].kind);
+    EXPECT_EQ(received.actuators[i].body_A, sent.actuators[i].body_A);
+    EXPECT_EQ(received.actuators[i].body_B, sent.actuators[i].body_B);
+    EXPECT_EQ(received.actuators[i].direction, sent.actuators[i].direction);
+    EXPECT_EQ(received.actuators[i].anchor_A_m, sent.actuators[i].anchor_A_m);
+    EXPECT_EQ(received.actuators[i].anchor_B_m, sent.actuators[i].anchor_B_m);
+  }
 }
 
 TEST_F(RoundTrip, KeepsTheHandshake) {

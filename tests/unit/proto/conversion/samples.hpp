@@ -35,8 +35,9 @@ inline Loads sample_loads(Eigen::Index bodies) {
   return {7, awkward_numbers<Eigen::Matrix3Xd>(bodies, 5), awkward_numbers<Eigen::Matrix3Xd>(bodies, 6)};
 }
 
-inline AppliedLoads sample_applied_loads(Eigen::Index bodies, Eigen::Index nodes) {
-  return {sample_loads(bodies), awkward_numbers<Eigen::Matrix3Xd>(bodies * nodes, 7)};
+inline AppliedLoads sample_applied_loads(Eigen::Index bodies, Eigen::Index actuators, Eigen::Index nodes) {
+  const auto values = awkward_numbers<Eigen::Matrix<double, 1, Eigen::Dynamic>>(actuators * nodes, 7);
+  return {sample_loads(bodies), Eigen::Map<const Eigen::MatrixXd>(values.data(), actuators, nodes)};
 }
 
 inline FluidSetup sample_fluid_setup() {
@@ -80,6 +81,9 @@ inline BodySetup sample_body_setup() {
   body.angular_velocity_rad_per_s = {4, 5, 6};
   setup.bodies = {body, body};
   setup.springs = {{0, 1, 1.72965, 1.57237e-7, 1.6e-5, {1e-6, 0, 0}, {0, 1e-6, 0}}};
+  setup.bends = {{1, 0, 1, 2e-16, 2.5}};
+  setup.actuators = {{ActuatorKind::pair_force, 0, 1, {0, 0, 1}, {1e-6, 0, 0}, {0, 1e-6, 0}},
+                     {ActuatorKind::world_torque, 1, -1, {0, 0.6, 0.8}}};
   return setup;
 }
 

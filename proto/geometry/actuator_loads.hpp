@@ -1,0 +1,87 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "contract/body_setup.hpp"
+#include "contract/errors.hpp"
+#include "contract/exchange.hpp"
+#include "geometry/rotation.hpp"
+
+namespace copepod {
+
+/// Adds the force and the torque about the centre of mass that an actuator of value s exerts on its bodies:
+///   pair_force              F_B = s e,  F_A = −F_B,  τ = r × F at both ends                              (B17)
+///                           e = d/|d|,  d = (p_B + r_B) − (p_A + r_A),  r = R anchor
+///   body_force, body_torque F = s R a,  τ = s R a                                                        (B18)
+///   world_force, world_torque  F = s a,  τ = s a
+/// A positive pair force pushes the bodies apart; whatever their motion, its net force is exactly zero and its
+/// net torque zero within rounding, as both act along the line through both ends.
+/// @param value        s [N], of a torque [N m]; 0: nothing is added
+/// @param first        number of the body in column 0 of the arrays
+/// @param position_m, orientation_wxyz  current, world frame, shapes (3, bodies) and (4, bodies)
+/// @param force_N, torque_N_m           sums to add to, world frame, shape (3, bodies)
+/// @throws SolverError if the ends of a pair coincide (no direction)
+inline void add_actuator_loads(const ActuatorSpecification& actuator, double value, Eigen::Index first,
+                               const Eigen::Matrix3Xd& position_m, const Eigen::Matrix4Xd& orientation_wxyz,
+                               Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) {
+  if (value == 0.0) return;
+  const Eigen::Index A = actuator.body_A - first;
+  const Eigen::Index B = actuator.body_B - first;
+  switch (actuator.kind) {
+    case ActuatorKind::pair_force: {
+      Eigen::Vector3d d_AB_W_m = position_m.col(B) - position_m.col(A);
+      const bool anchored = !actuator.anchor_A_m.isZero(0.0) || !actuator.anchor_B_m.isZero(0.0);
+      Eigen::Vector3d r_A_W_m, r_B_W_m;
+      if (anchored) {
+        r_A_W_m = rotation_matrix(orientation_wxyz.col(A)) * actuator.anchor_A_m;
+        r_B_W_m = rotation_matrix(orientation_wxyz.col(B)) * actuator.anchor_B_m;
+        d_AB_W_m += r_B_W_m - r_A_W_m;
+      }
+      const double length_m = d_AB_W_m.norm();
+      if (length_m == 0.0) {
+        throw SolverError("the ends of the pair force between bodies " + std::to_string(actuator.body_A) + " and " +
+                          std::to_string(actuator.body_B) +
+                          " (counted from 0) coincide (it has no direction). Start its ends apart.");
+      }
+      const Eigen::Vector3d f_B_W_N = value * (d_AB_W_m / length_m);
+      force_N.col(A) -= f_B_W_N;
+      force_N.col(B) += f_B_W_N;
+      if (!anchored) return;
+      torque_N_m.col(A) -= r_A_W_m.cross(f_B_W_N);
+      torque_N_m.col(B) += r_B_W_m.cross(f_B_W_N);
+      return;
+    }
+    case ActuatorKind::body_force:
+      force_N.col(A) += value * (rotation_matrix(orientation_wxyz.col(A)) * actuator.direction);
+      return;
+    case ActuatorKind::body_torque:
+      torque_N_m.col(A) += value * (rotation_matrix(orientation_wxyz.col(A)) * actuator.direction);
+      return;
+    case ActuatorKind::world_force:
+      force_N.col(A) += value * actuator.direction;
+      return;
+    case ActuatorKind::world_torque:
+      torque_N_m.col(A) += value * actuator.direction;
+      return;
+  }
+}
+
+/// Loads of the whole drive on all bodies.
+/// @param values  of every actuator, one column of AppliedLoads::actuation
+/// @param drive   resized and overwritten
+/// @throws SolverError if the ends of a pair coincide
+inline void drive_loads(const std::vector<ActuatorSpecification>& actuators,
+                        const Eigen::Ref<const Eigen::VectorXd>& values, const Kinematics& kinematics, Loads& drive) {
+  drive.step = kinematics.step;
+  drive.force_N.setZero(3, kinematics.bodies());
+  drive.torque_N_m.setZero(3, kinematics.bodies());
+  for (std::size_t i = 0; i < actuators.size(); ++i) {
+    add_actuator_loads(actuators[i], values[static_cast<Eigen::Index>(i)], 0, kinematics.position_m,
+                       kinematics.orientation_wxyz, drive.force_N, drive.torque_N_m);
+  }
+}
+
+}  // namespace copepod
