@@ -14,7 +14,7 @@ class StatelessFluid : public FluidSolver {
  public:
   void advance() final {}
 
-  /// Rank 0 writes a checkpoint that only says which solver it is of.
+  /// Rank 0 writes a checkpoint that holds the name of the solver and nothing else.
   /// @throws StorageError if it cannot be written
   void save(const std::string& path) final;
   /// @throws StorageError if it is missing, damaged or of another solver
