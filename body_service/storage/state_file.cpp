@@ -10,6 +10,7 @@
 
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
+#include "conversion/setup_conversion.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::body {
@@ -21,7 +22,7 @@ static_assert(std::endian::native == std::endian::little, "state files are littl
 using Words = std::vector<std::uint64_t>;
 
 constexpr std::uint64_t magic = 0x59444f4245504f43ULL;  // "COPEBODY"
-constexpr std::uint64_t version = 1;
+constexpr std::uint64_t version = 2;
 constexpr std::size_t header_words = 5;
 constexpr std::size_t words_per_body = 13;
 constexpr std::size_t piece_bytes = 1 << 20;  ///< read between two progress reports
@@ -31,16 +32,11 @@ void add_numbers(Digest& digest, const Matrix& numbers) {
   for (Eigen::Index i = 0; i < numbers.size(); ++i) digest.add(numbers.data()[i]);
 }
 
-void add_text(Digest& digest, const std::string& text) {
-  digest.add(std::uint64_t{text.size()});
-  for (const char c : text) digest.add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
-}
-
 [[noreturn]] void fail(const std::string& path, const std::string& problem, const std::string& remedy) {
   throw StorageError("body state '" + path + "' " + problem + ". " + remedy);
 }
 
-std::uint64_t digest_of(std::span<const std::uint64_t> words) {
+std::uint64_t digest_of_words(std::span<const std::uint64_t> words) {
   Digest digest;
   for (const std::uint64_t word : words) digest.add(word);
   return digest.value();
@@ -76,44 +72,16 @@ void read_all(std::istream& file, Words& words, const std::function<void()>& on_
 }  // namespace
 
 std::uint64_t case_digest(const BodySetup& setup) {
-  Digest digest;
-  digest.add(setup.step_s);
-  digest.add(static_cast<std::uint64_t>(setup.integrator));
-  add_numbers(digest, setup.gravity_m_per_s2);
-  digest.add(setup.fluid_density_kg_per_m3);
-  digest.add(std::uint64_t{setup.bodies.size()});
-  for (const auto& body : setup.bodies) {
-    add_text(digest, body.name);
-    digest.add(static_cast<std::uint64_t>(body.shape.kind));
-    digest.add(body.shape.radius_m);
-    digest.add(body.shape.length_m);
-    digest.add(body.mass_kg);
-    digest.add(static_cast<std::uint64_t>(body.motion));
-    if (body.motion == MotionKind::axis) add_numbers(digest, body.axis);
+  BodySetup physics = setup;
+  physics.trace_directory.clear();
+  const BodySpecification nowhere;
+  for (BodySpecification& body : physics.bodies) {
+    body.position_m = nowhere.position_m;
+    body.orientation_wxyz = nowhere.orientation_wxyz;
+    body.velocity_m_per_s = nowhere.velocity_m_per_s;
+    body.angular_velocity_rad_per_s = nowhere.angular_velocity_rad_per_s;
   }
-  for (const auto& spring : setup.springs) {
-    digest.add(static_cast<std::uint64_t>(spring.body_A));
-    digest.add(static_cast<std::uint64_t>(spring.body_B));
-    digest.add(spring.stiffness_N_per_m);
-    digest.add(spring.damping_N_s_per_m);
-    digest.add(spring.rest_length_m);
-    add_numbers(digest, spring.anchor_A_m);
-    add_numbers(digest, spring.anchor_B_m);
-  }
-  for (const auto& bend : setup.bends) {
-    for (const int body : {bend.body_A, bend.body_B, bend.body_C}) digest.add(static_cast<std::uint64_t>(body));
-    digest.add(bend.stiffness_N_m_per_rad);
-    digest.add(bend.rest_angle_rad);
-  }
-  for (const auto& actuator : setup.actuators) {
-    digest.add(static_cast<std::uint64_t>(actuator.kind));
-    digest.add(static_cast<std::uint64_t>(actuator.body_A));
-    digest.add(static_cast<std::uint64_t>(actuator.body_B));
-    add_numbers(digest, actuator.direction);
-    add_numbers(digest, actuator.anchor_A_m);
-    add_numbers(digest, actuator.anchor_B_m);
-  }
-  return digest.value();
+  return digest_of(conversion::to_bytes(physics));
 }
 
 std::uint64_t state_digest(std::int64_t step, const MotionState& state) {
@@ -135,7 +103,7 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   append(words, state.orientation_wxyz);
   append(words, state.velocity_m_per_s);
   append(words, state.angular_momentum_N_m_s);
-  words.push_back(digest_of(words));
+  words.push_back(digest_of_words(words));
 
   write_durably(path, std::as_bytes(std::span(words)), on_piece);
 }
@@ -153,7 +121,7 @@ std::int64_t read_state(const std::string& path, std::uint64_t case_digest, Moti
 
   if (words.size() < header_words || words[0] != magic) fail(path, "is not a saved body state", remedy);
   if (words[1] != version) {
-    fail(path, "has format version " + std::to_string(words[1]) + " (this program reads version 1)",
+    fail(path, "has format version " + std::to_string(words[1]) + " (this program reads version 2)",
          "Resume with the program that wrote it.");
   }
   if (words[2] != case_digest || words[4] != bodies) {
@@ -161,7 +129,7 @@ std::int64_t read_state(const std::string& path, std::uint64_t case_digest, Moti
          "Resume with the case file that wrote it.");
   }
   const auto content = std::span<const std::uint64_t>(words);
-  if (words.size() != expected || content.back() != digest_of(content.first(expected - 1))) {
+  if (words.size() != expected || content.back() != digest_of_words(content.first(expected - 1))) {
     fail(path, "is damaged (wrong length or checksum)", remedy);
   }
   auto numbers = content.subspan(header_words);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "config/checks/checks.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
@@ -13,6 +15,8 @@
 
 namespace copepod::coupler {
 namespace {
+
+using nlohmann::ordered_json;
 
 OutputCase read_output(Reader output) {
   OutputCase result;
@@ -37,25 +41,16 @@ OutputCase read_output(Reader output) {
   return result;
 }
 
-Value resolved_output(const OutputCase& output) {
-  Value trajectory = Value::mapping();
-  trajectory.add("every_steps", Value::of_integer(output.trajectory_every_steps));
-  trajectory.add("from_step", Value::of_integer(output.trajectory_from_step));
-  Value fields = Value::mapping();
-  fields.add("every_steps", Value::of_integer(output.fields.every_steps));
-  Value mean = Value::sequence();
-  mean.add(Value::of_integer(output.fields.mean_start)).add(Value::of_integer(output.fields.mean_stop));
-  fields.add("mean_over_steps", std::move(mean));
-  fields.add("mean_every_steps", Value::of_integer(output.fields.mean_every_steps));
-  Value checkpoint = Value::mapping();
-  checkpoint.add("every_steps", Value::of_integer(output.checkpoint_every_steps));
-  checkpoint.add("every_wall_s", Value::of_number(output.checkpoint_every_wall_s));
-  Value section = Value::mapping();
-  section.add("trajectory", std::move(trajectory));
-  section.add("fields", std::move(fields));
-  section.add("checkpoint", std::move(checkpoint));
-  section.add("wire", word(switch_names, output.wire));
-  return section.add("trace", word(switch_names, output.trace));
+ordered_json resolved_output(const OutputCase& output) {
+  return {{"trajectory", {{"every_steps", output.trajectory_every_steps}, {"from_step", output.trajectory_from_step}}},
+          {"fields",
+           {{"every_steps", output.fields.every_steps},
+            {"mean_over_steps", {output.fields.mean_start, output.fields.mean_stop}},
+            {"mean_every_steps", output.fields.mean_every_steps}}},
+          {"checkpoint",
+           {{"every_steps", output.checkpoint_every_steps}, {"every_wall_s", output.checkpoint_every_wall_s}}},
+          {"wire", name_of(switch_names, output.wire)},
+          {"trace", name_of(switch_names, output.trace)}};
 }
 
 ServicesCase read_services(Reader services) {
@@ -85,18 +80,12 @@ ServicesCase read_services(Reader services) {
   return result;
 }
 
-Value resolved_services(const ServicesCase& services) {
-  Value fluid = Value::mapping();
-  fluid.add("ranks", Value::of_integer(services.fluid_ranks));
-  fluid.add("command", Value::of_words(services.fluid_command));
-  Value body = Value::mapping();
-  body.add("command", Value::of_words(services.body_command));
-  Value section = Value::mapping();
-  section.add("fluid", std::move(fluid));
-  section.add("body", std::move(body));
-  section.add("transport", Value::of_text(services.transport));
-  section.add("connect_deadline_s", Value::of_number(services.connect_deadline_s));
-  return section.add("progress_deadline_s", Value::of_number(services.progress_deadline_s));
+ordered_json resolved_services(const ServicesCase& services) {
+  return {{"fluid", {{"ranks", services.fluid_ranks}, {"command", services.fluid_command}}},
+          {"body", {{"command", services.body_command}}},
+          {"transport", services.transport},
+          {"connect_deadline_s", services.connect_deadline_s},
+          {"progress_deadline_s", services.progress_deadline_s}};
 }
 
 std::optional<Sweep> read_sweep(Reader& top) {
@@ -126,9 +115,9 @@ void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase&
 }
 
 template <typename Item>
-Value list(const std::vector<Item>& items, Value (*resolve)(const Item&)) {
-  Value result = Value::sequence();
-  for (const Item& item : items) result.add(resolve(item));
+ordered_json list(const std::vector<Item>& items, Value (*resolve)(const Item&)) {
+  ordered_json result = ordered_json::array();
+  for (const Item& item : items) result.push_back(to_json(resolve(item)));
   return result;
 }
 
@@ -164,39 +153,31 @@ Case read_case(Reader top) {
   return result;
 }
 
-Value resolved(const Case& the_case) {
-  Value top = Value::mapping();
-  top.add("case", Value::of_text(the_case.name));
-  if (!the_case.parameter_set.empty()) top.add("parameter_set", Value::of_text(the_case.parameter_set));
-  top.add("fluid", resolved_fluid(the_case.fluid));
-  if (the_case.given_step_s) top.add("step_s", Value::of_number(*the_case.given_step_s));
-  Value body = Value::mapping();
-  body.add("solver", word(body_solver_names, the_case.body.solver));
-  top.add("body", std::move(body.add("integrator", word(integrator_names, the_case.body.integrator))));
-  top.add("swimmers", list(the_case.swimmers, resolved_swimmer));
-  top.add("bodies", list(the_case.bodies, resolved_body));
-  top.add("springs", list(the_case.springs, resolved_spring));
-  top.add("forces", list(the_case.forces, resolved_force));
-  top.add("gravity_m_per_s2", Value::of_vector(the_case.body.gravity_m_per_s2));
-  Value coupling = Value::mapping();
-  coupling.add("scheme", word(scheme_names, SchemeKind::serial_explicit));
-  coupling.add("load_averaging", word(averaging_names, the_case.load_averaging));
-  top.add("coupling", std::move(coupling));
-  Value run = Value::mapping();
-  top.add("run", std::move(run.add("steps", Value::of_integer(the_case.steps))));
-  top.add("output", resolved_output(the_case.output));
-  return top.add("services", resolved_services(the_case.services));
+ordered_json resolved(const Case& the_case) {
+  ordered_json top{{"case", the_case.name}};
+  if (!the_case.parameter_set.empty()) top["parameter_set"] = the_case.parameter_set;
+  top["fluid"] = resolved_fluid(the_case.fluid);
+  if (the_case.given_step_s) top["step_s"] = *the_case.given_step_s;
+  top["body"] = {{"solver", name_of(body_solver_names, the_case.body.solver)},
+                 {"integrator", name_of(integrator_names, the_case.body.integrator)}};
+  top["swimmers"] = list(the_case.swimmers, resolved_swimmer);
+  top["bodies"] = list(the_case.bodies, resolved_body);
+  top["springs"] = list(the_case.springs, resolved_spring);
+  top["forces"] = list(the_case.forces, resolved_force);
+  top["gravity_m_per_s2"] = the_case.body.gravity_m_per_s2;
+  top["coupling"] = {{"scheme", name_of(scheme_names, SchemeKind::serial_explicit)},
+                     {"load_averaging", name_of(averaging_names, the_case.load_averaging)}};
+  top["run"] = {{"steps", the_case.steps}};
+  top["output"] = resolved_output(the_case.output);
+  top["services"] = resolved_services(the_case.services);
+  return top;
 }
 
 std::string case_key(Case the_case) {
-  Digest digest;
   for (Swimmer& swimmer : the_case.swimmers) swimmer.published.clear();
-  Value physics = resolved(the_case);
-  std::erase_if(physics.entries, [](const Value::Entry& entry) {
-    return entry.key == "run" || entry.key == "output" || entry.key == "services";
-  });
-  for (const char letter : to_yaml(physics)) digest.add(static_cast<std::uint64_t>(static_cast<unsigned char>(letter)));
-  return std::to_string(digest.value());
+  ordered_json physics = resolved(the_case);
+  for (const char* section : {"run", "output", "services"}) physics.erase(section);
+  return std::to_string(digest_of(to_yaml(physics)));
 }
 
 namespace {

@@ -88,10 +88,10 @@ std::int64_t coupler_bytes(const Case& the_case) {
 
 ordered_json make_plan(const LoadedCase& loaded) {
   const Case& the_case = loaded.content;
-  const Value tree = resolved(the_case);
+  const ordered_json tree = resolved(the_case);
   const std::int64_t cells = computed_cells(the_case.fluid);
   ordered_json plan;
-  plan["case"] = to_json(tree);
+  plan["case"] = tree;
   plan["case_yaml"] = to_yaml(tree);
   plan["name"] = the_case.name;
   plan["steps"] = the_case.steps;

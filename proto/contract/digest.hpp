@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <string_view>
 
 namespace copepod {
 
@@ -27,5 +28,12 @@ class Digest {
  private:
   std::uint64_t state_;
 };
+
+/// Digest of bytes.
+constexpr std::uint64_t digest_of(std::string_view bytes) {
+  Digest digest;
+  for (const char byte : bytes) digest.add(std::uint64_t{static_cast<unsigned char>(byte)});
+  return digest.value();
+}
 
 }  // namespace copepod

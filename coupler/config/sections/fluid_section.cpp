@@ -1,9 +1,13 @@
 #include <algorithm>
 
+#include <nlohmann/json.hpp>
+
 #include "config/sections/sections.hpp"
 
 namespace copepod::coupler {
 namespace {
+
+using nlohmann::ordered_json;
 
 /// One face: a word, or {velocity_m_per_s: […]}, or {pressure_Pa: …}.
 Boundary read_face(Reader& faces, const std::string& key) {
@@ -73,26 +77,22 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
   return FluidKind::lattice_boltzmann;
 }
 
-Value resolved_face(const Boundary& boundary) {
-  Value face = Value::mapping();
+ordered_json resolved_face(const Boundary& boundary) {
   switch (boundary.kind) {
     case BoundaryKind::velocity:
-      return face.add("velocity_m_per_s", Value::of_vector(boundary.velocity_m_per_s));
+      return {{"velocity_m_per_s", boundary.velocity_m_per_s}};
     case BoundaryKind::pressure:
-      return face.add("pressure_Pa", Value::of_number(boundary.pressure_Pa));
+      return {{"pressure_Pa", boundary.pressure_Pa}};
     default:
-      return word(boundary_names, boundary.kind);
+      return name_of(boundary_names, boundary.kind);
   }
 }
 
-Value resolved_boundaries(const FluidCase& fluid) {
-  Value boundaries = Value::mapping();
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    Value faces = Value::mapping();
-    faces.add("low", resolved_face(fluid.boundaries[2 * axis]));
-    faces.add("high", resolved_face(fluid.boundaries[2 * axis + 1]));
-    boundaries.add(axis_names[axis], std::move(faces));
-  }
+ordered_json resolved_boundaries(const FluidCase& fluid) {
+  ordered_json boundaries;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    boundaries[axis_names[axis]] = {{"low", resolved_face(fluid.boundaries[2 * axis])},
+                                    {"high", resolved_face(fluid.boundaries[2 * axis + 1])}};
   return boundaries;
 }
 
@@ -131,28 +131,25 @@ FluidCase read_fluid(Reader fluid) {
   return result;
 }
 
-Value resolved_fluid(const FluidCase& fluid) {
-  Value section = Value::mapping();
-  section.add("solver", word(solver_names, fluid.solver));
-  section.add("density_kg_per_m3", Value::of_number(fluid.density_kg_per_m3));
-  section.add("kinematic_viscosity_m2_per_s", Value::of_number(fluid.kinematic_viscosity_m2_per_s));
-  section.add("cell_size_m", Value::of_number(fluid.cell_size_m));
-  if (fluid.relaxation_time) section.add("relaxation_time", Value::of_number(*fluid.relaxation_time));
-  Value cells = Value::sequence();
-  for (const std::int64_t count : fluid.domain_cells) cells.add(Value::of_integer(count));
-  section.add("domain_cells", std::move(cells));
-  section.add("boundaries", resolved_boundaries(fluid));
-  section.add("no_slip_plane", word(plane_names, fluid.no_slip_plane));
-  Value planes = Value::sequence();
+ordered_json resolved_fluid(const FluidCase& fluid) {
+  ordered_json section{{"solver", name_of(solver_names, fluid.solver)},
+                       {"density_kg_per_m3", fluid.density_kg_per_m3},
+                       {"kinematic_viscosity_m2_per_s", fluid.kinematic_viscosity_m2_per_s},
+                       {"cell_size_m", fluid.cell_size_m}};
+  if (fluid.relaxation_time) section["relaxation_time"] = *fluid.relaxation_time;
+  section["domain_cells"] = fluid.domain_cells;
+  section["boundaries"] = resolved_boundaries(fluid);
+  section["no_slip_plane"] = name_of(plane_names, fluid.no_slip_plane);
+  section["symmetry_planes"] = ordered_json::array();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (fluid.symmetry_planes[axis]) planes.add(Value::of_text(axis_names[axis]));
+    if (fluid.symmetry_planes[axis]) section["symmetry_planes"].push_back(axis_names[axis]);
   }
-  section.add("symmetry_planes", std::move(planes));
-  section.add("body_force_N_per_m3", Value::of_vector(fluid.body_force_N_per_m3));
-  section.add("collision", word(collision_names, fluid.collision));
-  section.add("moving_boundary", word(moving_boundary_names, fluid.moving_boundary));
-  section.add("refill", word(refill_names, fluid.refill));
-  return section.add("precision", word(precision_names, fluid.precision));
+  section["body_force_N_per_m3"] = fluid.body_force_N_per_m3;
+  section["collision"] = name_of(collision_names, fluid.collision);
+  section["moving_boundary"] = name_of(moving_boundary_names, fluid.moving_boundary);
+  section["refill"] = name_of(refill_names, fluid.refill);
+  section["precision"] = name_of(precision_names, fluid.precision);
+  return section;
 }
 
 double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s) {

@@ -10,7 +10,7 @@ namespace copepod::coupler {
 // what was written gives the same section, bit for bit.
 
 FluidCase read_fluid(Reader fluid);
-Value resolved_fluid(const FluidCase& fluid);
+nlohmann::ordered_json resolved_fluid(const FluidCase& fluid);
 
 Shape read_shape(Reader& reader);
 void add_shape(Value& section, const Shape& shape);
@@ -30,7 +30,7 @@ Value resolved_force(const NamedForce& force);
 /// Reads the whole case from its root.
 Case read_case(Reader top);
 /// A parameter set that was chosen stays as a label only: its values are written where they belong.
-Value resolved(const Case& the_case);
+nlohmann::ordered_json resolved(const Case& the_case);
 
 /// What makes two runs the same physics: a digest of the resolved case without length of the run, output,
 /// services and published figures.

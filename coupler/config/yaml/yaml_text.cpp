@@ -91,13 +91,6 @@ class Conversion {
   int level_ = 0;
 };
 
-bool is_plain_list(const Value& value) {
-  for (const Value& item : value.items) {
-    if (item.kind != Value::Kind::scalar) return false;
-  }
-  return true;
-}
-
 /// The emitter leaves some control characters bare, a lone carriage return for one, which no reader
 /// gives back.
 void emit_text(YAML::Emitter& out, const std::string& text) {
@@ -106,29 +99,27 @@ void emit_text(YAML::Emitter& out, const std::string& text) {
   out << text;
 }
 
-void emit(YAML::Emitter& out, const Value& value) {
-  switch (value.kind) {
-    case Value::Kind::null:
-      out << YAML::Null;
-      break;
-    case Value::Kind::scalar:
-      emit_text(out, value.text);
-      break;
-    case Value::Kind::sequence:
-      out << (is_plain_list(value) ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
-      for (const Value& item : value.items) emit(out, item);
-      out << YAML::EndSeq;
-      break;
-    case Value::Kind::mapping:
-      out << YAML::Block << YAML::BeginMap;
-      for (const Value::Entry& entry : value.entries) {
-        out << YAML::Key;
-        emit_text(out, entry.key);
-        out << YAML::Value;
-        emit(out, entry.value);
-      }
-      out << YAML::EndMap;
-      break;
+void emit(YAML::Emitter& out, const nlohmann::ordered_json& value) {
+  if (value.is_object()) {
+    out << YAML::Block << YAML::BeginMap;
+    for (const auto& [key, item] : value.items()) {
+      out << YAML::Key;
+      emit_text(out, key);
+      out << YAML::Value;
+      emit(out, item);
+    }
+    out << YAML::EndMap;
+  } else if (value.is_array()) {
+    const bool is_plain = std::ranges::none_of(value, [](const auto& item) { return item.is_structured(); });
+    out << (is_plain ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
+    for (const auto& item : value) emit(out, item);
+    out << YAML::EndSeq;
+  } else if (value.is_number_float()) {
+    out << shortest_text(value);
+  } else if (value.is_string()) {
+    emit_text(out, value);
+  } else {
+    out << value.dump();
   }
 }
 
@@ -144,7 +135,7 @@ Value parse_yaml(const std::string& text, const std::string& source, LineNumbers
   }
 }
 
-std::string to_yaml(const Value& value) {
+std::string to_yaml(const nlohmann::ordered_json& value) {
   YAML::Emitter out;
   emit(out, value);
   return std::string(out.c_str()) + "\n";

@@ -14,6 +14,6 @@ enum class LineNumbers { kept, dropped };
 Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines);
 
 /// YAML text of a tree; parse_yaml gives back an equal tree.
-std::string to_yaml(const Value& value);
+std::string to_yaml(const nlohmann::ordered_json& value);
 
 }  // namespace copepod::coupler

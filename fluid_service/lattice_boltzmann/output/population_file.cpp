@@ -267,9 +267,7 @@ std::uint64_t digest_of(const FluidSetup& setup) {
   FluidSetup physics = setup;
   physics.fields = {};
   physics.trace_directory.clear();
-  Digest digest;
-  for (const char byte : conversion::to_bytes(physics)) digest.add(std::uint64_t{static_cast<unsigned char>(byte)});
-  return digest.value();
+  return copepod::digest_of(conversion::to_bytes(physics));
 }
 
 template <class T>

@@ -52,7 +52,7 @@ TEST(ResolvedCase, KeepsAnOverrideAfterAParameterSetWasChosen) {
 
 TEST(ResolvedCase, SpellsDefaultsOut) {
   const LoadedCase loaded = load_case(std::string(CONFIGS) + "/quick/vacuum.yaml", {});
-  const auto json = to_json(resolved(loaded.content));
+  const auto json = resolved(loaded.content);
   EXPECT_EQ(json["coupling"]["load_averaging"], "two_step");
   EXPECT_EQ(json["body"]["integrator"], "runge_kutta_4");
   EXPECT_EQ(json["fluid"]["boundaries"]["z"]["high"], "no_slip");

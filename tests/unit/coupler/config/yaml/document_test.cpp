@@ -97,8 +97,8 @@ TEST(YamlText, StopsAnAliasInsideItsOwnAnchor) {
 
 TEST(YamlText, WritesWhatItReads) {
   const Value value = parse_yaml("a: {b: [1, 2], c: ~, d: [{e: 'x: y'}]}\n", "x", LineNumbers::kept);
-  const std::string once = to_yaml(value);
-  EXPECT_EQ(to_yaml(parse_yaml(once, "x", LineNumbers::kept)), once);
+  const std::string once = to_yaml(to_json(value));
+  EXPECT_EQ(to_yaml(to_json(parse_yaml(once, "x", LineNumbers::kept))), once);
   EXPECT_EQ(to_json(value).dump(), R"({"a":{"b":["1","2"],"c":null,"d":[{"e":"x: y"}]}})");
 }
 
@@ -106,7 +106,7 @@ TEST(YamlText, GivesControlCharactersBack) {
   Value list = parse_yaml("[a]", "x", LineNumbers::kept);
   for (const char* word : {"\r", "a\rb", "\t", "\n", "\x07", "\x7f"}) {
     list.items[0].text = word;
-    EXPECT_EQ(parse_yaml(to_yaml(list), "x", LineNumbers::kept).items[0].text, word);
+    EXPECT_EQ(parse_yaml(to_yaml(to_json(list)), "x", LineNumbers::kept).items[0].text, word);
   }
 }
 
