@@ -1,6 +1,7 @@
 """The command line: subcommands, their options, and how each ends."""
 
 import argparse
+import functools
 import importlib
 import math
 import signal
@@ -144,7 +145,7 @@ def _add_campaign(commands: _Commands) -> None:
     )
     parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
     parser.add_argument("--out", metavar="DIR", help="folder of the campaign (default: runs/<campaign>)")
-    parser.add_argument("--jobs", type=_positive_count, metavar="N", help="cases at once (default: see the campaign)")
+    parser.add_argument("--jobs", type=_integer, metavar="N", help="cases at once (default: see the campaign)")
     parser.add_argument(
         "--rerun-other-builds",
         action="store_true",
@@ -182,9 +183,7 @@ def _add_bench(commands: _Commands) -> None:
         help="measure this machine",
         description="Measures memory, the fluid alone and coupled runs for a few minutes; prints a table.",
     )
-    parser.add_argument(
-        "--samples", type=_positive_count, default=5, metavar="N", help="samples per median (default: 5)"
-    )
+    parser.add_argument("--samples", type=_integer, default=5, metavar="N", help="samples per median (default: 5)")
     parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
     parser.add_argument(
         "--exchange", action="store_true", help="only the exchange between processes, beside a plain ZeroMQ echo"
@@ -211,7 +210,7 @@ def _add_replay(commands: _Commands) -> None:
         "--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative difference allowed (default: 0)"
     )
     parser.add_argument("--ranks", type=_ranks, default=1, metavar="N", help="MPI ranks of our fluid (default: 1)")
-    parser.add_argument("--attempt", type=_positive_count, metavar="N", help="of a resumed run (default: the last)")
+    parser.add_argument("--attempt", type=_integer, metavar="N", help="of a resumed run (default: the last)")
     parser.add_argument("--out", metavar="DIR", help="with --as: keep the new run in this directory")
     parser.set_defaults(action="copepod_command.kit_tools:replay")
 
@@ -239,19 +238,7 @@ def _command(text: str) -> str:
     return text
 
 
-def _count(text: str) -> int:
-    return _integer(text, least=0)
-
-
-def _positive_count(text: str) -> int:
-    return _integer(text, least=1)
-
-
-def _ranks(text: str) -> int:
-    return _integer(text, least=1, what="rank count")
-
-
-def _integer(text: str, least: int, what: str = "number") -> int:
+def _integer(text: str, least: int = 1, what: str = "number") -> int:
     try:
         value = int(text)
     except ValueError:
@@ -261,6 +248,10 @@ def _integer(text: str, least: int, what: str = "number") -> int:
             f"«{text}» is not a valid {what} (integer ≥ {least}). Use {max(least, 1)}, for example."
         )
     return value
+
+
+_count = functools.partial(_integer, least=0)
+_ranks = functools.partial(_integer, what="rank count")
 
 
 def _tolerance(text: str) -> float:

@@ -11,6 +11,7 @@ from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from copepod_run.cleanup import MARK
 from copepod_run.checkout import build_digest, program
@@ -138,32 +139,34 @@ class Answer:
     problem: str = ""
 
 
+def run_to_answer(command: Sequence[str], within_s: float, given: bytes = b"") -> tuple[Any, int, str]:
+    """(the JSON on its standard output, None if it is none; exit code; its standard error) of a component.
+
+    Raises OSError if it cannot be started, subprocess.TimeoutExpired.
+    """
+    done = subprocess.run(command, env=environment_to_ask(), input=given, capture_output=True, timeout=within_s)
+    errors = done.stderr.decode(errors="replace")
+    try:
+        text = done.stdout.decode(errors="replace").lstrip()
+        return json.JSONDecoder().raw_decode(text)[0], done.returncode, errors  # under mpirun every rank may print it
+    except ValueError:
+        return None, done.returncode, errors
+
+
 @functools.cache
 def ask(command: tuple[str, ...]) -> Answer:
     """A component's capabilities. Raises Stop(2) if the command cannot be started."""
     try:
-        done = subprocess.run(
-            [*command, "--capabilities"],
-            env=environment_to_ask(),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            timeout=_ANSWER_WITHIN_S,
-        )
-        read, _ = json.JSONDecoder().raw_decode(done.stdout.lstrip())  # under mpirun every rank may print it
-        if isinstance(read, dict):
-            return Answer(read.get("name", shlex.join(command)), read.get("role", ""), read.get("features", []))
+        read, _, errors = run_to_answer([*command, "--capabilities"], _ANSWER_WITHIN_S)
     except OSError as problem:
         raise Stop(
             ExitCode.BAD_CASE, f"a component cannot be started ({problem}). Check this command: {shlex.join(command)}"
         ) from None
     except subprocess.TimeoutExpired:
         return Answer(problem=f"it does not answer --capabilities within {_ANSWER_WITHIN_S} s")
-    except ValueError:
-        pass
-    lines = done.stderr.strip().splitlines()
+    if isinstance(read, dict):
+        return Answer(read.get("name", shlex.join(command)), read.get("role", ""), read.get("features", []))
+    lines = errors.strip().splitlines()
     last = f" but with: {lines[-1].strip()}" if lines else ""
     return Answer(problem=f"it does not answer --capabilities with JSON{last}")
 

@@ -57,30 +57,18 @@ def memory_of(plan: Plan) -> list[Memory]:
 
 def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Memory:
     try:
-        answer = subprocess.run(
-            command,
-            input=setup,
-            env=components.environment_to_ask(),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            timeout=_ANSWER_WITHIN_S,
-        )
-        if answer.returncode == 0:
-            read, _ = json.JSONDecoder().raw_decode(
-                answer.stdout.decode().lstrip()
-            )  # under mpirun every rank prints it
+        read, code, errors = components.run_to_answer(command, _ANSWER_WITHIN_S, setup)
+        if code == 0:
             return Memory(role, processes, int(read["memory_bytes"]), str(read.get("problem", "")))
-        reason = f"exit code {answer.returncode}"
     except (OSError, ValueError, KeyError, TypeError, subprocess.TimeoutExpired) as problem:
         raise Stop(
             ExitCode.BAD_CASE,
             f"the {role} component announces estimates, but its answer cannot be read ({problem}). "
             "See docs/protocol.md, Estimates.",
         ) from None
-    errors = [line for line in answer.stderr.decode(errors="replace").splitlines() if line.startswith("error: ")]
+    reasons = [line.removeprefix("error: ") for line in errors.splitlines() if line.startswith("error: ")]
     raise Stop(
-        ExitCode.BAD_CASE,
-        errors[0].removeprefix("error: ") if errors else f"the {role} component refuses the case ({reason}).",
+        ExitCode.BAD_CASE, reasons[0] if reasons else f"the {role} component refuses the case (exit code {code})."
     )
 
 
