@@ -72,7 +72,7 @@ bool is_taken(Decoder& decoder, Bytes bytes) {
 
 std::vector<std::vector<std::byte>> one_of_each() {
   Encoder encoder;
-  const Header header{1, 0, 1, 2, 3, 0, 4};
+  const Header header{2, 0, 1, 2, 3, 0, 4};
   session::Hello hello;
   hello.session_token = "token";
   hello.capabilities = {"n", "v", {"a", "b"}};
