@@ -125,8 +125,7 @@ class ProtocolPage(unittest.TestCase):
         for code, text in (
             ("message_bytes = std::size_t{256} << 20", "256 MiB"),
             ("hello_bytes = std::size_t{64} << 10", "64 KiB"),
-            ("bodies = 1'000'000", "1 000 000"),
-            ("springs = 1'000'000", "1 000 000"),
+            ("list_entries = 1'000'000", "1 000 000"),
             ("cells = 1e12", "10¹²"),
             ("driving_nodes = 16", "| 16 |"),
             ("string_bytes = 4096", "4096 bytes"),
