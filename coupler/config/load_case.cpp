@@ -114,10 +114,17 @@ void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase&
   if (computes_no_cells(fluid.solver) && services.fluid_command.empty()) services.fluid_ranks = 1;
 }
 
+double derived_step_s(const Case& the_case) {
+  if (the_case.given_step_s) return *the_case.given_step_s;
+  const FluidCase& fluid = the_case.fluid;
+  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0) return 0.0;
+  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
+}
+
 template <typename Item>
-ordered_json list(const std::vector<Item>& items, Value (*resolve)(const Item&)) {
+ordered_json list(const std::vector<Item>& items, ordered_json (*resolve)(const Item&)) {
   ordered_json result = ordered_json::array();
-  for (const Item& item : items) result.push_back(to_json(resolve(item)));
+  for (const Item& item : items) result.push_back(resolve(item));
   return result;
 }
 
@@ -130,12 +137,15 @@ Case read_case(Reader top) {
   { top.section("parameter_sets").accept_all(); }
   result.fluid = read_fluid(top.section("fluid"));
   if (top.has("step_s")) result.given_step_s = top.number("step_s", Range::positive);
+  result.step_s = derived_step_s(result);
   result.body = read_body_solver(top.section("body"));
   for (std::size_t i = 0; i < top.size("swimmers"); ++i)
-    result.swimmers.push_back(read_swimmer(top.item("swimmers", i)));
+    result.swimmers.push_back(read_swimmer(top.item("swimmers", i), result.step_s));
   for (std::size_t i = 0; i < top.size("bodies"); ++i) result.bodies.push_back(read_body(top.item("bodies", i)));
   for (std::size_t i = 0; i < top.size("springs"); ++i) result.springs.push_back(read_spring(top.item("springs", i)));
-  for (std::size_t i = 0; i < top.size("forces"); ++i) result.forces.push_back(read_force(top.item("forces", i)));
+  for (std::size_t i = 0; i < top.size("bends"); ++i) result.bends.push_back(read_named_bend(top.item("bends", i)));
+  for (std::size_t i = 0; i < top.size("actuators"); ++i)
+    result.actuators.push_back(read_actuator(top.item("actuators", i), result.step_s));
   result.body.gravity_m_per_s2 = top.numbers("gravity_m_per_s2", 3, Eigen::VectorXd::Zero(3));
   {
     Reader coupling = top.section("coupling");
@@ -163,7 +173,8 @@ ordered_json resolved(const Case& the_case) {
   top["swimmers"] = list(the_case.swimmers, resolved_swimmer);
   top["bodies"] = list(the_case.bodies, resolved_body);
   top["springs"] = list(the_case.springs, resolved_spring);
-  top["forces"] = list(the_case.forces, resolved_force);
+  top["bends"] = list(the_case.bends, resolved_named_bend);
+  top["actuators"] = list(the_case.actuators, resolved_actuator);
   top["gravity_m_per_s2"] = the_case.body.gravity_m_per_s2;
   top["coupling"] = {{"scheme", name_of(scheme_names, SchemeKind::serial_explicit)},
                      {"load_averaging", name_of(averaging_names, the_case.load_averaging)}};
@@ -182,11 +193,13 @@ std::string case_key(Case the_case) {
 
 namespace {
 
-double derived_step_s(const Case& the_case) {
-  if (the_case.given_step_s) return *the_case.given_step_s;
-  const FluidCase& fluid = the_case.fluid;
-  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0) return 0.0;
-  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
+/// The form of older versions.
+void refuse_forces(const Document& document) {
+  if (document.root().find("forces") == nullptr) return;
+  throw CaseInvalid(document.locate("forces"),
+                    "forces has become actuators (they can follow a body or an arm). Write actuators: [{kind: "
+                    "world_force, body: a, direction: [0, 0, 1], signal: {kind: constant, amplitude_N: 1.0e-9}}], or "
+                    "signal: {kind: sinusoid, amplitude_N: …, period_steps: …, lag_steps: …}.");
 }
 
 void refuse_campaign(const Document& document) {
@@ -198,10 +211,10 @@ void refuse_campaign(const Document& document) {
 
 LoadedCase read_document(const Document& document, AskedKeys* asked) {
   refuse_campaign(document);
+  refuse_forces(document);
   Problems problems(document);
   LoadedCase loaded;
   loaded.content = read_case(Reader(&document.root(), "", problems, asked));
-  loaded.content.step_s = derived_step_s(loaded.content);
   loaded.assembly = assemble(loaded.content);
   check_case(loaded.content, loaded.assembly, problems);
   problems.throw_if_any();
@@ -246,6 +259,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   }
   setup.bodies = assembly.bodies;
   setup.springs = assembly.springs;
+  setup.bends = assembly.bends;
   for (const DrivenActuator& driven : assembly.drive) setup.actuators.push_back(driven.actuator);
   return setup;
 }

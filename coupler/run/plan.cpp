@@ -38,6 +38,7 @@ ordered_json make_notes(const Case& the_case) {
          fluid.kinematic_viscosity_m2_per_s * the_case.step_s / (fluid.cell_size_m * fluid.cell_size_m));
   }
   for (const Swimmer& swimmer : the_case.swimmers) {
+    if (!swimmer.three_beads) continue;
     const Arm& arm = swimmer.arms[0];
     // D = γ / (2 √(m k))   [paper, eq. (11)]
     note(notes, "damping ratio of " + swimmer.name,

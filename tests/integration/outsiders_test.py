@@ -143,13 +143,14 @@ class Messages(Trial):
 
 class Plausibility(Trial):
     def test_force_of_1000_N_on_every_bead(self):
-        forces = ", ".join(f"{{body: swimmer.{name}, constant_N: [0, 0, 1000]}}" for name in ("B1", "B2", "B3"))
+        force = "kind: world_force, direction: [0, 0, 1], signal: {kind: constant, amplitude_N: 1000}"
+        forces = ", ".join(f"{{body: swimmer.{name}, {force}}}" for name in ("B1", "B2", "B3"))
         case = (
             ROOT / "configs/quick/three_sphere.yaml",
             "--set",
             "fluid.solver=external",
             "--set",
-            f"forces=[{forces}]",
+            f"actuators=[{forces}]",
         )
         shorter = ("--set", "run.steps=100", "--set", "output.fields.mean_over_steps=[0, 0]")
         said = self.refusal(70, *case, *shorter, "--fluid", STOKES_DRAG)

@@ -25,8 +25,8 @@ fluid: {solver: external, density_kg_per_m3: 1000, kinematic_viscosity_m2_per_s:
 step_s: 1.0e-9
 bodies:
   - {name: ball, shape: sphere, radius_m: 4.0e-6, mass_kg: 5.0e-13, position_m: [0, 0, 0], motion: free}
-forces:
-  - {body: ball, constant_N: [0, 0, -1.0e-9]}
+actuators:
+  - {kind: world_force, body: ball, direction: [0, 0, -1], signal: {kind: constant, amplitude_N: 1.0e-9}}
 coupling: {scheme: serial_explicit, load_averaging: none}
 run: {steps: 400}
 output: {trajectory: {every_steps: 100}}

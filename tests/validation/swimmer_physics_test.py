@@ -141,7 +141,7 @@ class InAnyDirection(SwimmerTest):
         return along, float(np.linalg.norm(moved - along * axis)), float(np.degrees(np.arccos(axis[2])))
 
     def test_a_swimmer_that_was_turned_swims_on_along_its_own_axis(self):
-        undisturbed, sideways, _ = self.last_cycle("forces=[]")
+        undisturbed, sideways, _ = self.last_cycle("actuators=[]")
         self.assertGreater(undisturbed, 6e-6)
         self.assertEqual(sideways, 0.0)
         along, across, tilt = self.last_cycle()
@@ -150,9 +150,9 @@ class InAnyDirection(SwimmerTest):
         self.assertLess(across, 1e-3 * undisturbed)
 
     def test_an_oblique_swimmer_swims_like_an_aligned_one(self):
-        aligned, _, _ = self.last_cycle("forces=[]")
+        aligned, _, _ = self.last_cycle("actuators=[]")
         for axis in ("[1, 1, 1]", "[1, 2, 3]"):
-            along, across, _ = self.last_cycle("forces=[]", f"swimmers.0.axis={axis}")
+            along, across, _ = self.last_cycle("actuators=[]", f"swimmers.0.axis={axis}")
             self.assertAlmostEqual(along / aligned, 1, delta=1e-3)
             self.assertLess(across, 1e-3 * aligned)
 

@@ -112,28 +112,29 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
     if (inserted) continue;
     problems.error(
         assembly.body_paths[i] + (i + the_case.bodies.size() < assembly.bodies.size() ? "" : ".name"),
-        "two bodies are called '" + name + "' (springs, forces and results need one each). Rename one of them.");
+        "two bodies are called '" + name + "' (springs, actuators and results need one each). Rename one of them.");
   }
   const auto require_body = [&](const std::string& name, const std::string& path) {
     if (name.empty() || seen.contains(name)) return;  // an empty one was reported when it was read
     problems.error(path,
                    path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
   };
-  for (std::size_t i = 0; i < the_case.springs.size(); ++i) {
-    for (const std::string& name : the_case.springs[i].bodies) {
-      require_body(name, "springs." + std::to_string(i) + ".bodies");
+  const auto require_bodies = [&](const auto& items, const std::string& section) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      for (const std::string& name : items[i].bodies)
+        require_body(name, section + "." + std::to_string(i) + (items[i].bodies.size() > 1 ? ".bodies" : ".body"));
     }
-  }
-  for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
-    require_body(the_case.forces[i].name, "forces." + std::to_string(i) + ".body");
-  }
+  };
+  require_bodies(the_case.springs, "springs");
+  require_bodies(the_case.bends, "bends");
+  require_bodies(the_case.actuators, "actuators");
 }
 
 void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
-    const auto& gaps = the_case.swimmers[i].three_beads->rest_gap_m;
-    if (gaps[0] > 0.0 && gaps[1] > 0.0) continue;
+    const auto& three_beads = the_case.swimmers[i].three_beads;
+    if (!three_beads || (three_beads->rest_gap_m[0] > 0.0 && three_beads->rest_gap_m[1] > 0.0)) continue;
     const std::string path = "swimmers." + std::to_string(i) + ".rest_gap_m";
     problems.error(path,
                    path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");

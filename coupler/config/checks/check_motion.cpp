@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "config/checks/checks.hpp"
+#include "config/checks/geometry.hpp"
 #include "config/sections/case.hpp"
 
 namespace copepod::coupler {
@@ -42,19 +43,38 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   }
 }
 
-/// Amplitude of a bead's velocity under a sinusoidal force, the smaller of what drag and inertia alone allow
-/// [m/s]:
+/// Amplitude of a body's velocity under a force that varies with period T, the smaller of what drag and inertia alone
+/// allow [m/s]:
 ///   a / (6π ρ ν r)  and  a T / (2π m)
-double expected_velocity_m_per_s(const Swimmer& swimmer, const Case& the_case) {
+double expected_velocity_m_per_s(const BodySpecification& body, const Signal& signal, const Case& the_case) {
   const double viscosity_Pa_s = the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
-  double smallest_radius_m = swimmer.beads[0].shape.radius_m;
-  for (const Bead& bead : swimmer.beads) smallest_radius_m = std::min(smallest_radius_m, bead.shape.radius_m);
-  const Stroke& stroke = swimmer.three_beads->stroke;
-  const double force_N = std::abs(stroke.amplitude_N);
-  const double by_drag = force_N / (6.0 * std::numbers::pi * viscosity_Pa_s * smallest_radius_m);
-  const double period_s = static_cast<double>(stroke.period_steps) * the_case.step_s;
-  const double by_inertia = force_N * period_s / (2.0 * std::numbers::pi * swimmer.beads[0].mass_kg);
-  return std::min(by_drag, by_inertia);
+  double force_N = std::abs(signal.amplitude);
+  if (signal.kind == SignalKind::table) {
+    double largest = 0.0;
+    for (const Signal::Point& point : signal.table) largest = std::max(largest, std::abs(point.value));
+    force_N *= largest;
+  }
+  const double by_drag = force_N / (6.0 * std::numbers::pi * viscosity_Pa_s * body.shape.radius_m);
+  const double period_s = static_cast<double>(signal.period_steps) * the_case.step_s;
+  return std::min(by_drag, force_N * period_s / (2.0 * std::numbers::pi * body.mass_kg));
+}
+
+/// Judges the speed that a pair force with a period gives its bodies, and how far they move.
+void judge_pair_force(const DrivenActuator& driven, const std::string& path, const Case& the_case,
+                      const Assembly& assembly, Problems& problems) {
+  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_A)];
+  const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_B)];
+  const std::string pair = "'" + A.name + "' and '" + B.name + "'";
+  const double velocity_m_per_s = std::max(expected_velocity_m_per_s(A, driven.signal, the_case),
+                                           expected_velocity_m_per_s(B, driven.signal, the_case));
+  judge_velocity(velocity_m_per_s, the_case, path, "the expected speed of " + pair, problems);
+  const double period_s = static_cast<double>(driven.signal.period_steps) * the_case.step_s;
+  const double reach_m = velocity_m_per_s * period_s / (2.0 * std::numbers::pi);
+  if (reach_m > surface_distance_m(A, B, Eigen::Vector3d::Zero())) {
+    problems.warning(path, pair + " may move by " + shortest_text(reach_m) +
+                               " m, more than the gap between them (they could collide). Use a smaller amplitude or a "
+                               "shorter period.");
+  }
 }
 
 }  // namespace
@@ -73,31 +93,31 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
     judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall", problems);
     judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
   }
-  for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
-    const Swimmer& swimmer = the_case.swimmers[i];
-    const std::string path = "swimmers." + std::to_string(i) + ".stroke.amplitude_N";
-    const double velocity = expected_velocity_m_per_s(swimmer, the_case);
-    judge_velocity(velocity, the_case, path, "the expected speed of the beads of '" + swimmer.name + "'", problems);
-    const double period_s = static_cast<double>(swimmer.three_beads->stroke.period_steps) * the_case.step_s;
-    const double reach_m = velocity * period_s / (2.0 * std::numbers::pi);
-    if (reach_m > std::ranges::min(swimmer.three_beads->rest_gap_m)) {
-      problems.warning(path, "the beads of '" + swimmer.name + "' may move by " + shortest_text(reach_m) +
-                                 " m, more than the gap between them (they could collide). Use a smaller "
-                                 "amplitude or a shorter period.");
-    }
+  for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
+    const DrivenActuator& driven = assembly.drive[i];
+    const bool judged = i > 0 && assembly.drive_paths[i] == assembly.drive_paths[i - 1];  // arms of one stroke
+    if (driven.actuator.kind != ActuatorKind::pair_force || driven.signal.period_steps == 0 || judged) continue;
+    judge_pair_force(driven, assembly.drive_paths[i], the_case, assembly, problems);
+  }
+}
+
+/// A wave that is sampled too coarsely.
+void check_signals(const Assembly& assembly, Problems& problems) {
+  for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
+    const Signal& signal = assembly.drive[i].signal;
+    const bool judged = i > 0 && assembly.drive_paths[i] == assembly.drive_paths[i - 1];
+    if (signal.period_steps == 0 || signal.period_steps >= 20 || judged) continue;
+    const std::string path = assembly.drive_paths[i] + ".period_steps";
+    problems.error(path, path + " is " + std::to_string(signal.period_steps) +
+                             " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
   }
 }
 
 void check_strokes(const Case& the_case, Problems& problems) {
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
+    if (!the_case.swimmers[i].three_beads) continue;
     const Stroke& stroke = the_case.swimmers[i].three_beads->stroke;
     const std::string path = "swimmers." + std::to_string(i) + ".stroke";
-    if (stroke.period_steps < 20) {
-      problems.error(path + ".period_steps",
-                     path + ".period_steps is " + std::to_string(stroke.period_steps) +
-                         " (a sine needs at least 20 steps). Use a longer period or a smaller step.");
-      continue;
-    }
     if (stroke.phase_lag_steps >= stroke.period_steps) {
       problems.error(path + ".phase_lag_steps",
                      path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) + ", the period " +
@@ -110,13 +130,6 @@ void check_strokes(const Case& the_case, Problems& problems) {
                                         std::to_string(stroke.cycles * stroke.period_steps) +
                                         " (the analysis uses its last period). Run longer for a result table.");
     }
-  }
-  for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
-    const NamedForce& force = the_case.forces[i];
-    if (force.stop_step > force.start_step) continue;
-    const std::string path = "forces." + std::to_string(i) + ".stop_step";
-    problems.error(path, path + " is " + std::to_string(force.stop_step) + ", the force starts at " +
-                             std::to_string(force.start_step) + " (it would never act). Stop later, or leave it out.");
   }
 }
 
@@ -161,7 +174,8 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   const bool time = !problems.any_under("fluid") && !problems.any_under("step_s");
   const bool domain = time && !problems.any_under("services");
   const bool bodies = !problems.any_under("swimmers") && !problems.any_under("bodies");
-  const bool springs = bodies && !problems.any_under("springs") && !problems.any_under("forces");
+  const bool springs =
+      bodies && !problems.any_under("springs") && !problems.any_under("bends") && !problems.any_under("actuators");
   const bool run = !problems.any_under("run");
   if (time) check_time(the_case, problems);
   if (domain) check_domain(the_case, problems);
@@ -170,8 +184,9 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   if (time && springs) check_symmetry(the_case, assembly, problems);
   if (time && bodies) check_bodies(the_case, assembly, problems);
   if (springs) check_springs(the_case, assembly, problems);
+  if (springs) check_signals(assembly, problems);
   if (springs && run) check_strokes(the_case, problems);
-  if (time && bodies && !problems.any()) check_velocities(the_case, assembly, problems);
+  if (time && springs && !problems.any()) check_velocities(the_case, assembly, problems);
   if (time && springs && !problems.any()) check_stiffness(the_case, assembly, problems);
   if (run && !problems.any_under("output")) check_output(the_case, problems);
   if (domain) check_services(the_case, problems);

@@ -2,29 +2,75 @@
 #include <cmath>
 
 #include "config/checks/checks.hpp"
+#include "config/checks/geometry.hpp"
 #include "config/checks/spring_stability.hpp"
 #include "config/sections/case.hpp"
 
 namespace copepod::coupler {
 
-void check_springs(const Case&, const Assembly& assembly, Problems& problems) {
+namespace {
+
+/// Reports a spring or pair force whose ends coincide at the start, or that has one body only.
+/// @return distance of its ends [m]; 0 if there was something to report
+double length_of_joint(const auto& joint, const std::string& what, const std::string& path, const Assembly& assembly,
+                       Problems& problems) {
+  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
+  const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(joint.body_B)];
+  if (joint.body_A == joint.body_B) {
+    problems.error(path + ".bodies",
+                   what + " joins '" + A.name + "' to itself (it needs two ends). Name two different bodies.");
+    return 0.0;
+  }
+  const double length_m =
+      (B.position_m + in_world(B, joint.anchor_B_m) - A.position_m - in_world(A, joint.anchor_A_m)).norm();
+  if (length_m == 0.0) {
+    problems.error(path, what + " between '" + A.name + "' and '" + B.name +
+                             "' has no length at the start (it has no direction). Move its ends apart.");
+  }
+  return length_m;
+}
+
+void check_bends(const Assembly& assembly, Problems& problems) {
+  for (std::size_t i = 0; i < assembly.bends.size(); ++i) {
+    const BendSpecification& bend = assembly.bends[i];
+    if (std::min({bend.body_A, bend.body_B, bend.body_C}) < 0) continue;  // reported by check_names
+    if (bend.body_A == bend.body_B || bend.body_B == bend.body_C || bend.body_C == bend.body_A) {
+      problems.error(
+          assembly.bend_paths[i] + ".bodies",
+          assembly.bend_paths[i] + " names a body twice (an angle needs three). Name three different bodies.");
+    }
+  }
+}
+
+void check_pairs(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  for (const std::size_t i : assembly.without_spring) {
+    const NamedActuator& actuator = the_case.actuators[i];
+    const std::string path = "actuators." + std::to_string(i) + ".bodies";
+    problems.error(path, path + " are '" + actuator.bodies[0] + "' and '" + actuator.bodies[1] +
+                             "' (no spring joins them whose rest length could vary). Add the spring, or use kind: "
+                             "pair_force.");
+  }
+  for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
+    const ActuatorSpecification& actuator = assembly.drive[i].actuator;
+    if (actuator.kind != ActuatorKind::pair_force || std::min(actuator.body_A, actuator.body_B) < 0) continue;
+    length_of_joint(actuator, "a pair force", assembly.drive_paths[i], assembly, problems);
+  }
+}
+
+}  // namespace
+
+void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  check_bends(assembly, problems);
+  check_pairs(the_case, assembly, problems);
   for (std::size_t i = 0; i < assembly.springs.size(); ++i) {
     const SpringSpecification& spring = assembly.springs[i];
     if (spring.body_A < 0 || spring.body_B < 0) continue;  // reported by check_names
     const std::string& path = assembly.spring_paths[i];
-    if (spring.body_A == spring.body_B) {
-      problems.error(path + ".bodies", "a spring joins '" +
-                                           assembly.bodies[static_cast<std::size_t>(spring.body_A)].name +
-                                           "' to itself (it needs two ends). Name two different bodies.");
-      continue;
-    }
-    const Eigen::Vector3d between = assembly.bodies[static_cast<std::size_t>(spring.body_B)].position_m -
-                                    assembly.bodies[static_cast<std::size_t>(spring.body_A)].position_m;
-    const bool anchored = !spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0);
-    const double stretch = std::abs(between.norm() - spring.rest_length_m);
-    if (!anchored && stretch > 0.5 * std::max(spring.rest_length_m, between.norm())) {
+    const double length_m = length_of_joint(spring, "a spring", path, assembly, problems);
+    const double stretch = std::abs(length_m - spring.rest_length_m);
+    if (length_m > 0.0 && stretch > 0.5 * std::max(spring.rest_length_m, length_m)) {
       problems.warning(path, "a spring of rest length " + shortest_text(spring.rest_length_m) + " m starts at " +
-                                 shortest_text(between.norm()) +
+                                 shortest_text(length_m) +
                                  " m (it will jerk its bodies). Check rest_length_m and positions.");
     }
   }

@@ -126,6 +126,16 @@ void check_symmetric_joint(const auto& joint, const std::string& what, const std
                            "remove the plane.");
 }
 
+/// A bend between a body on the plane and two beside it on one side would have a mirror image of its own.
+void check_symmetric_bend(const BendSpecification& bend, const std::string& path, const Assembly& assembly,
+                          const FluidCase& fluid, std::size_t axis, Problems& problems) {
+  if (std::min({bend.body_A, bend.body_B, bend.body_C}) < 0) return;
+  const auto on_plane = [&](int body) { return lies_on(assembly.bodies[static_cast<std::size_t>(body)], fluid, axis); };
+  if (on_plane(bend.body_A) == on_plane(bend.body_B) && on_plane(bend.body_B) == on_plane(bend.body_C)) return;
+  problems.error(path, path + " is between bodies on and off symmetry plane " + axis_names[axis] +
+                           " (its mirror image is not computed). Remove the plane.");
+}
+
 /// A force must lie in the plane, a torque across it.
 void check_symmetric_actuator(const ActuatorSpecification& actuator, const std::string& path, const Assembly& assembly,
                               const FluidCase& fluid, std::size_t axis, Problems& problems) {
@@ -178,6 +188,8 @@ void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& pr
       check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], fluid, axis, problems);
     for (std::size_t i = 0; i < assembly.springs.size(); ++i)
       check_symmetric_joint(assembly.springs[i], "a spring", assembly.spring_paths[i], assembly, fluid, axis, problems);
+    for (std::size_t i = 0; i < assembly.bends.size(); ++i)
+      check_symmetric_bend(assembly.bends[i], assembly.bend_paths[i], assembly, fluid, axis, problems);
     for (std::size_t i = 0; i < assembly.drive.size(); ++i)
       check_symmetric_actuator(assembly.drive[i].actuator, assembly.drive_paths[i], assembly, fluid, axis, problems);
   }

@@ -95,21 +95,29 @@ struct Swimmer {
   std::string name;
   std::vector<Bead> beads;
   std::vector<Arm> arms;
+  std::vector<BendSpecification> bends;                ///< between beads, by their numbers here
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< origin of the swimmer's frame
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};        ///< of its frame in the world
+  double phase_deg = 0.0;                              ///< its drive runs late by that part of each signal's period
   std::optional<ThreeBeads> three_beads;               ///< where the case uses the shorthand
   PublishedFigures published;
 };
 
-/// A spring of the case, its bodies by name; `assemble` finds their numbers.
+// Items of the case that name their bodies; `assemble` finds the numbers.
+
 struct NamedSpring : SpringSpecification {
-  std::array<std::string, 2> bodies;
+  std::vector<std::string> bodies;  ///< two
 };
 
-/// A driving force of the case, its body by name; `assemble` finds its number. The term's amplitude stays 1.
-struct NamedForce : DrivingTerm {
-  std::string name;  ///< of the body
-  Eigen::Vector3d amplitude_N = Eigen::Vector3d::Zero();
+struct NamedBend : BendSpecification {
+  std::vector<std::string> bodies;  ///< three, the vertex in the middle
+};
+
+/// An actuator of the case and how its value varies.
+struct NamedActuator : ActuatorSpecification {
+  std::vector<std::string> bodies;  ///< two of a pair, otherwise one
+  bool rest_length = false;         ///< the signal is the rest length of the spring between them [m]
+  Signal signal;
 };
 
 struct OutputCase {
@@ -156,7 +164,8 @@ struct Case {
   std::vector<Swimmer> swimmers;
   std::vector<BodySpecification> bodies;  ///< those not of swimmers
   std::vector<NamedSpring> springs;
-  std::vector<NamedForce> forces;
+  std::vector<NamedBend> bends;
+  std::vector<NamedActuator> actuators;
   LoadAveraging load_averaging = LoadAveraging::two_step;
   std::int64_t steps = 0;
   OutputCase output;

@@ -1,5 +1,8 @@
 #include "config/sections/expand.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <unordered_map>
 
 #include "geometry/rotation.hpp"
@@ -22,15 +25,49 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
   }
 }
 
-void add_swimmer_springs(const Swimmer& swimmer, int first_body, const std::string& path, Assembly& assembly) {
-  for (const Arm& arm : swimmer.arms) {
+/// A signal of a swimmer, late by the swimmer's part of its period; one without a period is not.
+Signal delayed(Signal signal, double phase_deg) {
+  const double turns = phase_deg / 360.0;
+  const double lag_steps = (turns - std::floor(turns)) * static_cast<double>(signal.period_steps);
+  const auto whole_steps = static_cast<std::int64_t>(std::ceil(lag_steps));
+  signal.lag_steps += lag_steps;
+  signal.start_step += whole_steps;
+  if (signal.stop_step != Signal::never) signal.stop_step += whole_steps;
+  return signal;
+}
+
+/// A pair force along a spring; one that stands for the spring's rest length L₀ + s has k s.
+DrivenActuator along_spring(const SpringSpecification& spring, Signal signal, bool rest_length) {
+  DrivenActuator driven;
+  driven.actuator.body_A = spring.body_A;
+  driven.actuator.body_B = spring.body_B;
+  driven.actuator.anchor_A_m = spring.anchor_A_m;
+  driven.actuator.anchor_B_m = spring.anchor_B_m;
+  driven.signal = std::move(signal);
+  if (rest_length) driven.signal.amplitude *= spring.stiffness_N_per_m;
+  return driven;
+}
+
+void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string& path, Assembly& assembly) {
+  for (std::size_t i = 0; i < swimmer.arms.size(); ++i) {
+    const Arm& arm = swimmer.arms[i];
+    const std::string arm_path = path + ".arms." + std::to_string(i);
     SpringSpecification& spring = assembly.springs.emplace_back();
     spring.body_A = first_body + arm.bead_A;
     spring.body_B = first_body + arm.bead_B;
     spring.stiffness_N_per_m = arm.stiffness_N_per_m;
     spring.damping_N_s_per_m = arm.damping_N_s_per_m;
     spring.rest_length_m = arm.rest_length_m;
-    assembly.spring_paths.push_back(path + ".spring");
+    assembly.spring_paths.push_back(swimmer.three_beads ? path + ".spring" : arm_path);
+    if (!arm.drive) continue;
+    assembly.drive.push_back(
+        along_spring(spring, delayed(arm.drive->signal, swimmer.phase_deg), arm.drive->kind == DriveKind::rest_length));
+    assembly.drive_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path + ".drive.signal");
+  }
+  for (std::size_t i = 0; i < swimmer.bends.size(); ++i) {
+    BendSpecification& bend = assembly.bends.emplace_back(swimmer.bends[i]);
+    for (int* body : {&bend.body_A, &bend.body_B, &bend.body_C}) *body += first_body;
+    assembly.bend_paths.push_back(path + ".bends." + std::to_string(i));
   }
 }
 
@@ -58,16 +95,35 @@ void add_case_springs(const Case& the_case, const BodyNumbers& numbers, Assembly
   }
 }
 
-void add_case_forces(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
-  for (std::size_t i = 0; i < the_case.forces.size(); ++i) {
-    const NamedForce& named = the_case.forces[i];
-    DrivenActuator driven{{}, named};
-    driven.actuator.kind = ActuatorKind::world_force;
-    driven.actuator.body_A = number_of(numbers, named.name);
-    driven.term.amplitude = named.amplitude_N.norm();
-    if (driven.term.amplitude > 0.0) driven.actuator.direction = named.amplitude_N / driven.term.amplitude;
-    assembly.drive.push_back(driven);
-    assembly.drive_paths.push_back("forces." + std::to_string(i));
+void add_case_bends(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
+  for (std::size_t i = 0; i < the_case.bends.size(); ++i) {
+    const NamedBend& named = the_case.bends[i];
+    BendSpecification& bend = assembly.bends.emplace_back(named);
+    bend.body_A = number_of(numbers, named.bodies[0]);
+    bend.body_B = number_of(numbers, named.bodies[1]);
+    bend.body_C = number_of(numbers, named.bodies[2]);
+    assembly.bend_paths.push_back("bends." + std::to_string(i));
+  }
+}
+
+void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
+  std::map<std::pair<int, int>, std::size_t> springs;  // the first between two bodies
+  for (std::size_t i = 0; i < assembly.springs.size(); ++i)
+    springs.emplace(std::minmax(assembly.springs[i].body_A, assembly.springs[i].body_B), i);
+  for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
+    const NamedActuator& named = the_case.actuators[i];
+    DrivenActuator driven{named, named.signal};
+    driven.actuator.body_A = number_of(numbers, named.bodies[0]);
+    if (named.bodies.size() > 1) driven.actuator.body_B = number_of(numbers, named.bodies[1]);
+    if (named.rest_length) {
+      const auto spring = springs.find(std::minmax(driven.actuator.body_A, driven.actuator.body_B));
+      if (spring == springs.end())
+        assembly.without_spring.push_back(i);
+      else
+        driven = along_spring(assembly.springs[spring->second], named.signal, true);
+    }
+    assembly.drive.push_back(std::move(driven));
+    assembly.drive_paths.push_back("actuators." + std::to_string(i) + ".signal");
   }
 }
 
@@ -80,13 +136,7 @@ Assembly assemble(const Case& the_case) {
     const std::string path = "swimmers." + std::to_string(i);
     add_swimmer_bodies(swimmer, path, assembly);
     const int first_body = assembly.first_bodies.back();
-    add_swimmer_springs(swimmer, first_body, path, assembly);
-    const Stroke& stroke = swimmer.three_beads->stroke;
-    for (const DrivenActuator& driven :
-         stroke_terms(stroke.amplitude_N, stroke.period_steps, stroke.phase_lag_steps, stroke.cycles, first_body)) {
-      assembly.drive.push_back(driven);
-      assembly.drive_paths.push_back(path + ".stroke");
-    }
+    add_swimmer_arms(swimmer, first_body, path, assembly);
   }
   for (std::size_t i = 0; i < the_case.bodies.size(); ++i) {
     assembly.bodies.push_back(the_case.bodies[i]);
@@ -94,7 +144,8 @@ Assembly assemble(const Case& the_case) {
   }
   const BodyNumbers numbers = numbers_of(assembly.bodies);
   add_case_springs(the_case, numbers, assembly);
-  add_case_forces(the_case, numbers, assembly);
+  add_case_bends(the_case, numbers, assembly);
+  add_case_actuators(the_case, numbers, assembly);
   return assembly;
 }
 

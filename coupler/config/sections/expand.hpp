@@ -9,7 +9,7 @@
 
 namespace copepod::coupler {
 
-/// All bodies, springs and actuators of a case: swimmers expanded, names turned into positions in
+/// All bodies, springs, bends and actuators of a case: swimmers expanded, names turned into positions in
 /// `bodies`. Bodies of swimmers come first, bead by bead.
 struct Assembly {
   std::vector<BodySpecification> bodies;
@@ -17,11 +17,14 @@ struct Assembly {
   std::vector<int> first_bodies;        ///< of each swimmer: the body of its first bead; the others follow
   std::vector<SpringSpecification> springs;
   std::vector<std::string> spring_paths;
+  std::vector<BendSpecification> bends;
+  std::vector<std::string> bend_paths;
   std::vector<DrivenActuator> drive;
-  std::vector<std::string> drive_paths;
+  std::vector<std::string> drive_paths;     ///< of the signals
+  std::vector<std::size_t> without_spring;  ///< actuators of the case that vary a rest length where there is no spring
 };
 
-/// Names that do not exist give a term with body −1; `check_names` reports them.
+/// Names that do not exist give body −1; `check_names` reports them.
 Assembly assemble(const Case& the_case);
 
 }  // namespace copepod::coupler

@@ -13,19 +13,31 @@ FluidCase read_fluid(Reader fluid);
 nlohmann::ordered_json resolved_fluid(const FluidCase& fluid);
 
 Shape read_shape(Reader& reader);
-void add_shape(Value& section, const Shape& shape);
+void add_shape(nlohmann::ordered_json& section, const Shape& shape);
 
-Swimmer read_swimmer(Reader swimmer);
-Value resolved_swimmer(const Swimmer& swimmer);
+/// Times given in seconds or as angles become steps of `step_s`, here and in the sections below; 0 where the step
+/// cannot be used, which is reported elsewhere.
+Swimmer read_swimmer(Reader swimmer, double step_s);
+nlohmann::ordered_json resolved_swimmer(const Swimmer& swimmer);
 
 BodySpecification read_body(Reader body);
-Value resolved_body(const BodySpecification& body);
+nlohmann::ordered_json resolved_body(const BodySpecification& body);
 
 NamedSpring read_spring(Reader spring);
-Value resolved_spring(const NamedSpring& spring);
+nlohmann::ordered_json resolved_spring(const NamedSpring& spring);
 
-NamedForce read_force(Reader force);
-Value resolved_force(const NamedForce& force);
+NamedBend read_named_bend(Reader bend);
+nlohmann::ordered_json resolved_named_bend(const NamedBend& bend);
+
+/// Everything of a bend but its bodies.
+void read_bend(Reader& bend, BendSpecification& result);
+void add_bend(nlohmann::ordered_json& section, const BendSpecification& bend);
+
+NamedActuator read_actuator(Reader actuator, double step_s);
+nlohmann::ordered_json resolved_actuator(const NamedActuator& actuator);
+
+Drive read_drive(Reader drive, double step_s);
+nlohmann::ordered_json resolved_drive(const Drive& drive);
 
 /// Reads the whole case from its root.
 Case read_case(Reader top);
@@ -39,8 +51,17 @@ std::string case_key(Case the_case);
 /// Unit quaternion `orientation_wxyz`, no rotation if absent; reports one that is far from unit length.
 Eigen::Vector4d read_orientation(Reader& reader);
 
-/// Unit vector along the given direction; reports a zero vector.
-Eigen::Vector3d read_direction(Reader& reader, const std::string& key, const Eigen::Vector3d& otherwise);
+/// Unit vector along the given direction; reports a zero vector. Without `otherwise` the key is required.
+Eigen::Vector3d read_direction(Reader& reader, const std::string& key, std::optional<Eigen::VectorXd> otherwise = {});
+
+/// A list of `count` names; reports any other number of them and returns empty names.
+/// @param remedy  "(why). What to do."
+std::vector<std::string> read_names(Reader& reader, const std::string& key, std::size_t count,
+                                    const std::string& remedy);
+
+/// Key `anchors_m`: points on two bodies, in their frames; their centres if absent.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> read_anchors(Reader& reader);
+nlohmann::ordered_json resolved_anchors(const Eigen::Vector3d& anchor_A_m, const Eigen::Vector3d& anchor_B_m);
 
 /// Reads the `solver` of a section: one of `names`, or `{command: …}`, a component of the user's own.
 /// @param command  set to the words of that command, left alone otherwise
@@ -58,11 +79,6 @@ E read_solver(Reader& section, const std::array<Choice<E>, N>& names, std::optio
                   "argument …\"}.");
   }
   return E::external;
-}
-
-template <typename E, std::size_t N>
-Value word(const std::array<Choice<E>, N>& choices, E value) {
-  return Value::of_text(name_of(choices, value));
 }
 
 }  // namespace copepod::coupler

@@ -1,11 +1,17 @@
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <numbers>
+
+#include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
 namespace {
+
+using nlohmann::ordered_json;
 
 /// Shortest rotation that takes the z axis to the unit vector `direction`.
 ///   q = (√((1 + c)/2), z × d / (2 q_w)),  c = z · d
@@ -21,9 +27,7 @@ Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
 Eigen::Vector4d read_frame(Reader& swimmer) {
   if (!swimmer.has("axis")) return read_orientation(swimmer);
   if (swimmer.has("orientation_wxyz")) {
-    swimmer.problems().error(
-        swimmer.path_of("orientation_wxyz"),
-        swimmer.path_of("orientation_wxyz") + " is given together with axis (both turn the swimmer). Remove one.");
+    swimmer.reject("orientation_wxyz", "is given together with axis (both turn the swimmer). Remove one.");
   }
   return rotation_from_z(read_direction(swimmer, "axis", Eigen::Vector3d::UnitZ()));
 }
@@ -52,23 +56,22 @@ Stroke read_stroke(Reader stroke) {
   result.cycles = stroke.integer("cycles", Range::positive);
   constexpr std::int64_t most_steps = 1'000'000'000'000;
   if (result.period_steps > 0 && result.cycles > most_steps / result.period_steps) {
-    stroke.problems().error(stroke.path_of("cycles"), stroke.path_of("cycles") + " is " +
-                                                          std::to_string(result.cycles) +
-                                                          " (more steps than can be counted). Use fewer cycles.");
+    stroke.reject("cycles",
+                  "is " + std::to_string(result.cycles) + " (more steps than can be counted). Use fewer cycles.");
     result.cycles = 1;
   }
   return result;
 }
 
 /// γ as given, or from the damping ratio D = γ / (2 √(m k))   [paper, eq. (11)]
+/// @param mass_kg  of each body, where they differ twice the reduced mass
 double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg) {
   const double given = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
   if (!spring.has("damping_ratio")) return given;
   const double ratio = spring.number("damping_ratio", Range::not_negative, 0.0);
   if (spring.has("damping_N_s_per_m")) {
-    spring.problems().error(spring.path_of("damping_ratio"),
-                            spring.path_of("damping_ratio") +
-                                " is given together with damping_N_s_per_m (one follows from the other). Remove one.");
+    spring.reject("damping_ratio",
+                  "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
   }
   return 2.0 * ratio * std::sqrt(mass_kg * stiffness_N_per_m);
 }
@@ -91,17 +94,15 @@ PublishedFigures read_published(Reader published) {
   return figures;
 }
 
-Value resolved_published(const PublishedFigures& figures) {
+ordered_json resolved_published(const PublishedFigures& figures) {
   const std::string of_bodies = "Re_bodies.";
-  Value section = Value::mapping();
-  Value bodies = Value::mapping();
+  ordered_json section = ordered_json::object();
   for (const auto& [key, value] : figures) {
     if (key.starts_with(of_bodies))
-      bodies.add(key.substr(of_bodies.size()), Value::of_number(value));
+      section["Re_bodies"][key.substr(of_bodies.size())] = value;
     else
-      section.add(key, Value::of_number(value));
+      section[key] = value;
   }
-  if (!bodies.entries.empty()) section.add("Re_bodies", std::move(bodies));
   return section;
 }
 
@@ -124,9 +125,10 @@ std::vector<Bead> read_three_beads(Reader& swimmer) {
   std::vector<Bead> result(names.size());
   const std::size_t beads = swimmer.size("beads");
   if (beads != names.size()) {
-    swimmer.problems().error(swimmer.path_of("beads"),
-                             swimmer.path_of("beads") + " has " + std::to_string(beads) +
-                                 " entries (a swimmer has three). List trailing, middle and leading bead.");
+    swimmer.reject("beads",
+                   "has " + std::to_string(beads) +
+                       " entries (a swimmer without arms has three). List trailing, middle and leading bead, or "
+                       "give arms.");
   }
   const double mass_kg = swimmer.number("bead_mass_kg", Range::positive);
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -162,48 +164,237 @@ void read_three_bead_swimmer(Reader& swimmer, Swimmer& result) {
   result.beads[2].position_m.z() = result.arms[1].rest_length_m;
 }
 
-}  // namespace
-
-double extent_along_m(const Bead& bead) {
-  return 2.0 * bead.shape.radius_m + std::abs(z_axis(bead.orientation_wxyz).z()) * bead.shape.length_m;
+/// Half of a bead's extent along a unit vector of the swimmer's frame [m]: r + |d·e| L/2.
+double half_extent_m(const Bead& bead, const Eigen::Vector3d& direction) {
+  return bead.shape.radius_m + 0.5 * std::abs(z_axis(bead.orientation_wxyz).dot(direction)) * bead.shape.length_m;
 }
 
-Swimmer read_swimmer(Reader swimmer) {
+Bead read_named_bead(Reader bead) {
+  Bead result;
+  result.name = bead.text("name");
+  result.shape = read_shape(bead);
+  if (bead.has("density_kg_per_m3") == bead.has("mass_kg")) {
+    bead.reject("mass_kg",
+                "and density_kg_per_m3 are both given, or neither (one follows "
+                "from the other). Give exactly one.");
+  }
+  result.mass_kg = bead.has("mass_kg")
+                       ? bead.number("mass_kg", Range::positive)
+                       : bead.number("density_kg_per_m3", Range::positive, 1.0) * volume_m3(result.shape);
+  if (bead.has("position_m")) result.position_m = bead.numbers("position_m", 3);
+  result.orientation_wxyz = read_orientation(bead);
+  return result;
+}
+
+/// Reads the swimmer's beads; true if they have places, false if their arms place them.
+bool read_named_beads(Reader& swimmer, Swimmer& result) {
+  std::size_t placed = 0;
+  const std::size_t count = swimmer.size("beads");
+  for (std::size_t i = 0; i < count; ++i) {
+    const Value* position = swimmer.raw("beads")->items[i].find("position_m");
+    if (position != nullptr) ++placed;
+    result.beads.push_back(read_named_bead(swimmer.item("beads", i)));
+  }
+  if (count == 0) {
+    swimmer.reject("beads", "is empty (arms join beads). List them by name.");
+  } else if (placed != 0 && placed != count) {
+    swimmer.reject("beads",
+                   "have position_m only in part (either all have one, or the "
+                   "beads form a chain). Give all or none.");
+  }
+  return placed == count;
+}
+
+/// Numbers of the beads that `beads` names; reports those that are not there, or are there twice.
+std::vector<int> read_bead_numbers(Reader& reader, const Swimmer& swimmer, std::size_t count,
+                                   const std::string& remedy) {
+  std::vector<int> numbers;
+  for (const std::string& name : read_names(reader, "beads", count, remedy)) {
+    const auto found =
+        std::find_if(swimmer.beads.begin(), swimmer.beads.end(), [&](const Bead& bead) { return bead.name == name; });
+    if (found == swimmer.beads.end() && !name.empty()) {
+      reader.reject("beads", "names the bead '" + name + "' (" + swimmer.name +
+                                 " has none of this name). Use a name of its beads.");
+    }
+    const int number = found == swimmer.beads.end() ? 0 : static_cast<int>(found - swimmer.beads.begin());
+    if (found != swimmer.beads.end() && std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
+      reader.reject("beads", "names the bead '" + name + "' twice (" + remedy);
+    }
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+/// What the free length of an arm's spring is given as.
+struct RestLength {
+  std::optional<double> gap_m;     ///< surface to surface
+  std::optional<double> length_m;  ///< centre to centre
+};
+
+Arm read_arm(Reader arm, const Swimmer& swimmer, double step_s, RestLength& rest) {
+  Arm result;
+  const std::vector<int> beads = read_bead_numbers(arm, swimmer, 2, "an arm joins two). Write beads: [A, B].");
+  result.bead_A = beads[0];
+  result.bead_B = beads[1];
+  {
+    Reader spring = arm.section("spring");
+    result.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::positive);
+    double mass_kg = 1.0;
+    if (!swimmer.beads.empty()) {
+      const double A = swimmer.beads[static_cast<std::size_t>(result.bead_A)].mass_kg;
+      const double B = swimmer.beads[static_cast<std::size_t>(result.bead_B)].mass_kg;
+      mass_kg = A == B ? A : 2.0 * A * B / (A + B);
+    }
+    result.damping_N_s_per_m = read_damping(spring, result.stiffness_N_per_m, mass_kg);
+    if (spring.has("rest_gap_m")) rest.gap_m = spring.number("rest_gap_m", Range::positive);
+    if (spring.has("rest_length_m")) rest.length_m = spring.number("rest_length_m", Range::positive);
+    if (rest.gap_m && rest.length_m) {
+      spring.reject("rest_length_m", "is given together with rest_gap_m (one follows from the other). Remove one.");
+    }
+  }
+  if (arm.has("drive")) result.drive = read_drive(arm.section("drive"), step_s);
+  return result;
+}
+
+double rest_length_m(const RestLength& rest, const Bead& A, const Bead& B) {
+  const Eigen::Vector3d d_AB_m = B.position_m - A.position_m;
+  if (rest.length_m) return *rest.length_m;
+  if (!rest.gap_m) return d_AB_m.norm();
+  const Eigen::Vector3d direction =
+      d_AB_m.isZero(0.0) ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(d_AB_m.normalized());
+  return *rest.gap_m + (half_extent_m(A, direction) + half_extent_m(B, direction));
+}
+
+/// Puts beads without places in a row along z, from the rest lengths of the arms between neighbours; the origin is
+/// the middle bead, or half-way between the two in the middle.
+void place_chain(Reader& swimmer, Swimmer& result, const std::vector<RestLength>& rests) {
+  std::vector<Bead>& beads = result.beads;
+  for (std::size_t i = 0; i + 1 < beads.size(); ++i) {
+    const auto joins = [&](const Arm& arm) {
+      return std::abs(arm.bead_A - arm.bead_B) == 1 && std::min(arm.bead_A, arm.bead_B) == static_cast<int>(i);
+    };
+    const auto arm = std::find_if(result.arms.begin(), result.arms.end(), joins);
+    const RestLength rest =
+        arm == result.arms.end() ? RestLength{} : rests[static_cast<std::size_t>(arm - result.arms.begin())];
+    if (!rest.gap_m && !rest.length_m) {
+      swimmer.reject("beads", "have no position_m, and no arm with a rest_gap_m joins '" + beads[i].name + "' to '" +
+                                  beads[i + 1].name +
+                                  "' (a chain follows from its arms). Give the arm, or the places of all beads.");
+      return;
+    }
+    beads[i + 1].position_m.z() = beads[i].position_m.z() + rest_length_m(rest, beads[i], beads[i + 1]);
+  }
+  const double origin_m = 0.5 * (beads[(beads.size() - 1) / 2].position_m.z() + beads[beads.size() / 2].position_m.z());
+  for (Bead& bead : beads) bead.position_m.z() -= origin_m;
+}
+
+/// A swimmer of any shape.
+void read_general_swimmer(Reader& swimmer, double step_s, Swimmer& result) {
+  const bool placed = read_named_beads(swimmer, result);
+  if (result.beads.empty()) {
+    for (const char* key : {"arms", "bends"}) (void)swimmer.raw(key);
+    return;
+  }
+  std::vector<RestLength> rests(swimmer.size("arms"));
+  for (std::size_t i = 0; i < rests.size(); ++i)
+    result.arms.push_back(read_arm(swimmer.item("arms", i), result, step_s, rests[i]));
+  if (!placed) place_chain(swimmer, result, rests);
+  for (std::size_t i = 0; i < rests.size(); ++i) {
+    Arm& arm = result.arms[i];
+    arm.rest_length_m = rest_length_m(rests[i], result.beads[static_cast<std::size_t>(arm.bead_A)],
+                                      result.beads[static_cast<std::size_t>(arm.bead_B)]);
+  }
+  for (std::size_t i = 0; i < swimmer.size("bends"); ++i) {
+    Reader bend = swimmer.item("bends", i);
+    const std::vector<int> beads =
+        read_bead_numbers(bend, result, 3, "a bend has three, the vertex in the middle). Write beads: [A, B, C].");
+    read_bend(bend, result.bends.emplace_back(BendSpecification{beads[0], beads[1], beads[2]}));
+  }
+}
+
+double read_phase_deg(Reader& swimmer) {
+  if (!swimmer.has("phase_rad")) return swimmer.number("phase_deg", Range::any, 0.0);
+  if (swimmer.has("phase_deg")) {
+    swimmer.reject("phase_deg",
+                   "is given together with phase_rad (both set the same). "
+                   "Remove one.");
+  }
+  return swimmer.number("phase_rad", Range::any) * (180.0 / std::numbers::pi);
+}
+
+/// The shorthand's own keys.
+void add_three_beads(ordered_json& section, const Swimmer& swimmer) {
+  for (const Bead& bead : swimmer.beads) {
+    ordered_json& item = section["beads"].emplace_back();
+    add_shape(item, bead.shape);
+    item["orientation"] = name_of(orientation_names, orientation_of(bead));
+  }
+  const auto& [rest_gap_m, stroke] = *swimmer.three_beads;
+  section["bead_mass_kg"] = swimmer.beads[0].mass_kg;
+  section["rest_gap_m"] = rest_gap_m;
+  section["spring"] = {{"stiffness_N_per_m", swimmer.arms[0].stiffness_N_per_m},
+                       {"damping_N_s_per_m", swimmer.arms[0].damping_N_s_per_m}};
+  section["stroke"] = {{"amplitude_N", stroke.amplitude_N},
+                       {"period_steps", stroke.period_steps},
+                       {"phase_lag_steps", stroke.phase_lag_steps},
+                       {"cycles", stroke.cycles}};
+}
+
+void add_beads_and_arms(ordered_json& section, const Swimmer& swimmer) {
+  const auto name = [&](int bead) { return swimmer.beads[static_cast<std::size_t>(bead)].name; };
+  for (const Bead& bead : swimmer.beads) {
+    ordered_json& item = section["beads"].emplace_back(ordered_json{{"name", bead.name}});
+    add_shape(item, bead.shape);
+    item["mass_kg"] = bead.mass_kg;
+    item["position_m"] = bead.position_m;
+    item["orientation_wxyz"] = bead.orientation_wxyz;
+  }
+  section["arms"] = ordered_json::array();
+  for (const Arm& arm : swimmer.arms) {
+    ordered_json& item = section["arms"].emplace_back();
+    item["beads"] = {name(arm.bead_A), name(arm.bead_B)};
+    item["spring"] = {{"stiffness_N_per_m", arm.stiffness_N_per_m},
+                      {"damping_N_s_per_m", arm.damping_N_s_per_m},
+                      {"rest_length_m", arm.rest_length_m}};
+    if (arm.drive) item["drive"] = resolved_drive(*arm.drive);
+  }
+  section["bends"] = ordered_json::array();
+  for (const BendSpecification& bend : swimmer.bends) {
+    ordered_json& item = section["bends"].emplace_back();
+    item["beads"] = {name(bend.body_A), name(bend.body_B), name(bend.body_C)};
+    add_bend(item, bend);
+  }
+}
+
+}  // namespace
+
+double extent_along_m(const Bead& bead) { return 2.0 * half_extent_m(bead, Eigen::Vector3d::UnitZ()); }
+
+Swimmer read_swimmer(Reader swimmer, double step_s) {
   Swimmer result;
   result.name = swimmer.text("name");
   result.center_m = swimmer.numbers("center_m", 3);
   result.orientation_wxyz = read_frame(swimmer);
-  read_three_bead_swimmer(swimmer, result);
+  result.phase_deg = read_phase_deg(swimmer);
+  if (swimmer.has("arms")) {
+    read_general_swimmer(swimmer, step_s, result);
+  } else {
+    read_three_bead_swimmer(swimmer, result);
+  }
   result.published = read_published(swimmer.section("published"));
   return result;
 }
 
-Value resolved_swimmer(const Swimmer& swimmer) {
-  Value section = Value::mapping();
-  section.add("name", Value::of_text(swimmer.name));
-  section.add("center_m", Value::of_vector(swimmer.center_m));
-  section.add("orientation_wxyz", Value::of_vector(swimmer.orientation_wxyz));
-  Value beads = Value::sequence();
-  for (const Bead& bead : swimmer.beads) {
-    Value item = Value::mapping();
-    add_shape(item, bead.shape);
-    beads.add(std::move(item.add("orientation", word(orientation_names, orientation_of(bead)))));
-  }
-  section.add("beads", std::move(beads));
-  section.add("bead_mass_kg", Value::of_number(swimmer.beads[0].mass_kg));
-  const auto& [rest_gap_m, stroke] = *swimmer.three_beads;
-  section.add("rest_gap_m", Value::of_vector(Eigen::Vector2d(rest_gap_m[0], rest_gap_m[1])));
-  Value spring = Value::mapping();
-  spring.add("stiffness_N_per_m", Value::of_number(swimmer.arms[0].stiffness_N_per_m));
-  spring.add("damping_N_s_per_m", Value::of_number(swimmer.arms[0].damping_N_s_per_m));
-  section.add("spring", std::move(spring));
-  Value driven = Value::mapping();
-  driven.add("amplitude_N", Value::of_number(stroke.amplitude_N));
-  driven.add("period_steps", Value::of_integer(stroke.period_steps));
-  driven.add("phase_lag_steps", Value::of_integer(stroke.phase_lag_steps));
-  driven.add("cycles", Value::of_integer(stroke.cycles));
-  section.add("stroke", std::move(driven));
-  if (!swimmer.published.empty()) section.add("published", resolved_published(swimmer.published));
+ordered_json resolved_swimmer(const Swimmer& swimmer) {
+  ordered_json section{{"name", swimmer.name},
+                       {"center_m", swimmer.center_m},
+                       {"orientation_wxyz", swimmer.orientation_wxyz},
+                       {"phase_deg", swimmer.phase_deg}};
+  if (swimmer.three_beads)
+    add_three_beads(section, swimmer);
+  else
+    add_beads_and_arms(section, swimmer);
+  if (!swimmer.published.empty()) section["published"] = resolved_published(swimmer.published);
   return section;
 }
 

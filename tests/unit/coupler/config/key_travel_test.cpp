@@ -60,7 +60,7 @@ const Travels body_travels{
     {"gravity_m_per_s2", {"gravity_m_per_s2=[0, 0, -1]"}},
     {"fluid_density_kg_per_m3", {"fluid.density_kg_per_m3=1300"}},
     {"periodic_length_m", {"fluid.boundaries.x=periodic"}},
-    {"bodies.name", {"bodies.0.name=globe", "springs.0.bodies=[globe, swimmer.B2]", "forces=[]"}},
+    {"bodies.name", {"bodies.0.name=globe", "springs.0.bodies=[globe, swimmer.B2]", "actuators=[]"}},
     {"bodies.shape.kind", {"bodies.0.shape=capsule"}},
     {"bodies.shape.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.shape.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
@@ -78,17 +78,23 @@ const Travels body_travels{
     {"springs.rest_length_m", {"springs.0.rest_length_m=13.0e-6"}},
     {"springs.anchor_A_m", {"springs.0.anchors_m=[[2.0e-6, 0, 0], [0, 0, -1.0e-6]]"}},
     {"springs.anchor_B_m", {"springs.0.anchors_m=[[1.0e-6, 0, 0], [0, 0, -2.0e-6]]"}},
-    {"actuators.kind", {}},
-    {"actuators.body_A", {"forces.0.body=swimmer.B1"}},
-    {"actuators.body_B", {}},
-    {"actuators.direction", {"forces.0.constant_N=[0, 0, 1.0e-9]"}},
-    {"actuators.anchor_A_m", {}},
-    {"actuators.anchor_B_m", {}},
+    {"bends.body_A", {"bends.0.bodies=[swimmer.B3, swimmer.B1, swimmer.B2]"}},
+    {"bends.body_B", {"bends.0.bodies=[swimmer.B2, swimmer.B3, swimmer.B1]"}},
+    {"bends.body_C", {"bends.0.bodies=[swimmer.B3, swimmer.B1, swimmer.B2]"}},
+    {"bends.stiffness_N_m_per_rad", {"bends.0.stiffness_N_m_per_rad=2.0e-13"}},
+    {"bends.rest_angle_rad", {"bends.0.rest_angle_rad=null", "bends.0.rest_angle_deg=170"}},
+    {"actuators.kind", {"actuators.0.kind=world_force"}},
+    {"actuators.body_A", {"actuators.0.body=swimmer.B2"}},
+    {"actuators.body_B", {"actuators.1.bodies=[swimmer.B2, swimmer.B1]"}},
+    {"actuators.direction", {"actuators.0.direction=[0, 0, 1]"}},
+    {"actuators.anchor_A_m", {"actuators.1.anchors_m=[[0, 0, 2.0e-6], [1.0e-6, 0, 0]]"}},
+    {"actuators.anchor_B_m", {"actuators.1.anchors_m=[[0, 0, 1.0e-6], [2.0e-6, 0, 0]]"}},
     {"trace_directory", {}},
 };
 
 /// Sections whose keys all go to a component, and those of their keys that do not.
-const std::vector<std::string> travelling_sections{"fluid.", "body.", "bodies.[].", "springs.[].", "gravity"};
+const std::vector<std::string> travelling_sections{"fluid.",      "body.",     "bodies.[].",
+                                                   "springs.[].", "bends.[].", "gravity"};
 const std::set<std::string> keys_of_the_coupler{"fluid.solver.command", "body.solver", "body.solver.command"};
 
 /// Values of every field of a message as text, by path; entries of lists one after the other.

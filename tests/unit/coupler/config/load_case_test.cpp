@@ -35,7 +35,7 @@ TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
   EXPECT_EQ(setup.body_force_N_per_m3, Eigen::Vector3d(0, 0, 0.25));
   EXPECT_EQ(setup.collision, CollisionKind::trt);
   EXPECT_EQ(setup.precision, Precision::single_precision);
-  ASSERT_EQ(setup.bodies.size(), 4U);
+  ASSERT_EQ(setup.bodies.size(), 7U);
   EXPECT_EQ(setup.bodies[1].kind, ShapeKind::capsule);
   EXPECT_EQ(setup.fields.directory, "/somewhere");
   EXPECT_EQ(setup.fields.every_steps, 1000);
@@ -50,15 +50,15 @@ TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
   EXPECT_EQ(setup.integrator, Integrator::semi_implicit_euler);
   EXPECT_EQ(setup.gravity_m_per_s2, Eigen::Vector3d(0, 0, -9.81));
   EXPECT_EQ(setup.fluid_density_kg_per_m3, 1360);
-  ASSERT_EQ(setup.bodies.size(), 4U);
-  EXPECT_EQ(setup.bodies[3].name, "ball");
-  EXPECT_EQ(setup.bodies[3].motion, MotionKind::axis);
-  EXPECT_TRUE(setup.bodies[3].axis.isApprox(Eigen::Vector3d(0.6, 0, 0.8)));
-  ASSERT_EQ(setup.springs.size(), 3U);
+  ASSERT_EQ(setup.bodies.size(), 7U);
+  EXPECT_EQ(setup.bodies[6].name, "ball");
+  EXPECT_EQ(setup.bodies[6].motion, MotionKind::axis);
+  EXPECT_TRUE(setup.bodies[6].axis.isApprox(Eigen::Vector3d(0.6, 0, 0.8)));
+  ASSERT_EQ(setup.springs.size(), 5U);
   EXPECT_EQ(setup.springs[0].stiffness_N_per_m, 20);  // of the chosen parameter set
-  EXPECT_EQ(setup.springs[2].body_A, 3);
-  EXPECT_EQ(setup.springs[2].body_B, 0);
-  EXPECT_EQ(setup.springs[2].anchor_B_m, Eigen::Vector3d(0, 0, -1e-6));
+  EXPECT_EQ(setup.springs[4].body_A, 6);
+  EXPECT_EQ(setup.springs[4].body_B, 0);
+  EXPECT_EQ(setup.springs[4].anchor_B_m, Eigen::Vector3d(0, 0, -1e-6));
 }
 
 TEST(BodySetup, KnowsThePeriodsOfTheDomain) {
@@ -83,8 +83,9 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "solver:lattice_boltzmann", "symmetry_planes"}));
   // The case brings its own body service, which integrates in its own way.
   EXPECT_EQ(required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)),
-            (std::set<std::string>{"actuator:pair_force", "actuator:world_force", "anchors", "checkpoint", "gravity",
-                                   "motion:axis", "motion:free", "shape:capsule", "shape:sphere", "springs"}));
+            (std::set<std::string>{"actuator:body_force", "actuator:body_torque", "actuator:pair_force",
+                                   "actuator:world_torque", "anchors", "bends", "checkpoint", "gravity", "motion:axis",
+                                   "motion:free", "shape:capsule", "shape:sphere", "springs"}));
 }
 
 TEST(Requirements, AreFewForOtherSolvers) {

@@ -66,6 +66,12 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
     }
   }
   load_case_text(text, "every_key.yaml", {"swimmers.0.spring={stiffness_N_per_m: 10, damping_ratio: 0.07}"}, &asked);
+  const std::string signal = "{kind: table, file: " + std::string(CONFIG_TESTS) +
+                             "/tables/two_rows.csv, amplitude_N: 1.0e-12, period_s: 1.0e-6, ";
+  for (const std::string lag : {"lag_s: 0", "lag_rad: 0"})
+    load_case_text(text, "every_key.yaml",
+                   {"actuators.0.signal=" + signal + lag + "}", "swimmers.1.arms.0.drive.signal=" + signal + lag + "}"},
+                   &asked);
   expect_described(asked, "case.schema.json");
   EXPECT_GT(asked.size(), 80U);
 }

@@ -91,7 +91,10 @@ TEST_F(Program, ReportsWhichComponentFailedWhereAndWhen) {
 }
 
 TEST_F(Program, EndsARunWhoseBodiesLeaveTheirPlaces) {
-  EXPECT_EQ(run({"--set", "forces=[{body: swimmer.B2, constant_N: [1000, 0, 0], start_step: 700}]"}), 70);
+  EXPECT_EQ(run({"--set",
+                 "actuators=[{kind: world_force, body: swimmer.B2, direction: [1, 0, 0], signal: {kind: constant, "
+                 "amplitude_N: 1000, start_step: 700}}]"}),
+            70);
   const json failure = events().back();
   EXPECT_EQ(failure["component"], "body");
   EXPECT_EQ(failure["step"], 700);

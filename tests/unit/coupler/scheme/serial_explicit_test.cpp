@@ -97,7 +97,11 @@ TEST(SerialExplicit, DrivesABodyWithForcesSampledInsideTheStep) {
   BodySetup setup = one_ball();
   setup.bodies[0].velocity_m_per_s.setZero();
   setup.actuators = {{ActuatorKind::world_force, 0}};
-  const DrivingProtocol driving({{setup.actuators[0], {1.0, 100}}});
+  Signal sine;
+  sine.kind = SignalKind::sinusoid;
+  sine.amplitude = 1.0;
+  sine.period_steps = 100;
+  const DrivingProtocol driving({{setup.actuators[0], sine}});
   ConstantDragFluid fluid(0.0);
   PointMassBodies body(setup);
   Witness witness;

@@ -131,7 +131,7 @@ Case with_swimmer(const std::string& axis, const std::string& orientations) {
       "test", {});
   Problems problems(document);
   Case the_case;
-  the_case.swimmers = {read_swimmer(Reader(&document.root(), "", problems))};
+  the_case.swimmers = {read_swimmer(Reader(&document.root(), "", problems), 1.0)};
   problems.throw_if_any();
   return the_case;
 }

@@ -17,7 +17,7 @@ std::string resolved_text(const Case& the_case) { return to_yaml(resolved(the_ca
 
 std::vector<std::string> cases() {
   std::vector<std::string> files{std::string(CONFIG_TESTS) + "/every_key.yaml"};
-  for (const char* folder : {"quick", "paper", "validation"}) {
+  for (const char* folder : {"quick", "paper", "validation", "examples"}) {
     for (const auto& entry : std::filesystem::directory_iterator(std::string(CONFIGS) + "/" + folder)) {
       if (entry.path().filename() != "campaign.yaml") files.push_back(entry.path().string());
     }

@@ -1,0 +1,108 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "config/load_case.hpp"
+#include "config/sections/sections.hpp"
+#include "config/yaml/yaml_text.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Two balls with a spring, in vacuum, steps of 1 ms, and an actuator.
+LoadedCase with(const std::string& actuator) {
+  return load_case_text(
+      "case: two\nfluid: {solver: vacuum}\nstep_s: 0.001\nbodies:\n"
+      "  - {name: a, radius_m: 1, mass_kg: 1, position_m: [0, 0, 0]}\n"
+      "  - {name: b, radius_m: 1, mass_kg: 1, position_m: [0, 0, 4]}\n"
+      "springs: [{bodies: [a, b], stiffness_N_per_m: 7, rest_length_m: 4, "
+      "anchors_m: [[0, 0, 0.5], [0, 0, 0]]}]\n"
+      "actuators: [" +
+          actuator + "]\nrun: {steps: 10}\n",
+      "two.yaml", {});
+}
+
+Signal signal_of(const std::string& signal) {
+  return with("{kind: world_force, body: a, direction: [0, 0, 1], signal: {amplitude_N: 2, " + signal + "}}")
+      .assembly.drive[0]
+      .signal;
+}
+
+TEST(SignalSection, TakesTimesInStepsSecondsAndAngles) {
+  EXPECT_EQ(signal_of("kind: sinusoid, period_steps: 400, lag_steps: 12.5").lag_steps, 12.5);
+  EXPECT_EQ(signal_of("kind: sinusoid, period_steps: 400, lag_s: 0.1").lag_steps, 0.1 / 0.001);
+  EXPECT_EQ(signal_of("kind: sinusoid, period_steps: 400, lag_deg: 90").lag_steps, 100);
+  EXPECT_DOUBLE_EQ(signal_of("kind: sinusoid, period_steps: 400, lag_rad: 1.5707963267948966").lag_steps, 100);
+  EXPECT_EQ(signal_of("kind: square, period_s: 0.4").period_steps, 400);
+}
+
+TEST(SignalSection, WarnsOfAPeriodThatIsRounded) {
+  const LoadedCase loaded = with(
+      "{kind: body_torque, body: a, direction: [0, 0, 1], signal: {kind: sinusoid, amplitude_N_m: 1, "
+      "period_s: 0.1004}}");
+  EXPECT_EQ(loaded.assembly.drive[0].signal.period_steps, 100);
+  ASSERT_EQ(loaded.warnings.size(), 1U);
+  EXPECT_NE(loaded.warnings[0].find("100.4 steps"), std::string::npos) << loaded.warnings[0];
+}
+
+TEST(ActuatorSection, TurnsARestLengthIntoAPairForceAlongItsSpring) {
+  const LoadedCase loaded = with("{kind: rest_length, bodies: [b, a], signal: {kind: constant, amplitude_m: 0.5}}");
+  const auto& [actuator, signal] = loaded.assembly.drive[0];
+  EXPECT_EQ(actuator.kind, ActuatorKind::pair_force);
+  EXPECT_EQ(actuator.body_A, 0);
+  EXPECT_EQ(actuator.body_B, 1);
+  EXPECT_EQ(actuator.anchor_A_m, Eigen::Vector3d(0, 0, 0.5));
+  EXPECT_EQ(value_of(signal, 0, 0.0), 3.5);
+}
+
+class TableFile : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  /// The signal of a case beside a file table.csv of the given content.
+  LoadedCase load(const std::string& content) {
+    std::ofstream(folder_ / "table.csv") << content;
+    std::ofstream(folder_ / "case.yaml")
+        << "case: table\nfluid: {solver: vacuum}\nstep_s: 0.001\n"
+           "bodies: [{name: a, radius_m: 1, mass_kg: 1, position_m: [0, 0, 0]}]\n"
+           "actuators: [{kind: world_force, body: a, direction: [0, 0, 1], signal: {kind: table, file: table.csv}}]\n"
+           "run: {steps: 10}\n";
+    return load_case((folder_ / "case.yaml").string(), {});
+  }
+
+  /// The error of that case.
+  std::string error_of(const std::string& content) {
+    try {
+      load(content);
+    } catch (const CaseInvalid& invalid) {
+      return invalid.what();
+    }
+    return "no error";
+  }
+
+  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "copepod_table_file";
+};
+
+TEST_F(TableFile, IsReadBesideTheCaseAndKeptInTheResolvedCase) {
+  const LoadedCase loaded = load("time_s,value\n0.0,1\n\n0.004, 3\r\n0.01,-1\n");
+  const Signal& signal = loaded.assembly.drive[0].signal;
+  ASSERT_EQ(signal.table.size(), 3U);
+  EXPECT_EQ(value_of(signal, 2, 0.0), 2.0);
+  EXPECT_EQ(value_of(signal, 10, 0.0), -1.0);
+  std::filesystem::remove(folder_ / "table.csv");
+  const LoadedCase again = load_case_text(to_yaml(resolved(loaded.content)), "elsewhere.yaml", {});
+  for (std::int64_t step = 0; step < 12; ++step)
+    EXPECT_EQ(value_of(again.assembly.drive[0].signal, step, 0.5), value_of(signal, step, 0.5)) << step;
+}
+
+TEST_F(TableFile, IsReportedWithItsLine) {
+  const std::string name = (folder_ / "table.csv").string();
+  EXPECT_NE(error_of("time_s,value\n0,1\n0.1;2\n").find(name + ":3: error: '0.1;2' is not a row"), std::string::npos);
+  EXPECT_NE(error_of("0,1\n0,2\n").find(name + ":2: error: time 0 s does not follow"), std::string::npos);
+  EXPECT_NE(error_of("time_s,value\n").find("has no rows"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace copepod::coupler
