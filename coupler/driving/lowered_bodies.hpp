@@ -10,8 +10,7 @@
 
 namespace copepod::coupler {
 
-/// Whether a component lacks actuators that a case requires, but takes world forces or torques, by which they can be
-/// served.
+/// Whether a component lacks actuators that a case requires, but takes world forces or torques in their place.
 bool must_be_lowered(const std::set<std::string>& required, const std::set<std::string>& announced);
 
 /// The setup with world forces, and world torques where they are needed, along x, y and z in place of its actuators.

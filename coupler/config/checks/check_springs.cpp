@@ -78,22 +78,33 @@ void check_springs(const Case& the_case, const Assembly& assembly, Problems& pro
 
 void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const bool ours = the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty();
-  if (!ours || assembly.springs.empty()) return;
+  if (!ours || assembly.springs.size() + assembly.bends.size() == 0) return;
   const Integrator integrator = the_case.body.integrator;
-  const FastestSprings fastest = fastest_springs(assembly.bodies, assembly.springs, {}, integrator);
+  const FastestSprings fastest = fastest_springs(assembly.bodies, assembly.springs, assembly.bends, integrator);
   constexpr double close = 0.8;
   if (the_case.step_s <= close * fastest.together.largest_step_s) return;
   const bool diverges = the_case.step_s > fastest.alone.largest_step_s;
   const StepLimit& limiting = diverges ? fastest.alone : fastest.together;
-  const SpringSpecification& spring = assembly.springs[limiting.spring];
-  const std::string found = "the spring between '" + assembly.bodies[static_cast<std::size_t>(spring.body_A)].name +
-                            "' and '" + assembly.bodies[static_cast<std::size_t>(spring.body_B)].name +
-                            "' is too stiff or too damped for a step of " + shortest_text(the_case.step_s) + " s (";
+  const auto name = [&](int body) { return "'" + assembly.bodies[static_cast<std::size_t>(body)].name + "'"; };
+  const std::size_t springs = assembly.springs.size();
+  const bool bends = limiting.spring >= springs;
+  std::string found;
+  if (bends) {
+    const BendSpecification& bend = assembly.bends[limiting.spring - springs];
+    found =
+        "the bend of " + name(bend.body_A) + ", " + name(bend.body_B) + " and " + name(bend.body_C) + " is too stiff";
+  } else {
+    const SpringSpecification& spring = assembly.springs[limiting.spring];
+    found = "the spring between " + name(spring.body_A) + " and " + name(spring.body_B) + " is too stiff or too damped";
+  }
+  found += " for a step of " + shortest_text(the_case.step_s) + " s (";
   const std::string limit = name_of(integrator_names, integrator) +
                             std::string(diverges ? " diverges" : " may diverge") + " above " +
                             shortest_text(limiting.largest_step_s) + " s";
-  const std::string remedy = "Use a smaller step, a softer spring, less damping or heavier bodies.";
-  const std::string& path = assembly.spring_paths[limiting.spring];
+  const std::string remedy = bends ? "Use a smaller step, a softer bend, longer arms or heavier bodies."
+                                   : "Use a smaller step, a softer spring, less damping or heavier bodies.";
+  const std::string& path =
+      bends ? assembly.bend_paths[limiting.spring - springs] : assembly.spring_paths[limiting.spring];
   if (diverges) {
     problems.error(path, found + limit + "). " + remedy);
   } else {

@@ -143,8 +143,9 @@ class PointMasses:
         return self._state
 
     def step(self, applied):
-        force_N = applied.force_N.copy()
+        force_N = np.zeros_like(self._state.position_m)
         self._drive.add_forces(self._state.position_m, applied.actuation[0], force_N)
+        force_N += applied.force_N
         self._bends.add_forces(self._state.position_m, force_N)
         self._springs.add_forces(self._state.position_m, self._state.velocity_m_per_s, force_N)
         self._state.velocity_m_per_s = self._state.velocity_m_per_s + self._step_s * force_N / self._mass_kg
