@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+#include <unordered_map>
 
 #include "analysis/as_in_paper.hpp"
 #include "analysis/swimmer_figures.hpp"
@@ -31,25 +34,72 @@ double length_m(const std::vector<BodySpecification>& bodies, const Eigen::Vecto
   return length;
 }
 
-/// Period and full cycles of the signals that drive a swimmer.
-void set_period(const std::vector<const Signal*>& signals, Group& group) {
-  std::int64_t start = Signal::never, stop = Signal::never;
-  bool differ = false;
-  for (const Signal* signal : signals) {
-    if (signal->period_steps == 0) continue;
-    differ = differ || (group.period_steps != 0 && signal->period_steps != group.period_steps);
-    group.period_steps = std::max(group.period_steps, signal->period_steps);
-    start = std::min(start, signal->start_step);
-    stop = std::min(stop, signal->stop_step);
+/// Period and full cycles of what drives a group.
+class DriveTiming {
+ public:
+  void add(const Signal& signal) {
+    if (signal.period_steps == 0) return;
+    differ_ = differ_ || (period_steps_ != 0 && signal.period_steps != period_steps_);
+    period_steps_ = std::max(period_steps_, signal.period_steps);
+    start_step_ = std::min(start_step_, signal.start_step);
+    stop_step_ = std::min(stop_step_, signal.stop_step);
   }
-  if (group.period_steps == 0) {
-    group.note = "nothing drives it periodically, so there are no cycles to measure";
-    return;
+
+  /// @param given_steps  period that the case gives; 0: none
+  void set_cycles(std::int64_t given_steps, Group& group) const {
+    group.period_steps = given_steps > 0 ? given_steps : period_steps_;
+    if (group.period_steps == 0) {
+      group.note = "nothing drives it periodically, so there are no cycles to measure";
+      return;
+    }
+    if (differ_ && given_steps == 0) group.note = "its drives have different periods; cycles are those of the longest";
+    const std::int64_t start_step = start_step_ == Signal::never ? 0 : start_step_;
+    group.first_cycle = (start_step + group.period_steps - 1) / group.period_steps;
+    group.stop_cycle = stop_step_ / group.period_steps;
   }
-  if (differ) group.note = "its drives have different periods; cycles are those of the longest";
-  group.first_cycle = (start + group.period_steps - 1) / group.period_steps;
-  group.stop_cycle = stop / group.period_steps;
+
+ private:
+  std::int64_t period_steps_ = 0, start_step_ = Signal::never, stop_step_ = Signal::never;
+  bool differ_ = false;
+};
+
+Group group_of(const std::string& name, const std::vector<int>& numbers, const Eigen::Vector3d& axis,
+               const Assembly& assembly) {
+  Group group;
+  group.name = name;
+  group.bodies = numbers;
+  group.axis = axis;
+  group.placed_m.resize(3, static_cast<Eigen::Index>(numbers.size()));
+  std::vector<BodySpecification> bodies;
+  for (const int number : numbers) {
+    const BodySpecification& body = bodies.emplace_back(assembly.bodies[static_cast<std::size_t>(number)]);
+    group.placed_m.col(static_cast<Eigen::Index>(group.body_names.size())) = body.position_m;
+    group.body_names.push_back(body.name);
+    group.radius_m += equivalent_radius_m(body.shape);
+  }
+  group.length_m = length_m(bodies, axis);
+  return group;
 }
+
+/// Which groups hold which bodies.
+class Membership {
+ public:
+  explicit Membership(const std::vector<Group>& groups) {
+    for (std::size_t group = 0; group < groups.size(); ++group)
+      for (const int body : groups[group].bodies) of_body_[body].push_back(group);
+  }
+
+  [[nodiscard]] std::vector<std::size_t> of_both(int body_A, int body_B) const {
+    std::vector<std::size_t> both;
+    const auto A = of_body_.find(body_A), B = of_body_.find(body_B);
+    if (A == of_body_.end() || B == of_body_.end()) return both;
+    std::ranges::set_intersection(A->second, B->second, std::back_inserter(both));
+    return both;
+  }
+
+ private:
+  std::unordered_map<int, std::vector<std::size_t>> of_body_;  ///< groups in ascending order
+};
 
 }  // namespace
 
@@ -57,33 +107,31 @@ std::vector<Group> groups_of(const Case& the_case, const Assembly& assembly) {
   std::vector<Group> groups;
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Swimmer& swimmer = the_case.swimmers[i];
-    const int first_body = assembly.first_bodies[i];
-    Group& group = groups.emplace_back();
-    group.name = swimmer.name;
-    group.axis = z_axis(swimmer.orientation_wxyz);
-    group.placed_m.resize(3, static_cast<Eigen::Index>(swimmer.beads.size()));
-    const std::vector<BodySpecification> bodies(assembly.bodies.begin() + first_body,
-                                                assembly.bodies.begin() + first_body + group.placed_m.cols());
-    for (int bead = 0; bead < static_cast<int>(bodies.size()); ++bead) {
-      const BodySpecification& body = bodies[static_cast<std::size_t>(bead)];
-      group.bodies.push_back(first_body + bead);
-      group.body_names.push_back(body.name);
-      group.placed_m.col(bead) = body.position_m;
-      group.radius_m += equivalent_radius_m(body.shape);
-    }
-    group.length_m = length_m(bodies, group.axis);
-    std::vector<const Signal*> signals;
-    for (const Arm& arm : swimmer.arms) {
-      group.arms.push_back({first_body + arm.bead_A, first_body + arm.bead_B});
-      if (arm.drive) signals.push_back(&arm.drive->signal);
-    }
-    set_period(signals, group);
+    std::vector<int> bodies(swimmer.beads.size());
+    std::iota(bodies.begin(), bodies.end(), assembly.first_bodies[i]);
+    Group& group = groups.emplace_back(group_of(swimmer.name, bodies, z_axis(swimmer.orientation_wxyz), assembly));
     if (swimmer.three_beads && !swimmer.published.empty()) {
-      group.power_as_in_paper_W = [stroke = swimmer.three_beads->stroke, first_body](const StepRecord& record,
-                                                                                     const Eigen::Vector3d& axis) {
+      group.power_as_in_paper_W = [stroke = swimmer.three_beads->stroke, first_body = bodies[0]](
+                                      const StepRecord& record, const Eigen::Vector3d& axis) {
         return power_with_rounded_omega_W(stroke, first_body, axis, record);
       };
     }
+  }
+  for (std::size_t i = 0; i < the_case.groups.size(); ++i)
+    groups.push_back(group_of(the_case.groups[i].name, assembly.groups[i], the_case.groups[i].axis, assembly));
+
+  const Membership membership(groups);
+  for (const SpringSpecification& spring : assembly.springs)
+    for (const std::size_t group : membership.of_both(spring.body_A, spring.body_B))
+      groups[group].arms.push_back({spring.body_A, spring.body_B});
+  std::vector<DriveTiming> drives(groups.size());
+  for (const auto& [actuator, signal] : assembly.drive)
+    for (const std::size_t group :
+         membership.of_both(actuator.body_A, actuator.body_B < 0 ? actuator.body_A : actuator.body_B))
+      drives[group].add(signal);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const bool is_named = i >= the_case.swimmers.size();
+    drives[i].set_cycles(is_named ? the_case.groups[i - the_case.swimmers.size()].period_steps : 0, groups[i]);
   }
   return groups;
 }

@@ -8,7 +8,7 @@
 
 namespace copepod::coupler {
 
-/// The swimmers of a case as the analysis sees them, in the order of the case.
+/// The swimmers of a case, then its groups, as the analysis sees them. Arms are the springs between their bodies.
 ///
 /// The period is that of all periodic signals on a swimmer's bodies or, with a note, the longest of them. Cycles count
 /// that lie between the first start of these signals and the first stop.

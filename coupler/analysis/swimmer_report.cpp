@@ -94,7 +94,9 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   report["arms"] = ordered_json::array();
   for (Eigen::Index arm = 0; arm < cycle.arms.cols(); ++arm) {
     const auto& ends = group.arms[static_cast<std::size_t>(arm)];
-    const auto name = [&](int body) { return group.body_names[static_cast<std::size_t>(body - group.bodies[0])]; };
+    const auto name = [&](int body) {
+      return group.body_names[static_cast<std::size_t>(std::ranges::find(group.bodies, body) - group.bodies.begin())];
+    };
     report["arms"].push_back({{"bodies", {name(ends[0]), name(ends[1])}},
                               {"mean_m", number(cycle.arms(0, arm))},
                               {"amplitude_m", number(cycle.arms(1, arm))},
@@ -185,7 +187,7 @@ ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
   std::vector<Eigen::Vector3d> centroids_m;
   Eigen::Vector3d order = Eigen::Vector3d::Zero();
   std::vector<double> speeds_m_per_s;
-  for (std::size_t i = 0; i < observer.groups().size(); ++i) {
+  for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Group& group = observer.groups()[i];
     const CycleSums& sums = observer.sums()[i];
     if (sums.last.number < 0) continue;
@@ -226,6 +228,11 @@ ordered_json swimmer_reports(const Case& the_case, const CycleObserver& observer
     if (swimmer.three_beads) add_figures_of_paper(report, swimmer, group, sums.last, the_case, lattice);
     report["kinematics"] = kinematics_report(group, sums, the_case, lattice);
     reports["swimmers"].push_back(report);
+  }
+  for (std::size_t i = the_case.swimmers.size(); i < observer.groups().size(); ++i) {
+    const Group& group = observer.groups()[i];
+    reports["groups"].push_back(
+        {{"name", group.name}, {"kinematics", kinematics_report(group, observer.sums()[i], the_case, lattice)}});
   }
   if (ordered_json swarm = swarm_report(the_case, observer); !swarm.is_null()) reports["swarm"] = swarm;
   return reports;

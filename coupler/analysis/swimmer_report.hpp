@@ -9,7 +9,8 @@
 
 namespace copepod::coupler {
 
-/// The swimmers' part of summary.json: `swimmers`, an entry for each, and for several of them `swarm`. Lattice figures
+/// The swimmers' part of summary.json: `swimmers`, an entry for each, `groups` where the case has them,
+/// and for several swimmers `swarm`. Lattice figures
 /// are in cells and steps (null without a cell size); what the run did not reach or the fluid has not got is null.
 nlohmann::ordered_json swimmer_reports(const Case& the_case, const CycleObserver& observer);
 

@@ -142,6 +142,7 @@ Case read_case(Reader top) {
   for (std::size_t i = 0; i < top.size("swimmers"); ++i)
     result.swimmers.push_back(read_swimmer(top.item("swimmers", i), result.step_s));
   for (std::size_t i = 0; i < top.size("bodies"); ++i) result.bodies.push_back(read_body(top.item("bodies", i)));
+  for (std::size_t i = 0; i < top.size("groups"); ++i) result.groups.push_back(read_group(top.item("groups", i)));
   for (std::size_t i = 0; i < top.size("springs"); ++i) result.springs.push_back(read_spring(top.item("springs", i)));
   for (std::size_t i = 0; i < top.size("bends"); ++i) result.bends.push_back(read_named_bend(top.item("bends", i)));
   for (std::size_t i = 0; i < top.size("actuators"); ++i)
@@ -172,6 +173,7 @@ ordered_json resolved(const Case& the_case) {
                  {"integrator", name_of(integrator_names, the_case.body.integrator)}};
   top["swimmers"] = list(the_case.swimmers, resolved_swimmer);
   top["bodies"] = list(the_case.bodies, resolved_body);
+  top["groups"] = list(the_case.groups, resolved_group);
   top["springs"] = list(the_case.springs, resolved_spring);
   top["bends"] = list(the_case.bends, resolved_named_bend);
   top["actuators"] = list(the_case.actuators, resolved_actuator);

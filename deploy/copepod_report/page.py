@@ -4,10 +4,11 @@ import base64
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
-from copepod_report.run_record import RunRecord, SwimmerRecord
-from copepod_run.figures import MOST_TABLES, Figure, number_text, reason_without_rows, run_rows
+from copepod_report.run_record import RunRecord
+from copepod_run.figures import MOST_TABLES, Figure, measured, number_text, reason_without_rows, run_rows
 from copepod_run.figures import swarm_rows, swimmer_rows
 
 _STYLE = Path(__file__).with_name("page.css").read_text()
@@ -42,11 +43,11 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     parts = [f'<section id="{anchor}">{opening}', f"<p>{escape(str(run.directory))}</p>", "<dl>"]
     parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in run_rows(run.summary)]
     parts.append("</dl>")
-    swimmers = run.swimmers()
-    parts += [_swimmer_table(swimmer) for swimmer in swimmers if len(swimmers) <= MOST_TABLES]
+    entries = measured(run.summary)
+    parts += [_swimmer_table(entry) for entry in entries if len(entries) <= MOST_TABLES]
     swarm = [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]
     if swarm:
-        parts.append(f"<h3>{len(swimmers)} swimmers</h3>" + table(("in their last full cycles", "", ""), swarm))
+        parts.append(f"<h3>{len(run.swimmers())} swimmers</h3>" + table(("in their last full cycles", "", ""), swarm))
     return "\n".join([*parts, '<div class="figures">', *figures, f"</div>{closing}</section>"])
 
 
@@ -88,22 +89,23 @@ def _compared_cell(figure: Figure | None) -> str:
     return f"<td>{escape(ours)}{''.join(f'<small>{escape(text)}</small>' for text in beside)}</td>"
 
 
-def _swimmer_table(swimmer: SwimmerRecord) -> str:
-    rows = swimmer_rows(swimmer.figures)
+def _swimmer_table(swimmer: Mapping[str, Any]) -> str:
+    rows = swimmer_rows(swimmer)
+    name = escape(swimmer["name"])
     if not rows:
-        reason = escape(reason_without_rows(swimmer.figures))
-        return f"<h3>{escape(swimmer.name)}</h3><p>{reason[0].upper()}{reason[1:]}.</p>"
+        reason = escape(reason_without_rows(swimmer))
+        return f"<h3>{name}</h3><p>{reason[0].upper()}{reason[1:]}.</p>"
     headings = list(rows[0][3])
     head = "".join(f"<th>{escape(heading)}</th>" for heading in ["this run", *headings])
     body = ""
-    for name, unit, value, others in rows:
+    for label, unit, value, others in rows:
         values = "".join(
             f"<td>{escape(number_text(item)) if item is not None else ''}</td>"
             for item in [value, *(others[heading] for heading in headings)]
         )
-        body += f'<tr><td>{escape(name)}</td>{values}<td class="unit">{escape(unit)}</td></tr>'
+        body += f'<tr><td>{escape(label)}</td>{values}<td class="unit">{escape(unit)}</td></tr>'
     return (
-        f'<h3>{escape(swimmer.name)}</h3><div class="scroll"><table><thead><tr><th></th>{head}<th></th></tr></thead>'
+        f'<h3>{name}</h3><div class="scroll"><table><thead><tr><th></th>{head}<th></th></tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     )
 

@@ -88,8 +88,16 @@ def _anchors(runs: Sequence[RunRecord]) -> list[str]:
 def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Additions) -> list[str]:
     """HTML of all plots of a run; each is also written as a PNG file."""
     figures = []
-    for swimmer in run.swimmers() if len(run.swimmers()) <= MOST_TABLES else []:
-        figures += _figures_of_swimmer(swimmer, canvas, f"{prefix}_{swimmer.name}", additions)
+    few = len(run.cycles) <= MOST_TABLES
+    for swimmer in run.swimmers() if few else []:
+        if swimmer.is_three_beads:
+            figures += _figures_of_swimmer(swimmer, canvas, f"{prefix}_{swimmer.name}", additions)
+    for name, measured in run.cycles.items() if few else []:
+        figures += canvas.draw(
+            f"{prefix}_{name}_by_cycle",
+            lambda theme: cycles.by_cycle(measured, theme),
+            f"{name}: Velocity along and across the own axis, means and amplitudes of the arms, cycle by cycle.",
+        )
     if not run.swimmers():
         figures += canvas.draw(
             f"{prefix}_bodies", lambda theme: motion_plots.displacements(run, theme), "Displacements of all bodies."
@@ -108,15 +116,7 @@ def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, add
         additions.positions(axes, swimmer, theme)
         return figure
 
-    measured = swimmer.run.cycles.get(swimmer.name)
     plots: list[tuple[str, Callable[[Theme], Any], str]] = [
-        (
-            "by_cycle",
-            lambda theme: cycles.by_cycle(measured, theme) if measured else None,
-            "Velocity along and across the own axis, and mean and amplitude of the arms, cycle by cycle.",
-        )
-    ]
-    of_three_beads: list[tuple[str, Callable[[Theme], Any], str]] = [
         ("positions", positions, "Positions of the three beads, from the middle bead's start."),
         ("cycle", lambda theme: motion_plots.one_cycle(swimmer, theme), "Displacements over the last driven period."),
         (
@@ -128,7 +128,7 @@ def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, add
     ]
     return [
         figure
-        for kind, draw, caption in (of_three_beads if swimmer.is_three_beads else []) + plots
+        for kind, draw, caption in plots
         for figure in canvas.draw(f"{prefix}_{kind}", draw, f"{swimmer.name}: {caption}")
     ]
 

@@ -143,12 +143,12 @@ def result_table(summary: Mapping[str, Any], directory: str | Path) -> str:
     """The whole table as text, one line per row, no line wider than 100 columns."""
     lines = [f"{summary.get('case', 'run')}: {summary.get('status', 'finished')}, results in {directory}", ""]
     lines += [f"  {name:<20}{value}" for name, value in run_rows(summary)]
-    swimmers = summary.get("swimmers") or []
+    swimmers = measured(summary)
     for swimmer in swimmers if len(swimmers) <= MOST_TABLES else []:
         lines += ["", *_swimmer_lines(swimmer)]
     rows = swarm_rows(summary)
     if rows:
-        lines += ["", f"  {len(swimmers)} swimmers in their last full cycles"]
+        lines += ["", f"  {len(summary['swimmers'])} swimmers in their last full cycles"]
         lines += [f"    {label:<34}{number_text(value):>{_COLUMN}}  {unit}".rstrip() for label, unit, value in rows]
     return "\n".join(lines)
 
@@ -188,6 +188,11 @@ def reason_without_rows(swimmer: Mapping[str, Any]) -> str:
     """Why a swimmer has no figures."""
     note = at(swimmer, "kinematics.note")
     return f"not analysed, {note or 'the run ended before a full cycle of its drive did'}"
+
+
+def measured(summary: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The entries of all swimmers and groups."""
+    return [*(summary.get("swimmers") or []), *(summary.get("groups") or [])]
 
 
 def swarm_rows(summary: Mapping[str, Any]) -> list[tuple[str, str, Any]]:

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "config/checks/checks.hpp"
 #include "config/checks/geometry.hpp"
@@ -125,6 +126,16 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
         require_body(name, section + "." + std::to_string(i) + (items[i].bodies.size() > 1 ? ".bodies" : ".body"));
     }
   };
+  std::set<std::string> measured;
+  for (const Swimmer& swimmer : the_case.swimmers) measured.insert(swimmer.name);
+  for (std::size_t i = 0; i < the_case.groups.size(); ++i) {
+    const std::string path = "groups." + std::to_string(i);
+    const NamedGroup& group = the_case.groups[i];
+    for (const std::string& name : group.bodies) require_body(name, path + ".bodies");
+    if (measured.insert(group.name).second) continue;
+    problems.error(path + ".name",
+                   path + ".name is '" + group.name + "' (a swimmer or another group has this name). Rename it.");
+  }
   require_bodies(the_case.springs, "springs");
   require_bodies(the_case.bends, "bends");
   require_bodies(the_case.actuators, "actuators");

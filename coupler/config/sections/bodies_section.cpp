@@ -1,4 +1,5 @@
 #include <cmath>
+#include <set>
 #include <tuple>
 
 #include <nlohmann/json.hpp>
@@ -132,6 +133,25 @@ ordered_json resolved_spring(const NamedSpring& spring) {
           {"damping_N_s_per_m", spring.damping_N_s_per_m},
           {"rest_length_m", spring.rest_length_m},
           {"anchors_m", resolved_anchors(spring.anchor_A_m, spring.anchor_B_m)}};
+}
+
+NamedGroup read_group(Reader group) {
+  NamedGroup result;
+  result.name = group.text("name");
+  result.bodies = group.words("bodies");
+  const std::set<std::string> distinct(result.bodies.begin(), result.bodies.end());
+  if (result.bodies.empty() || distinct.size() != result.bodies.size()) {
+    group.problems().error(group.path_of("bodies"),
+                           group.path_of("bodies") +
+                               " is empty or names a body twice (its motion is that of its bodies). List each once.");
+  }
+  result.axis = read_direction(group, "axis", Eigen::Vector3d::UnitZ());
+  result.period_steps = group.integer("period_steps", Range::not_negative, 0);
+  return result;
+}
+
+ordered_json resolved_group(const NamedGroup& group) {
+  return {{"name", group.name}, {"bodies", group.bodies}, {"axis", group.axis}, {"period_steps", group.period_steps}};
 }
 
 }  // namespace copepod::coupler

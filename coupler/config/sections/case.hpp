@@ -120,6 +120,14 @@ struct NamedActuator : ActuatorSpecification {
   Signal signal;
 };
 
+/// Bodies whose motion is measured together, like that of a swimmer.
+struct NamedGroup {
+  std::string name;
+  std::vector<std::string> bodies;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< own axis at the start, in the world
+  std::int64_t period_steps = 0;                    ///< of the cycles to measure; 0: that of the drive
+};
+
 struct OutputCase {
   std::int64_t trajectory_every_steps = 0;  ///< 0: first and last step only
   std::int64_t trajectory_from_step = 0;    ///< no samples before but the first step
@@ -166,6 +174,7 @@ struct Case {
   std::vector<NamedSpring> springs;
   std::vector<NamedBend> bends;
   std::vector<NamedActuator> actuators;
+  std::vector<NamedGroup> groups;
   LoadAveraging load_averaging = LoadAveraging::two_step;
   std::int64_t steps = 0;
   OutputCase output;

@@ -127,6 +127,13 @@ void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assemb
   }
 }
 
+void add_case_groups(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
+  for (const NamedGroup& named : the_case.groups) {
+    std::vector<int>& bodies = assembly.groups.emplace_back();
+    for (const std::string& name : named.bodies) bodies.push_back(number_of(numbers, name));
+  }
+}
+
 }  // namespace
 
 Assembly assemble(const Case& the_case) {
@@ -143,6 +150,7 @@ Assembly assemble(const Case& the_case) {
     assembly.body_paths.push_back("bodies." + std::to_string(i));
   }
   const BodyNumbers numbers = numbers_of(assembly.bodies);
+  add_case_groups(the_case, numbers, assembly);
   add_case_springs(the_case, numbers, assembly);
   add_case_bends(the_case, numbers, assembly);
   add_case_actuators(the_case, numbers, assembly);

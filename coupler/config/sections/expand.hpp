@@ -15,6 +15,8 @@ struct Assembly {
   std::vector<BodySpecification> bodies;
   std::vector<std::string> body_paths;  ///< key path in the case that each body came from
   std::vector<int> first_bodies;        ///< of each swimmer: the body of its first bead; the others follow
+  /// Bodies of each group of the case.
+  std::vector<std::vector<int>> groups;
   std::vector<SpringSpecification> springs;
   std::vector<std::string> spring_paths;
   std::vector<BendSpecification> bends;

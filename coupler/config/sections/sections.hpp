@@ -39,6 +39,9 @@ nlohmann::ordered_json resolved_actuator(const NamedActuator& actuator);
 Drive read_drive(Reader drive, double step_s);
 nlohmann::ordered_json resolved_drive(const Drive& drive);
 
+NamedGroup read_group(Reader group);
+nlohmann::ordered_json resolved_group(const NamedGroup& group);
+
 /// Reads the whole case from its root.
 Case read_case(Reader top);
 /// A parameter set that was chosen stays as a label only: its values are written where they belong.

@@ -292,6 +292,34 @@ TEST(CycleObserver, HasNoCyclesWithoutAPeriodicDriveAndTheLongestOfSeveralPeriod
   EXPECT_TRUE(swimmer_reports(case_of(swimmer), observer)["swimmers"][0]["kinematics"]["cycle"].is_null());
 }
 
+TEST(CycleObserver, MeasuresNamedGroupsOfBodiesLikeSwimmers) {
+  Case the_case = case_of(three_spheres());
+  the_case.groups.push_back({"group", {"swimmer.B2", "swimmer.B1", "swimmer.B3"}, Eigen::Vector3d::UnitZ(), 0});
+  the_case.groups.push_back({"front", {"swimmer.B3", "swimmer.B1"}, Eigen::Vector3d::UnitX(), period});
+  the_case.groups.push_back({"idle", {"swimmer.B2"}, Eigen::Vector3d::UnitZ(), 0});
+  the_case.groups.push_back({"bead", {"swimmer.B2"}, Eigen::Vector3d::UnitZ(), 2 * period});
+  const auto groups = groups_of(the_case);
+  ASSERT_EQ(groups.size(), 5U);
+  EXPECT_EQ(groups[1].arms, groups[0].arms);
+  EXPECT_EQ(groups[2].arms, (std::vector<std::array<int, 2>>{{1, 2}}));
+  EXPECT_EQ(groups[2].first_cycle, 1);   // the drive of its one arm starts after a quarter of a period
+  EXPECT_EQ(groups[3].period_steps, 0);  // nothing drives that bead alone
+  EXPECT_EQ(groups[4].period_steps, 2 * period);
+  EXPECT_NEAR(groups[3].length_m / cell_m, 8.0, 1e-12);
+  CycleObserver observer(groups);
+  MadeUpMotion motion;
+  motion.turn_rad_per_step = 1e-4;
+  play(observer, motion, constant_forces(1e-5, 0, -1e-5), 3 * period + 1);
+  EXPECT_EQ(observer.sums()[1].last.arms, observer.sums()[0].last.arms);
+  EXPECT_EQ(observer.sums()[1].last.power_W, observer.sums()[0].last.power_W);
+  EXPECT_EQ(observer.sums()[1].turned, observer.sums()[0].turned);
+  const auto reports = swimmer_reports(the_case, observer);
+  EXPECT_EQ(reports["groups"][0]["kinematics"], reports["swimmers"][0]["kinematics"]);
+  EXPECT_EQ(reports["groups"][1]["kinematics"]["arms"][0]["bodies"][1], "swimmer.B3");
+  EXPECT_EQ(reports["groups"][3]["kinematics"]["cycle"], 0);
+  EXPECT_FALSE(reports.contains("swarm"));
+}
+
 TEST(CycleObserver, ContinuesFromRestoredSumsBitForBit) {
   MadeUpMotion motion;
   motion.turn_rad_per_step = 1e-4;
