@@ -103,6 +103,11 @@ class ResultTable(unittest.TestCase):
         self.assertNotIn("efficiency", table)
         self.assertNotIn("cells/step", table)
 
+    def test_named_groups_follow_the_swimmers(self):
+        summary = {**SUMMARY, "swimmers": [], "groups": [{"name": "pair", "kinematics": KINEMATICS}]}
+        self.assertEqual(self.row("this run", summary)[0], "pair")
+        self.assertEqual(self.row("across", summary)[-2:], ["2702", "µm/s"])
+
     def test_three_beads_in_a_row_have_the_figures_of_the_paper_and_no_second_efficiency(self):
         summary = {**SUMMARY, "swimmers": [{**SWIMMER, "kinematics": {**KINEMATICS, "efficiency": 0.1}}]}
         self.assertEqual(self.row("efficiency", summary)[-1], "0.00052")

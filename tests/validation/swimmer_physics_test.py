@@ -138,6 +138,9 @@ class InAnyDirection(SwimmerTest):
         axis /= np.linalg.norm(axis)
         moved = (z[:, end] - z[:, start]).mean(axis=0) / 1e-6 / PERIOD
         along = float(moved @ axis)
+        swimmer = json.loads((self.folder / out / "summary.json").read_text())["swimmers"][0]
+        self.assertAlmostEqual(swimmer["u_swim_lattice"] / along, 1, delta=1e-3)  # of the middle bead
+        self.assertAlmostEqual(swimmer["kinematics"]["u_along_cells_per_step"] / along, 1, delta=1e-6)
         return along, float(np.linalg.norm(moved - along * axis)), float(np.degrees(np.arccos(axis[2])))
 
     def test_a_swimmer_that_was_turned_swims_on_along_its_own_axis(self):
