@@ -17,10 +17,33 @@ namespace {
   std::abort();
 }
 
-class HaltingFluid final : public FluidSolver {
+/// What fluids and bodies do alike.
+template <class Solver>
+class Halting : public Solver {
  public:
-  HaltingFluid(std::unique_ptr<FluidSolver> inner, Halt halt, SolverContext& context)
+  Halting(std::unique_ptr<Solver> inner, Halt halt, SolverContext& context)
       : inner_(std::move(inner)), halt_(std::move(halt)), context_(context) {}
+
+  void save(const std::string& path) override {
+    halt_here(halt_, "save", step_, &context_);
+    inner_->save(path);
+  }
+  void restore(const std::string& path) override { inner_->restore(path); }
+  SolverSummary summarise() override {
+    halt_here(halt_, "summarise", 0, &context_);
+    return inner_->summarise();
+  }
+
+ protected:
+  std::unique_ptr<Solver> inner_;
+  Halt halt_;
+  SolverContext& context_;
+  std::int64_t step_ = 0;
+};
+
+class HaltingFluid final : public Halting<FluidSolver> {
+ public:
+  using Halting::Halting;
 
   void exchange(const Kinematics& kinematics, Loads& loads) override {
     step_ = kinematics.step;
@@ -31,27 +54,11 @@ class HaltingFluid final : public FluidSolver {
     halt_here(halt_, "advance", step_, &context_);
     inner_->advance();
   }
-  void save(const std::string& path) override {
-    halt_here(halt_, "save", step_, &context_);
-    inner_->save(path);
-  }
-  void restore(const std::string& path) override { inner_->restore(path); }
-  SolverSummary summarise() override {
-    halt_here(halt_, "summarise", 0, &context_);
-    return inner_->summarise();
-  }
-
- private:
-  std::unique_ptr<FluidSolver> inner_;
-  Halt halt_;
-  SolverContext& context_;
-  std::int64_t step_ = 0;
 };
 
-class HaltingBody final : public BodySolver {
+class HaltingBody final : public Halting<BodySolver> {
  public:
-  HaltingBody(std::unique_ptr<BodySolver> inner, Halt halt, SolverContext& context)
-      : inner_(std::move(inner)), halt_(std::move(halt)), context_(context) {}
+  using Halting::Halting;
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return inner_->driving_nodes(); }
   void kinematics(Kinematics& kinematics) override { inner_->kinematics(kinematics); }
@@ -60,21 +67,6 @@ class HaltingBody final : public BodySolver {
     halt_here(halt_, "exchange", step_, &context_);
     inner_->step(applied, next);
   }
-  void save(const std::string& path) override {
-    halt_here(halt_, "save", step_, &context_);
-    inner_->save(path);
-  }
-  void restore(const std::string& path) override { inner_->restore(path); }
-  SolverSummary summarise() override {
-    halt_here(halt_, "summarise", 0, &context_);
-    return inner_->summarise();
-  }
-
- private:
-  std::unique_ptr<BodySolver> inner_;
-  Halt halt_;
-  SolverContext& context_;
-  std::int64_t step_ = 0;
 };
 
 }  // namespace
