@@ -18,10 +18,9 @@ Shape read_shape(Reader& reader) {
   shape.length_m =
       reader.number("length_m", Range::not_negative, capsule ? std::optional<double>() : std::optional(0.0));
   if (!capsule && shape.length_m > 0) {
-    reader.problems().error(reader.path_of("length_m"),
-                            reader.path_of("length_m") +
-                                " is given for a sphere (only capsules have a cylinder part). "
-                                "Remove it, or use shape: capsule.");
+    reader.reject("length_m",
+                  "is given for a sphere (only capsules have a cylinder part). Remove it, or use shape: "
+                  "capsule.");
   }
   return shape;
 }
@@ -39,10 +38,7 @@ Eigen::Vector3d read_direction(Reader& reader, const std::string& key, std::opti
   // A direction that is normalised already must keep its bits: the resolved case is read again.
   if (std::abs(length - 1.0) < 1e-15) return direction;
   if (length > 0) return direction / length;
-  if (!required || reader.has(key)) {
-    reader.problems().error(reader.path_of(key),
-                            reader.path_of(key) + " is zero (it has no direction). Give a vector like [0, 0, 1].");
-  }
+  if (!required || reader.has(key)) reader.reject(key, "is zero (it has no direction). Give a vector like [0, 0, 1].");
   return Eigen::Vector3d::UnitZ();
 }
 
@@ -50,8 +46,7 @@ std::vector<std::string> read_names(Reader& reader, const std::string& key, std:
                                     const std::string& remedy) {
   std::vector<std::string> names = reader.words(key);
   if (names.size() == count) return names;
-  reader.problems().error(reader.path_of(key),
-                          reader.path_of(key) + " names " + std::to_string(names.size()) + " " + key + " (" + remedy);
+  reader.reject(key, "names " + std::to_string(names.size()) + " " + key + " (" + remedy);
   return std::vector<std::string>(count);
 }
 
@@ -59,9 +54,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> read_anchors(Reader& reader) {
   std::array<Eigen::Vector3d, 2> anchors{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   if (!reader.has("anchors_m")) return {anchors[0], anchors[1]};
   if (reader.size("anchors_m") != anchors.size()) {
-    reader.problems().error(
-        reader.path_of("anchors_m"),
-        reader.path_of("anchors_m") + " needs two vectors (one per body). Write [[x, y, z], [x, y, z]].");
+    reader.reject("anchors_m", "needs two vectors (one per body). Write [[x, y, z], [x, y, z]].");
     return {anchors[0], anchors[1]};
   }
   const Value both = *reader.raw("anchors_m");
@@ -84,9 +77,9 @@ Eigen::Vector4d read_orientation(Reader& body) {
   const double norm = q.norm();
   if (std::abs(norm - 1.0) < 1e-15) return q;
   if (std::abs(norm - 1.0) < 1e-3) return q / norm;
-  body.problems().error(body.path_of("orientation_wxyz"),
-                        body.path_of("orientation_wxyz") + " has length " + shortest_text(norm) +
-                            " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
+  body.reject("orientation_wxyz",
+              "has length " + shortest_text(norm) +
+                  " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
   return {1, 0, 0, 0};
 }
 

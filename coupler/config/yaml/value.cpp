@@ -16,58 +16,15 @@ std::string shortest_text(double number) {
   return {buffer.data(), end};
 }
 
-Value Value::of_text(std::string text) {
-  Value value;
-  value.kind = Kind::scalar;
-  value.text = std::move(text);
-  return value;
-}
-
-Value Value::of_number(double number) {
-  Value value = of_text(shortest_text(number));
-  value.scalar_type = ScalarType::number;
-  return value;
-}
-
-Value Value::of_integer(std::int64_t number) {
-  Value value = of_text(std::to_string(number));
-  value.scalar_type = ScalarType::number;
-  return value;
-}
-
-Value Value::of_vector(const Eigen::VectorXd& vector) {
-  Value value = sequence();
-  for (const double component : vector) value.add(of_number(component));
-  return value;
-}
-
-Value Value::of_words(const std::vector<std::string>& words) {
-  Value value = sequence();
-  for (const std::string& word : words) value.add(of_text(word));
-  return value;
-}
-
-Value Value::sequence() {
-  Value value;
-  value.kind = Kind::sequence;
-  return value;
-}
-
 Value Value::mapping() {
   Value value;
   value.kind = Kind::mapping;
   return value;
 }
 
-Value& Value::add(Value item) {
-  items.push_back(std::move(item));
-  return *this;
-}
-
-Value& Value::add(const std::string& key, Value item) {
+void Value::add(const std::string& key, Value item) {
   Origin where = item.origin;
   entries.push_back({key, std::move(where), std::move(item)});
-  return *this;
 }
 
 const Value* Value::find(std::string_view key) const {
@@ -85,8 +42,7 @@ nlohmann::ordered_json to_json(const Value& value) {
     case Value::Kind::null:
       return nullptr;
     case Value::Kind::scalar:
-      return value.scalar_type == Value::ScalarType::number ? ordered_json::parse(value.text)
-                                                            : ordered_json(value.text);
+      return value.text;
     case Value::Kind::sequence: {
       ordered_json array = ordered_json::array();
       for (const Value& item : value.items) array.push_back(to_json(item));

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
 namespace copepod::coupler {
@@ -23,27 +22,18 @@ std::string to_string(const Origin& origin);
 /// Scalars keep their text, so that the reader decides what it means and a message can quote it.
 struct Value {
   enum class Kind { null, scalar, sequence, mapping };
-  enum class ScalarType { text, number };  ///< decides whether JSON output is quoted
   struct Entry;
 
   Kind kind = Kind::null;
-  ScalarType scalar_type = ScalarType::text;
   std::string text;            ///< of a scalar
   std::vector<Value> items;    ///< of a sequence
   std::vector<Entry> entries;  ///< of a mapping, in written order
   Origin origin;
 
-  static Value of_text(std::string text);
-  static Value of_number(double number);  ///< shortest text that reads back to the same bits
-  static Value of_integer(std::int64_t number);
-  static Value of_vector(const Eigen::VectorXd& vector);
-  static Value of_words(const std::vector<std::string>& words);
-  static Value sequence();
   static Value mapping();
 
-  /// Appends to a sequence, or an entry to a mapping; returns *this for chains.
-  Value& add(Value item);
-  Value& add(const std::string& key, Value item);
+  /// Appends an entry to a mapping.
+  void add(const std::string& key, Value item);
 
   [[nodiscard]] const Value* find(std::string_view key) const;  ///< nullptr if not a mapping or not there
   [[nodiscard]] Value* find(std::string_view key);
@@ -58,6 +48,7 @@ struct Value::Entry {
 /// Shortest decimal text that reads back to the same bits.
 std::string shortest_text(double number);
 
+/// Every scalar becomes a string: what it means depends on the key.
 nlohmann::ordered_json to_json(const Value& value);
 
 }  // namespace copepod::coupler
