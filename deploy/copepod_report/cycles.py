@@ -82,6 +82,10 @@ def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
         axes.plot(track[:, across], track[:, along], "o-", color=colour, markersize=3, linewidth=1.2, label=name)
         own = np.array([by_swimmer[name][f"axis_{axis}"][-1] for axis in "xyz"])[[across, along]]
         axes.quiver(*track[-1, [across, along]], *own, color=colour, angles="xy", width=0.004, scale=12)
+    shown = np.vstack(list(tracks.values()))[:, [across, along]]
+    room = 0.25 * np.ptp(shown, axis=0).max()  # for the arrows
+    axes.set_xlim(shown[:, 0].min() - room, shown[:, 0].max() + room)
+    axes.set_ylim(shown[:, 1].min() - room, shown[:, 1].max() + room)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"Δ{'xyz'[across]} [µm]")
     axes.set_ylabel(f"Δ{'xyz'[along]} [µm]")
