@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from copepod_report.trajectory import Trajectory
+
 
 @dataclass(frozen=True)
 class Member:
@@ -20,7 +22,7 @@ class Member:
     def numbers(self, key: str) -> np.ndarray:
         """All numbers that the resolved case gives a key, in its order: a radius_m per bead."""
         text = (self.folder / "case.yaml").read_text()
-        return np.array([float(word) for word in re.findall(rf"\b{key}: (\S+)$", text, re.MULTILINE)])
+        return np.array([float(word) for word in re.findall(rf'\b{key}"?: *([^\s,}}]+)', text)])
 
     def summary(self) -> dict[str, Any]:
         return json.loads((self.folder / "summary.json").read_text())
@@ -30,6 +32,14 @@ class Member:
         with open(self.folder / "cycles.csv", newline="") as file:
             rows = [row for row in csv.DictReader(file) if row["swimmer"] == swimmer]
         return {key: np.array([float(row[key] or "nan") for row in rows]) for key in rows[0] if key != "swimmer"}
+
+    def last_cycle(self, swimmer: str, quantity: str = "position_m") -> np.ndarray:
+        """A quantity of trajectory.csv in the last full cycle, without its end, shape (beads, samples, 3)."""
+        trajectory = Trajectory(self.folder / "trajectory.csv")
+        start, stop = (self.cycles(swimmer)["start_step"][-2:] @ weights for weights in ((0, 1), (-1, 2)))
+        window = (trajectory.steps >= start) & (trajectory.steps < stop)
+        beads = [body for body in trajectory.bodies if body.startswith(f"{swimmer}.")]
+        return np.array([trajectory.of(bead)[quantity][window] for bead in beads])
 
 
 def members(campaign: Path, name: str) -> list[Member]:

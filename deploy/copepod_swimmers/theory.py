@@ -86,10 +86,11 @@ def derivative(values: np.ndarray, period: float) -> np.ndarray:
     return np.fft.irfft(2j * np.pi / period * orders * waves, samples)
 
 
-def mobility(places: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Velocities per force of spheres in unbounded fluid of viscosity 1   [Rotne & Prager 1969; Zuk et al. 2014].
+def mobility(places: np.ndarray, radii: np.ndarray, wall: bool = False) -> np.ndarray:
+    """Velocities per force of spheres in fluid of viscosity 1   [Rotne & Prager 1969; Zuk et al. 2014].
 
     @param places  shape (n, 3)
+    @param wall    beside a no-slip wall at z = 0, whose images act on points: without terms of the order (a/z)³
     @return shape (3n, 3n)
     """
     number = len(radii)
@@ -103,7 +104,30 @@ def mobility(places: np.ndarray, radii: np.ndarray) -> np.ndarray:
             squares = (radii[i] ** 2 + radii[j] ** 2) / distance**2
             block = ((1 + squares / 3) * np.eye(3) + (1 - squares) * along) / (8 * np.pi * distance)
             result[i, :, j, :] = result[j, :, i, :] = block
+    if wall:
+        for i in range(number):
+            for j in range(number):
+                result[i, :, j, :] += images(places[i], places[j])
     return result.reshape(3 * number, 3 * number)
+
+
+def images(place: np.ndarray, source: np.ndarray) -> np.ndarray:
+    """Flow at `place` per force at `source`, of its images behind a no-slip wall at z = 0   [Blake 1971].
+
+    The wall's part of Green's function of the half space, viscosity 1: with R from the mirror image of the source, h
+    its height, Δ = diag(1, 1, −1) and S = 1/R + RR/R³,
+
+        8π G = −S + (2h² ∇(R/R³) − 2h ∇S·e_z) Δ
+    """
+    height, mirror, up = source[2], np.diag([1.0, 1.0, -1.0]), np.array([0, 0, 1.0])
+    apart = place - mirror @ source
+    r = np.linalg.norm(apart)
+    one, square = np.eye(3), np.outer(apart, apart)
+    source_dipole = one / r**3 - 3 * square / r**5
+    mixed = np.outer(apart, up)
+    dipole = (mixed - mixed.T + apart[2] * one) / r**3 - 3 * apart[2] * square / r**5
+    flow = -(one / r + square / r**3) + (2 * height**2 * source_dipole - 2 * height * dipole) @ mirror
+    return flow / (8 * np.pi)
 
 
 @dataclass(frozen=True)
@@ -114,12 +138,16 @@ class Stroke:
     radii    shape (beads,)
     arms     pairs of beads; as many as it takes to fix the shape of every swimmer that is not in a row
     lengths  of the arms over one period, shape (arms, samples)
+    straight triples of beads that stay on a line
+    wall     beside a no-slip wall at z = 0
     """
 
     places: np.ndarray
     radii: np.ndarray
     arms: Arms
     lengths: np.ndarray
+    straight: Sequence[tuple[int, int, int]] = ()
+    wall: bool = False
 
     def motion(self, periods: int = 1, parts: int = 200) -> np.ndarray:
         """Places of the beads after 0, 1, … periods, shape (periods + 1, beads, 3); Runge-Kutta, `parts` a period.
@@ -145,26 +173,41 @@ class Stroke:
 
     def _velocity(self, place: np.ndarray, rates: np.ndarray) -> np.ndarray:
         extension = self._extension(place)
-        response = mobility(place, self.radii) @ extension.T
-        return (response @ np.linalg.solve(extension @ response, rates)).reshape(-1, 3)
+        response = mobility(place, self.radii, self.wall) @ extension.T
+        wanted = np.concatenate([rates, np.zeros(len(extension) - len(rates))])
+        return (response @ np.linalg.solve(extension @ response, wanted)).reshape(-1, 3)
 
     def _extension(self, place: np.ndarray) -> np.ndarray:
-        """E: rates of change of the arms from velocities, shape (arms, 3 beads)."""
-        result = np.zeros((len(self.arms), len(place), 3))
-        for number, (i, j) in enumerate(self.arms):
-            unit = place[j] - place[i]
-            unit = unit / np.linalg.norm(unit)
-            result[number, i], result[number, j] = -unit, unit
-        return result.reshape(len(self.arms), -1)
+        """E: rates of change of the arms from velocities, then those of the kinks, shape (constraints, 3 beads)."""
+        rows = []
+        for i, j in self.arms:
+            row = np.zeros((len(place), 3))
+            row[j] = _unit(place[j] - place[i])
+            row[i] = -row[j]
+            rows.append(row)
+        for i, j, k in self.straight:
+            first, second = np.linalg.norm(place[j] - place[i]), np.linalg.norm(place[k] - place[j])
+            along = _unit(place[k] - place[i])
+            across = _unit(np.cross(along, np.eye(3)[np.argmin(np.abs(along))]))
+            for direction in (across, np.cross(along, across)):
+                row = np.zeros((len(place), 3))
+                row[i], row[k] = direction / first, direction / second
+                row[j] = -row[i] - row[k]
+                rows.append(row)
+        return np.array(rows).reshape(len(rows), -1)
 
     def _adjusted(self, lengths: np.ndarray) -> np.ndarray:
         """The places moved along the arms, in equal and opposite shares, until the arms have these lengths."""
         place = np.array(self.places, float)
         for _ in range(20):
             now = np.array([np.linalg.norm(place[j] - place[i]) for i, j in self.arms])
-            extension = self._extension(place)
-            place = place + (np.linalg.pinv(extension) @ (lengths - now)).reshape(-1, 3)
+            missing = np.concatenate([lengths - now, np.zeros(2 * len(self.straight))])
+            place = place + (np.linalg.pinv(self._extension(place)) @ missing).reshape(-1, 3)
         return place
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
 
 
 def _at(values: np.ndarray, nodes: np.ndarray) -> np.ndarray:

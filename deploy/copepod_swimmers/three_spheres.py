@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from copepod_report.style import Theme, new_figure
-from copepod_report.trajectory import Trajectory
 from copepod_swimmers.runs import Member
 from copepod_swimmers.theory import Stroke, any_stroke_velocity, small_stroke_velocity
 
@@ -29,12 +28,8 @@ class Speed:
 def speed_of(run: Member) -> Speed:
     """Of a run whose trajectory holds the last cycle in equal steps."""
     swimmer = run.summary()["swimmers"][0]
-    trajectory = Trajectory(run.folder / "trajectory.csv")
     start, stop = swimmer["window_steps"]
-    window = (trajectory.steps >= start) & (trajectory.steps < stop)
-    beads = np.array(
-        [trajectory.of(f"{swimmer['name']}.{bead}")["position_m"][window] / 1e-6 for bead in ("B2", "B1", "B3")]
-    )
+    beads = run.last_cycle(swimmer["name"]) / 1e-6
     radii = run.numbers("radius_m") / 1e-6
     arms = np.linalg.norm(np.diff(beads, axis=0), axis=2)
     moved = Stroke(beads[:, 0], radii, ((0, 1), (1, 2)), arms).motion()
@@ -49,6 +44,34 @@ def speed_of(run: Member) -> Speed:
     return Speed(
         run.value, stop - start, swimmer["u_swim_lattice"], theory, amplitudes, np.prod(amplitudes) / np.prod(mean)
     )
+
+
+@dataclass(frozen=True)
+class Bulk:
+    """What a swimmer does on its own."""
+
+    speed_m_per_s: float
+    dipole_N_m: float  # mean of Σ f·x along the axis, f the forces on the fluid
+    period_s: float
+    length_m: float  # mean distance of the outer beads
+    viscosity_Pa_s: float
+
+    @property
+    def relative_dipole(self) -> float:
+        """p/(η u L²)."""
+        return self.dipole_N_m / (self.viscosity_Pa_s * self.speed_m_per_s * self.length_m**2)
+
+
+def bulk_of(run: Member, swimmer: str) -> Bulk:
+    """From a run whose trajectory holds the last cycle."""
+    cycles = run.cycles(swimmer)
+    places, forces = run.last_cycle(swimmer), -run.last_cycle(swimmer, "force_N")
+    axis = np.array([cycles[f"axis_{letter}"][-1] for letter in "xyz"])
+    dipole = np.mean(np.sum(((places - places.mean(axis=0)) @ axis) * (forces @ axis), axis=0))
+    length = np.mean((places[2] - places[0]) @ axis)
+    period_s = cycles["start_s"][1] - cycles["start_s"][0]
+    viscosity_Pa_s = run.numbers("density_kg_per_m3")[0] * run.numbers("kinematic_viscosity_m2_per_s")[0]
+    return Bulk(float(cycles["u_along_m_per_s"][-1]), float(dipole), float(period_s), float(length), viscosity_Pa_s)
 
 
 def over_lag(stokes: Sequence[Speed], lattice: Sequence[Speed], theme: Theme) -> Any:
@@ -107,4 +130,26 @@ def table(head: str, names: Sequence[str], speeds: Sequence[Speed]) -> str:
         ratios = [f"{speed.measured / theory:.4f}" if swims else "–" for theory in speed.theory]
         arms = ", ".join(f"{value:.3f}" for value in speed.amplitudes)
         lines.append(f"| {name} | {arms} | {speed.measured:.3e} | " + " | ".join(ratios) + " |")
+    return "\n".join(lines)
+
+
+def directions(runs: dict[str, Member]) -> str:
+    """Markdown: the same swimmer along several axes, in all cycles but the first; the first run is the reference."""
+    lines = [
+        "| axis | u along its axis, cycle by cycle [10⁻⁵ cells/step] | mean | over the first | across over along "
+        "| tilt at the end |",
+        "|---|---|---|---|---|---|",
+    ]
+    reference = None
+    for name, run in runs.items():
+        cycles = run.cycles("swimmer")
+        summary = run.summary()
+        scale = summary["step_s"] / summary["cell_size_m"]
+        speeds = cycles["u_along_m_per_s"][1:] * scale
+        reference = reference or speeds.mean()
+        across = np.mean(cycles["u_across_m_per_s"][1:]) * scale / speeds.mean()
+        lines.append(
+            f"| [{', '.join(name)}] | {', '.join(f'{1e5 * speed:.3f}' for speed in speeds)} | "
+            f"{speeds.mean():.3e} | {speeds.mean() / reference:.4f} | {across:.1e} | {cycles['tilt_rad'][-1]:.1e} |"
+        )
     return "\n".join(lines)

@@ -13,6 +13,7 @@ from copepod_swimmers.theory import (  # noqa: E402
     any_stroke_velocity,
     derivative,
     dipole_at_a_wall,
+    images,
     mobility,
     rotation_about_z,
     small_stroke_velocity,
@@ -89,23 +90,6 @@ class Interaction(unittest.TestCase):
         self.assertAlmostEqual(matrix[5, 5] * 6 * np.pi * 2, 1, delta=1e-12)
 
 
-def image_flow(place, source, force):
-    """Flow of the images of a force at `source` above a no-slip wall at z = 0, viscosity 1   [Blake 1971]."""
-    height, mirror = source[2], np.diag([1.0, 1.0, -1.0])
-    apart = place - mirror @ source
-    r = np.linalg.norm(apart)
-    one, up = np.eye(3), np.array([0, 0, 1.0])
-    stokeslet = one / r + np.outer(apart, apart) / r**3
-    source_dipole = one / r**3 - 3 * np.outer(apart, apart) / r**5
-    # ∂_j S_i3
-    stokes_dipole = (
-        np.outer(apart, up) / r**3 - np.outer(up, apart) / r**3 + apart[2] * one / r**3
-        - 3 * apart[2] * np.outer(apart, apart) / r**5
-    )  # fmt: skip
-    images = -stokeslet + (2 * height**2 * source_dipole - 2 * height * stokes_dipole) @ mirror
-    return images @ force / (8 * np.pi)
-
-
 class AtAWall(unittest.TestCase):
     def test_images_cancel_the_flow_on_the_wall(self):
         source, force = np.array([0.3, 0, 2]), np.array([1.0, -2, 3])
@@ -113,7 +97,7 @@ class AtAWall(unittest.TestCase):
             apart = place - source
             r = np.linalg.norm(apart)
             direct = (force / r + apart * (apart @ force) / r**3) / (8 * np.pi)
-            np.testing.assert_allclose(image_flow(place, source, force), -direct, atol=1e-14)
+            np.testing.assert_allclose(images(place, source) @ force, -direct, atol=1e-14)
 
     def test_a_dipole_moves_and_turns_as_the_flow_of_its_images(self):
         """A slender body turns with the component across it of the flow's gradient along it."""
@@ -125,13 +109,45 @@ class AtAWall(unittest.TestCase):
 
             def flow(place):
                 forces = (dipole / (2 * step) * along, -dipole / (2 * step) * along)
-                return sum(image_flow(place, middle + side * step * along, f) for side, f in zip((1, -1), forces))
+                return sum(images(place, middle + side * step * along) @ f for side, f in zip((1, -1), forces))
 
             turning = across @ (flow(middle + step * along) - flow(middle - step * along)) / (2 * step)
             motion = dipole_at_a_wall(dipole, height, pitch, 1.0)
             self.assertAlmostEqual(motion.along, flow(middle)[0], delta=1e-7)
             self.assertAlmostEqual(motion.away, flow(middle)[2], delta=1e-7)
             self.assertAlmostEqual(motion.pitch, turning, delta=1e-7)
+
+    def test_a_pusher_turns_by_its_dipole_and_by_what_is_the_same_towards_and_away_from_the_wall(self):
+        """Far away the part that is odd in the pitch is that of the dipole; the rest falls with the fourth power."""
+        arms = np.array([14 + 2.5 * np.cos(PHASE + 1.25), 28 + 4 * np.cos(PHASE)])
+        turned = {}
+        for height in (480.0, 960.0):
+            for pitch in (-0.5, 0.5):
+                along = np.array([np.cos(pitch), 0, np.sin(pitch)])
+                places = np.outer([0, arms[0, 0], arms[:, 0].sum()], along)
+                places += [0, 0, height] - places.mean(axis=0)
+                stroke = Stroke(places, np.full(3, 4.0), ((0, 1), (1, 2)), arms, straight=((0, 1, 2),), wall=True)
+                ends = [place[2] - place[0] for place in stroke.motion(parts=24)]
+                turned[height, pitch] = np.diff([np.arctan2(end[2], end[0]) for end in ends])[0]
+        odd, even = (
+            [(turned[height, 0.5] + sign * turned[height, -0.5]) / 2 for height in (480.0, 960.0)] for sign in (-1, 1)
+        )
+        self.assertAlmostEqual(odd[0] / odd[1], 8, delta=0.1)
+        self.assertAlmostEqual(even[0] / even[1], 16, delta=0.3)
+        per_dipole = dipole_at_a_wall(1.0, 960.0, 0.5, 1.0).pitch
+        self.assertAlmostEqual(odd[1] / per_dipole / mean_dipole(arms, 4.0), 1, delta=1e-2)
+
+
+def mean_dipole(arms, radius):
+    """Mean of Σ f·x over a period of three spheres in a row, f the forces on the fluid, viscosity and period 1."""
+    rates = derivative(arms, 1)
+    total = 0.0
+    for length, rate in zip(arms.T, rates.T):
+        places = np.zeros((3, 3))
+        places[1:, 2] = np.cumsum(length)
+        pulls = np.array([[-1, 1, 0], [0, -1, 1]]) @ np.kron(np.eye(3), [[0, 0, 1]])
+        total += np.linalg.solve(pulls @ mobility(places, np.full(3, radius)) @ pulls.T, rate) @ length
+    return total / len(arms.T)
 
 
 if __name__ == "__main__":
