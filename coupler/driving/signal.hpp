@@ -9,7 +9,7 @@ namespace copepod::coupler {
 enum class SignalKind { constant, sinusoid, square, trapezoid, table };
 
 /// A quantity that varies in time, zero outside the steps [start, stop):
-///   A r(t) w(x),   r = min(1, (t − start)/ramp),   x = (t − lag)/T in turns, t in steps        [docs/theory.md]
+///   A r(t) w(x),   r = min(1, (t − start)/ramp),   x = (t − lag)/T in turns, t in steps        (C16)
 struct Signal {
   static constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
 

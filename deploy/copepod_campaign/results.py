@@ -35,8 +35,8 @@ def text(entries: Sequence[Entry]) -> str:
     width = max(len(label) for label, _, _ in _rows(entries)) + 2
     lines = []
     for label, entry, figures in _rows(entries):
-        speed = figures.get("u_swim_lattice")
-        shown = f"u_swim {_cell(speed)}" if speed else ""
+        speeds = [key for key in ("u_swim_lattice", "kinematics.u_along_um_per_s") if key in figures]
+        shown = " ".join(f"{FIGURES[key]} {_cell(figures[key])}" for key in speeds)
         lines.append(f"  {label:<{width}}{_state_text(entry):<24}{shown}".rstrip())
     return "\n".join(lines)
 

@@ -66,11 +66,12 @@ def by_cycle(cycles: Cycles, theme: Theme) -> Any:
 
 
 def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
-    """Paths of the centroids in the plane of the two axes along which they move most; None without three cycles.
+    """Displacements of the centroids in the plane of the axes along which they move most; None without three cycles.
 
     A dot marks the start of each cycle, an arrow the own axis at the start of the last one.
     """
-    tracks = {name: 1e6 * centroids_m(cycles) for name, cycles in by_swimmer.items() if len(cycles["cycle"]) > 2}
+    moved = {name: 1e6 * centroids_m(cycles) for name, cycles in by_swimmer.items() if len(cycles["cycle"]) > 2}
+    tracks = {name: track - track[0] for name, track in moved.items()}
     if not tracks:
         return None
     extent = np.ptp(np.vstack(list(tracks.values())), axis=0)
@@ -81,9 +82,13 @@ def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
         axes.plot(track[:, across], track[:, along], "o-", color=colour, markersize=3, linewidth=1.2, label=name)
         own = np.array([by_swimmer[name][f"axis_{axis}"][-1] for axis in "xyz"])[[across, along]]
         axes.quiver(*track[-1, [across, along]], *own, color=colour, angles="xy", width=0.004, scale=12)
+    shown = np.vstack(list(tracks.values()))[:, [across, along]]
+    room = 0.25 * np.ptp(shown, axis=0).max()  # for the arrows
+    axes.set_xlim(shown[:, 0].min() - room, shown[:, 0].max() + room)
+    axes.set_ylim(shown[:, 1].min() - room, shown[:, 1].max() + room)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(f"{'xyz'[across]} [µm]")
-    axes.set_ylabel(f"{'xyz'[along]} [µm]")
+    axes.set_xlabel(f"Δ{'xyz'[across]} [µm]")
+    axes.set_ylabel(f"Δ{'xyz'[along]} [µm]")
     if 1 < len(tracks) <= 8:
         legend_above(axes, theme, columns=4)
     return figure

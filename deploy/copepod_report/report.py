@@ -105,7 +105,7 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
     figures += canvas.draw(
         f"{prefix}_paths",
         lambda theme: cycles.paths(run.cycles, theme),
-        "Paths of the centroids: a dot for the start of each cycle, an arrow for the own axis in the last one.",
+        "Paths of the centroids, from where they started: a dot for each cycle, an arrow for the own axis in the last.",
     )
     return figures + _flow_figure(run, canvas, prefix)
 

@@ -4,7 +4,7 @@ import json
 import os
 import time
 from collections.abc import Callable
-from typing import Any, Protocol, TextIO
+from typing import Any, TextIO
 
 from copepod_run.messages import notice, write
 
@@ -40,23 +40,7 @@ class EventReader:
         return events
 
 
-class Progress(Protocol):
-    """A display of one run."""
-
-    def phase(self, name: str) -> None:
-        ...
-
-    def step(self, event: Event) -> None:
-        ...
-
-    def notice(self, text: str) -> None:
-        ...
-
-    def close(self) -> None:
-        ...
-
-
-def for_stream(stream: TextIO, cells: int) -> Progress:
+def for_stream(stream: TextIO, cells: int) -> "Progress":
     """The display that suits `stream`; `cells` is the number of cells per step, for the speed in MLUPS."""
     if stream.isatty() and os.environ.get("TERM", "dumb") != "dumb":
         return TerminalProgress(stream, cells)
@@ -190,3 +174,6 @@ class TerminalProgress:
 
     def _draw(self, text: str) -> None:
         write(self._stream, f"\r{text[:self._width()]}\033[K")
+
+
+Progress = EventProgress | PlainProgress | TerminalProgress  # a display of one run
