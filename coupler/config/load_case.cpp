@@ -135,6 +135,7 @@ Case read_case(Reader top) {
   result.name = top.text("case");
   result.parameter_set = top.text("parameter_set", "");
   { top.section("parameter_sets").accept_all(); }
+  top.has("forces");  // an empty list is in the resolved cases of release 1.0
   result.fluid = read_fluid(top.section("fluid"));
   if (top.has("step_s")) result.given_step_s = top.number("step_s", Range::positive);
   result.step_s = derived_step_s(result);
@@ -197,7 +198,8 @@ namespace {
 
 /// The form of older versions.
 void refuse_forces(const Document& document) {
-  if (document.root().find("forces") == nullptr) return;
+  const Value* forces = document.root().find("forces");
+  if (forces == nullptr || forces->items.empty()) return;
   throw CaseInvalid(document.locate("forces"),
                     "forces has become actuators (they can follow a body or an arm). Write actuators: [{kind: "
                     "world_force, body: a, direction: [0, 0, 1], signal: {kind: constant, amplitude_N: 1.0e-9}}], or "

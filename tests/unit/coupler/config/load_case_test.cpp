@@ -44,6 +44,13 @@ TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
   EXPECT_EQ(setup.fields.mean_every_steps, 10);
 }
 
+TEST(Case, OfOlderVersionsIsReadUnlessItHasForces) {
+  const std::string path = testing::TempDir() + "case_of_older_versions.yaml";
+  std::ifstream present(std::string(CONFIG_TESTS) + "/every_key.yaml");
+  std::ofstream(path) << present.rdbuf() << "\nforces: []\n";
+  EXPECT_EQ(load_case(path, {}).assembly.bodies.size(), 7U);
+}
+
 TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
   const LoadedCase loaded = every_key();
   const BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
