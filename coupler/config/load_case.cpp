@@ -135,7 +135,7 @@ Case read_case(Reader top) {
   result.name = top.text("case");
   result.parameter_set = top.text("parameter_set", "");
   { top.section("parameter_sets").accept_all(); }
-  top.has("forces");  // an empty list is in the resolved cases of release 1.0
+  static_cast<void>(top.has("forces"));  // an empty list is in the resolved cases of release 1.0
   result.fluid = read_fluid(top.section("fluid"));
   if (top.has("step_s")) result.given_step_s = top.number("step_s", Range::positive);
   result.step_s = derived_step_s(result);
