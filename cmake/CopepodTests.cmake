@@ -18,6 +18,9 @@ function(copepod_test name)
   elseif(COPEPOD_SANITIZER)
     target_compile_options(${name} PRIVATE -Wno-unused-result)  # clang: of [[nodiscard]] functions in EXPECT_THROW
     add_dependencies(sanitized_tests ${name})
+    if(COPEPOD_SANITIZER STREQUAL address)  # the fuzz targets need it of our libraries only; it takes a fifth of the time
+      target_compile_options(${name} PRIVATE -fno-sanitize=fuzzer-no-link)
+    endif()
   endif()
   if(COPEPOD_SANITIZER AND ARG_LABEL STREQUAL unit)  # starting a program takes longer there than most tests
     add_test(NAME ${ARG_LABEL}.${name} COMMAND ${name})

@@ -14,7 +14,7 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr std::uint64_t piece_bytes = 16 << 20;  ///< at most so much is read between two signs of progress
+constexpr std::uint64_t read_piece_bytes = 16 << 20;  ///< at most so much is read between two signs of progress
 
 /// An HDF5 identifier and the function that releases it.
 class Handle {
@@ -152,7 +152,7 @@ template <class T>
 void Hdf5File::read(const std::string& dataset, const Extent& start, const Extent& count, T* values) {
   const std::uint64_t size = std::accumulate(count.begin(), count.end(), std::uint64_t{1}, std::multiplies());
   const auto cut = std::find_if(count.begin(), count.end(), [](std::uint64_t along) { return along > 1; });
-  if (size * sizeof(T) <= piece_bytes || cut == count.end()) {
+  if (size * sizeof(T) <= read_piece_bytes || cut == count.end()) {
     read_piece(dataset, start, count, values);
     context_.report_progress();
     return;

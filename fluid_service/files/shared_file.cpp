@@ -15,7 +15,7 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr std::int64_t piece_bytes = 16 << 20;  ///< at most so much between two signs of progress
+constexpr std::int64_t write_piece_bytes = 16 << 20;  ///< at most so much between two signs of progress
 
 StorageError storage_error(const std::string& path, const std::string& action, int error) {
   return StorageError(path + ": cannot " + action + " (" + std::strerror(error) +
@@ -26,8 +26,8 @@ StorageError storage_error(const std::string& path, const std::string& action, i
 /// @return 0, or the error's number
 int allocate(int file, std::int64_t start, std::int64_t bytes, SolverContext& context) {
   int error = 0;
-  for (std::int64_t done = 0; done < bytes && error == 0; done += piece_bytes) {
-    error = posix_fallocate(file, start + done, std::min(piece_bytes, bytes - done));
+  for (std::int64_t done = 0; done < bytes && error == 0; done += write_piece_bytes) {
+    error = posix_fallocate(file, start + done, std::min(write_piece_bytes, bytes - done));
     context.report_progress();
   }
   return error;
@@ -109,7 +109,7 @@ void SharedFile::fail(const std::string& action) const { throw storage_error(pat
 
 void SharedFile::write_run(std::uint64_t position, const char* bytes, std::size_t size) {
   while (size > 0) {
-    const std::size_t piece = std::min(size, static_cast<std::size_t>(piece_bytes));
+    const std::size_t piece = std::min(size, static_cast<std::size_t>(write_piece_bytes));
     const ssize_t written = pwrite(file_, bytes, piece, static_cast<off_t>(position));
     context_.report_progress();
     if (written < 0 && errno == EINTR) continue;
@@ -149,8 +149,8 @@ void SharedFile::sync() {
   struct stat status {};
   if (fstat(file_, &status) != 0) fail("look at it");
   constexpr unsigned now = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
-  for (std::int64_t position = 0; position < status.st_size; position += piece_bytes) {
-    if (sync_file_range(file_, position, piece_bytes, now) != 0 && errno != ENOSYS) fail("bring it to the disk");
+  for (std::int64_t position = 0; position < status.st_size; position += write_piece_bytes) {
+    if (sync_file_range(file_, position, write_piece_bytes, now) != 0 && errno != ENOSYS) fail("bring it to the disk");
     context_.report_progress();
   }
   if (fsync(file_) != 0) fail("bring it to the disk");

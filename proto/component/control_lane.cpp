@@ -15,8 +15,8 @@ using session::MessageKind;
 
 namespace {
 
-constexpr std::chrono::milliseconds kSlice{100};
-constexpr double kRepeatHello_s = 1.0;
+constexpr std::chrono::milliseconds kLaneSlice{100};
+constexpr double kRepeatLaneHello_s = 1.0;
 constexpr double kGrace_s = 2.0;  ///< for the solver's thread, after a stop request
 
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -33,7 +33,7 @@ class Conversation {
   void run(const std::atomic<bool>& leaving) {
     while (!leaving.load()) {
       if (!welcomed_) say_hello();
-      if (dealer_->receive(frame_, kSlice)) handle();
+      if (dealer_->receive(frame_, kLaneSlice)) handle();
       if (welcomed_) look_for_coupler();
       enforce_stop();
     }
@@ -41,7 +41,7 @@ class Conversation {
 
  private:
   void say_hello() {
-    if (now_s() - last_hello_s_ < kRepeatHello_s) return;
+    if (now_s() - last_hello_s_ < kRepeatLaneHello_s) return;
     last_hello_s_ = now_s();
     dealer_->send(encoder_.encode(Header{}, hello_));
   }

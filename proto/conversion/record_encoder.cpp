@@ -18,7 +18,7 @@ using google::protobuf::io::CodedOutputStream;
 
 constexpr std::size_t kLargestHead = 128;  ///< all fields but the envelope, with room to spare
 
-std::uint32_t tag_of(int field) { return WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED); }
+std::uint32_t field_tag(int field) { return WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED); }
 
 std::size_t size_of(std::uint32_t number) { return CodedOutputStream::VarintSize32(number); }
 
@@ -78,13 +78,13 @@ RecordEncoder::Bytes RecordEncoder::encode_head(const MessageLabel& label, std::
   wire.set_direction(to_wire<v1::Direction>(label.direction));
   wire.set_role(label.role ? to_wire<v1::Role>(*label.role) : v1::ROLE_UNSPECIFIED);
   wire.set_lane(label.lane ? to_wire<v1::Lane>(*label.lane) : v1::LANE_UNSPECIFIED);
-  const std::uint32_t envelope_tag = tag_of(v1::RecordedMessage::kEnvelopeFieldNumber);
+  const std::uint32_t envelope_tag = field_tag(v1::RecordedMessage::kEnvelopeFieldNumber);
   const auto envelope_size = static_cast<std::uint32_t>(size);
   const auto label_size = static_cast<std::uint32_t>(wire.ByteSizeLong());
   const auto message_size =
       static_cast<std::uint32_t>(label_size + size_of(envelope_tag) + size_of(envelope_size) + envelope_size);
   std::uint8_t* end = buffers_->start();
-  end = CodedOutputStream::WriteTagToArray(tag_of(v1::Record::kMessageFieldNumber), end);
+  end = CodedOutputStream::WriteTagToArray(field_tag(v1::Record::kMessageFieldNumber), end);
   end = CodedOutputStream::WriteVarint32ToArray(message_size, end);
   end = wire.SerializeWithCachedSizesToArray(end);
   end = CodedOutputStream::WriteTagToArray(envelope_tag, end);

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace copepod::transport {
+
+inline constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes; larger ones break the connection
 
 /// Checks an endpoint before ZeroMQ sees it, so that people read what is wrong.
 /// @throws CaseError unless it is ipc:///absolute/path of at most 107 bytes, or tcp://host:port

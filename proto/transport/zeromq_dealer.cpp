@@ -12,10 +12,9 @@ namespace copepod::transport {
 
 namespace {
 
-constexpr int kLingerMs = 500;  ///< for the last message of a component that ends
+constexpr int kDealerLingerMs = 500;  ///< for the last message of a component that ends
 constexpr int kReconnectMs = 100;
-constexpr int kMostBrokenHandshakes = 3;               ///< in a row, before the first one that succeeds
-constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes
+constexpr int kMostBrokenHandshakes = 3;  ///< in a row, before the first one that succeeds
 
 class ZeroMqDealer final : public Dealer {
  public:
@@ -24,7 +23,7 @@ class ZeroMqDealer final : public Dealer {
     check_endpoint(endpoint);
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);
-    socket_.set(zmq::sockopt::linger, kLingerMs);
+    socket_.set(zmq::sockopt::linger, kDealerLingerMs);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
     socket_.set(zmq::sockopt::routing_id, name);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);

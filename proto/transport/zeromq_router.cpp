@@ -16,8 +16,7 @@ namespace copepod::transport {
 
 namespace {
 
-constexpr int kLingerMs = 1000;                        ///< for the last messages of a coupler that ends
-constexpr std::int64_t kLargestMessage = 256LL << 20;  ///< bytes; larger ones break the connection
+constexpr int kRouterLingerMs = 1000;  ///< for the last messages of a coupler that ends
 
 constexpr std::uint64_t kMessagesPerAuthentication = 64;  ///< where there is no quiet moment for it
 
@@ -62,7 +61,7 @@ class ZeroMqRouter final : public Router {
         monitor_(context_, socket_, "router-monitor") {
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);
-    socket_.set(zmq::sockopt::linger, kLingerMs);
+    socket_.set(zmq::sockopt::linger, kRouterLingerMs);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
     socket_.set(zmq::sockopt::router_mandatory,
                 true);                                 // sending to an absent peer is an error, not a silent loss

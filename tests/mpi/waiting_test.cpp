@@ -70,7 +70,7 @@ TEST(Waiting, SeesAMessageSoonAfterItCame) {
     const double median_s = lags[lags.size() / 2];
     std::cout << "after " << 1e6 * delay_s << " us of waiting a message is seen " << 1e6 * median_s << " us late, "
               << "9 of 10 within " << 1e6 * lags[lags.size() * 9 / 10] << " us\n";
-    // The fastest one: other programs on this machine delay some of them, the pauses of a wait all.
+    // The fastest one: other programs on this machine delay some of them; Backoff has tests of its own.
     EXPECT_LT(lags.front(), delay_s / 8 + 200e-6);
   }
 }

@@ -45,7 +45,7 @@ void relocate(Value& value, const Origin& origin) {
   }
 }
 
-std::string joined(const std::vector<std::string>& lines) {
+std::string as_text(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
   return text;
@@ -172,7 +172,7 @@ Origin Document::locate(const std::string& path) const {
   return found;
 }
 
-CaseInvalid::CaseInvalid(std::vector<std::string> lines) : CaseError(joined(lines)), lines_(std::move(lines)) {}
+CaseInvalid::CaseInvalid(std::vector<std::string> lines) : CaseError(as_text(lines)), lines_(std::move(lines)) {}
 
 CaseInvalid::CaseInvalid(const Origin& origin, const std::string& message)
     : CaseInvalid(std::vector<std::string>{to_string(origin) + ": error: " + message}) {}

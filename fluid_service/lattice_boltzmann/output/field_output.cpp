@@ -20,8 +20,8 @@ using Extent = Hdf5File::Extent;
 const std::string data_file = "fields.h5";
 const std::string description_file = "fields.xdmf";
 constexpr std::int64_t bytes_per_cell = 4 * sizeof(double) + sizeof(std::int32_t);
-constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe a group
-const std::string unfinished = "unfinished";       ///< name of a group that is being written
+constexpr std::int64_t structure_bytes = 1 << 16;   ///< more than HDF5 needs to describe a group
+const std::string unfinished_group = "unfinished";  ///< name of a group that is being written
 
 Extent in_file_order(const Cell& cell) {
   return {static_cast<std::uint64_t>(cell[2]), static_cast<std::uint64_t>(cell[1]),
@@ -60,16 +60,16 @@ FieldWriter::Offsets FieldWriter::lay_out(const Attributes& attributes) const {
   const bool exists = std::filesystem::exists(path_) && std::filesystem::file_size(path_) > 0;
   require_space(path_, cells[0] * cells[1] * cells[2] * bytes_per_cell + structure_bytes, communicator_.context());
   Hdf5File file(path_, exists ? Hdf5File::Access::extend : Hdf5File::Access::create, communicator_.context());
-  if (file.has(unfinished)) file.remove(unfinished);  // of a run that was killed
-  file.make_group(unfinished);
-  file.write_attribute(unfinished, "cell_size_m", cell_size_m_);
-  file.write_attribute(unfinished, "step_s", step_s_);
-  attributes(file, unfinished);
+  if (file.has(unfinished_group)) file.remove(unfinished_group);  // of a run that was killed
+  file.make_group(unfinished_group);
+  file.write_attribute(unfinished_group, "cell_size_m", cell_size_m_);
+  file.write_attribute(unfinished_group, "step_s", step_s_);
+  attributes(file, unfinished_group);
   const Extent shape = in_file_order(cells);
   Offsets offsets;
-  offsets.density = file.make_dataset<double>(unfinished + "/density_kg_per_m3", shape);
-  offsets.velocity = file.make_dataset<double>(unfinished + "/velocity_m_per_s", with(shape, 3));
-  offsets.body = file.make_dataset<std::int32_t>(unfinished + "/body", shape);
+  offsets.density = file.make_dataset<double>(unfinished_group + "/density_kg_per_m3", shape);
+  offsets.velocity = file.make_dataset<double>(unfinished_group + "/velocity_m_per_s", with(shape, 3));
+  offsets.body = file.make_dataset<std::int32_t>(unfinished_group + "/body", shape);
   file.close();
   reserve_space(path_, communicator_.context());
   return offsets;
@@ -91,7 +91,7 @@ void FieldWriter::write_cells(const Offsets& offsets, const FieldBlock& block) c
 void FieldWriter::publish(const std::string& group) const {
   Hdf5File file(path_, Hdf5File::Access::extend, communicator_.context());
   if (file.has(group)) file.remove(group);  // from before a restart
-  file.rename(unfinished, group);
+  file.rename(unfinished_group, group);
   XdmfDescription description;
   description.cells = images_.domain_cells();
   description.cell_size_m = cell_size_m_;

@@ -15,8 +15,8 @@ namespace copepod::fluid {
 namespace {
 
 constexpr std::int64_t format_version = 3;
-constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
-constexpr std::int64_t piece_bytes = 1 << 18;      ///< of populations at once: stays in a core's cache
+constexpr std::int64_t layout_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
+constexpr std::int64_t piece_bytes = 1 << 18;   ///< of populations at once: stays in a core's cache
 const std::string root = "/";
 const std::string populations_name = "/populations";
 const std::string kinematics_name = "/kinematics";
@@ -33,7 +33,7 @@ Extent extent_of(const Cell& cell) {
 
 Extent count_of(const Box& box) { return extent_of({box.extent(0), box.extent(1), box.extent(2)}); }
 
-Extent with(Extent extent, std::int64_t last) {
+Extent extended(Extent extent, std::int64_t last) {
   extent.push_back(static_cast<std::uint64_t>(last));
   return extent;
 }
@@ -140,7 +140,7 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   const std::int64_t mean_bytes = state.mean.samples() > 0 ? 4 * sizeof(double) + sizeof(std::int32_t) : 0;
   const std::int64_t cell_bytes = 19 * std::int64_t{sizeof(T)} + mean_bytes;
   require_space(path,
-                header.cells[0] * header.cells[1] * header.cells[2] * cell_bytes + structure_bytes +
+                header.cells[0] * header.cells[1] * header.cells[2] * cell_bytes + layout_bytes +
                     state.kinematics.bodies() * 13 * std::int64_t{sizeof(double)},
                 context);
   Hdf5File file(path, Hdf5File::Access::create, context);
@@ -158,13 +158,13 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   file.write_attribute(root, "checksum", sum);
   const Extent shape = extent_of(header.cells);
   Offsets offsets;
-  offsets.populations = file.make_dataset<T>(populations_name, with(shape, 19));
+  offsets.populations = file.make_dataset<T>(populations_name, extended(shape, 19));
   if (state.kinematics.bodies() > 0)
     offsets.kinematics =
         file.make_dataset<double>(kinematics_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), 13});
   if (state.mean.samples() > 0) {
     offsets.density = file.make_dataset<double>(density_name, shape);
-    offsets.velocity = file.make_dataset<double>(velocity_name, with(shape, 3));
+    offsets.velocity = file.make_dataset<double>(velocity_name, extended(shape, 3));
     offsets.body = file.make_dataset<std::int32_t>(body_name, shape);
   }
   file.close();
@@ -177,7 +177,7 @@ void write_populations(SharedFile& file, std::int64_t offset, const Cell& cells,
                        const GetPopulations<T>& get) {
   for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
     get(piece, populations);
-    file.write(offset, with(extent_of(cells), 19), with(extent_of(piece.low), 0), with(count_of(piece), 19),
+    file.write(offset, extended(extent_of(cells), 19), extended(extent_of(piece.low), 0), extended(count_of(piece), 19),
                populations.data());
   });
 }
@@ -187,7 +187,8 @@ void write_mean(SharedFile& file, const Offsets& offsets, const Cell& cells, con
   const Extent start = extent_of(sums.box.low);
   const Extent count = count_of(sums.box);
   file.write(offsets.density, shape, start, count, sums.density_kg_per_m3.data());
-  file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3), sums.velocity_m_per_s.data());
+  file.write(offsets.velocity, extended(shape, 3), extended(start, 0), extended(count, 3),
+             sums.velocity_m_per_s.data());
   file.write(offsets.body, shape, start, count, sums.body.data());
 }
 
@@ -212,7 +213,7 @@ std::uint64_t read_populations(Hdf5File& file, const PopulationHeader& header, c
                                const TakePopulations<T>& take, SolverContext& context) {
   std::uint64_t digest = 0;
   for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
-    file.read(populations_name, with(extent_of(piece.low), 0), with(count_of(piece), 19), populations.data());
+    file.read(populations_name, extended(extent_of(piece.low), 0), extended(count_of(piece), 19), populations.data());
     digest += digest_of_populations<T>(header.cells, piece, populations, context);
     take(header, piece, populations);
   });
@@ -231,7 +232,7 @@ void read_mean(Hdf5File& file, const Box& box, FluidState& state) {
     sums.velocity_m_per_s.resize(3 * cells);
     sums.body.resize(cells);
     file.read(density_name, start, count, sums.density_kg_per_m3.data());
-    file.read(velocity_name, with(start, 0), with(count, 3), sums.velocity_m_per_s.data());
+    file.read(velocity_name, extended(start, 0), extended(count, 3), sums.velocity_m_per_s.data());
     file.read(body_name, start, count, sums.body.data());
   }
   state.mean.restore(samples, std::move(sums));

@@ -12,7 +12,7 @@ namespace {
 const std::string snapshot_prefix = "step_";
 
 /// Three numbers in file order: z, y, x.
-std::string in_file_order(const Cell& cell) {
+std::string in_words(const Cell& cell) {
   return std::to_string(cell[2]) + " " + std::to_string(cell[1]) + " " + std::to_string(cell[0]);
 }
 
@@ -32,7 +32,7 @@ void add_grid(std::ostream& text, const XdmfDescription& d, const std::string& g
   text << indent << "<Grid Name='" << group << "' GridType='Uniform'>\n";
   if (const std::int64_t step = step_of_group(group); step >= 0)
     text << indent << "  <Time Value='" << static_cast<double>(step) * d.step_s << "'/>\n";
-  text << indent << "  <Topology TopologyType='3DCoRectMesh' Dimensions='" << in_file_order(nodes) << "'/>\n"
+  text << indent << "  <Topology TopologyType='3DCoRectMesh' Dimensions='" << in_words(nodes) << "'/>\n"
        << indent << "  <Geometry GeometryType='ORIGIN_DXDYDZ'>\n"
        << indent
        << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>0 0 "
@@ -42,7 +42,7 @@ void add_grid(std::ostream& text, const XdmfDescription& d, const std::string& g
        << indent << "  </Geometry>\n";
   for (const Field& field : fields)
     text << indent << "  <Attribute Name='" << field.name << "' AttributeType='" << field.kind << "' Center='Cell'>\n"
-         << indent << "    <DataItem Dimensions='" << in_file_order(d.cells) << field.shape_end << "' " << field.number
+         << indent << "    <DataItem Dimensions='" << in_words(d.cells) << field.shape_end << "' " << field.number
          << " Format='HDF'>" << d.data_file << ":/" << group << "/" << field.name << "</DataItem>\n"
          << indent << "  </Attribute>\n";
   text << indent << "</Grid>\n";
