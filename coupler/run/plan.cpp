@@ -22,7 +22,7 @@ ordered_json command(const std::vector<std::string>& words) {
 }
 
 void note(ordered_json& notes, const std::string& what, double value) {
-  notes.push_back({{"what", what}, {"value", shortest_text(value)}});
+  notes.push_back({{"what", what}, {"value", fmt::format("{:.4g}", value)}});
 }
 
 /// Figures of interest before a long run.

@@ -254,6 +254,8 @@ TEST_F(Program, PlansTheSetupsOfBothComponents) {
 TEST_F(Program, EstimatesCellsAndItsOwnMemory) {
   EXPECT_EQ(call({"--plan", std::string(CONFIGS) + "/paper/design_a.yaml"}), 0) << err.str();
   const json plan = json::parse(out.str());
+  EXPECT_EQ(plan["notes"][1]["what"], "relaxation time");
+  EXPECT_EQ(plan["notes"][1]["value"], "0.6667");
   EXPECT_EQ(plan["estimate"]["cells"], 500000);
   EXPECT_EQ(plan["estimate"]["cell_updates"], 500000.0 * 196812);
   EXPECT_EQ(plan["estimate"]["memory_of"]["coupler_bytes"], std::int64_t{11} << 20);
