@@ -38,15 +38,29 @@ Eigen::Vector3d centre_of(std::int64_t x, std::int64_t y, std::int64_t z) {
   return Eigen::Vector3d(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)).array() + 0.5;
 }
 
+/// In every row of a box of `size` cells in each direction.
+void expect_cells_whose_centres_lie_inside(const LatticeBody& body, std::int64_t size) {
+  for (std::int64_t x = 0; x < size; ++x)
+    for (std::int64_t y = 0; y < size; ++y) {
+      const RowInterval row = covered_cells(body, x, y);
+      for (std::int64_t z = 0; z < size; ++z)
+        ASSERT_EQ(z >= row.low && z < row.high, distance(body, centre_of(x, y, z) - body.position) < 0.0)
+            << x << " " << y << " " << z << ", axis " << body.axis.transpose();
+    }
+}
+
 TEST(RowInterval, HoldsTheCellsWhoseCentresLieInside) {
-  for (const LatticeBody& body : bodies())
-    for (std::int64_t x = 0; x < 30; ++x)
-      for (std::int64_t y = 0; y < 30; ++y) {
-        const RowInterval row = covered_cells(body, x, y);
-        for (std::int64_t z = 0; z < 30; ++z)
-          ASSERT_EQ(z >= row.low && z < row.high, distance(body, centre_of(x, y, z) - body.position) < 0.0)
-              << x << " " << y << " " << z << ", axis " << body.axis.transpose();
-      }
+  for (const LatticeBody& body : bodies()) expect_cells_whose_centres_lie_inside(body, 30);
+}
+
+TEST(RowInterval, HoldsTheCellsOfARowThatTheBodyBarelyCuts) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(3.0, 4.0);
+  for (int i = 0; i < 200; ++i) {
+    LatticeBody body = body_of(ShapeKind::sphere, 1.7, 0.0, {0, 0, 1});
+    body.position = {place(random), place(random), place(random)};
+    expect_cells_whose_centres_lie_inside(body, 7);
+  }
 }
 
 TEST(RowInterval, LeavesOutACentreOnTheSurface) {
