@@ -18,7 +18,7 @@ function(copepod_test name)
   elseif(COPEPOD_SANITIZER)
     target_compile_options(${name} PRIVATE -Wno-unused-result)  # clang: of [[nodiscard]] functions in EXPECT_THROW
     add_dependencies(sanitized_tests ${name})
-    if(COPEPOD_SANITIZER STREQUAL address)  # the fuzz targets need it of our libraries only; it takes a fifth of the time
+    if(COPEPOD_SANITIZER STREQUAL address)  # the fuzz targets need it in our libraries only
       target_compile_options(${name} PRIVATE -fno-sanitize=fuzzer-no-link)
     endif()
   endif()

@@ -16,7 +16,7 @@ class Backoff {
 
   Backoff() : start_s_(now_s()) {}
 
-  /// Sleep after so long a wait, 0 to yield: a message that comes within `spin_s` is seen at once; later the sleep adds
+  /// Sleep after a wait, 0 to yield: a message that comes within `spin_s` is seen at once; later the sleep adds
   /// at most an eighth to the wait.
   static constexpr double pause_s(double waited_s) {
     return waited_s < spin_s ? 0.0 : std::min(waited_s / 8, longest_pause_s);
