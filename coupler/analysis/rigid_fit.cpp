@@ -29,7 +29,7 @@ RigidMotion fit_rigid_motion(const Eigen::Matrix3Xd& before, const Eigen::Matrix
   const Eigen::Matrix3d covariance = (before.colwise() - from) * (after.colwise() - to).transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d &U = svd.matrixU(), &V = svd.matrixV();
-  const Eigen::Vector3d S = svd.singularValues();
+  const Eigen::Vector3d& S = svd.singularValues();
   constexpr double collinear = 1e-6;  // the square of what points may leave their line by
   if (S[0] == 0.0) return motion;
   if (S[1] <= collinear * S[0]) {

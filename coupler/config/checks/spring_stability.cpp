@@ -119,6 +119,7 @@ FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
   };
   // Square roots of stiffness and damping: [N/m], [N s/m] of springs, [N m/rad] of bends.
   std::vector<std::pair<double, double>> roots;
+  roots.reserve(springs.size() + bends.size());
   for (const auto& spring : springs)
     roots.emplace_back(std::sqrt(spring.stiffness_N_per_m), std::sqrt(spring.damping_N_s_per_m));
   for (const auto& bend : bends) roots.emplace_back(std::sqrt(bend.stiffness_N_m_per_rad), 0.0);

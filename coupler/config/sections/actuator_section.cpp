@@ -242,7 +242,7 @@ ordered_json resolved_drive(const Drive& drive) {
 
 NamedActuator read_actuator(Reader actuator, double step_s) {
   NamedActuator result;
-  const DriveWord word = actuator.choice<DriveWord>("kind", drive_words);
+  const auto word = actuator.choice<DriveWord>("kind", drive_words);
   result.kind = word.kind;
   result.rest_length = word.rest_length;
   if (result.kind == ActuatorKind::pair_force) {

@@ -31,7 +31,8 @@ void add_shape(ordered_json& section, const Shape& shape) {
   section["length_m"] = shape.length_m;
 }
 
-Eigen::Vector3d read_direction(Reader& reader, const std::string& key, std::optional<Eigen::VectorXd> otherwise) {
+Eigen::Vector3d read_direction(Reader& reader, const std::string& key,
+                               const std::optional<Eigen::VectorXd>& otherwise) {
   const bool required = !otherwise.has_value();
   Eigen::Vector3d direction = reader.numbers(key, 3, otherwise);
   const double length = direction.norm();

@@ -112,7 +112,7 @@ void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assemb
     springs.emplace(std::minmax(assembly.springs[i].body_A, assembly.springs[i].body_B), i);
   for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
     const NamedActuator& named = the_case.actuators[i];
-    DrivenActuator driven{named, named.signal};
+    DrivenActuator driven{static_cast<const ActuatorSpecification&>(named), named.signal};
     driven.actuator.body_A = number_of(numbers, named.bodies[0]);
     if (named.bodies.size() > 1) driven.actuator.body_B = number_of(numbers, named.bodies[1]);
     if (named.rest_length) {

@@ -55,7 +55,8 @@ std::string case_key(Case the_case);
 Eigen::Vector4d read_orientation(Reader& reader);
 
 /// Unit vector along the given direction; reports a zero vector. Without `otherwise` the key is required.
-Eigen::Vector3d read_direction(Reader& reader, const std::string& key, std::optional<Eigen::VectorXd> otherwise = {});
+Eigen::Vector3d read_direction(Reader& reader, const std::string& key,
+                               const std::optional<Eigen::VectorXd>& otherwise = {});
 
 /// A list of `count` names; reports any other number of them and returns empty names.
 /// @param remedy  "(why). What to do."

@@ -155,7 +155,7 @@ void read_three_bead_swimmer(Reader& swimmer, Swimmer& result) {
     arm.bead_A = i;
     arm.bead_B = i + 1;
     const Bead& A = result.beads[static_cast<std::size_t>(i)];
-    const Bead& B = result.beads[static_cast<std::size_t>(i + 1)];
+    const Bead& B = result.beads[static_cast<std::size_t>(i) + 1];
     arm.rest_length_m = gaps[i] + (extent_along_m(A) + extent_along_m(B)) / 2.0;
     arm.drive = drive_of(stroke, i == 0 ? 0 : stroke.phase_lag_steps);
     result.arms.push_back(arm);
