@@ -36,9 +36,8 @@ sys.path.insert(0, {str(ROOT / "proto/python/examples")!r})
 from copepod_component import Capabilities, run_body_component, server
 from point_masses import PointMasses
 
-FEATURES = [
-    "motion:free", "shape:sphere", "springs", "actuator:pair_force", "checkpoint", "neglects:torques", "neglects:periodic"
-]
+FEATURES = ["motion:free", "shape:sphere", "springs", "actuator:pair_force", "checkpoint"]
+FEATURES += ["neglects:torques", "neglects:periodic"]
 
 def when_due(act):
     "Lets `act` happen in step {STEP}."
