@@ -53,8 +53,9 @@ void Bends::add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matr
     const double sine = a.cross(c).norm();
     // π − θ instead of θ: nearly straight arms then lose no digits.
     const double excess_rad = (std::numbers::pi - bend.rest_angle_rad) - std::atan2(sine, -a.dot(c));
-    if (excess_rad == 0.0) continue;
-    if (sine == 0.0) fail(bend);
+    // Of parallel arms the rounding errors would be the direction.
+    if (sine < 1e-12 && std::abs(excess_rad) > 1e-9) fail(bend);
+    if (sine == 0.0) continue;
     const double moment_N_m = bend.stiffness_N_m_per_rad * excess_rad / sine;
     const Eigen::Vector3d f_A_W_N = moment_N_m / length_a_m * (c - c.dot(a) * a);
     const Eigen::Vector3d f_C_W_N = moment_N_m / length_c_m * (a - a.dot(c) * c);

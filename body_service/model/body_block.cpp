@@ -21,7 +21,7 @@ std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index p
     join(bend.body_B, bend.body_C);
   }
   for (const auto& actuator : setup.actuators) {
-    if (actuator.body_B >= 0) join(actuator.body_A, actuator.body_B);
+    if (actuator.kind == ActuatorKind::pair_force) join(actuator.body_A, actuator.body_B);
   }
 
   std::vector<BodyBlock> blocks;

@@ -56,6 +56,8 @@ class DriveTiming {
     const std::int64_t start_step = start_step_ == Signal::never ? 0 : start_step_;
     group.first_cycle = (start_step + group.period_steps - 1) / group.period_steps;
     group.stop_cycle = stop_step_ / group.period_steps;
+    if (group.first_cycle >= group.stop_cycle)
+      group.note = "its drive lasts for no whole cycle of the run (cycles start at multiples of the period)";
   }
 
  private:

@@ -199,7 +199,8 @@ namespace {
 /// The form of older versions.
 void refuse_forces(const Document& document) {
   const Value* forces = document.root().find("forces");
-  if (forces == nullptr || forces->items.empty()) return;
+  const bool empty = forces != nullptr && forces->kind == Value::Kind::sequence && forces->items.empty();
+  if (forces == nullptr || empty) return;
   throw CaseInvalid(document.locate("forces"),
                     "forces has become actuators (they can follow a body or an arm). Write actuators: [{kind: "
                     "world_force, body: a, direction: [0, 0, 1], signal: {kind: constant, amplitude_N: 1.0e-9}}], or "

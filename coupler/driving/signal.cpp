@@ -7,16 +7,15 @@
 namespace copepod::coupler {
 namespace {
 
-/// (t − lag) mod T in steps, in [0, T].
-double within_period(const Signal& signal, std::int64_t step, double node) {
+/// (step − lag) mod T, in [0, T].
+double within_period(const Signal& signal, std::int64_t step, double lag_steps) {
   const auto period = static_cast<double>(signal.period_steps);
-  double since = std::fmod(static_cast<double>(step % signal.period_steps) - signal.lag_steps, period);
-  if (since < 0.0) since += period;
-  return since + node;
+  const double since = std::fmod(static_cast<double>(step % signal.period_steps) - lag_steps, period);
+  return since < 0.0 ? since + period : since;
 }
 
 double turns(const Signal& signal, std::int64_t step, double node) {
-  return within_period(signal, step, node) / static_cast<double>(signal.period_steps);
+  return (within_period(signal, step, signal.lag_steps) + node) / static_cast<double>(signal.period_steps);
 }
 
 double interpolated(const Signal::Point& before, const Signal::Point& after, double time_steps) {
@@ -27,10 +26,11 @@ double interpolated(const Signal::Point& before, const Signal::Point& after, dou
 double table_value(const Signal& signal, std::int64_t step, double node) {
   const std::vector<Signal::Point>& table = signal.table;
   const auto period = static_cast<double>(signal.period_steps);
+  const double first_steps = table.front().time_steps;
   double time_steps = static_cast<double>(step) - signal.lag_steps + node;
   if (signal.period_steps > 0) {
-    time_steps = within_period(signal, step, node);
-    if (time_steps < table.front().time_steps) time_steps += period;
+    const double since_first = within_period(signal, step, signal.lag_steps + first_steps) + node;
+    time_steps = first_steps + (since_first < period ? since_first : since_first - period);
   }
   const auto after = std::upper_bound(table.begin(), table.end(), time_steps,
                                       [](double time, const Signal::Point& point) { return time < point.time_steps; });

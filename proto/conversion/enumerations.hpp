@@ -36,6 +36,7 @@ static_assert(v1::MovingBoundary_MAX == to_wire<v1::MovingBoundary>(MovingBounda
 static_assert(v1::Refill_MAX == to_wire<v1::Refill>(Refill::equilibrium));
 static_assert(v1::Precision_MAX == to_wire<v1::Precision>(Precision::single_precision));
 static_assert(v1::MotionKind_MAX == to_wire<v1::MotionKind>(MotionKind::axis));
+static_assert(v1::ActuatorKind_MAX == to_wire<v1::ActuatorKind>(ActuatorKind::world_torque));
 static_assert(v1::Integrator_MAX == to_wire<v1::Integrator>(Integrator::runge_kutta_4));
 static_assert(v1::Role_MAX == to_wire<v1::Role>(session::Role::body));
 static_assert(v1::Lane_MAX == to_wire<v1::Lane>(session::Lane::control));

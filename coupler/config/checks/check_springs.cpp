@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
 
 #include "config/checks/checks.hpp"
 #include "config/checks/geometry.hpp"
@@ -38,6 +41,23 @@ void check_bends(const Assembly& assembly, Problems& problems) {
       problems.error(
           assembly.bend_paths[i] + ".bodies",
           assembly.bend_paths[i] + " names a body twice (an angle needs three). Name three different bodies.");
+      continue;
+    }
+    const auto arm = [&](int body) -> Eigen::Vector3d {
+      return assembly.bodies[static_cast<std::size_t>(body)].position_m -
+             assembly.bodies[static_cast<std::size_t>(bend.body_B)].position_m;
+    };
+    const Eigen::Vector3d a = arm(bend.body_A).normalized();
+    const Eigen::Vector3d c = arm(bend.body_C).normalized();
+    constexpr double parallel_rad = 1e-9;
+    const double angle_rad = std::atan2(a.cross(c).norm(), a.dot(c));
+    const bool parallel = std::min(angle_rad, std::numbers::pi - angle_rad) < parallel_rad;
+    if (parallel && std::abs(angle_rad - bend.rest_angle_rad) > parallel_rad) {
+      problems.error(
+          assembly.bend_paths[i],
+          assembly.bend_paths[i] +
+              " starts with parallel arms, away from its rest angle (its forces have no direction). Start at "
+              "another angle, or use a rest angle of 180 degrees for straight arms.");
     }
   }
 }

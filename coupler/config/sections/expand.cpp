@@ -20,8 +20,7 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
     body.shape = bead.shape;
     body.mass_kg = bead.mass_kg;
     body.position_m = swimmer.center_m + R_WS * bead.position_m;
-    if (bead.shape.kind != ShapeKind::sphere)
-      body.orientation_wxyz = product(swimmer.orientation_wxyz, bead.orientation_wxyz);
+    body.orientation_wxyz = product(swimmer.orientation_wxyz, bead.orientation_wxyz);
   }
 }
 

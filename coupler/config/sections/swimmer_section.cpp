@@ -14,13 +14,14 @@ namespace {
 using nlohmann::ordered_json;
 
 /// Shortest rotation that takes the z axis to the unit vector `direction`.
-///   q = (√((1 + c)/2), z × d / (2 q_w)),  c = z · d
+///   q = (q_w, z × d / (2 q_w)),  q_w = √((1 + c)/2) = |z × d| / √(2 (1 − c)),  c = z · d
+/// The second form of q_w loses no digits near −z.
 Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
   const double c = direction.z();
-  if (c >= 1.0) return {1, 0, 0, 0};
-  if (c <= -1.0) return {0, 1, 0, 0};
-  const double w = std::sqrt((1.0 + c) / 2.0);
-  return {w, -direction.y() / (2.0 * w), direction.x() / (2.0 * w), 0.0};
+  const double s = std::hypot(direction.x(), direction.y());
+  if (s == 0.0) return c > 0.0 ? Eigen::Vector4d(1, 0, 0, 0) : Eigen::Vector4d(0, 1, 0, 0);
+  const double w = c >= 0.0 ? std::sqrt((1.0 + c) / 2.0) : s / std::sqrt(2.0 * (1.0 - c));
+  return Eigen::Vector4d(w, -direction.y() / (2.0 * w), direction.x() / (2.0 * w), 0.0).normalized();
 }
 
 /// The swimmer's frame in the world: its quaternion, or the shortest rotation of its z axis to `axis`.

@@ -85,7 +85,7 @@ class Bends:
         cosine = (a * c).sum(axis=1, keepdims=True)
         sine = np.linalg.norm(np.cross(a, c), axis=1, keepdims=True)
         excess_rad = (np.pi - self._rest_rad) - np.arctan2(sine, -cosine)
-        if ((sine == 0) & (excess_rad != 0)).any():
+        if ((sine < 1e-12) & (abs(excess_rad) > 1e-9)).any():
             raise SolverError("The arms of a bend are parallel (its forces have no direction). Start at an angle.")
         moment_N_m = np.divide(self._stiffness_N_m * excess_rad, sine, out=np.zeros_like(sine), where=sine != 0)
         on_A_N = moment_N_m / length_a_m * (c - cosine * a)

@@ -72,6 +72,8 @@ TEST(Bends, StayLinearForNearlyStraightArms) {
 TEST(Bends, NameTheBodiesWhoseArmsGiveNoDirection) {
   const Eigen::Matrix3Xd straight = (Eigen::Matrix3Xd(3, 3) << -1, 0, 2, 0, 0, 0, 0, 0, 0).finished();
   EXPECT_TRUE(contains(reason_of<SolverError>([&] { forces(straight, 2.0); }), "the bend at 'b' to 'a' and 'c'"));
+  const Eigen::Matrix3Xd oblique = Eigen::Vector3d(0.1, 0.7, 0.3) * Eigen::RowVector3d(-1, 0, 2);
+  EXPECT_TRUE(contains(reason_of<SolverError>([&] { forces(oblique, 2.0); }), "parallel or of no length"));
   const Eigen::Matrix3Xd coinciding = (Eigen::Matrix3Xd(3, 3) << 0, 0, 2, 0, 0, 0, 0, 0, 0).finished();
   EXPECT_TRUE(contains(reason_of<SolverError>([&] { forces(coinciding, 2.0); }), "parallel or of no length"));
 }

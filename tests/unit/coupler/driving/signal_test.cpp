@@ -85,6 +85,22 @@ TEST(Signal, OfATableIsLinearBetweenItsPoints) {
   EXPECT_DOUBLE_EQ(value_of(table, 55, 0.0), 4.0);
 }
 
+TEST(Signal, OfATableRepeatsFromItsFirstPointOn) {
+  Signal table = wave(SignalKind::table, 0, 100);
+  table.amplitude = 1.0;
+  table.period_steps = 100;
+  table.lag_steps = 0.3;
+  table.table = {{0, 0}, {50, 1}};
+  EXPECT_NEAR(value_of(table, 0, 1.0), 0.7 / 50.0, 1e-14);  // the node passes the end of the period
+  table.table = {{0, 0}, {1, 5}, {50, 1}};
+  EXPECT_NEAR(value_of(table, 100, 1.0), 3.5, 1e-12);
+  table.lag_steps = 0.0;
+  table.table = {{-30, 0}, {20, 1}};
+  EXPECT_DOUBLE_EQ(value_of(table, 90, 0.0), 0.4);
+  table.table = {{250, 0}, {300, 1}};
+  EXPECT_DOUBLE_EQ(value_of(table, 60, 0.0), 0.2);
+}
+
 TEST(Signal, ActsInWholeStepsOfItsWindow) {
   Signal constant;
   constant.amplitude = 1.0;

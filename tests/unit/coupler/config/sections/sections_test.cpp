@@ -41,6 +41,16 @@ TEST(ResolvedCase, ReadsBackToTheSameCaseBitForBit) {
   }
 }
 
+TEST(ResolvedCase, ReadsBackWithAnyAxis) {
+  for (const char* axis : {"[1, 2, 3]", "[0.1, 0, -1]", "[0.001, 0.003, -1]", "[1.0e-7, 0, -1]", "[0, 0, -1]"}) {
+    const LoadedCase first =
+        load_case(std::string(CONFIGS) + "/quick/vacuum.yaml", {std::string("swimmers.0.axis=") + axis});
+    EXPECT_NEAR(first.content.swimmers[0].orientation_wxyz.norm(), 1.0, 5e-16) << axis;
+    const std::string text = resolved_text(first.content);
+    EXPECT_EQ(resolved_text(load_case_text(text, "case.yaml", {}).content), text) << axis;
+  }
+}
+
 TEST(ResolvedCase, KeepsAnOverrideAfterAParameterSetWasChosen) {
   const std::string file = std::string(CONFIG_TESTS) + "/every_key.yaml";
   const LoadedCase first = load_case(file, {"swimmers.0.spring.stiffness_N_per_m=17.5", "parameter_set=soft"});
