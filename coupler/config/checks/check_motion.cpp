@@ -43,20 +43,32 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   }
 }
 
-/// Amplitude of a body's velocity under a force that varies with period T, the smaller of what drag and inertia alone
-/// allow [m/s]:
-///   a / (6π ρ ν r)  and  a T / (2π m)
-double expected_velocity_m_per_s(const BodySpecification& body, const Signal& signal, const Case& the_case) {
-  const double viscosity_Pa_s = the_case.fluid.density_kg_per_m3 * the_case.fluid.kinematic_viscosity_m2_per_s;
-  double force_N = std::abs(signal.amplitude);
-  if (signal.kind == SignalKind::table) {
-    double largest = 0.0;
-    for (const Signal::Point& point : signal.table) largest = std::max(largest, std::abs(point.value));
-    force_N *= largest;
+double largest_force_N(const Signal& signal) {
+  if (signal.kind != SignalKind::table) return std::abs(signal.amplitude);
+  double largest = 0.0;
+  for (const Signal::Point& point : signal.table) largest = std::max(largest, std::abs(point.value));
+  return std::abs(signal.amplitude) * largest;
+}
+
+/// Stiffness that a force between two bodies works against: of all springs between them [N/m].
+double stiffness_between_N_per_m(int body_A, int body_B, const Assembly& assembly) {
+  double stiffness_N_per_m = 0.0;
+  for (const SpringSpecification& spring : assembly.springs) {
+    if (std::minmax(spring.body_A, spring.body_B) == std::minmax(body_A, body_B))
+      stiffness_N_per_m += spring.stiffness_N_per_m;
   }
+  return stiffness_N_per_m;
+}
+
+/// Amplitude of a body's velocity under a force that varies with angular frequency ω, the smallest of what drag,
+/// inertia and the springs along the force alone allow [m/s]:
+///   a / (6π ρ ν r),  a / (ω m)  and  ω a / k
+double expected_velocity_m_per_s(const BodySpecification& body, double force_N, double frequency_rad_per_s,
+                                 double stiffness_N_per_m, const FluidCase& fluid) {
+  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
   const double by_drag = force_N / (6.0 * std::numbers::pi * viscosity_Pa_s * body.shape.radius_m);
-  const double period_s = static_cast<double>(signal.period_steps) * the_case.step_s;
-  return std::min(by_drag, force_N * period_s / (2.0 * std::numbers::pi * body.mass_kg));
+  const double free = std::min(by_drag, force_N / (frequency_rad_per_s * body.mass_kg));
+  return stiffness_N_per_m > 0.0 ? std::min(free, frequency_rad_per_s * force_N / stiffness_N_per_m) : free;
 }
 
 /// Judges the speed that a pair force with a period gives its bodies, and how far they move.
@@ -65,11 +77,16 @@ void judge_pair_force(const DrivenActuator& driven, const std::string& path, con
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_A)];
   const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_B)];
   const std::string pair = "'" + A.name + "' and '" + B.name + "'";
-  const double velocity_m_per_s = std::max(expected_velocity_m_per_s(A, driven.signal, the_case),
-                                           expected_velocity_m_per_s(B, driven.signal, the_case));
+  const double force_N = largest_force_N(driven.signal);
+  const double frequency_rad_per_s =
+      2.0 * std::numbers::pi / (static_cast<double>(driven.signal.period_steps) * the_case.step_s);
+  const double stiffness_N_per_m = stiffness_between_N_per_m(driven.actuator.body_A, driven.actuator.body_B, assembly);
+  const auto velocity_of = [&](const BodySpecification& body) {
+    return expected_velocity_m_per_s(body, force_N, frequency_rad_per_s, stiffness_N_per_m, the_case.fluid);
+  };
+  const double velocity_m_per_s = std::max(velocity_of(A), velocity_of(B));
   judge_velocity(velocity_m_per_s, the_case, path, "the expected speed of " + pair, problems);
-  const double period_s = static_cast<double>(driven.signal.period_steps) * the_case.step_s;
-  const double reach_m = velocity_m_per_s * period_s / (2.0 * std::numbers::pi);
+  const double reach_m = velocity_m_per_s / frequency_rad_per_s;
   if (reach_m > surface_distance_m(A, B, Eigen::Vector3d::Zero())) {
     problems.warning(path, pair + " may move by " + shortest_text(reach_m) +
                                " m, more than the gap between them (they could collide). Use a smaller amplitude or a "
@@ -95,9 +112,9 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
   }
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const DrivenActuator& driven = assembly.drive[i];
-    const bool judged = i > 0 && assembly.drive_paths[i] == assembly.drive_paths[i - 1];  // arms of one stroke
+    const bool judged = i > 0 && assembly.signal_paths[i] == assembly.signal_paths[i - 1];  // arms of one stroke
     if (driven.actuator.kind != ActuatorKind::pair_force || driven.signal.period_steps == 0 || judged) continue;
-    judge_pair_force(driven, assembly.drive_paths[i], the_case, assembly, problems);
+    judge_pair_force(driven, assembly.signal_paths[i], the_case, assembly, problems);
   }
 }
 
@@ -105,9 +122,9 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
 void check_signals(const Assembly& assembly, Problems& problems) {
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const Signal& signal = assembly.drive[i].signal;
-    const bool judged = i > 0 && assembly.drive_paths[i] == assembly.drive_paths[i - 1];
+    const bool judged = i > 0 && assembly.signal_paths[i] == assembly.signal_paths[i - 1];
     if (signal.period_steps == 0 || signal.period_steps >= 20 || judged) continue;
-    const std::string path = assembly.drive_paths[i] + ".period_steps";
+    const std::string path = assembly.signal_paths[i] + ".period_steps";
     problems.error(path, path + " is " + std::to_string(signal.period_steps) +
                              " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
   }

@@ -20,8 +20,8 @@ double length_of_joint(const auto& joint, const std::string& what, const std::st
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
   const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(joint.body_B)];
   if (joint.body_A == joint.body_B) {
-    problems.error(path + ".bodies",
-                   what + " joins '" + A.name + "' to itself (it needs two ends). Name two different bodies.");
+    problems.error(path + ".bodies", path + ".bodies names '" + A.name + "' twice (" + what +
+                                         " needs two ends). Name two different bodies.");
     return 0.0;
   }
   const double length_m =
@@ -65,6 +65,7 @@ void check_bends(const Assembly& assembly, Problems& problems) {
 void check_pairs(const Case& the_case, const Assembly& assembly, Problems& problems) {
   for (const std::size_t i : assembly.without_spring) {
     const NamedActuator& actuator = the_case.actuators[i];
+    if (actuator.bodies[0] == actuator.bodies[1]) continue;  // reported below
     const std::string path = "actuators." + std::to_string(i) + ".bodies";
     problems.error(path, path + " are '" + actuator.bodies[0] + "' and '" + actuator.bodies[1] +
                              "' (no spring joins them whose rest length could vary). Add the spring, or use kind: "

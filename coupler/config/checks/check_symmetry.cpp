@@ -150,8 +150,9 @@ void check_symmetric_actuator(const ActuatorSpecification& actuator, const std::
   const double across = std::abs(direction[static_cast<Eigen::Index>(axis)]);
   if ((torque ? 1.0 - across : across) <= plane_tolerance) return;
   const std::string name = axis_names[axis];
-  problems.error(path, path + (torque ? " is a torque not along " : " has a component along ") + name +
-                           " (symmetry plane " + name + " allows none). Change its direction, or remove the plane.");
+  const std::string key = path + ".direction";  // arms have pair forces only
+  problems.error(key, key + (torque ? " is a torque not along " : " has a component along ") + name +
+                          " (symmetry plane " + name + " allows none). Change its direction, or remove the plane.");
 }
 
 /// Stokes flow computes bodies on a plane whole, which is the same, but no mirror images.

@@ -61,7 +61,8 @@ void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string&
     if (!arm.drive) continue;
     assembly.drive.push_back(
         along_spring(spring, delayed(arm.drive->signal, swimmer.phase_deg), arm.drive->kind == DriveKind::rest_length));
-    assembly.drive_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path + ".drive.signal");
+    assembly.drive_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path);
+    assembly.signal_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path + ".drive.signal");
   }
   for (std::size_t i = 0; i < swimmer.bends.size(); ++i) {
     BendSpecification& bend = assembly.bends.emplace_back(swimmer.bends[i]);
@@ -122,7 +123,8 @@ void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assemb
         driven = along_spring(assembly.springs[spring->second], named.signal, true);
     }
     assembly.drive.push_back(std::move(driven));
-    assembly.drive_paths.push_back("actuators." + std::to_string(i) + ".signal");
+    assembly.drive_paths.push_back("actuators." + std::to_string(i));
+    assembly.signal_paths.push_back(assembly.drive_paths.back() + ".signal");
   }
 }
 

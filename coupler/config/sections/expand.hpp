@@ -22,7 +22,9 @@ struct Assembly {
   std::vector<BendSpecification> bends;
   std::vector<std::string> bend_paths;
   std::vector<DrivenActuator> drive;
-  std::vector<std::string> drive_paths;     ///< of the signals
+  /// Key path that each actuator came from: that of the actuator, of the arm, or of the stroke.
+  std::vector<std::string> drive_paths;
+  std::vector<std::string> signal_paths;    ///< of the actuators' signals
   std::vector<std::size_t> without_spring;  ///< actuators of the case that vary a rest length where there is no spring
 };
 

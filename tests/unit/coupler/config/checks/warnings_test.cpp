@@ -60,6 +60,23 @@ TEST_P(DoubtfulCase, IsAcceptedWithAWarning) {
 INSTANTIATE_TEST_SUITE_P(Config, DoubtfulCase, testing::ValuesIn(doubtful_cases),
                          [](const auto& instance) { return instance.param.name; });
 
+/// The quick swimmer with a stiff spring whose rest length varies.
+std::vector<std::string> warnings_of_rest_length(const std::string& amplitude_m) {
+  return load_case(std::string(CONFIGS) + "/quick/three_sphere.yaml",
+                   {"swimmers.0.spring.stiffness_N_per_m=4000",
+                    "actuators=[{kind: rest_length, bodies: [swimmer.B2, swimmer.B1], signal: {kind: sinusoid, "
+                    "amplitude_m: " +
+                        amplitude_m + ", period_steps: 4000}}]"})
+      .warnings;
+}
+
+TEST(DoubtfulCases, AreNotRestLengthsOfStiffSpringsThatVaryLittle) {
+  EXPECT_TRUE(warnings_of_rest_length("1.5e-6").empty());
+  const std::vector<std::string> warnings = warnings_of_rest_length("9.0e-6");
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("more than the gap between them"), std::string::npos) << warnings[0];
+}
+
 TEST(DoubtfulCases, AreNotThoseOfOurConfigs) {
   for (const char* file : {"/quick/three_sphere.yaml", "/quick/vacuum.yaml", "/paper/vacuum.yaml",
                            "/paper/design_a.yaml", "/paper/design_q.yaml"}) {
