@@ -51,7 +51,7 @@ double largest_force_N(const Signal& signal) {
 }
 
 /// Stiffness that a force between two bodies works against: of all springs between them [N/m].
-double stiffness_between_N_per_m(int body_A, int body_B, const Assembly& assembly) {
+double stiffness_between(int body_A, int body_B, const Assembly& assembly) {
   double stiffness_N_per_m = 0.0;
   for (const SpringSpecification& spring : assembly.springs) {
     if (std::minmax(spring.body_A, spring.body_B) == std::minmax(body_A, body_B))
@@ -80,7 +80,7 @@ void judge_pair_force(const DrivenActuator& driven, const std::string& path, con
   const double force_N = largest_force_N(driven.signal);
   const double frequency_rad_per_s =
       2.0 * std::numbers::pi / (static_cast<double>(driven.signal.period_steps) * the_case.step_s);
-  const double stiffness_N_per_m = stiffness_between_N_per_m(driven.actuator.body_A, driven.actuator.body_B, assembly);
+  const double stiffness_N_per_m = stiffness_between(driven.actuator.body_A, driven.actuator.body_B, assembly);
   const auto velocity_of = [&](const BodySpecification& body) {
     return expected_velocity_m_per_s(body, force_N, frequency_rad_per_s, stiffness_N_per_m, the_case.fluid);
   };
