@@ -12,6 +12,7 @@ namespace {
 
 void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembly& assembly) {
   const Eigen::Matrix3d R_WS = rotation_matrix(swimmer.orientation_wxyz);
+  const bool turned = swimmer.orientation_wxyz != Eigen::Vector4d(1, 0, 0, 0);  // else −0 would become 0
   assembly.first_bodies.push_back(static_cast<int>(assembly.bodies.size()));
   for (const Bead& bead : swimmer.beads) {
     assembly.body_paths.push_back(path + ".beads." + std::to_string(&bead - swimmer.beads.data()));
@@ -20,7 +21,8 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
     body.shape = bead.shape;
     body.mass_kg = bead.mass_kg;
     body.position_m = swimmer.center_m + R_WS * bead.position_m;
-    body.orientation_wxyz = product(swimmer.orientation_wxyz, bead.orientation_wxyz);
+    body.orientation_wxyz = bead.orientation_wxyz;
+    if (turned) body.orientation_wxyz = product(swimmer.orientation_wxyz, bead.orientation_wxyz);
   }
 }
 

@@ -167,7 +167,9 @@ void read_three_bead_swimmer(Reader& swimmer, Swimmer& result) {
 
 /// Half of a bead's extent along a unit vector of the swimmer's frame [m]: r + |d·e| L/2.
 double half_extent_m(const Bead& bead, const Eigen::Vector3d& direction) {
-  return bead.shape.radius_m + 0.5 * std::abs(z_axis(bead.orientation_wxyz).dot(direction)) * bead.shape.length_m;
+  const double cosine = std::abs(z_axis(bead.orientation_wxyz).dot(direction));
+  const bool across = cosine < 1e-15;  // to rounding
+  return bead.shape.radius_m + (across ? 0.0 : 0.5 * cosine * bead.shape.length_m);
 }
 
 Bead read_named_bead(Reader bead) {

@@ -51,6 +51,12 @@ TEST(ResolvedCase, ReadsBackWithAnyAxis) {
   }
 }
 
+// Bit for bit, so that the paper's designs keep their digests.
+TEST(Arms, OfPerpendicularCapsulesHaveTheirGapAndTheRadii) {
+  const LoadedCase loaded = load_case(std::string(CONFIGS) + "/paper/design_g.yaml", {});
+  EXPECT_EQ(loaded.assembly.springs[0].rest_length_m, 12e-6 + 8e-6);
+}
+
 TEST(ResolvedCase, KeepsAnOverrideAfterAParameterSetWasChosen) {
   const std::string file = std::string(CONFIG_TESTS) + "/every_key.yaml";
   const LoadedCase first = load_case(file, {"swimmers.0.spring.stiffness_N_per_m=17.5", "parameter_set=soft"});
