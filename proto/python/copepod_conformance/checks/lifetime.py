@@ -133,7 +133,7 @@ def _end_by_abort(trial):
 
 def _end_by_orphaning(trial):
     trial.vanish()
-    trial.await_end()
+    trial.await_end(within_s=_BROKEN_S + _GRACE_S + _MARGIN_S)
 
 
 def _idle(trial):
