@@ -24,13 +24,14 @@ CycleFigures evaluate(const Cycle& cycle, const Group& group, const FluidCase& f
   return figures;
 }
 
-CycleChange change(const Cycle& before, const Cycle& after) {
-  const auto relative = [&](const Eigen::Vector3d& first, const Eigen::Vector3d& second) -> std::optional<double> {
-    if (second.norm() == 0.0) return {};
+CycleChange change(const Cycle& before, const Cycle& after, double length_m) {
+  const auto relative = [&](const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                            double unit) -> std::optional<double> {
+    if (second.norm() <= rest_in_a_cycle * unit) return {};
     return (after.turned.transpose() * second - before.turned.transpose() * first).norm() / second.norm();
   };
-  return {relative(before.translation_m, after.translation_m),
-          relative(rotation_vector(before.rotation), rotation_vector(after.rotation))};
+  return {relative(before.translation_m, after.translation_m, length_m),
+          relative(rotation_vector(before.rotation), rotation_vector(after.rotation), 1.0)};
 }
 
 }  // namespace copepod::coupler

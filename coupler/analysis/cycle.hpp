@@ -64,12 +64,16 @@ struct CycleFigures {
 
 CycleFigures evaluate(const Cycle& cycle, const Group& group, const FluidCase& fluid, double step_s);
 
+/// Motion in a cycle below which a swimmer rests and changes from cycle to cycle are noise: of its centroid in its own
+/// lengths, and its rotation [rad].
+constexpr double rest_in_a_cycle = 1e-9;
+
 /// Relative changes from one cycle to the next, in the swimmer's own frame at the start of each:
-///   |Rᵀu − R'ᵀu'| / |u|, likewise of the rotation vector; absent if the later one is zero.
+///   |Rᵀu − R'ᵀu'| / |u|, likewise of the rotation vector; absent if it rests in the later one.
 struct CycleChange {
   std::optional<double> velocity;
   std::optional<double> rotation;
 };
-CycleChange change(const Cycle& before, const Cycle& after);
+CycleChange change(const Cycle& before, const Cycle& after, double length_m);
 
 }  // namespace copepod::coupler

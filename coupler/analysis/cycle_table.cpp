@@ -17,7 +17,7 @@ std::string header(const std::vector<Group>& groups) {
       "swimmer,cycle,start_step,start_s,x_m,y_m,z_m,axis_x,axis_y,axis_z,tilt_rad,u_along_m_per_s,u_across_m_per_s,"
       "ux_m_per_s,uy_m_per_s,uz_m_per_s,rotation_x_rad,rotation_y_rad,rotation_z_rad,power_W,dissipation_W,efficiency,"
       "Re";
-  for (std::int64_t arm = 1; arm <= most_arms(groups); ++arm) {
+  for (std::int64_t arm = 0; arm < most_arms(groups); ++arm) {
     const std::string name = ",arm" + std::to_string(arm);
     text += name + "_mean_m" + name + "_amplitude_m" + name + "_phase_rad";
   }

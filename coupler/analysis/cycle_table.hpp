@@ -14,7 +14,7 @@ namespace copepod::coupler {
 /// Columns: swimmer, cycle, its first step and time; centroid and own axis at its start, angle of that axis to the one
 /// in the case; mean velocity along and across that axis and in the world; rotation vector from start to end; mean
 /// power of the drive and mean power given to the fluid; efficiency and Reynolds number (empty in vacuum); mean,
-/// amplitude and phase of each arm (empty beyond a swimmer's last). A row is written when its cycle ends.
+/// amplitude and phase of each arm, counted from 0 (empty beyond a swimmer's last).
 class CycleTable {
  public:
   /// @param from_step  0: starts a new file; else continues the existing one with the cycles that end from this step on

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <numeric>
+#include <set>
 #include <unordered_map>
+#include <utility>
 
 #include "analysis/as_in_paper.hpp"
 #include "analysis/swimmer_figures.hpp"
@@ -18,12 +21,22 @@ double half_extent_m(const BodySpecification& body, const Eigen::Vector3d& direc
   return body.shape.radius_m + core_half_length_m(body.shape) * std::abs(z_axis(body.orientation_wxyz).dot(direction));
 }
 
-/// Greatest distance between the surfaces of two of the bodies, or a body's own extent along `axis` [m].
-double length_m(const std::vector<BodySpecification>& bodies, const Eigen::Vector3d& axis) {
+/// Greatest distance between the surfaces of two of the bodies, or a body's own extent along `axis` [m]. Bodies are
+/// taken from the outermost inwards, until the spheres about the centroid that hold the remaining ones are too small.
+double length_m(const std::vector<BodySpecification>& bodies, const Eigen::Matrix3Xd& placed_m,
+                const Eigen::Vector3d& axis) {
+  const Eigen::Vector3d centroid_m = placed_m.rowwise().mean();
+  std::vector<std::pair<double, const BodySpecification*>> outermost;  // radius of the sphere that holds the body
   double length = 0.0;
-  for (const BodySpecification& one : bodies) {
-    length = std::max(length, 2.0 * half_extent_m(one, axis));
-    for (const BodySpecification& other : bodies) {
+  for (const BodySpecification& body : bodies) {
+    length = std::max(length, 2.0 * half_extent_m(body, axis));
+    outermost.emplace_back((body.position_m - centroid_m).norm() + bounding_radius_m(body.shape), &body);
+  }
+  std::ranges::sort(outermost, std::greater(), [](const auto& body) { return body.first; });
+  for (std::size_t i = 0; i < outermost.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (outermost[i].first + outermost[j].first <= length) break;
+      const BodySpecification &one = *outermost[j].second, &other = *outermost[i].second;
       const Eigen::Vector3d between_m = other.position_m - one.position_m;
       const double distance_m = between_m.norm();
       if (distance_m == 0.0) continue;
@@ -39,20 +52,18 @@ class DriveTiming {
  public:
   void add(const Signal& signal) {
     if (signal.period_steps == 0) return;
-    differ_ = differ_ || (period_steps_ != 0 && signal.period_steps != period_steps_);
-    period_steps_ = std::max(period_steps_, signal.period_steps);
+    periods_steps_.insert(signal.period_steps);
     start_step_ = std::min(start_step_, signal.start_step);
     stop_step_ = std::min(stop_step_, signal.stop_step);
   }
 
   /// @param given_steps  period that the case gives; 0: none
   void set_cycles(std::int64_t given_steps, Group& group) const {
-    group.period_steps = given_steps > 0 ? given_steps : period_steps_;
+    group.period_steps = given_steps > 0 || periods_steps_.empty() ? given_steps : common_period(group.note);
     if (group.period_steps == 0) {
-      group.note = "nothing drives it periodically, so there are no cycles to measure";
+      group.note = "without a periodic drive it has no cycles to measure";
       return;
     }
-    if (differ_ && given_steps == 0) group.note = "its drives have different periods; cycles are those of the longest";
     const std::int64_t start_step = start_step_ == Signal::never ? 0 : start_step_;
     group.first_cycle = (start_step + group.period_steps - 1) / group.period_steps;
     group.stop_cycle = stop_step_ / group.period_steps;
@@ -61,8 +72,28 @@ class DriveTiming {
   }
 
  private:
-  std::int64_t period_steps_ = 0, start_step_ = Signal::never, stop_step_ = Signal::never;
-  bool differ_ = false;
+  /// The least common multiple of all periods, or the longest of them if that takes too many of it.
+  [[nodiscard]] std::int64_t common_period(std::string& note) const {
+    constexpr std::int64_t most_of_the_longest = 10;
+    const std::int64_t longest = *periods_steps_.rbegin();
+    std::int64_t common = longest;
+    for (const std::int64_t period : periods_steps_) {
+      const std::int64_t times = period / std::gcd(common, period);
+      if (times > most_of_the_longest * longest / common) {
+        note = "its drives have different periods and no short common one; cycles are those of the longest, " +
+               std::to_string(longest) + " steps";
+        return longest;
+      }
+      common *= times;
+    }
+    if (periods_steps_.size() > 1)
+      note = "its drives have different periods; cycles are those of their common one, " + std::to_string(common) +
+             " steps";
+    return common;
+  }
+
+  std::set<std::int64_t> periods_steps_;
+  std::int64_t start_step_ = Signal::never, stop_step_ = Signal::never;
 };
 
 Group group_of(const std::string& name, const std::vector<int>& numbers, const Eigen::Vector3d& axis,
@@ -79,7 +110,7 @@ Group group_of(const std::string& name, const std::vector<int>& numbers, const E
     group.body_names.push_back(body.name);
     group.radius_m += equivalent_radius_m(body.shape);
   }
-  group.length_m = length_m(bodies, axis);
+  group.length_m = length_m(bodies, group.placed_m, axis);
   return group;
 }
 

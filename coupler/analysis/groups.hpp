@@ -10,8 +10,9 @@ namespace copepod::coupler {
 
 /// The swimmers of a case, then its groups, as the analysis sees them. Arms are the springs between their bodies.
 ///
-/// The period is that of all periodic signals on a swimmer's bodies or, with a note, the longest of them. Cycles count
-/// that lie between the first start of these signals and the first stop.
+/// The period is that of all periodic signals on a swimmer's bodies. If they differ, it is, with a note, their least
+/// common multiple, or the longest of them where that is more than ten times as long. Cycles count that lie between the
+/// first start of these signals and the first stop.
 std::vector<Group> groups_of(const Case& the_case, const Assembly& assembly);
 
 }  // namespace copepod::coupler

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "analysis/as_in_paper.hpp"
+#include "analysis/nearest_distances.hpp"
 #include "config/load_case.hpp"
 
 namespace copepod::coupler {
@@ -110,8 +110,10 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   report["max_speed_m_per_s"] = ordered_json::object();
   for (std::size_t i = 0; i < group.body_names.size(); ++i)
     report["max_speed_m_per_s"][group.body_names[i]] = number(cycle.max_speed_m_per_s[static_cast<Eigen::Index>(i)]);
+  report["at_rest"] =
+      cycle.translation_m.norm() <= rest_in_a_cycle * group.length_m && figures.rotation_rad.norm() <= rest_in_a_cycle;
   const bool has_two = sums.before_last.number >= 0;
-  const CycleChange from_last = has_two ? change(sums.before_last, cycle) : CycleChange{};
+  const CycleChange from_last = has_two ? change(sums.before_last, cycle, group.length_m) : CycleChange{};
   report["change_from_last_cycle"] = {{"velocity", number(from_last.velocity)},
                                       {"rotation", number(from_last.rotation)}};
   return report;
@@ -172,47 +174,31 @@ void add_figures_of_paper(ordered_json& report, const Swimmer& swimmer, const Gr
   report["as_in_paper"] = paper;
 }
 
-/// Shortest vector between two points of a domain that may be periodic.
-Eigen::Vector3d between_m(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& period_m) {
-  Eigen::Vector3d way = to - from;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    if (period_m[axis] > 0.0) way[axis] -= period_m[axis] * std::round(way[axis] / period_m[axis]);
-  }
-  return way;
-}
-
 /// All swimmers together, at the end of the last full cycle of each: mean and standard deviation of the speed along
 /// their own axes, polar order |Σ e|/N, and the distance from each centroid to the nearest other one.
 ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
-  std::vector<Eigen::Vector3d> centroids_m;
+  Eigen::Matrix3Xd centroids_m(3, static_cast<Eigen::Index>(the_case.swimmers.size()));
+  Eigen::VectorXd speeds_m_per_s(centroids_m.cols());
   Eigen::Vector3d order = Eigen::Vector3d::Zero();
-  std::vector<double> speeds_m_per_s;
+  Eigen::Index count = 0;
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Group& group = observer.groups()[i];
     const CycleSums& sums = observer.sums()[i];
     if (sums.last.number < 0) continue;
-    centroids_m.emplace_back(sums.last.centroid_m + sums.last.translation_m);
+    centroids_m.col(count) = sums.last.centroid_m + sums.last.translation_m;
+    speeds_m_per_s[count++] = evaluate(sums.last, group, the_case.fluid, the_case.step_s).along_m_per_s;
     order += sums.turned * group.axis;
-    speeds_m_per_s.push_back(evaluate(sums.last, group, the_case.fluid, the_case.step_s).along_m_per_s);
   }
-  if (centroids_m.size() < 2) return nullptr;
-  const auto count = static_cast<double>(centroids_m.size());
-  const auto speeds = Eigen::Map<const Eigen::ArrayXd>(speeds_m_per_s.data(), static_cast<Eigen::Index>(count));
-  double sum_m = 0.0, least_m = std::numeric_limits<double>::infinity();
-  const Eigen::Vector3d period_m(make_body_setup(the_case, {}).periodic_length_m.data());
-  for (const Eigen::Vector3d& one : centroids_m) {
-    double nearest_m = std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3d& other : centroids_m)
-      if (&one != &other) nearest_m = std::min(nearest_m, between_m(one, other, period_m).norm());
-    sum_m += nearest_m;
-    least_m = std::min(least_m, nearest_m);
-  }
-  return {{"swimmers", centroids_m.size()},
+  if (count < 2) return nullptr;
+  const Eigen::VectorXd nearest_m =
+      nearest_distances_m(centroids_m.leftCols(count), make_body_setup(the_case, {}).periodic_length_m);
+  const auto speeds = speeds_m_per_s.head(count).array();
+  return {{"swimmers", count},
           {"u_along_mean_m_per_s", number(speeds.mean())},
           {"u_along_spread_m_per_s", number(std::sqrt((speeds - speeds.mean()).square().mean()))},
-          {"polar_order", number(order.norm() / count)},
-          {"nearest_distance_mean_m", number(sum_m / count)},
-          {"nearest_distance_least_m", number(least_m)}};
+          {"polar_order", number(order.norm() / static_cast<double>(count))},
+          {"nearest_distance_mean_m", number(nearest_m.mean())},
+          {"nearest_distance_least_m", number(nearest_m.minCoeff())}};
 }
 
 }  // namespace

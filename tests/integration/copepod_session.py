@@ -1,5 +1,6 @@
 """Starts the Copepod command as a user would, and lets a test look at it, hurt it and see what is left."""
 
+import json
 import os
 import signal
 import subprocess
@@ -173,3 +174,28 @@ class CommandTest(unittest.TestCase):
         if session.process.poll() is None:
             session.process.send_signal(signal.SIGTERM)
             session.end()
+
+
+class TinyRunTest(CommandTest):
+    """Runs of a case without physics, by the stand-ins in fakes/."""
+
+    def case(self, **changes):
+        path = self.folder / "case.yaml"
+        path.write_text(json.dumps({"name": "tiny", "steps": 3000, "step_s": 0.01, "ranks": 2, **changes}))
+        return path.name
+
+    def start_long_run(self, *arguments, **changes):
+        session = self.start("run", self.case(**changes), *arguments)
+        session.wait_for("copepod: step 0 of")
+        if "checkpoint_at" in changes:
+            session.wait_for_file("**/checkpoints/*/manifest.json")
+        return session
+
+    def component(self, commands):
+        """A body component that answers --capabilities, and otherwise carries out `commands` of bash."""
+        script = self.folder / "body.sh"
+        script.write_text(
+            f'#!/bin/bash\n[ "$1" = --capabilities ] && exec {FAKES}/body_service --capabilities\n{commands}\n'
+        )
+        script.chmod(0o755)
+        return script

@@ -11,6 +11,7 @@
 #include "checkpoint/manifest.hpp"
 #include "contract/errors.hpp"
 #include "fakes.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -47,22 +48,16 @@ CouplerState state_of(std::int64_t step) {
 
 class Store : public testing::Test {
  protected:
-  Store()
-      : folder(fs::path(testing::TempDir()) /
-               ("store_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))),
-        store(folder, "case one"),
-        body(BodySetup{}) {
-    fs::remove_all(folder);
-  }
   void write(std::int64_t step) {
     store.prepare(fluid, body, state_of(step));
     store.commit(step);
   }
 
-  fs::path folder;
-  CheckpointStore store;
+  TemporaryFolder around;
+  fs::path folder = around.path("checkpoints");
+  CheckpointStore store{folder, "case one"};
   ConstantDragFluid fluid{1.0};
-  PointMassBodies body;
+  PointMassBodies body{BodySetup{}};
 };
 
 TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
@@ -188,7 +183,6 @@ TEST_F(Store, LeavesOlderOnesAloneWhenASolverCannotSave) {
 TEST_F(Store, ReportsAFolderThatCannotBeMade) {
   std::ofstream(folder) << "a file where the folder should be";
   EXPECT_THROW(write(1000), StorageError);
-  fs::remove(folder);
 }
 
 TEST_F(Store, KnowsHowMuchRoomACheckpointTakes) {
@@ -221,7 +215,8 @@ TEST(CouplerState, RejectsNumbersThatAreNoWholeOnes) {
 }
 
 TEST(Checksum, DependsOnEveryByteAndOnTheLength) {
-  const fs::path file = fs::path(testing::TempDir()) / "checksum.bin";
+  const TemporaryFolder folder;
+  const fs::path file = folder.path("checksum.bin");
   const auto of = [&](const std::string& content) {
     std::ofstream(file, std::ios::binary) << content;
     return checksum(file);

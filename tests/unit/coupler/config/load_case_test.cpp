@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -45,7 +46,8 @@ TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
 }
 
 TEST(Case, OfOlderVersionsIsReadUnlessItHasForces) {
-  const std::string path = testing::TempDir() + "case_of_older_versions.yaml";
+  const TemporaryFolder folder;
+  const std::string path = folder.path("case.yaml");
   std::ifstream present(std::string(CONFIG_TESTS) + "/every_key.yaml");
   std::ofstream(path) << present.rdbuf() << "\nforces: []\n";
   EXPECT_EQ(load_case(path, {}).assembly.bodies.size(), 7U);

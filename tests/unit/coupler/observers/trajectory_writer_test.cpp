@@ -10,15 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
-
-std::filesystem::path fresh_file(const std::string& name) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
-  std::filesystem::remove(path);
-  return path;
-}
 
 std::vector<std::vector<std::string>> read_csv(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows;
@@ -57,7 +52,8 @@ struct Moment {
 };
 
 TEST(TrajectoryWriter, PrintsDoublesThatReadBackBitForBit) {
-  const auto path = fresh_file("bits.csv");
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path("bits.csv");
   const Moment moment(0);
   {
     TrajectoryWriter writer(path.string(), {"one", "two"}, 1.0 / 3.0, 1);
@@ -94,7 +90,8 @@ TEST(TrajectoryWriter, PrintsDoublesThatReadBackBitForBit) {
 }
 
 TEST(TrajectoryWriter, SamplesTheFirstTheLastAndEveryNthStepOnce) {
-  const auto path = fresh_file("sampling.csv");
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path("sampling.csv");
   {
     TrajectoryWriter writer(path.string(), {"one", "two"}, 0.5, 4);
     for (std::int64_t step = 0; step < 10; ++step) writer.observe(Moment(step).record());
@@ -108,7 +105,8 @@ TEST(TrajectoryWriter, SamplesTheFirstTheLastAndEveryNthStepOnce) {
 }
 
 TEST(TrajectoryWriter, LeavesOutWhatLiesBetweenTheFirstStepAndTheBeginningOfSampling) {
-  const auto path = fresh_file("window.csv");
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path("window.csv");
   {
     TrajectoryWriter writer(path.string(), {"one", "two"}, 0.5, 2, 0, 5);
     for (std::int64_t step = 0; step < 10; ++step) writer.observe(Moment(step).record());
@@ -122,7 +120,8 @@ TEST(TrajectoryWriter, LeavesOutWhatLiesBetweenTheFirstStepAndTheBeginningOfSamp
 }
 
 TEST(TrajectoryWriter, WritesFirstAndLastStepOnlyForIntervalZero) {
-  const auto path = fresh_file("ends.csv");
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path("ends.csv");
   {
     TrajectoryWriter writer(path.string(), {"one", "two"}, 0.5, 0);
     for (std::int64_t step = 0; step < 10; ++step) writer.observe(Moment(step).record());
@@ -132,7 +131,8 @@ TEST(TrajectoryWriter, WritesFirstAndLastStepOnlyForIntervalZero) {
 }
 
 TEST(TrajectoryWriter, LeavesWholeLinesWhenTheRunFails) {
-  const auto path = fresh_file("whole.csv");
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path("whole.csv");
   {
     TrajectoryWriter writer(path.string(), {"one", "two"}, 0.5, 1);
     for (std::int64_t step = 0; step < 5; ++step) writer.observe(Moment(step).record());
@@ -143,7 +143,8 @@ TEST(TrajectoryWriter, LeavesWholeLinesWhenTheRunFails) {
 }
 
 TEST(TrajectoryWriter, QuotesNamesThatWouldBreakTheTable) {
-  const auto path = fresh_file("names.csv");
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path("names.csv");
   {
     TrajectoryWriter writer(path.string(), {"a,b", "call \"hi\""}, 0.5, 1);
     writer.finish(Moment(0).record());

@@ -13,6 +13,7 @@
 
 #include "fakes.hpp"
 #include "run/program.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 
@@ -26,11 +27,7 @@ inline std::string content_of(const std::filesystem::path& path) {
 /// The coupler program with components in this process.
 class Program : public testing::Test {
  protected:
-  Program()
-      : out_dir(std::filesystem::path(testing::TempDir()) /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    std::filesystem::remove_all(out_dir);
-    case_file = out_dir.string() + ".yaml";
+  Program() {
     std::ofstream(case_file) << R"(case: small
 fluid: {solver: vacuum, cell_size_m: 1.0e-6}
 step_s: 7.5e-10
@@ -83,8 +80,9 @@ output: {trajectory: {every_steps: 100}}
     return nlohmann::json::parse(content_of(out_dir / name));
   }
 
-  std::filesystem::path out_dir;
-  std::string case_file;
+  TemporaryFolder folder;
+  std::filesystem::path out_dir = folder.path("run");
+  std::string case_file = folder.path("case.yaml");
   std::ostringstream out;
   std::ostringstream err;
   Options seen;

@@ -4,21 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include "temporary_folder.hpp"
+
 namespace copepod::coupler {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path fresh_folder() {
-  const fs::path folder = fs::path(testing::TempDir()) / testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::remove_all(folder);
-  return folder;
-}
-
 TEST(RunDirectory, MakesItselfAndItsLogs) {
-  const fs::path folder = fresh_folder();
-  const RunDirectory directory(folder / "deep" / "run");
-  EXPECT_TRUE(fs::is_directory(folder / "deep" / "run" / "logs"));
+  const TemporaryFolder folder;
+  const RunDirectory directory(folder.path("deep/run"));
+  EXPECT_TRUE(fs::is_directory(folder.path("deep/run/logs")));
   EXPECT_TRUE(directory.trajectory().is_absolute());
 }
 

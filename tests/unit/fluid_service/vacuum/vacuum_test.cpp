@@ -1,11 +1,11 @@
 #include "vacuum/vacuum.hpp"
 
-#include <filesystem>
 #include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -24,7 +24,8 @@ class VacuumOfThreeBodies : public testing::Test {
   SolverContext context_;
   SelfCommunicator ranks_{context_};
   Vacuum vacuum_;
-  std::string path_ = testing::TempDir() + "/vacuum_checkpoint";
+  TemporaryFolder folder_;
+  std::string path_ = folder_.path("checkpoint");
 };
 
 TEST_F(VacuumOfThreeBodies, ExertsNoLoads) {
@@ -59,18 +60,16 @@ TEST_F(VacuumOfThreeBodies, RestoresWhatItSaved) {
   vacuum_.save(path_);
   Vacuum another(setup_of_three_bodies(), ranks_);
   EXPECT_NO_THROW(another.restore(path_));
-  std::filesystem::remove(path_);
 }
 
 TEST_F(VacuumOfThreeBodies, RefusesADamagedCheckpoint) {
   vacuum_.save(path_);
   std::ofstream(path_, std::ios::app) << "x";
   EXPECT_THROW(vacuum_.restore(path_), StorageError);
-  std::filesystem::remove(path_);
 }
 
 TEST_F(VacuumOfThreeBodies, ReportsAFolderThatIsNotThere) {
-  EXPECT_THROW(vacuum_.save(testing::TempDir() + "/no/such/folder/checkpoint"), StorageError);
+  EXPECT_THROW(vacuum_.save(folder_.path("no/such/folder/checkpoint")), StorageError);
 }
 
 }  // namespace
