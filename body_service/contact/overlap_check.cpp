@@ -74,8 +74,8 @@ void OverlapCheck::report(int A, int B, double gap_m, std::int64_t step) const {
                       0, step);
   }
   throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
-                        " (contacts are not resolved). Start them further apart, use a smaller "
-                        "driving force, a stiffer spring or a shorter step.",
+                        " (contacts are not resolved). Start them further apart, or use a smaller amplitude of the "
+                        "drive (amplitude_N, amplitude_m), a stiffer spring or a shorter step.",
                     0, step);
 }
 

@@ -41,7 +41,7 @@ void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const Bod
   constexpr double rounding = 1e-9;  // of a cell
   const bool mirror = fluid.boundaries[face].kind == BoundaryKind::free_slip;
   if (gap_m < -rounding * fluid.cell_size_m) {
-    problems.error(path, "body '" + body.name + "' reaches " + shortest_text(-gap_m) + " m beyond the " + axis +
+    problems.error(path, "body '" + body.name + "' reaches " + length_text(-gap_m) + " beyond the " + axis +
                              " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
   } else if (mirror && gap_m < (0.5 - rounding) * fluid.cell_size_m && !rests(body)) {
     problems.error(path, "body '" + body.name + "' is less than half a cell from the free_slip " + axis +
@@ -94,7 +94,7 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
     const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
     if (gap < 0.0) {
       problems.error(assembly.body_paths[b],
-                     pair + " overlap by " + shortest_text(-gap) + " m (solid bodies cannot). Move them apart.");
+                     pair + " overlap by " + length_text(-gap) + " (solid bodies cannot). Move them apart.");
     } else if (gap < fluid.cell_size_m) {
       problems.warning(assembly.body_paths[b], pair +
                                                    " are less than one cell apart (no fluid cell in between: a "

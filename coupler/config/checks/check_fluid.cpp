@@ -32,7 +32,7 @@ void check_time(const Case& the_case, Problems& problems) {
   const double tau = relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
                                                the_case.fluid.kinematic_viscosity_m2_per_s);
   const std::string found =
-      std::string("relaxation_time ") + shortest_text(the_case.fluid.relaxation_time.value_or(tau));
+      std::string("relaxation_time ") + rounded_text(the_case.fluid.relaxation_time.value_or(tau));
   if (!(tau > 0.5)) {
     problems.error(time_key(the_case), found +
                                            " (it must exceed 1/2: viscosity is proportional to the excess). "
@@ -67,7 +67,7 @@ void check_domain(const Case& the_case, Problems& problems) {
   double cells = 1.0;
   for (const std::int64_t count : fluid.domain_cells) cells *= static_cast<double>(count);
   if (cells > static_cast<double>(most_cells)) {
-    problems.error("fluid.domain_cells", "fluid.domain_cells are " + shortest_text(cells) +
+    problems.error("fluid.domain_cells", "fluid.domain_cells are " + rounded_text(cells) +
                                              " cells in all (no machine holds them). Use fewer or larger cells.");
     return;
   }

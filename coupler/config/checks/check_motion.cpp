@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "config/checks/checks.hpp"
 #include "config/checks/geometry.hpp"
@@ -17,7 +19,7 @@ constexpr double too_fast_lu = 0.4;
 void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::string& path, const std::string& what,
                     Problems& problems) {
   const double velocity_lu = velocity_m_per_s * the_case.step_s / the_case.fluid.cell_size_m;
-  const std::string found = what + " is " + shortest_text(velocity_lu) + " cells per step";
+  const std::string found = what + " is " + rounded_text(velocity_lu) + " cells per step";
   if (velocity_lu > too_fast_lu) {
     problems.error(path, found +
                              " (the lattice is unstable above about 0.4; the speed of sound is 0.577). Use a smaller "
@@ -34,7 +36,7 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   const double seconds_per_m = the_case.step_s / fluid.cell_size_m;
   const double excess = 3.0 * pressure_Pa * seconds_per_m * seconds_per_m / fluid.density_kg_per_m3;
   const std::string found =
-      "the pressure of " + path + " makes the density there " + shortest_text(1.0 + excess) + " times the fluid's";
+      "the pressure of " + path + " makes the density there " + rounded_text(1.0 + excess) + " times the fluid's";
   const std::string remedy = "Use a smaller step, or pressures nearer to 0 (only their differences drive the flow).";
   if (std::abs(excess) > 1.5 * too_fast_lu * too_fast_lu) {
     problems.error(path, found + " (unlike a liquid, the lattice fluid is compressible, and it fails at 0). " + remedy);
@@ -43,20 +45,25 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   }
 }
 
-double largest_force_N(const Signal& signal) {
-  if (signal.kind != SignalKind::table) return std::abs(signal.amplitude);
-  double largest = 0.0;
-  for (const Signal::Point& point : signal.table) largest = std::max(largest, std::abs(point.value));
-  return std::abs(signal.amplitude) * largest;
+/// Least and greatest value of a signal.
+std::pair<double, double> range_of(const Signal& signal) {
+  if (signal.kind == SignalKind::constant) return std::minmax({0.0, signal.amplitude});
+  if (signal.kind != SignalKind::table) return {-std::abs(signal.amplitude), std::abs(signal.amplitude)};
+  std::pair<double, double> range;
+  for (const Signal::Point& point : signal.table) {
+    range.first = std::min(range.first, signal.amplitude * point.value);
+    range.second = std::max(range.second, signal.amplitude * point.value);
+  }
+  return range;
 }
 
 /// Stiffness that a force between two bodies works against: of all springs between them [N/m].
-double stiffness_between(int body_A, int body_B, const Assembly& assembly) {
-  double stiffness_N_per_m = 0.0;
-  for (const SpringSpecification& spring : assembly.springs) {
-    if (std::minmax(spring.body_A, spring.body_B) == std::minmax(body_A, body_B))
-      stiffness_N_per_m += spring.stiffness_N_per_m;
-  }
+using StiffnessBetween = std::map<std::pair<int, int>, double>;
+
+StiffnessBetween stiffness_between_bodies(const Assembly& assembly) {
+  StiffnessBetween stiffness_N_per_m;
+  for (const SpringSpecification& spring : assembly.springs)
+    stiffness_N_per_m[std::minmax(spring.body_A, spring.body_B)] += spring.stiffness_N_per_m;
   return stiffness_N_per_m;
 }
 
@@ -71,27 +78,47 @@ double expected_velocity_m_per_s(const BodySpecification& body, double force_N, 
   return stiffness_N_per_m > 0.0 ? std::min(free, frequency_rad_per_s * force_N / stiffness_N_per_m) : free;
 }
 
-/// Judges the speed that a pair force with a period gives its bodies, and how far they move.
-void judge_pair_force(const DrivenActuator& driven, const std::string& path, const Case& the_case,
+/// Judges the speed that drive number `index`, a pair force with a period, gives its bodies, and how far they move.
+void judge_pair_force(std::size_t index, const StiffnessBetween& stiffness_between, const Case& the_case,
                       const Assembly& assembly, Problems& problems) {
+  const DrivenActuator& driven = assembly.drive[index];
+  const std::string& path = assembly.signal_paths[index];
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_A)];
   const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_B)];
   const std::string pair = "'" + A.name + "' and '" + B.name + "'";
-  const double force_N = largest_force_N(driven.signal);
+  const auto [least_N, greatest_N] = range_of(driven.signal);
+  const double force_N = std::max(-least_N, greatest_N);
   const double frequency_rad_per_s =
       2.0 * std::numbers::pi / (static_cast<double>(driven.signal.period_steps) * the_case.step_s);
-  const double stiffness_N_per_m = stiffness_between(driven.actuator.body_A, driven.actuator.body_B, assembly);
+  const auto springs = stiffness_between.find(std::minmax(driven.actuator.body_A, driven.actuator.body_B));
+  const double stiffness_N_per_m = springs == stiffness_between.end() ? 0.0 : springs->second;
   const auto velocity_of = [&](const BodySpecification& body) {
     return expected_velocity_m_per_s(body, force_N, frequency_rad_per_s, stiffness_N_per_m, the_case.fluid);
   };
   const double velocity_m_per_s = std::max(velocity_of(A), velocity_of(B));
   judge_velocity(velocity_m_per_s, the_case, path, "the expected speed of " + pair, problems);
   const double reach_m = velocity_m_per_s / frequency_rad_per_s;
-  if (reach_m > surface_distance_m(A, B, Eigen::Vector3d::Zero())) {
-    problems.warning(path, pair + " may move by " + shortest_text(reach_m) +
-                               " m, more than the gap between them (they could collide). Use a smaller amplitude or a "
+  const bool rest_length = assembly.drive_springs[index] >= 0;  // judged by its amplitude
+  if (!rest_length && reach_m > surface_distance_m(A, B, Eigen::Vector3d::Zero())) {
+    problems.warning(path, pair + " may move by " + length_text(reach_m) +
+                               ", more than the gap between them (they could collide). Use a smaller amplitude or a "
                                "shorter period.");
   }
+}
+
+/// A rest length that varies by the gap between its bodies.
+void judge_rest_length(std::size_t index, const Assembly& assembly, Problems& problems) {
+  const SpringSpecification& spring = assembly.springs[static_cast<std::size_t>(assembly.drive_springs[index])];
+  if (std::min(spring.body_A, spring.body_B) < 0) return;  // reported by check_names
+  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(spring.body_A)];
+  const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(spring.body_B)];
+  const double gap_m = surface_distance_m(A, B, Eigen::Vector3d::Zero());
+  const double shortening_m = -range_of(assembly.drive[index].signal).first / spring.stiffness_N_per_m;
+  if (!(shortening_m >= gap_m)) return;
+  problems.warning(assembly.signal_paths[index] + ".amplitude_m",
+                   "the rest length between '" + A.name + "' and '" + B.name + "' shortens by " +
+                       length_text(shortening_m) + ", the gap between them is " + length_text(gap_m) +
+                       " (they could collide). Use a smaller amplitude_m.");
 }
 
 }  // namespace
@@ -110,23 +137,35 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
     judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall", problems);
     judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
   }
+  const StiffnessBetween stiffness_between = stiffness_between_bodies(assembly);
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const DrivenActuator& driven = assembly.drive[i];
     const bool judged = i > 0 && assembly.signal_paths[i] == assembly.signal_paths[i - 1];  // arms of one stroke
     if (driven.actuator.kind != ActuatorKind::pair_force || driven.signal.period_steps == 0 || judged) continue;
-    judge_pair_force(driven, assembly.signal_paths[i], the_case, assembly, problems);
+    judge_pair_force(i, stiffness_between, the_case, assembly, problems);
   }
 }
 
-/// A wave that is sampled too coarsely.
-void check_signals(const Assembly& assembly, Problems& problems) {
+/// Waves that are sampled too coarsely or of which no cycle is run, rest lengths that vary too much.
+void check_signals(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  bool cycle_is_run = true;
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const Signal& signal = assembly.drive[i].signal;
-    const bool judged = i > 0 && assembly.signal_paths[i] == assembly.signal_paths[i - 1];
-    if (signal.period_steps == 0 || signal.period_steps >= 20 || judged) continue;
-    const std::string path = assembly.signal_paths[i] + ".period_steps";
-    problems.error(path, path + " is " + std::to_string(signal.period_steps) +
-                             " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
+    const std::string& signal_path = assembly.signal_paths[i];
+    if (assembly.drive_springs[i] >= 0) judge_rest_length(i, assembly, problems);
+    const bool judged = i > 0 && signal_path == assembly.signal_paths[i - 1];
+    if (signal.period_steps == 0 || judged) continue;
+    if (signal.period_steps < 20) {
+      const std::string path = signal_path + ".period_steps";
+      problems.error(path, path + " is " + std::to_string(signal.period_steps) +
+                               " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
+    }
+    const bool stroke = signal_path.ends_with(".stroke");  // judged by check_strokes
+    if (!cycle_is_run || stroke || signal.period_steps <= the_case.steps) continue;
+    cycle_is_run = false;  // one warning is enough
+    problems.warning("run.steps", "run.steps is " + std::to_string(the_case.steps) + ", the period of " + signal_path +
+                                      " " + std::to_string(signal.period_steps) +
+                                      " (no whole cycle is measured). Run longer, or use a shorter period.");
   }
 }
 
@@ -201,7 +240,7 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   if (time && springs) check_symmetry(the_case, assembly, problems);
   if (time && bodies) check_bodies(the_case, assembly, problems);
   if (springs) check_springs(the_case, assembly, problems);
-  if (springs) check_signals(assembly, problems);
+  if (springs && run) check_signals(the_case, assembly, problems);
   if (springs && run) check_strokes(the_case, problems);
   if (time && springs && !problems.any()) check_velocities(the_case, assembly, problems);
   if (time && springs && !problems.any()) check_stiffness(the_case, assembly, problems);

@@ -37,7 +37,7 @@ void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& pro
     const double above_m = body.position_m[fluid.no_slip_plane / 2] - plane_height_m(fluid);
     const double gap_m = (high ? -above_m : above_m) - body.shape.radius_m;
     if (gap_m > 0.0) continue;
-    problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + shortest_text(-gap_m) + " m beyond " +
+    problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + length_text(-gap_m) + " beyond " +
                                                plane + " (the fluid ends there). Move it away from the plane.");
   }
 }

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -63,8 +65,10 @@ void check_bends(const Assembly& assembly, Problems& problems) {
 }
 
 void check_pairs(const Case& the_case, const Assembly& assembly, Problems& problems) {
-  for (const std::size_t i : assembly.without_spring) {
+  const std::size_t of_swimmers = assembly.drive.size() - the_case.actuators.size();
+  for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
     const NamedActuator& actuator = the_case.actuators[i];
+    if (!actuator.rest_length || assembly.drive_springs[of_swimmers + i] >= 0) continue;
     if (actuator.bodies[0] == actuator.bodies[1]) continue;  // reported below
     const std::string path = "actuators." + std::to_string(i) + ".bodies";
     problems.error(path, path + " are '" + actuator.bodies[0] + "' and '" + actuator.bodies[1] +
@@ -73,8 +77,27 @@ void check_pairs(const Case& the_case, const Assembly& assembly, Problems& probl
   }
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const ActuatorSpecification& actuator = assembly.drive[i].actuator;
-    if (actuator.kind != ActuatorKind::pair_force || std::min(actuator.body_A, actuator.body_B) < 0) continue;
+    const bool rest_length = assembly.drive_springs[i] >= 0;  // its spring is checked
+    if (actuator.kind != ActuatorKind::pair_force || rest_length || std::min(actuator.body_A, actuator.body_B) < 0)
+      continue;
     length_of_joint(actuator, "a pair force", assembly.drive_paths[i], assembly, problems);
+  }
+}
+
+/// Two arms of a swimmer between the same beads: perhaps one of them was meant to join others.
+void check_arms(const Case& the_case, Problems& problems) {
+  for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
+    const Swimmer& swimmer = the_case.swimmers[i];
+    std::set<std::pair<int, int>> joined;
+    for (std::size_t arm = 0; arm < swimmer.arms.size(); ++arm) {
+      const auto [A, B] = std::minmax(swimmer.arms[arm].bead_A, swimmer.arms[arm].bead_B);
+      if (joined.emplace(A, B).second) continue;
+      const std::string path = "swimmers." + std::to_string(i) + ".arms." + std::to_string(arm);
+      problems.warning(path, path + " joins '" + swimmer.beads[static_cast<std::size_t>(A)].name + "' and '" +
+                                 swimmer.beads[static_cast<std::size_t>(B)].name +
+                                 "' like an arm before it (their springs act side by side). Name other beads, or "
+                                 "make it one arm.");
+    }
   }
 }
 
@@ -83,6 +106,7 @@ void check_pairs(const Case& the_case, const Assembly& assembly, Problems& probl
 void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems) {
   check_bends(assembly, problems);
   check_pairs(the_case, assembly, problems);
+  check_arms(the_case, problems);
   for (std::size_t i = 0; i < assembly.springs.size(); ++i) {
     const SpringSpecification& spring = assembly.springs[i];
     if (spring.body_A < 0 || spring.body_B < 0) continue;  // reported by check_names
@@ -90,9 +114,9 @@ void check_springs(const Case& the_case, const Assembly& assembly, Problems& pro
     const double length_m = length_of_joint(spring, "a spring", path, assembly, problems);
     const double stretch = std::abs(length_m - spring.rest_length_m);
     if (length_m > 0.0 && stretch > 0.5 * std::max(spring.rest_length_m, length_m)) {
-      problems.warning(path, "a spring of rest length " + shortest_text(spring.rest_length_m) + " m starts at " +
-                                 shortest_text(length_m) +
-                                 " m (it will jerk its bodies). Check rest_length_m and positions.");
+      problems.warning(path, "a spring of rest length " + length_text(spring.rest_length_m) + " starts at " +
+                                 length_text(length_m) +
+                                 " (it will jerk its bodies). Check rest_length_m and positions.");
     }
   }
 }
@@ -118,10 +142,10 @@ void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& p
     const SpringSpecification& spring = assembly.springs[limiting.spring];
     found = "the spring between " + name(spring.body_A) + " and " + name(spring.body_B) + " is too stiff or too damped";
   }
-  found += " for a step of " + shortest_text(the_case.step_s) + " s (";
+  found += " for a step of " + rounded_text(the_case.step_s) + " s (";
   const std::string limit = name_of(integrator_names, integrator) +
                             std::string(diverges ? " diverges" : " may diverge") + " above " +
-                            shortest_text(limiting.largest_step_s) + " s";
+                            rounded_text(limiting.largest_step_s) + " s";
   const std::string remedy = bends ? "Use a smaller step, a softer bend, longer arms or heavier bodies."
                                    : "Use a smaller step, a softer spring, less damping or heavier bodies.";
   const std::string& path =

@@ -76,7 +76,7 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
     const double beyond_m = body.position_m[normal] + half_extents_m(body)[normal] - middle_m(fluid, axis);
     if (beyond_m > -fluid.cell_size_m)
       problems.error(path, "body '" + body.name + "' is " +
-                               shortest_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " m off " +
+                               length_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " off " +
                                plane +
                                " and not below it by a cell (a body lies on the plane, or all of it in the "
                                "lower half and its mirror image in the upper). Move it, or remove the plane.");
@@ -121,7 +121,7 @@ void check_symmetric_joint(const auto& joint, const std::string& what, const std
   const double off_B_m = std::abs(in_world(B, joint.anchor_B_m)[normal]);
   if (std::max(off_A_m, off_B_m) <= plane_tolerance * fluid.cell_size_m) return;
   problems.error(path, what + " is anchored to '" + (off_A_m >= off_B_m ? A : B).name + "' " +
-                           shortest_text(std::max(off_A_m, off_B_m)) + " m off symmetry plane " + axis_names[axis] +
+                           length_text(std::max(off_A_m, off_B_m)) + " off symmetry plane " + axis_names[axis] +
                            " (it would turn the body or pull it off the plane). Anchor it on the plane, or "
                            "remove the plane.");
 }
@@ -191,8 +191,10 @@ void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& pr
       check_symmetric_joint(assembly.springs[i], "a spring", assembly.spring_paths[i], assembly, fluid, axis, problems);
     for (std::size_t i = 0; i < assembly.bends.size(); ++i)
       check_symmetric_bend(assembly.bends[i], assembly.bend_paths[i], assembly, fluid, axis, problems);
-    for (std::size_t i = 0; i < assembly.drive.size(); ++i)
+    for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
+      if (assembly.drive_springs[i] >= 0) continue;  // a rest length acts where its spring does
       check_symmetric_actuator(assembly.drive[i].actuator, assembly.drive_paths[i], assembly, fluid, axis, problems);
+    }
   }
 }
 

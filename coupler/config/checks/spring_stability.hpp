@@ -27,11 +27,12 @@ struct FastestSprings {
   StepLimit alone;     ///< as if each were the only one: longer steps never are
 };
 
-/// Bound of the fastest mode of a network of springs and bends, in its first position.
-/// The modes are the eigenvalues of √K G √K, K the stiffnesses and G_ef the rate at which a unit tension of spring f
-/// accelerates the stretch of spring e (1/m_A + 1/m_B for f = e); of a bend, moment and angle take the places of
-/// tension and stretch. None exceeds the largest row sum Σ_f √k_e |G_ef| √k_f, and the fastest is no slower than the
-/// largest G_ee k_e. For two bodies both are exact, for three in a row the first. Damping likewise. Neglected:
+/// Bounds of the fastest mode of a network of springs and bends, in its first position.
+/// The squares of the modes' angular frequencies are the eigenvalues of M = √K G √K. K holds the stiffnesses, and G_ef
+/// is the acceleration by which a unit tension of spring f stretches spring e: 1/m_A + 1/m_B for f = e. For bends, read
+/// moment for tension and angle for stretch. The largest eigenvalue lies between two bounds:
+///   max_e M_ee  (each spring alone)  ≤  largest eigenvalue  ≤  max_e Σ_f |M_ef|  (all together)
+/// For two bodies both are exact, for three in a row the upper one. The damping is bounded likewise. Neglected:
 /// stiffness across a spring under tension, the fluid that moves with a body.
 /// @param springs, bends  those with a body below 0 are left out
 FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,

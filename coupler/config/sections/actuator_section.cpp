@@ -34,13 +34,13 @@ std::int64_t read_period(Reader& signal, double step_s) {
   constexpr double most_steps = 1e15;
   if (!(steps >= 1.0 && steps < most_steps)) {
     if (step_s > 0.0)  // a step that cannot be used is reported elsewhere
-      signal.reject("period_s", "is " + shortest_text(steps) +
+      signal.reject("period_s", "is " + rounded_text(steps) +
                                     " steps (at least one, and a number that can be counted). Use another period.");
     return 1;
   }
   if (std::abs(steps - std::round(steps)) > 1e-6 * steps) {
     signal.problems().warning(signal.path_of("period_s"),
-                              signal.path_of("period_s") + " is " + shortest_text(steps) +
+                              signal.path_of("period_s") + " is " + rounded_text(steps) +
                                   " steps (a period is a whole number of steps). It is rounded to the nearest.");
   }
   return std::llround(steps);
@@ -143,7 +143,7 @@ void read_table(Reader& signal, double step_s, Signal& result) {
   const double length_steps = result.table.back().time_steps - result.table.front().time_steps;
   if (length_steps < static_cast<double>(result.period_steps)) return;
   signal.reject(file ? "file" : "times_steps",
-                "covers " + shortest_text(length_steps) + " steps, the period has " +
+                "covers " + rounded_text(length_steps) + " steps, the period has " +
                     std::to_string(result.period_steps) +
                     " (a table that repeats ends before it starts again). Remove rows, or use a longer period.");
 }
@@ -178,7 +178,9 @@ constexpr std::array signal_names{
 /// @param amplitude  key of the amplitude, with its unit
 Signal read_signal(Reader signal, double step_s, const std::string& amplitude) {
   Signal result;
-  result.kind = signal.choice<SignalKind>("kind", signal_names);
+  const auto kind = signal.kind(signal_names);
+  if (!kind) return result;
+  result.kind = *kind;
   const bool table = result.kind == SignalKind::table;
   const bool periodic = !table && result.kind != SignalKind::constant;
   result.amplitude = signal.number(amplitude, Range::any, table ? std::optional(1.0) : std::nullopt);
@@ -229,7 +231,9 @@ ordered_json resolved_signal(const Signal& signal, const char* amplitude) {
 
 Drive read_drive(Reader drive, double step_s) {
   Drive result;
-  result.kind = drive.choice<DriveKind>("kind", arm_words);
+  const auto kind = drive.kind(arm_words);
+  if (!kind) return result;
+  result.kind = *kind;
   const bool rest_length = result.kind == DriveKind::rest_length;
   result.signal = read_signal(drive.section("signal"), step_s, amplitude_key(ActuatorKind::pair_force, rest_length));
   return result;
@@ -242,9 +246,11 @@ ordered_json resolved_drive(const Drive& drive) {
 
 NamedActuator read_actuator(Reader actuator, double step_s) {
   NamedActuator result;
-  const auto word = actuator.choice<DriveWord>("kind", drive_words);
-  result.kind = word.kind;
-  result.rest_length = word.rest_length;
+  result.bodies.resize(1);
+  const auto word = actuator.kind(drive_words);
+  if (!word) return result;
+  result.kind = word->kind;
+  result.rest_length = word->rest_length;
   if (result.kind == ActuatorKind::pair_force) {
     result.bodies = read_names(actuator, "bodies", 2, "a pair has two). Write bodies: [a, b].");
     if (!result.rest_length) std::tie(result.anchor_A_m, result.anchor_B_m) = read_anchors(actuator);

@@ -17,7 +17,7 @@ Shape read_shape(Reader& reader) {
   const bool capsule = shape.kind == ShapeKind::capsule;
   shape.length_m =
       reader.number("length_m", Range::not_negative, capsule ? std::optional<double>() : std::optional(0.0));
-  if (!capsule && shape.length_m > 0) {
+  if (!capsule && shape.length_m > 0 && !reader.problems().any_under(reader.path_of("shape"))) {
     reader.reject("length_m",
                   "is given for a sphere (only capsules have a cylinder part). Remove it, or use shape: "
                   "capsule.");
@@ -79,9 +79,17 @@ Eigen::Vector4d read_orientation(Reader& body) {
   if (std::abs(norm - 1.0) < 1e-15) return q;
   if (std::abs(norm - 1.0) < 1e-3) return q / norm;
   body.reject("orientation_wxyz",
-              "has length " + shortest_text(norm) +
+              "has length " + rounded_text(norm) +
                   " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
   return {1, 0, 0, 0};
+}
+
+Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
+  const double c = direction.z();
+  const double s = std::hypot(direction.x(), direction.y());
+  if (s == 0.0) return c > 0.0 ? Eigen::Vector4d(1, 0, 0, 0) : Eigen::Vector4d(0, 1, 0, 0);
+  const double w = c >= 0.0 ? std::sqrt((1.0 + c) / 2.0) : s / std::sqrt(2.0 * (1.0 - c));
+  return Eigen::Vector4d(w, -direction.y() / (2.0 * w), direction.x() / (2.0 * w), 0.0).normalized();
 }
 
 BodySpecification read_body(Reader body) {

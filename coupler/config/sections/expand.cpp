@@ -37,16 +37,17 @@ Signal delayed(Signal signal, double phase_deg) {
   return signal;
 }
 
-/// A pair force along a spring; one that stands for the spring's rest length L₀ + s has k s.
-DrivenActuator along_spring(const SpringSpecification& spring, Signal signal, bool rest_length) {
-  DrivenActuator driven;
+/// A pair force along spring number `index`; one that stands for the spring's rest length L₀ + s has k s.
+void add_drive_along(std::size_t index, Signal signal, bool rest_length, Assembly& assembly) {
+  const SpringSpecification& spring = assembly.springs[index];
+  DrivenActuator& driven = assembly.drive.emplace_back();
   driven.actuator.body_A = spring.body_A;
   driven.actuator.body_B = spring.body_B;
   driven.actuator.anchor_A_m = spring.anchor_A_m;
   driven.actuator.anchor_B_m = spring.anchor_B_m;
   driven.signal = std::move(signal);
   if (rest_length) driven.signal.amplitude *= spring.stiffness_N_per_m;
-  return driven;
+  assembly.drive_springs.push_back(rest_length ? static_cast<int>(index) : -1);
 }
 
 void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string& path, Assembly& assembly) {
@@ -61,8 +62,8 @@ void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string&
     spring.rest_length_m = arm.rest_length_m;
     assembly.spring_paths.push_back(swimmer.three_beads ? path + ".spring" : arm_path);
     if (!arm.drive) continue;
-    assembly.drive.push_back(
-        along_spring(spring, delayed(arm.drive->signal, swimmer.phase_deg), arm.drive->kind == DriveKind::rest_length));
+    add_drive_along(assembly.springs.size() - 1, delayed(arm.drive->signal, swimmer.phase_deg),
+                    arm.drive->kind == DriveKind::rest_length, assembly);
     assembly.drive_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path);
     assembly.signal_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path + ".drive.signal");
   }
@@ -114,17 +115,17 @@ void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assemb
     springs.emplace(std::minmax(assembly.springs[i].body_A, assembly.springs[i].body_B), i);
   for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
     const NamedActuator& named = the_case.actuators[i];
-    DrivenActuator driven{static_cast<const ActuatorSpecification&>(named), named.signal};
-    driven.actuator.body_A = number_of(numbers, named.bodies[0]);
-    if (named.bodies.size() > 1) driven.actuator.body_B = number_of(numbers, named.bodies[1]);
-    if (named.rest_length) {
-      const auto spring = springs.find(std::minmax(driven.actuator.body_A, driven.actuator.body_B));
-      if (spring == springs.end())
-        assembly.without_spring.push_back(i);
-      else
-        driven = along_spring(assembly.springs[spring->second], named.signal, true);
+    const int body_A = number_of(numbers, named.bodies[0]);
+    const int body_B = named.bodies.size() > 1 ? number_of(numbers, named.bodies[1]) : -1;
+    const auto spring = named.rest_length ? springs.find(std::minmax(body_A, body_B)) : springs.end();
+    if (spring != springs.end()) {
+      add_drive_along(spring->second, named.signal, true, assembly);
+    } else {
+      assembly.drive.push_back({static_cast<const ActuatorSpecification&>(named), named.signal});
+      assembly.drive.back().actuator.body_A = body_A;
+      assembly.drive.back().actuator.body_B = body_B;
+      assembly.drive_springs.push_back(-1);
     }
-    assembly.drive.push_back(std::move(driven));
     assembly.drive_paths.push_back("actuators." + std::to_string(i));
     assembly.signal_paths.push_back(assembly.drive_paths.back() + ".signal");
   }

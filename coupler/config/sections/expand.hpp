@@ -13,10 +13,9 @@ namespace copepod::coupler {
 /// `bodies`. Bodies of swimmers come first, bead by bead.
 struct Assembly {
   std::vector<BodySpecification> bodies;
-  std::vector<std::string> body_paths;  ///< key path in the case that each body came from
-  std::vector<int> first_bodies;        ///< of each swimmer: the body of its first bead; the others follow
-  /// Bodies of each group of the case.
-  std::vector<std::vector<int>> groups;
+  std::vector<std::string> body_paths;   ///< key path in the case that each body came from
+  std::vector<int> first_bodies;         ///< of each swimmer: the body of its first bead; the others follow
+  std::vector<std::vector<int>> groups;  ///< bodies of each group of the case
   std::vector<SpringSpecification> springs;
   std::vector<std::string> spring_paths;
   std::vector<BendSpecification> bends;
@@ -24,8 +23,8 @@ struct Assembly {
   std::vector<DrivenActuator> drive;
   /// Key path that each actuator came from: that of the actuator, of the arm, or of the stroke.
   std::vector<std::string> drive_paths;
-  std::vector<std::string> signal_paths;    ///< of the actuators' signals
-  std::vector<std::size_t> without_spring;  ///< actuators of the case that vary a rest length where there is no spring
+  std::vector<std::string> signal_paths;  ///< of the actuators' signals
+  std::vector<int> drive_springs;         ///< number of the spring whose rest length each varies; −1: none
 };
 
 /// Names that do not exist give body −1; `check_names` reports them.

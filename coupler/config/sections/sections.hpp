@@ -20,6 +20,17 @@ void add_shape(nlohmann::ordered_json& section, const Shape& shape);
 Swimmer read_swimmer(Reader swimmer, double step_s);
 nlohmann::ordered_json resolved_swimmer(const Swimmer& swimmer);
 
+/// The shorthand's own keys: beads B2, B1, B3 in a row along z, B1 at the origin.
+void read_three_beads(Reader& swimmer, Swimmer& result);
+void add_three_beads(nlohmann::ordered_json& section, const Swimmer& swimmer);
+
+PublishedFigures read_published(Reader published);
+nlohmann::ordered_json resolved_published(const PublishedFigures& figures);
+
+/// γ as given, or from the damping ratio D = γ / (2 √(m k))   [paper, eq. (11)]
+/// @param mass_kg  of each body, where they differ twice the reduced mass
+double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg);
+
 BodySpecification read_body(Reader body);
 nlohmann::ordered_json resolved_body(const BodySpecification& body);
 
@@ -53,6 +64,11 @@ std::string case_key(Case the_case);
 
 /// Unit quaternion `orientation_wxyz`, no rotation if absent; reports one that is far from unit length.
 Eigen::Vector4d read_orientation(Reader& reader);
+
+/// Shortest rotation that takes the z axis to the unit vector `direction`.
+///   q = (q_w, z × d / (2 q_w)),  q_w = √((1 + c)/2) = |z × d| / √(2 (1 − c)),  c = z · d
+/// The second form of q_w loses no digits near −z.
+Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction);
 
 /// Unit vector along the given direction; reports a zero vector. Without `otherwise` the key is required.
 Eigen::Vector3d read_direction(Reader& reader, const std::string& key,

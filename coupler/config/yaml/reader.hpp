@@ -48,6 +48,9 @@ class Reader {
   std::vector<std::string> command(const std::string& key);  ///< a list, or one text split like a shell would
   template <typename E, std::size_t N>
   E choice(const std::string& key, const std::array<Choice<E>, N>& choices, std::optional<E> otherwise = {});
+  /// The key `kind`, which decides what the other keys mean: where it cannot be used, they are accepted unread.
+  template <typename E, std::size_t N>
+  std::optional<E> kind(const std::array<Choice<E>, N>& choices);
 
   /// Reader of a section; an absent one reads as empty, so that all its defaults apply.
   Reader section(const std::string& key);
@@ -87,6 +90,14 @@ E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices
   for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
   const std::size_t index = choose(key, names, !otherwise.has_value());
   return index < N ? choices[index].value : otherwise.value_or(choices[0].value);
+}
+
+template <typename E, std::size_t N>
+std::optional<E> Reader::kind(const std::array<Choice<E>, N>& choices) {
+  const E value = choice("kind", choices);
+  if (!problems_.any_under(path_of("kind"))) return value;
+  accept_all();
+  return {};
 }
 
 /// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.

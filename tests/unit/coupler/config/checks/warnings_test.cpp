@@ -42,7 +42,16 @@ const std::vector<Doubtful> doubtful_cases{
     {"spring_almost_too_stiff", {"swimmers.0.spring.stiffness_N_per_m=2.0e6"}, "close to it oscillations"},
     {"stretched_spring",
      {"springs=[{bodies: [swimmer.B2, swimmer.B3], stiffness_N_per_m: 1, rest_length_m: 1.0e-6}]"},
-     "it will jerk its bodies"},
+     "a spring of rest length 1 µm starts at 32 µm (it will jerk its bodies)"},
+    {"run_of_less_than_a_cycle",
+     {"actuators=[{kind: world_force, body: swimmer.B1, direction: [0, 0, 1], signal: {kind: sinusoid, amplitude_N: "
+      "1.0e-9, period_steps: 20000}}]"},
+     "the period of actuators.0.signal 20000 (no whole cycle is measured)"},
+    {"arms_side_by_side",
+     {"swimmers=[{name: s, center_m: [24.0e-6, 24.0e-6, 48.0e-6], beads: [{name: A, radius_m: 4.0e-6, mass_kg: "
+      "5.0e-13}, {name: B, radius_m: 4.0e-6, mass_kg: 5.0e-13}], arms: [{beads: [A, B], spring: {stiffness_N_per_m: 1, "
+      "rest_gap_m: 8.0e-6}}, {beads: [B, A], spring: {stiffness_N_per_m: 1, rest_gap_m: 8.0e-6}}]}]"},
+     "swimmers.0.arms.1 joins 'A' and 'B' like an arm before it"},
 };
 
 class DoubtfulCase : public testing::TestWithParam<Doubtful> {};
@@ -71,10 +80,13 @@ std::vector<std::string> warnings_of_rest_length(const std::string& amplitude_m)
 }
 
 TEST(DoubtfulCases, AreNotRestLengthsOfStiffSpringsThatVaryLittle) {
-  EXPECT_TRUE(warnings_of_rest_length("1.5e-6").empty());
-  const std::vector<std::string> warnings = warnings_of_rest_length("9.0e-6");
+  EXPECT_TRUE(warnings_of_rest_length("7.9e-6").empty());
+  const std::vector<std::string> warnings = warnings_of_rest_length("8.1e-6");
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("more than the gap between them"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("shortens by 8.1 µm, the gap between them is 8 µm (they could collide). Use a smaller "
+                             "amplitude_m."),
+            std::string::npos)
+      << warnings[0];
 }
 
 TEST(DoubtfulCases, AreNotThoseOfOurConfigs) {

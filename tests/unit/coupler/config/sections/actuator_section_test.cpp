@@ -6,6 +6,7 @@
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/yaml_text.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -19,7 +20,7 @@ LoadedCase with(const std::string& actuator) {
       "springs: [{bodies: [a, b], stiffness_N_per_m: 7, rest_length_m: 4, "
       "anchors_m: [[0, 0, 0.5], [0, 0, 0]]}]\n"
       "actuators: [" +
-          actuator + "]\nrun: {steps: 10}\n",
+          actuator + "]\nrun: {steps: 400}\n",
       "two.yaml", {});
 }
 
@@ -58,18 +59,15 @@ TEST(ActuatorSection, TurnsARestLengthIntoAPairForceAlongItsSpring) {
 
 class TableFile : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   /// The signal of a case beside a file table.csv of the given content.
   LoadedCase load(const std::string& content) {
-    std::ofstream(folder_ / "table.csv") << content;
-    std::ofstream(folder_ / "case.yaml")
+    std::ofstream(folder_.path("table.csv")) << content;
+    std::ofstream(folder_.path("case.yaml"))
         << "case: table\nfluid: {solver: vacuum}\nstep_s: 0.001\n"
            "bodies: [{name: a, radius_m: 1, mass_kg: 1, position_m: [0, 0, 0]}]\n"
            "actuators: [{kind: world_force, body: a, direction: [0, 0, 1], signal: {kind: table, file: table.csv}}]\n"
            "run: {steps: 10}\n";
-    return load_case((folder_ / "case.yaml").string(), {});
+    return load_case(folder_.path("case.yaml"), {});
   }
 
   /// The error of that case.
@@ -82,7 +80,7 @@ class TableFile : public testing::Test {
     return "no error";
   }
 
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "copepod_table_file";
+  TemporaryFolder folder_;
 };
 
 TEST_F(TableFile, IsReadBesideTheCaseAndKeptInTheResolvedCase) {
@@ -91,14 +89,14 @@ TEST_F(TableFile, IsReadBesideTheCaseAndKeptInTheResolvedCase) {
   ASSERT_EQ(signal.table.size(), 3U);
   EXPECT_EQ(value_of(signal, 2, 0.0), 2.0);
   EXPECT_EQ(value_of(signal, 10, 0.0), -1.0);
-  std::filesystem::remove(folder_ / "table.csv");
+  std::filesystem::remove(folder_.path("table.csv"));
   const LoadedCase again = load_case_text(to_yaml(resolved(loaded.content)), "elsewhere.yaml", {});
   for (std::int64_t step = 0; step < 12; ++step)
     EXPECT_EQ(value_of(again.assembly.drive[0].signal, step, 0.5), value_of(signal, step, 0.5)) << step;
 }
 
 TEST_F(TableFile, IsReportedWithItsLine) {
-  const std::string name = (folder_ / "table.csv").string();
+  const std::string name = folder_.path("table.csv");
   EXPECT_NE(error_of("time_s,value\n0,1\n0.1;2\n").find(name + ":3: error: '0.1;2' is not a row"), std::string::npos);
   EXPECT_NE(error_of("0,1\n0,2\n").find(name + ":2: error: time 0 s does not follow"), std::string::npos);
   EXPECT_NE(error_of("time_s,value\n").find("has no rows"), std::string::npos);
