@@ -73,22 +73,27 @@ def _state_text(entry: Entry) -> str:
 def _csv(entries: Sequence[Entry]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    columns = [f"{key}{suffix}" for key in FIGURES for suffix in ("", "_published", "_deviation_percent")]
-    writer.writerow(["case", "state", "builds", "wall_s", "digest", *columns])
+    rows = []
     for label, entry, figures in _rows(entries):
         summary = entry.summary or {}
-        values: list[Any] = []
-        for key in FIGURES:
-            figure = figures.get(key)
-            values += [figure.ours, figure.published, figure.deviation_percent] if figure else [None] * 3
         known = [entry.state.value, " ".join(entry.builds), summary.get("wall_s"), summary.get("digest")]
-        writer.writerow([label, *known, *values])
+        values = {}
+        for key, figure in figures.items():
+            values[key] = figure.ours
+            values[f"{key}_published"] = figure.published
+            values[f"{key}_deviation_percent"] = figure.deviation_percent
+        rows.append(([label, *known], values))
+    columns = [f"{key}{suffix}" for key in FIGURES for suffix in ("", "_published", "_deviation_percent")]
+    filled = [column for column in columns if any(values.get(column) is not None for _, values in rows)]
+    writer.writerow(["case", "state", "builds", "wall_s", "digest", *filled])
+    writer.writerows([*known, *(values.get(column) for column in filled)] for known, values in rows)
     return stream.getvalue()
 
 
 def _record(entry: Entry) -> dict[str, Any]:
     return {
         "name": entry.name,
+        "label": entry.label,
         "state": entry.state.value,
         "builds": entry.builds,
         "of_another_build": entry.of_another_build,

@@ -14,8 +14,9 @@ from copepod_run.checkout import called_as
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.messages import say, silence
 
-_EXIT_CODES = """exit codes: 0 finished, 2 bad case or command line, 65 refused by the peer, 69 a component was lost,
-70 a solver failed, 73 storage failed, 74 deadline passed, 130/143 stopped by a signal"""
+_EXIT_CODES = """exit codes: 0 finished, 1 a build, test or conformance check failed, 2 bad case or command line,
+65 refused by the peer, 69 a component was lost, 70 a solver failed, 73 storage failed, 74 deadline passed,
+130/143 stopped by a signal"""
 
 _TAKES_MORE = {"test": "ctest_arguments", "replay": "component"}  # what follows --
 _KIT_TOOLS = ("conformance", "recording")  # tools with a command line of their own

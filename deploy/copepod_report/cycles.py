@@ -1,7 +1,7 @@
 """cycles.csv: what a run measured of every swimmer in each full cycle, and its plots."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,26 +30,35 @@ def read_cycles(path: Path) -> dict[str, Cycles]:
 
 
 def centroids_m(cycles: Cycles) -> np.ndarray:
-    """Of the beads at the start of every cycle, shape (cycles, 3)."""
-    return np.column_stack([cycles[f"{axis}_m"] for axis in "xyz"])
+    """Of the beads at the start of every cycle and at the end of the last, shape (cycles + 1, 3); needs two cycles."""
+    starts = np.column_stack([cycles[f"{axis}_m"] for axis in "xyz"])
+    velocity = np.array([cycles[f"u{axis}_m_per_s"][-1] for axis in "xyz"])
+    return np.vstack([starts, starts[-1] + velocity * (cycles["start_s"][1] - cycles["start_s"][0])])
 
 
-def by_cycle(cycles: Cycles, theme: Theme) -> Any:
-    """Velocity along and across the own axis, and means and amplitudes of the arms, cycle by cycle; None for one."""
+def by_cycle(cycles: Cycles, arm_names: Sequence[str], theme: Theme) -> Any:
+    """Velocity along and across the own axis, rotation, means and amplitudes of the arms by cycle; None for one."""
     if len(cycles["cycle"]) < 2:
         return None
     arms = [name[: -len("_mean_m")] for name in cycles if name.endswith("_mean_m")]
     arms = [arm for arm in arms if np.isfinite(cycles[f"{arm}_mean_m"]).all()]
-    of_arms = [(arm, arm.replace("arm", "arm ")) for arm in arms]
-    rows = [("u_{}_m_per_s", [("along", "along the own axis"), ("across", "across it")], "velocity [µm/s]")]
+    names = arm_names if len(arm_names) == len(arms) else [arm.replace("arm", "arm ") for arm in arms]
+    of_arms = list(zip(arms, names))
+    turns = np.array([cycles[f"rotation_{axis}_rad"] for axis in "xyz"])
+    least = max(1e-9, 1e-6 * np.abs(turns).max())  # below it rounding errors show
+    of_turns = [(axis, f"about {axis}") for axis, turn in zip("xyz", turns) if np.abs(turn).max() > least]
+    rows = [("u_{}_m_per_s", [("along", "along the own axis"), ("across", "across it")], "velocity [µm/s]", 1e6)]
+    if of_turns:
+        rows += [("rotation_{}_rad", of_turns, "rotation [degrees]", 180 / np.pi)]
     if arms:
-        rows += [("{}_mean_m", of_arms, "mean arm [µm]"), ("{}_amplitude_m", of_arms, "amplitude [µm]")]
+        rows += [("{}_mean_m", of_arms, "mean arm [µm]", 1e6), ("{}_amplitude_m", of_arms, "amplitude [µm]", 1e6)]
     figure, panels = new_figure(theme, 1.0 + 1.9 * len(rows), nrows=len(rows), sharex=True, squeeze=False)
-    for axes, (column, lines, label) in zip(panels.flat, rows):
+    for axes, (column, lines, label, unit) in zip(panels.flat, rows):
+        axes.set_ylim(*_frame(unit * np.array([cycles[column.format(key)] for key, _ in lines])))
         for number, (key, name) in enumerate(lines):
             axes.plot(
                 cycles["cycle"],
-                1e6 * cycles[column.format(key)],
+                unit * cycles[column.format(key)],
                 marker="o",
                 color=theme.beads[number % 3],
                 linestyle=("-", "--", ":")[number // 3 % 3],
@@ -58,6 +67,7 @@ def by_cycle(cycles: Cycles, theme: Theme) -> Any:
                 label=name,
             )
         axes.set_ylabel(label)
+        axes.yaxis.get_major_formatter().set_useOffset(False)
         if column != "{}_amplitude_m" and len(lines) <= 9:
             legend_above(axes, theme, columns=6)
     axes.set_xlabel("cycle")
@@ -65,12 +75,22 @@ def by_cycle(cycles: Cycles, theme: Theme) -> Any:
     return figure
 
 
+def _frame(values: np.ndarray) -> tuple[float, float]:
+    """Limits for lines of shape (lines, cycles) that a transient first cycle does not determine."""
+    settled = values[:, 1:] if values.shape[1] > 2 else values
+    low, high = settled.min(), settled.max()
+    span = max(high - low, 2e-2 * np.abs(settled).max(), 1e-12)
+    near = values[(values > low - span) & (values < high + span)]
+    return min(low, near.min()) - 0.1 * span, max(high, near.max()) + 0.1 * span
+
+
 def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
     """Displacements of the centroids in the plane of the axes along which they move most; None without three cycles.
 
-    A dot marks the start of each cycle, an arrow the own axis at the start of the last one.
+    They start at the end of the first cycle, which may be a transient. A dot marks each end of a cycle, an arrow the
+    own axis at the start of the last one.
     """
-    moved = {name: 1e6 * centroids_m(cycles) for name, cycles in by_swimmer.items() if len(cycles["cycle"]) > 2}
+    moved = {name: 1e6 * centroids_m(cycles)[1:] for name, cycles in by_swimmer.items() if len(cycles["cycle"]) > 2}
     tracks = {name: track - track[0] for name, track in moved.items()}
     if not tracks:
         return None
@@ -81,7 +101,7 @@ def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
         colour = theme.beads[number % 3]
         axes.plot(track[:, across], track[:, along], "o-", color=colour, markersize=3, linewidth=1.2, label=name)
         own = np.array([by_swimmer[name][f"axis_{axis}"][-1] for axis in "xyz"])[[across, along]]
-        axes.quiver(*track[-1, [across, along]], *own, color=colour, angles="xy", width=0.004, scale=12)
+        axes.quiver(*track[-2, [across, along]], *own, color=colour, angles="xy", width=0.004, scale=12)
     shown = np.vstack(list(tracks.values()))[:, [across, along]]
     room = 0.25 * np.ptp(shown, axis=0).max()  # for the arrows
     axes.set_xlim(shown[:, 0].min() - room, shown[:, 0].max() + room)

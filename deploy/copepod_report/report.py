@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_report import comparison, cycles, flow, motion_plots, page
-from copepod_report.run_record import ReadCase, RunRecord, SwimmerRecord, collect
+from copepod_report.run_record import ReadCase, RunRecord, SwimmerRecord, collect, name_apart
 from copepod_report.style import DARK, LIGHT, Theme, png_of
 from copepod_run.destinations import make_folder
 from copepod_run.figures import MOST_TABLES
@@ -51,6 +51,7 @@ def write_report(directories: Sequence[str], out: str, read_case: ReadCase, addi
     Raises Stop(2) for folders without a run.
     """
     collected = [run for directory in directories for run in collect(directory, read_case)]
+    name_apart(collected)
     canvas = Canvas(Path(out))
     make_folder(canvas.folder)
     runs, chapters = additions.chapters(collected, canvas)
@@ -95,8 +96,9 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
     for name, measured in run.cycles.items() if few else []:
         figures += canvas.draw(
             f"{prefix}_{name}_by_cycle",
-            lambda theme: cycles.by_cycle(measured, theme),
-            f"{name}: Velocity along and across the own axis, means and amplitudes of the arms, cycle by cycle.",
+            lambda theme: cycles.by_cycle(measured, run.arms_of(name), theme),
+            f"{name}: Velocity along and across the own axis, rotation, means and amplitudes of the arms, cycle by "
+            "cycle. A first cycle far from the others is outside the frame.",
         )
     if not run.swimmers():
         figures += canvas.draw(
@@ -105,7 +107,8 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
     figures += canvas.draw(
         f"{prefix}_paths",
         lambda theme: cycles.paths(run.cycles, theme),
-        "Paths of the centroids, from where they started: a dot for each cycle, an arrow for the own axis in the last.",
+        "Paths of the centroids from the end of the first cycle on: a dot for each end of a cycle, an arrow for the "
+        "own axis at the start of the last.",
     )
     return figures + _flow_figure(run, canvas, prefix)
 

@@ -1,6 +1,7 @@
 """Everything that a report needs of one run directory."""
 
 import json
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from copepod_report.cycles import Cycles, read_cycles
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import ExitCode, Stop
+from copepod_run.figures import at, measured
 
 ReadCase = Callable[[Path], dict[str, Any]]  # from the path of a case file to the resolved case
 _Content = TypeVar("_Content")
@@ -22,9 +24,13 @@ _ORIENTATIONS = {"parallel": (1.0, 0.0, 0.0, 0.0), "perpendicular": (0.5**0.5, 0
 class RunRecord:
     """A run: `summary`, resolved `case` as the coupler reads it, `trajectory`, `cycles` by swimmer, derived figures."""
 
-    def __init__(self, directory: str | Path, read_case: ReadCase) -> None:
-        """Raises Stop(2) if the folder does not hold a finished run, Stop(73) if one of its files is damaged."""
+    def __init__(self, directory: str | Path, read_case: ReadCase, label: str = "") -> None:
+        """`label`: its name among other runs of its case, by default that of its directory.
+
+        Raises Stop(2) if the folder does not hold a finished run, Stop(73) if one of its files is damaged.
+        """
         self.directory = Path(directory)
+        self.label = label or self.directory.resolve().name
         for name in ("summary.json", "case.yaml", "trajectory.csv"):
             if not (self.directory / name).exists():
                 raise Stop(
@@ -37,16 +43,18 @@ class RunRecord:
         self.trajectory = _read(self.directory / "trajectory.csv", Trajectory)
         self.cycles: dict[str, Cycles] = _read(self.directory / "cycles.csv", read_cycles)
         self.cell_size_m = self.summary.get("cell_size_m")
-
-    @property
-    def name(self) -> str:
         parameters = self.summary.get("parameter_set")
-        return f"{self.summary['case']} ({parameters})" if parameters else self.summary["case"]
+        self.name: str = f"{self.summary['case']} ({parameters})" if parameters else self.summary["case"]
 
     @property
     def length_unit(self) -> tuple[float, str]:
         """(metres per unit, name): cells where there is a lattice, else micrometres."""
         return (self.cell_size_m, "cells") if self.cell_size_m else (1e-6, "µm")
+
+    def arms_of(self, name: str) -> list[str]:
+        """The ends of each arm of a swimmer or group: «A–B»."""
+        arms = [at(entry, "kinematics.arms") or [] for entry in measured(self.summary) if entry["name"] == name]
+        return ["–".join(body.removeprefix(f"{name}.") for body in arm["bodies"]) for arm in (arms or [[]])[0]]
 
     def swimmers(self) -> "list[SwimmerRecord]":
         return [SwimmerRecord(self, section) for section in self.case.get("swimmers") or []]
@@ -58,7 +66,20 @@ def collect(directory: str | Path, read_case: ReadCase) -> list[RunRecord]:
     if not (directory / "results.json").exists():
         return [RunRecord(directory, read_case)]
     cases = json.loads((directory / "results.json").read_text())["cases"]
-    return [RunRecord(directory / case["name"], read_case) for case in cases if case["summary"] is not None]
+    return [
+        RunRecord(directory / case["name"], read_case, case.get("label", ""))
+        for case in cases
+        if case["summary"] is not None
+    ]
+
+
+def name_apart(runs: Sequence[RunRecord]) -> None:
+    """Runs of one case get their labels for names, or their directories where labels are the same, too."""
+    for rename in (lambda run: run.label, lambda run: str(run.directory)):
+        times = Counter(run.name for run in runs)
+        for run in runs:
+            if times[run.name] > 1:
+                run.name = rename(run)
 
 
 def _read(path: Path, reader: Callable[[Path], _Content]) -> _Content:

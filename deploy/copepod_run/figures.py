@@ -25,6 +25,9 @@ FIGURES = {
     "kinematics.u_along_um_per_s": "u along [µm/s]",
     "kinematics.u_across_um_per_s": "u across [µm/s]",
     "kinematics.tilt_rad": "tilt [rad]",
+    "rotation_degrees.x": "turn about x [°/cycle]",
+    "rotation_degrees.y": "turn about y [°/cycle]",
+    "rotation_degrees.z": "turn about z [°/cycle]",
 }
 
 
@@ -48,6 +51,7 @@ def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
     The paper's figures of three beads in a row, else the kinematics.
     """
     figures = {}
+    swimmer = {**swimmer, "rotation_degrees": rotation_degrees(swimmer.get("kinematics") or {})}
     has_figures_of_paper = at(swimmer, "u_swim_m_per_s") is not None
     for key in FIGURES:
         if has_figures_of_paper and key.startswith("kinematics."):
@@ -59,6 +63,13 @@ def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
         if ours is not None:
             figures[key] = Figure(ours, published)
     return figures
+
+
+def rotation_degrees(kinematics: Mapping[str, Any]) -> dict[str, float]:
+    """Rotation vector of the last full cycle by world axis; components that rounding errors determine are left out."""
+    rotation = kinematics.get("rotation_rad") or []
+    least = max(1e-9, 1e-6 * math.hypot(*rotation))
+    return {axis: math.degrees(angle) for axis, angle in zip("xyz", rotation) if abs(angle) > least}
 
 
 def at(mapping: Any, path: str) -> Any:
@@ -90,8 +101,8 @@ _SWIMMER_ROWS = (
     ("u_swim_m_per_s", "", "m/s"),
     ("u_GA_lattice", "theory u_GA (Golestanian, Ajdari)", "cells/step"),
     ("error_percent", "difference to theory", "%"),
-    ("d1_cells", "amplitude of arm 1, d1", "cells"),
-    ("d2_cells", "amplitude of arm 2, d2", "cells"),
+    ("d1_cells", "amplitude of the trailing arm, d1", "cells"),
+    ("d2_cells", "amplitude of the leading arm, d2", "cells"),
     ("sin_dphi", "sin(phi1 - phi2)", ""),
     ("mean_arm_cells", "mean arms", "cells"),
     ("K", "geometry factor K", "1/cell"),
@@ -108,9 +119,11 @@ _KINEMATICS_ROWS = (
     ("u_along_cells_per_step", "", "cells/step"),
     ("u_along_lengths_per_cycle", "", "lengths/cycle"),
     ("u_across_um_per_s", "velocity across it", "µm/s"),
-    ("rotation_degrees", "rotation in a cycle", "degrees"),
+    ("rotation_degrees", "rotation in a cycle about x, y, z", "degrees"),
     ("tilt_degrees", "tilt of the axis since the start", "degrees"),
-    ("change_from_last_cycle.velocity", "relative change from last cycle", ""),
+    ("rest", "motion in a cycle", "(below 1e-9 lengths and 1e-9 rad)"),
+    ("change_from_last_cycle.velocity", "its velocity, change in last cycle", "relative"),
+    ("change_from_last_cycle.rotation", "its rotation, change in last cycle", "relative"),
 )
 
 # and of one that the paper's figures above do not describe
@@ -206,9 +219,11 @@ def _with_derived(kinematics: Mapping[str, Any]) -> dict[str, Any]:
     if kinematics.get("cycle") is None:
         return {}
     arms = kinematics["arms"]
+    rotation = rotation_degrees(kinematics)
     return {
         **kinematics,
-        "rotation_degrees": math.degrees(math.hypot(*kinematics["rotation_rad"])),
+        "rotation_degrees": [rotation.get(axis, 0.0) for axis in "xyz"],
+        "rest": "at rest" if kinematics.get("at_rest") else None,
         "tilt_degrees": math.degrees(kinematics["tilt_rad"]),
         "mean_arms_um": [1e6 * arm["mean_m"] for arm in arms] if 0 < len(arms) <= 4 else None,
         "amplitudes_um": [1e6 * arm["amplitude_m"] for arm in arms] if 0 < len(arms) <= 4 else None,

@@ -71,7 +71,7 @@ def pair_of(run: Member) -> Pair:
     speeds = np.sum(ways * axes, axis=1)
     sideways = ways[:, 0] - speeds * axes[:, 0]
     return Pair(
-        turn_fraction(rows[0]["arm2_phase_rad"] - rows[1]["arm2_phase_rad"]),
+        turn_fraction(rows[0]["arm1_phase_rad"] - rows[1]["arm1_phase_rad"]),
         float(rows[1]["x_m"] - rows[0]["x_m"]),
         (rows[0]["u_along_m_per_s"] * period_s, rows[1]["u_along_m_per_s"] * period_s),
         (_sideways(rows[1]) - _sideways(rows[0])) * period_s,

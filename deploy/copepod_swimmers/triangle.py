@@ -36,8 +36,8 @@ def turn_of(run: Member) -> Turn:
     return Turn(
         last["rotation_z_rad"],
         (triangle_rotation(arms, 1.0), rotation_about_z(moved[0], moved[1])),
-        float(np.mean([(last[f"arm{arm}_amplitude_m"] / side) ** 2 for arm in (1, 2, 3)])),
-        turn_fraction(last["arm1_phase_rad"] - last["arm2_phase_rad"]),
+        float(np.mean([(last[f"arm{arm}_amplitude_m"] / side) ** 2 for arm in range(3)])),
+        turn_fraction(last["arm0_phase_rad"] - last["arm1_phase_rad"]),
         float(np.linalg.norm(velocity) * (cycles["start_s"][1] - cycles["start_s"][0]) / side),
     )
 

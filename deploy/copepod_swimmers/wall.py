@@ -58,7 +58,7 @@ def _arms_of(row: dict[str, float], number: int) -> np.ndarray:
     return np.array(
         [
             row[f"arm{arm}_mean_m"] + row[f"arm{arm}_amplitude_m"] * np.cos(phase + row[f"arm{arm}_phase_rad"])
-            for arm in range(1, number + 1)
+            for arm in range(number)
         ]
     )
 

@@ -45,6 +45,9 @@ class RealCampaign(CommandTest):
         self.finish("undisturbed")
         table = (self.folder / "undisturbed/results.md").read_text()
         self.assertIn("| vacuum | done | 5.1", table)
+        rows = self.results("undisturbed")
+        for column in rows[0]:
+            self.assertTrue(any(row[column] for row in rows), f"{column} is empty")
         for number, out in ((signal.SIGKILL, "killed"), (signal.SIGINT, "stopped")):
             session = self.start("campaign", "small.yaml", "--out", out)
             session.wait_for_file(f"{out}/two/checkpoints/*/manifest.json")

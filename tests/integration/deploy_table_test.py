@@ -3,7 +3,7 @@
 import unittest
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_run.figures import number_text, result_table
+from copepod_run.figures import compared, number_text, result_table
 
 SWIMMER = {
     "name": "swimmer",
@@ -26,7 +26,7 @@ KINEMATICS = {
     "u_along_cells_per_step": None,
     "u_along_lengths_per_cycle": -4.8e-4,
     "u_across_um_per_s": 2702.1,
-    "rotation_rad": [0.0, 0.3, 0.4],
+    "rotation_rad": [3e-8, -0.3, 0.4],
     "tilt_rad": 0.95528,
     "arms": [{"mean_m": 1.6e-5, "amplitude_m": 4e-7}, {"mean_m": 1.7e-5, "amplitude_m": 7e-7}],
     "power_W": 6.3e-5,
@@ -95,7 +95,7 @@ class ResultTable(unittest.TestCase):
     def test_swimmer_of_any_shape_has_the_kinematics_of_its_last_cycle(self):
         summary = {**SUMMARY, "swimmers": [{"name": "triangle", "kinematics": KINEMATICS}]}
         self.assertEqual(self.row("along its own axis", summary)[-2:], ["-6364", "µm/s"])
-        self.assertEqual(self.row("rotation", summary)[-2:], ["28.65", "degrees"])
+        self.assertEqual(self.row("rotation in", summary)[-4:], ["0", "-17.19", "22.92", "degrees"])
         self.assertEqual(self.row("tilt", summary)[-2:], ["54.73", "degrees"])
         self.assertEqual(self.row("amplitudes", summary)[-3:], ["0.4", "0.7", "µm"])
         self.assertEqual(self.row("Re of the swimmer", summary)[-1], "0.0042")
@@ -112,6 +112,21 @@ class ResultTable(unittest.TestCase):
         summary = {**SUMMARY, "swimmers": [{**SWIMMER, "kinematics": {**KINEMATICS, "efficiency": 0.1}}]}
         self.assertEqual(self.row("efficiency", summary)[-1], "0.00052")
         self.assertEqual(self.row("across", summary)[-2:], ["2702", "µm/s"])
+
+    def test_swimmer_at_rest_has_no_changes(self):
+        change = {"velocity": None, "rotation": None}
+        resting = {**KINEMATICS, "at_rest": True, "change_from_last_cycle": change, "rotation_rad": [1e-16, 0, 2e-16]}
+        summary = {**SUMMARY, "swimmers": [{"name": "triangle", "kinematics": resting}]}
+        self.assertIn("at rest (below 1e-9 lengths and 1e-9 rad)", " ".join(self.row("motion in a cycle", summary)))
+        self.assertEqual(self.row("rotation in", summary)[-4:], ["0", "0", "0", "degrees"])
+        self.assertNotIn("change in last cycle", result_table(summary, "runs/a"))
+
+    def test_comparisons_have_the_rotation_with_its_sense(self):
+        turning = compared({"kinematics": KINEMATICS})
+        self.assertEqual(
+            [key for key in turning if key.startswith("rotation")], [f"rotation_degrees.{x}" for x in "yz"]
+        )
+        self.assertAlmostEqual(turning["rotation_degrees.y"].ours, -17.188734, places=5)
 
     def test_swimmer_without_cycles_says_why(self):
         swimmer = {"name": "idle", "kinematics": {"cycle": None, "note": "nothing drives it periodically"}}

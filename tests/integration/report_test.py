@@ -1,5 +1,6 @@
 """`copepod report` on a run whose motion is known in closed form."""
 
+import json
 import re
 import unittest
 from types import SimpleNamespace
@@ -7,10 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from copepod_session import CommandTest
-from synthetic_run import ARMS, DOMAIN, PERIOD, write_run
-from copepod_report.cycles import centroids_m, read_cycles
+from synthetic_run import ARMS, CELL_M, DOMAIN, PERIOD, SPEED, write_run
+from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
 from copepod_report.flow import plane_of, read_mean_flow
-from copepod_report.run_record import fit_arm
+from copepod_report.run_record import collect, fit_arm, name_apart
+from copepod_report.style import LIGHT
 from copepod_report.trajectory import Trajectory
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -61,6 +63,41 @@ class Report(CommandTest):
         self.assertIn('href="#design_b"', text)
         self.assertTrue((self.folder / "both/speeds_by_family.png").exists())
         self.assertFalse((self.folder / "both/design_a_mean_flow.png").exists())
+
+    def test_runs_of_one_case_have_the_names_of_their_folders(self):
+        for folder in ("slow", "a/fast", "b/fast"):
+            write_run(self.folder / folder, mean_flow=False)
+        code, session = self.report("slow", "a/fast", "b/fast", "--out", "all")
+        self.assertEqual(code, 0, "".join(session.stderr))
+        text = (self.folder / "all/report.html").read_text()
+        for name in ("slow", "a/fast", "b/fast"):
+            self.assertIn(f"<h2>{name}</h2>", text)
+            self.assertIn(f'<a href="#{name.replace("/", "_")}">{name}</a>', text)
+
+    def test_members_of_a_sweep_have_its_values_in_their_names(self):
+        write_run(self.folder / "lags/case_01", mean_flow=False)
+        case = {"name": "case_01", "label": "case_01, lag_deg 30", "summary": {}}
+        (self.folder / "lags/results.json").write_text(json.dumps({"cases": [case, {"name": "x", "summary": None}]}))
+        found = collect(self.folder / "lags", lambda path: json.loads(path.read_text())["case"])
+        name_apart([*found, *collect(self.folder / "lags/case_01", lambda path: {})])
+        self.assertEqual([run.name for run in found], ["case_01, lag_deg 30"])
+
+    def test_transient_first_cycle_does_not_set_the_scale(self):
+        write_run(self.folder / "run", mean_flow=False)
+        cycles = read_cycles(self.folder / "run/cycles.csv")["swimmer"]
+        cycles["u_along_m_per_s"] = np.array([9.0, 1.0, 1.1, 1.2, 1.3])
+        cycles["rotation_y_rad"] = np.array([0.11, 0.1, 0.12, 0.1, 0.1])
+        cycles["rotation_z_rad"] = np.array([0.0, 0.0, 1e-9, 0.0, 0.0])
+        velocity, rotation, *arms = by_cycle(cycles, ["B2–B1", "B1–B3"], LIGHT).axes
+        self.assertLess(velocity.get_ylim()[1], 2e6)
+        self.assertEqual([line.get_label() for line in rotation.lines], ["about y"])
+        np.testing.assert_allclose(rotation.lines[0].get_ydata(), np.degrees(cycles["rotation_y_rad"]))
+        self.assertEqual([line.get_label() for line in arms[0].lines], ["B2–B1", "B1–B3"])
+
+    def test_paths_reach_the_end_of_the_last_cycle(self):
+        write_run(self.folder / "run", mean_flow=False)
+        track = paths(read_cycles(self.folder / "run/cycles.csv"), LIGHT).axes[0].lines[0].get_ydata()
+        np.testing.assert_allclose(track, 1e6 * SPEED * PERIOD * CELL_M * np.arange(5), atol=1e-9)
 
     def test_run_that_ended_before_the_last_period_has_no_fits(self):
         write_run(self.folder / "run", steps=1000, mean_flow=False)

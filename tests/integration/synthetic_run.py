@@ -88,7 +88,7 @@ def _write_cycles(path, cycles):
     names = (
         "swimmer,cycle,start_step,start_s,x_m,y_m,z_m,axis_x,axis_y,axis_z,tilt_rad,u_along_m_per_s,u_across_m_per_s,"
         "ux_m_per_s,uy_m_per_s,uz_m_per_s,rotation_x_rad,rotation_y_rad,rotation_z_rad,power_W,dissipation_W,"
-        "efficiency,Re,arm1_mean_m,arm1_amplitude_m,arm1_phase_rad,arm2_mean_m,arm2_amplitude_m,arm2_phase_rad"
+        "efficiency,Re,arm0_mean_m,arm0_amplitude_m,arm0_phase_rad,arm1_mean_m,arm1_amplitude_m,arm1_phase_rad"
     )
     lines = [names]
     speed = SPEED * CELL_M / STEP_S
