@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -90,10 +91,15 @@ TEST(DoubtfulCases, AreNotRestLengthsOfStiffSpringsThatVaryLittle) {
 }
 
 TEST(DoubtfulCases, AreNotThoseOfOurConfigs) {
-  for (const char* file : {"/quick/three_sphere.yaml", "/quick/vacuum.yaml", "/paper/vacuum.yaml",
-                           "/paper/design_a.yaml", "/paper/design_q.yaml"}) {
-    EXPECT_TRUE(load_case(std::string(CONFIGS) + file, {}).warnings.empty()) << file;
+  int cases = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(CONFIGS)) {
+    const std::string name = entry.path().filename().string();
+    // A campaign is a list of cases; the runs of the resonance curve end within their stroke on purpose.
+    if (entry.path().extension() != ".yaml" || name == "campaign.yaml" || name == "resonance.yaml") continue;
+    EXPECT_TRUE(load_case(entry.path().string(), {}).warnings.empty()) << entry.path();
+    ++cases;
   }
+  EXPECT_GT(cases, 30);
 }
 
 }  // namespace

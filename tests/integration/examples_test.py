@@ -1,0 +1,59 @@
+"""The swimmers of configs/examples in Stokes flow do what their cases say, one of them also what its page shows."""
+
+import json
+import os
+import re
+import unittest
+from pathlib import Path
+
+from copepod_session import ROOT, CommandTest
+
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+SPEEDS = {  # in cells per step, along the own axis
+    "asymmetric_swimmer": "6.42e-6",
+    "beside_a_wall": "6.38e-6",
+    "cargo": "2.36e-6",
+    "flagellum": "1.7e-6",
+    "four_bead_chain": "9.85e-6",
+    "pair_in_phase": "5.65e-6",
+}
+
+
+class Examples(CommandTest):
+    programs = PROGRAMS
+
+    def kinematics(self, case):
+        """Of the first swimmer in its last cycle, and the printed table."""
+        session = self.start("run", case, "--out", "out")
+        self.assert_ends(session, 0, timeout_s=100)
+        summary = json.loads((self.folder / "out/summary.json").read_text())
+        (self.folder / "out").rename(self.folder / case.stem)
+        return summary["swimmers"][0]["kinematics"], "".join(session.stdout)
+
+    def test_speeds(self):
+        for name, speed in SPEEDS.items():
+            case = ROOT / f"configs/examples/{name}.yaml"
+            self.assertIn(speed, case.read_text())
+            with self.subTest(name):
+                digits = len(speed.partition("e")[0].partition(".")[2])
+                found = f"{self.kinematics(case)[0]['u_along_cells_per_step']:.{digits}e}"
+                self.assertEqual(float(found), float(speed))
+
+    def test_first_own_swimmer_is_the_triangular_rotator_and_prints_what_the_page_shows(self):
+        page = (ROOT / "docs/your_first_own_swimmer.md").read_text()
+        text = re.search(r"^```yaml\n(case: .*?)^```", page, re.DOTALL | re.MULTILINE)[1]
+        example = (ROOT / "configs/examples/triangular_rotator.yaml").read_text()
+        self.assertEqual(example.partition("\nfluid:")[2], text.partition("\nfluid:")[2])
+        case = self.folder / "my_swimmer.yaml"
+        case.write_text(text)
+        kinematics, table = self.kinematics(case)
+        self.assertEqual(round(1e3 * kinematics["rotation_rad"][1]), 46)
+        shown = re.search(r"^```\n  rotator .*?^```", page, re.DOTALL | re.MULTILINE)[0].splitlines()[1:-1]
+        printed = [" ".join(line.split()) for line in table.splitlines()]
+        for line in shown:
+            if "…" not in line and "change in last cycle" not in line:  # the change is rounding
+                self.assertIn(" ".join(line.split()), printed)
+
+
+if __name__ == "__main__":
+    unittest.main()
