@@ -1,4 +1,4 @@
-"""The swimmers of configs/examples in Stokes flow do what their cases say, one of them also what its page shows."""
+"""The swimmers of configs/examples in Stokes flow move as their comments promise, one of them as its page shows."""
 
 import json
 import os
