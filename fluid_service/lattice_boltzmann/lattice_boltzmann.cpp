@@ -67,11 +67,16 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   map_.accept_fresh_cells();
   timer_.book(Phase::refill);
 
+  if (exchange_momentum_.uses_second_cell) {
+    halo_.start(populations_.data(), placement_);
+    timer_.book(Phase::halo);
+    receive_halo();
+  }
   std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum_(populations_.data(), layout_, placement_, domain_, map_.bodies()[b], links_.of_body(b),
-                       load_sums_[b], reflected_);
+    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, b, links_.of_body(b), load_sums_[b],
+                                reflected_);
   timer_.book(Phase::momentum);
   sum_loads_to_leader();
   report_loads(kinematics, loads);
@@ -134,19 +139,25 @@ void LatticeBoltzmann<T>::update_interior() {
 }
 
 template <class T>
+void LatticeBoltzmann<T>::receive_halo() {
+  halo_.wait();
+  timer_.book(Phase::wait);
+  halo_.finish(populations_.data(), placement_);
+  timer_.book(Phase::halo);
+}
+
+template <class T>
 void LatticeBoltzmann<T>::advance() {
   timer_.start();
-  halo_.start(populations_.data(), placement_);
+  const bool received = exchange_momentum_.uses_second_cell;  // in exchange
+  if (!received) halo_.start(populations_.data(), placement_);
   // Before walls: it needs the moments of populations that no wall has changed.
   pressure_faces_.apply(populations_.data(), placement_);
   moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
   update_interior();
   timer_.book(Phase::bulk);
-  halo_.wait();
-  timer_.book(Phase::wait);
-  halo_.finish(populations_.data(), placement_);
-  timer_.book(Phase::halo);
+  if (!received) receive_halo();
   apply(reflected_.border);
   timer_.book(Phase::reflect);
   for (const Box& slab : halo_.border()) update(slab);

@@ -58,6 +58,7 @@ class PhaseTimer {
 /// One step, with populations stored in place (lattice/population_layout.hpp):
 ///   exchange: map bodies -> refill uncovered cells -> links -> momentum exchange -> sum the loads
 ///   advance:  domain faces, other ranks' populations -> reflected populations -> stream and collide
+/// Link formulas that use a second cell need other ranks' populations before the momentum exchange.
 template <class T>
 class LatticeBoltzmann final : public FluidSolver {
  public:
@@ -82,6 +83,7 @@ class LatticeBoltzmann final : public FluidSolver {
   void map_bodies(const Kinematics& kinematics);
   void sum_loads_to_leader();
   void report_loads(const Kinematics& kinematics, Loads& loads);
+  void receive_halo();
   void apply(const std::vector<ReflectedPopulation<T>>& reflected);
   void update(const Box& region);
   void update_interior();

@@ -31,9 +31,14 @@ inline constexpr std::array fluid_kind_names{Choice<FluidKind>{"lattice_boltzman
 inline constexpr std::array collision_names{Choice<CollisionKind>{"bgk", CollisionKind::bgk},
                                             Choice<CollisionKind>{"trt", CollisionKind::trt}};
 
-inline constexpr std::array moving_boundary_names{Choice<MovingBoundary>{"bounce_back", MovingBoundary::bounce_back}};
+inline constexpr std::array moving_boundary_names{
+    Choice<MovingBoundary>{"bounce_back", MovingBoundary::bounce_back},
+    Choice<MovingBoundary>{"interpolated", MovingBoundary::interpolated},
+    Choice<MovingBoundary>{"central_linear", MovingBoundary::central_linear}};
 
-inline constexpr std::array refill_names{Choice<Refill>{"equilibrium", Refill::equilibrium}};
+inline constexpr std::array refill_names{Choice<Refill>{"equilibrium", Refill::equilibrium},
+                                         Choice<Refill>{"nonequilibrium", Refill::nonequilibrium},
+                                         Choice<Refill>{"grad", Refill::grad}};
 
 inline constexpr std::array precision_names{Choice<Precision>{"double", Precision::double_precision},
                                             Choice<Precision>{"single", Precision::single_precision}};

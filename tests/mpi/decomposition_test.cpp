@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "contract/words.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "ranks/mpi_communicator.hpp"
 
@@ -14,14 +15,22 @@ namespace {
 /// A sphere and a tilted capsule that wander through a small box: across rank borders, periodic faces,
 /// and each other's wakes. Everything that could depend on the decomposition happens within the steps of
 /// the test.
-FluidSetup wandering_bodies(Precision precision) {
+struct Method {
+  Precision precision = Precision::double_precision;
+  MovingBoundary moving_boundary = MovingBoundary::bounce_back;
+  Refill refill = Refill::equilibrium;
+};
+
+FluidSetup wandering_bodies(const Method& method) {
   FluidSetup setup;
   setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
   setup.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
   setup.domain_cells = {16, 18, 22};
   for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
   setup.boundaries[2].kind = setup.boundaries[3].kind = BoundaryKind::no_slip;
-  setup.precision = precision;
+  setup.precision = method.precision;
+  setup.moving_boundary = method.moving_boundary;
+  setup.refill = method.refill;
   setup.bodies = {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}};
   return setup;
 }
@@ -57,7 +66,7 @@ Outcome run(FluidSolver& solver, std::int64_t from, std::int64_t to) {
   return outcome;
 }
 
-class Decomposition : public testing::TestWithParam<Precision> {};
+class Decomposition : public testing::TestWithParam<Method> {};
 
 TEST_P(Decomposition, GivesTheBitsOfOneRank) {
   SolverContext context;
@@ -100,8 +109,8 @@ TEST_P(Decomposition, ContinuesFromACheckpointWithTheSameBits) {
 }
 
 /// Torque about z, by u R³, of the first step on a free sphere whose surface moves at u = 0.1 around z.
-double first_torque(double radius, Precision precision, Communicator& communicator) {
-  FluidSetup setup = wandering_bodies(precision);
+double first_torque(double radius, const Method& method, Communicator& communicator) {
+  FluidSetup setup = wandering_bodies(method);
   const auto cells = static_cast<std::int64_t>(2.0 * radius) + 4;
   setup.domain_cells = {cells, cells, cells};
   setup.bodies = {{ShapeKind::sphere, radius, 0.0}};
@@ -128,11 +137,17 @@ TEST_P(Decomposition, SumsTheTorqueOfABigSphereToTheSameBits) {
   EXPECT_NEAR(distributed / first_torque(16.0, GetParam(), self), 1.0, 0.05);
 }
 
-INSTANTIATE_TEST_SUITE_P(Precisions, Decomposition,
-                         testing::Values(Precision::double_precision, Precision::single_precision),
-                         [](const auto& instance) {
-                           return instance.param == Precision::double_precision ? "Double" : "Single";
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Methods, Decomposition,
+    testing::Values(Method{}, Method{Precision::single_precision},
+                    Method{Precision::single_precision, MovingBoundary::interpolated, Refill::grad},
+                    Method{Precision::double_precision, MovingBoundary::central_linear, Refill::nonequilibrium}),
+    [](const auto& instance) {
+      std::string name = instance.param.precision == Precision::double_precision ? "Double_" : "Single_";
+      name += name_of(moving_boundary_names, instance.param.moving_boundary);
+      std::erase(name, '_');
+      return name;
+    });
 
 }  // namespace
 }  // namespace copepod::fluid

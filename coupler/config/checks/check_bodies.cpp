@@ -39,13 +39,10 @@ void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const Bod
                const std::string& path, Problems& problems) {
   const std::string axis = axis_names[face / 2];
   constexpr double rounding = 1e-9;  // of a cell
-  const bool mirror = fluid.boundaries[face].kind == BoundaryKind::free_slip;
   if (gap_m < -rounding * fluid.cell_size_m) {
+    if (rests(body)) return;
     problems.error(path, "body '" + body.name + "' reaches " + length_text(-gap_m) + " beyond the " + axis +
-                             " face (bodies must lie inside the domain). Move it, or enlarge domain_cells.");
-  } else if (mirror && gap_m < (0.5 - rounding) * fluid.cell_size_m && !rests(body)) {
-    problems.error(path, "body '" + body.name + "' is less than half a cell from the free_slip " + axis +
-                             " face (behind it comes its mirror image, which it would touch). Move it away.");
+                             " face (bodies that move must lie inside the domain). Move it, or enlarge domain_cells.");
   } else if (gap_m < fluid.cell_size_m) {
     problems.warning(path, "body '" + body.name + "' is less than one cell from the " + axis +
                                " face (no fluid cell in between: its forces will be wrong). Move it away.");

@@ -74,11 +74,11 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (!lies_on(body, fluid, axis)) {
     const double beyond_m = body.position_m[normal] + half_extents_m(body)[normal] - middle_m(fluid, axis);
-    if (beyond_m > -fluid.cell_size_m)
+    if (beyond_m > plane_tolerance * fluid.cell_size_m)
       problems.error(path, "body '" + body.name + "' is " +
                                length_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " off " +
                                plane +
-                               " and not below it by a cell (a body lies on the plane, or all of it in the "
+                               " and reaches beyond it (a body lies on the plane, or all of it in the "
                                "lower half and its mirror image in the upper). Move it, or remove the plane.");
     return;
   }

@@ -196,9 +196,7 @@ void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) c
 double BodyMap::beyond(const LatticeBody& body, int axis, bool high) const {
   const FaceKind kind = domain_.face(axis, high).kind;
   if (kind == FaceKind::periodic || (high && domain_.cut_by_symmetry_plane(body.position, axis))) return -1.0;
-  // A cell whose centre is covered before a mirror is covered behind it too, and links end at the image.
-  const double margin = kind == FaceKind::mirror ? 0.5 : 0.0;
-  const double half = body.half_extents()[axis] + margin;
+  const double half = body.half_extents()[axis];
   const double x = body.position[axis];
   return high ? x + half - static_cast<double>(domain_.cells()[axis]) : half - x;
 }

@@ -35,6 +35,7 @@ class BodyMap {
   /// Turns fresh cells into fluid ones.
   void accept_fresh_cells();
 
+  [[nodiscard]] const Domain& domain() const { return domain_; }
   [[nodiscard]] std::vector<LatticeBody>& bodies() { return bodies_; }
   [[nodiscard]] const std::vector<LatticeBody>& bodies() const { return bodies_; }
   /// 0 fluid, 1 + body index, or `fresh`; beyond walls 0.
@@ -66,7 +67,7 @@ class BodyMap {
   void cover_cells();
   void check_inside(const LatticeBody& body, std::size_t index) const;
   void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;
-  /// How far the body's surface is beyond a face, or nearer to a mirror than half a cell.
+  /// How far the body's surface is beyond a face.
   [[nodiscard]] double beyond(const LatticeBody& body, int axis, bool high) const;
 
   const Domain& domain_;

@@ -12,9 +12,10 @@ namespace copepod::fluid {
 /// A fluid cell next to a body, with its links into that body.
 struct BoundaryCell {
   Site site;
-  Cell position{};               ///< domain cell, of this rank
-  std::uint32_t directions = 0;  ///< bit α set: x_f + e_α is covered by the body
-  bool border = false;           ///< touches another rank's populations (HaloExchange::interior)
+  Cell position{};                 ///< domain cell, of this rank
+  std::uint32_t directions = 0;    ///< bit α set: x_f + e_α is covered by the body
+  std::uint32_t second_cells = 0;  ///< bit α set: x_f − e_α is fluid
+  bool border = false;             ///< touches another rank's populations (HaloExchange::interior)
 };
 
 /// Links of each body: lists of boundary cells, kept up to date around cells that change hands.
@@ -29,7 +30,7 @@ class BoundaryLinks {
 
  private:
   void look_at(const Cell& cell, std::int32_t changed_body);
-  void set(std::int32_t body, const Cell& cell, std::uint32_t directions);
+  void set(std::int32_t body, const Cell& cell, std::uint32_t directions, std::uint32_t second_cells);
 
   const BodyMap& map_;
   const PopulationLayout& layout_;
@@ -54,25 +55,32 @@ inline void BoundaryLinks::look_at(const Cell& cell, std::int32_t changed_body) 
   const std::int64_t index = layout_.cell(cell);
   const bool solid = map_.owner(index) > BodyMap::fluid;
   std::uint32_t left = 0;  // directions into bodies that have not been looked at
-  for (int alpha = 1; alpha < d3q19::directions; ++alpha)
-    if (map_.owner(index + layout_.neighbour(alpha)) > BodyMap::fluid) left |= 1U << alpha;
+  std::uint32_t second_cells = 0;
+  for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
+    const auto& e = d3q19::e[alpha];
+    if (map_.owner(index + layout_.neighbour(alpha)) > BodyMap::fluid)
+      left |= 1U << alpha;
+    else if (map_.domain().canonical({cell[0] + e[0], cell[1] + e[1], cell[2] + e[2]}))
+      second_cells |= 1U << d3q19::opposite(alpha);
+  }
   const auto directions_into = [&](std::int32_t body) {
     std::uint32_t directions = 0;
     for (int alpha = 1; alpha < d3q19::directions; ++alpha)
       if (map_.owner(index + layout_.neighbour(alpha)) == body + 1) directions |= 1U << alpha;
     return directions;
   };
-  set(changed_body, cell, solid ? 0 : directions_into(changed_body));
+  set(changed_body, cell, solid ? 0 : directions_into(changed_body), second_cells);
   for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
     if (((left >> alpha) & 1U) == 0) continue;
     const std::int32_t body = map_.owner(index + layout_.neighbour(alpha)) - 1;
     const std::uint32_t directions = directions_into(body);
     left &= ~directions;
-    if (body != changed_body) set(body, cell, solid ? 0 : directions);
+    if (body != changed_body) set(body, cell, solid ? 0 : directions, second_cells);
   }
 }
 
-inline void BoundaryLinks::set(std::int32_t body, const Cell& cell, std::uint32_t directions) {
+inline void BoundaryLinks::set(std::int32_t body, const Cell& cell, std::uint32_t directions,
+                               std::uint32_t second_cells) {
   std::vector<BoundaryCell>& cells = cells_[static_cast<std::size_t>(body)];
   const Site site = layout_.site(cell);
   const auto place = std::lower_bound(cells.begin(), cells.end(), site.index,
@@ -82,10 +90,11 @@ inline void BoundaryLinks::set(std::int32_t body, const Cell& cell, std::uint32_
     if (present) cells.erase(place);
   } else if (present) {
     place->directions = directions;
+    place->second_cells = second_cells;
   } else {
     const Cell& low = layout_.block().low;
     const Cell local = {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]};
-    cells.insert(place, {site, cell, directions, !interior_.contains(local)});
+    cells.insert(place, {site, cell, directions, second_cells, !interior_.contains(local)});
   }
 }
 

@@ -2,28 +2,67 @@
 
 #include "lattice_boltzmann/lattice/d3q19.hpp"
 
-// Link formulas: what a body's surface sends back along a link. Each is a type with `uses_wall_distance` and
-// `returning`; choose_momentum_exchange picks the one named in the case.
+// Link formulas: what a body's surface sends back along a link. Each is a type with
+//   `returning`            f_ᾱ(x_f, t + 1) − w_ᾱ
+//   `uses_wall_distance`   reads q, which costs a square root per link
+//   `uses_second_cell`     reads f̃_α of x_f − e_α
+//   `galilean_invariant`   with the momentum exchange of [Wen et al. 2014]
+// choose_momentum_exchange picks the one named in the case.
 
 namespace copepod::fluid {
 
-/// A link from a fluid cell x_f in direction α into a body, lattice units.
+/// A link from a fluid cell x_f in direction α into a body, lattice units; populations are deviations f − w.
 struct Link {
   int direction = 0;           ///< α
-  double leaving = 0.0;        ///< f̃_α(x_f) − w_α
+  double leaving = 0.0;        ///< f̃_α(x_f)
   double density = 0.0;        ///< ρ_w, that of the fluid cell
   double e_dot_u_w = 0.0;      ///< e_α·u_w
-  double wall_distance = 0.0;  ///< q: the surface is at x_f + q e_α; only where the formula uses it
+  double wall_distance = 0.5;  ///< q: the surface is at x_f + q e_α
+  double inward = 0.0;         ///< f̃_ᾱ(x_f), which leaves for the second cell
+  double behind = 0.0;         ///< f̃_α(x_f − e_α), which the second cell sends
 };
+
+/// w_α ρ_w e_α·u_w, by which a moving surface acts in every formula.
+inline double wall_term(const Link& link) { return d3q19::weight(link.direction) * link.density * link.e_dot_u_w; }
 
 /// Moving bounce-back [paper, section 2.3; Ladd 1994], as if the surface were half-way, q = 1/2:
 ///   f_ᾱ(x_f) = f̃_α(x_f) − 6 w_α ρ_w e_α·u_w
 struct BounceBack {
   static constexpr bool uses_wall_distance = false;
+  static constexpr bool uses_second_cell = false;
+  static constexpr bool galilean_invariant = false;
 
-  /// @return f_ᾱ(x_f) − w_ᾱ
   static double returning(const Link& link) {
     return link.leaving - 6.0 * d3q19::weight(link.direction) * link.density * link.e_dot_u_w;
+  }
+};
+
+/// Linear interpolation before or after the reflection [Bouzidi, Firdaouss, Lallemand 2001]:
+///   q < 1/2:  f_ᾱ(x_f) = 2q f̃_α(x_f) + (1 − 2q) f̃_α(x_f − e_α) − 6 w_α ρ_w e_α·u_w
+///   q ≥ 1/2:  f_ᾱ(x_f) = [f̃_α(x_f) + (2q − 1) f̃_ᾱ(x_f) − 6 w_α ρ_w e_α·u_w] / 2q
+struct Interpolated {
+  static constexpr bool uses_wall_distance = true;
+  static constexpr bool uses_second_cell = true;
+  static constexpr bool galilean_invariant = true;
+
+  static double returning(const Link& link) {
+    const double twice = 2.0 * link.wall_distance;
+    if (twice < 1.0) return twice * link.leaving + (1.0 - twice) * link.behind - 6.0 * wall_term(link);
+    return (link.leaving + (twice - 1.0) * link.inward - 6.0 * wall_term(link)) / twice;
+  }
+};
+
+/// Central linear interpolation [Ginzburg, Verhaeghe, d'Humières 2008], with TRT at the same place for every τ:
+///   f_ᾱ(x_f) = f̃_α(x_f) + (1 − 2q)/(1 + 2q) [f̃_α(x_f − e_α) − f̃_ᾱ(x_f)] − 12/(1 + 2q) w_α ρ_w e_α·u_w
+struct CentralLinear {
+  static constexpr bool uses_wall_distance = true;
+  static constexpr bool uses_second_cell = true;
+  static constexpr bool galilean_invariant = true;
+
+  static double returning(const Link& link) {
+    const double scale = 1.0 / (1.0 + 2.0 * link.wall_distance);
+    const double weight = (1.0 - 2.0 * link.wall_distance) * scale;
+    return link.leaving + weight * (link.behind - link.inward) - 12.0 * scale * wall_term(link);
   }
 };
 

@@ -78,15 +78,20 @@ struct ReflectedPopulations {
 ///   u_w = U + Ω × (x_f − X)
 ///   F = Σ_links e_α (f̃_α + f_ᾱ),   T = Σ_links (x_f − X) × e_α (f̃_α + f_ᾱ)
 /// Every point of a link gives the same torque and the same e_α·u_w, so x_f stands for the wall point.
+/// Formulas that are Galilean invariant [Wen et al. 2014] also take the momentum of the mass that the surface
+/// absorbs, −Σ_links u_w (f̃_α − f_ᾱ).
 /// Populations are deviations f − w: the constant pressure of the fluid at rest never enters, and bodies that
 /// touch feel no spurious force from links that are missing between them.
 /// @param cells  of the body, on this rank
 /// @param loads  sums to which this rank's share is added
 /// @throws SolverError if a population is not finite or absurdly large, naming the cell
 template <class T>
-using MomentumExchange = void (*)(const T* populations, const PopulationLayout& layout, Placement placement,
-                                  const Domain& domain, const LatticeBody& body, std::span<const BoundaryCell> cells,
-                                  LoadSums& loads, ReflectedPopulations<T>& reflected);
+struct MomentumExchange {
+  void (*exchange)(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
+                   std::size_t body, std::span<const BoundaryCell> cells, LoadSums& loads,
+                   ReflectedPopulations<T>& reflected);
+  bool uses_second_cell = false;  ///< other ranks' populations must have arrived before
+};
 
 namespace momentum_exchange {
 
@@ -96,6 +101,11 @@ constexpr double absurd_population = 1e2;
 
 /// A body's surface is scattered over memory: without this, every population is a miss that is waited for.
 constexpr std::size_t prefetch_distance = 8;
+
+inline double along(int direction, const Eigen::Vector3d& u) {
+  const auto& e = d3q19::e[direction];
+  return e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
+}
 
 template <class T>
 void prefetch(const T* populations, const PopulationLayout& layout, Placement placement, const BoundaryCell& boundary) {
@@ -110,42 +120,94 @@ void prefetch(const T* populations, const PopulationLayout& layout, Placement pl
                     "coupling.load_averaging: two_step for light bodies.");
 }
 
+/// What the second cell of a link, x_f − e_α, sends: read where it enters x_f in the next step. Where that cell
+/// is covered or beyond a face, the fluid between the two surfaces, at x_f + q e_α and x_f − q' e_α, is taken to
+/// move as in Couette flow, which is exact to the order of the formulas:
+///   f̃_α(x_f − e_α) = f̃_α(x_f) − 3 w_α ρ_w (e_α·u_w − e_α·u_w') / (q + q')
+template <class T>
+double sent_from_behind(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
+                        const BoundaryCell& boundary, const Link& link) {
+  const int alpha = link.direction;
+  if (((boundary.second_cells >> alpha) & 1U) != 0) return populations[layout.entry(boundary.site, alpha, placement)];
+  const auto& e = d3q19::e[alpha];
+  const Cell behind = {boundary.position[0] - e[0], boundary.position[1] - e[1], boundary.position[2] - e[2]};
+  const Domain& domain = map.domain();
+  double e_dot_u = 0.0;
+  double distance = 0.5;  // of a face
+  if (domain.canonical(behind)) {
+    const LatticeBody& other = map.bodies()[static_cast<std::size_t>(map.owner(layout.cell(behind)) - 1)];
+    const LinkToBody seen = domain.link_to_body(other.position, boundary.position, d3q19::opposite(alpha));
+    e_dot_u = -along(seen.direction, other.surface_velocity(seen.r));
+    distance = wall_distance(other, seen.r, d3q19::e[seen.direction]);
+  } else {
+    const GhostSource source = ghost_source(domain, behind, alpha);
+    if (source.kind != GhostSource::Kind::wall) return link.leaving;
+    e_dot_u = source.addition / (6.0 * d3q19::weight(alpha));
+  }
+  return link.leaving -
+         3.0 * d3q19::weight(alpha) * link.density * (link.e_dot_u_w - e_dot_u) / (link.wall_distance + distance);
+}
+
 template <class Formula, class T>
-void exchange(const T* populations, const PopulationLayout& layout, Placement placement, const Domain& domain,
-              const LatticeBody& body, std::span<const BoundaryCell> cells, LoadSums& loads,
+void exchange(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
+              std::size_t body_index, std::span<const BoundaryCell> cells, LoadSums& loads,
               ReflectedPopulations<T>& reflected) {
+  const Domain& domain = map.domain();
+  const LatticeBody& body = map.bodies()[body_index];
   LoadSums sums = loads;  // a local copy, which need not be stored for every cell
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (i + prefetch_distance < cells.size()) prefetch(populations, layout, placement, cells[i + prefetch_distance]);
-    const BoundaryCell& boundary = cells[i];
-    const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
-    const Eigen::Vector3d u = body.surface_velocity(r);
-    const double density = 1.0 + excess_density_of_cell(populations, layout, boundary.site, placement);
-    const auto plane = static_cast<std::size_t>(boundary.position[0] - layout.block().low[0]);
-    auto& target = boundary.border ? reflected.border : reflected.interior[plane];
-    std::int64_t force[3] = {0, 0, 0};
-    for (std::uint32_t bits = boundary.directions; bits != 0; bits &= bits - 1) {
-      const int alpha = std::countr_zero(bits);
-      const auto& e = d3q19::e[alpha];
-      Link link{.direction = alpha,
-                .leaving = populations[layout.location(boundary.site, alpha, placement)],
-                .density = density,
-                .e_dot_u_w = e[0] * u[0] + e[1] * u[1] + e[2] * u[2]};
-      if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
-      const T returning = static_cast<T>(Formula::returning(link));
-      const double exchanged = link.leaving + static_cast<double>(returning);
-      if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
-      const std::int64_t fixed = fixed_point::from_double(exchanged);
-      for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
-      // The population that leaves the solid cell x_f + e_α towards x_f.
-      target.push_back({layout.entry(boundary.site, d3q19::opposite(alpha), placement), returning});
-    }
+  const auto add = [&sums](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
     const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
                          fixed_point::to_double(force[2])};
     for (int axis = 0; axis < 3; ++axis) sums[static_cast<std::size_t>(axis)] += force[axis];
     sums[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
     sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
     sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
+  };
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i + prefetch_distance < cells.size()) prefetch(populations, layout, placement, cells[i + prefetch_distance]);
+    const BoundaryCell& boundary = cells[i];
+    const double density = 1.0 + excess_density_of_cell(populations, layout, boundary.site, placement);
+    const auto plane = static_cast<std::size_t>(boundary.position[0] - layout.block().low[0]);
+    auto& target = boundary.border ? reflected.border : reflected.interior[plane];
+    // The link as the body sees it: from r in direction `seen`.
+    const auto reflect = [&](int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
+                             std::int64_t(&force)[3]) {
+      const auto& e = d3q19::e[seen];
+      Link link{.direction = alpha,
+                .leaving = populations[layout.location(boundary.site, alpha, placement)],
+                .density = density,
+                .e_dot_u_w = along(seen, u)};
+      if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
+      if constexpr (Formula::uses_second_cell) {
+        link.inward = populations[layout.location(boundary.site, d3q19::opposite(alpha), placement)];
+        link.behind = sent_from_behind(populations, layout, placement, map, boundary, link);
+      }
+      const T returning = static_cast<T>(Formula::returning(link));
+      const double exchanged = link.leaving + static_cast<double>(returning);
+      if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
+      const std::int64_t fixed = fixed_point::from_double(exchanged);
+      for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
+      if constexpr (Formula::galilean_invariant) {
+        const double absorbed = link.leaving - static_cast<double>(returning);
+        for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(absorbed * u[axis]);
+      }
+      // The population that leaves the solid cell x_f + e_α towards x_f.
+      target.push_back({layout.entry(boundary.site, d3q19::opposite(alpha), placement), returning});
+    };
+    const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
+    const Eigen::Vector3d u = body.surface_velocity(r);
+    const std::uint32_t to_images = domain.links_to_images(body.position, r, boundary.position, boundary.directions);
+    std::int64_t force[3] = {0, 0, 0};
+    for (std::uint32_t bits = boundary.directions & ~to_images; bits != 0; bits &= bits - 1)
+      reflect(std::countr_zero(bits), std::countr_zero(bits), r, u, force);
+    add(r, force);
+    for (std::uint32_t bits = to_images; bits != 0; bits &= bits - 1) {
+      const int alpha = std::countr_zero(bits);
+      const LinkToBody link = domain.link_to_body(body.position, boundary.position, alpha);
+      std::int64_t on_image[3] = {0, 0, 0};
+      reflect(alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
+      add(link.r, on_image);
+    }
   }
   loads = sums;
 }
@@ -157,7 +219,11 @@ template <class T>
 MomentumExchange<T> choose_momentum_exchange(MovingBoundary formula) {
   switch (formula) {
     case MovingBoundary::bounce_back:
-      return &momentum_exchange::exchange<BounceBack, T>;
+      return {&momentum_exchange::exchange<BounceBack, T>, BounceBack::uses_second_cell};
+    case MovingBoundary::interpolated:
+      return {&momentum_exchange::exchange<Interpolated, T>, Interpolated::uses_second_cell};
+    case MovingBoundary::central_linear:
+      return {&momentum_exchange::exchange<CentralLinear, T>, CentralLinear::uses_second_cell};
   }
   throw CaseError("unknown moving_boundary (a newer coupler?). Use bounce_back.");
 }

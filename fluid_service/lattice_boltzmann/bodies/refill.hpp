@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -75,9 +76,14 @@ class RefillerBy final : public Refiller<T> {
     uncovered_.clear();
     needed_.clear();
     offered_.clear();
-    const auto describe = [&](const Cell& cell) {
+    // A cell of ours, mirrored as the other cell of the pair is if that is an image.
+    const auto describe = [&](const Cell& cell, const Cell& image) {
       const Site site = layout_.site(cell);
-      return Formula::describe([&](int alpha) { return populations[layout_.location(site, alpha, placement)]; });
+      Populations f;
+      for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+        f[static_cast<std::size_t>(alpha)] =
+            populations[layout_.location(site, domain_.mirrored(alpha, image), placement)];
+      return Formula::describe(f);
     };
     const Box& block = layout_.block();
     for (const BodyMap::ChangedCell& uncovered : map.uncovered()) {
@@ -94,11 +100,11 @@ class RefillerBy final : public Refiller<T> {
         if (!source || map.owner(layout_.cell(neighbour)) != BodyMap::fluid) continue;
         const int source_rank = partition_.owner(*source);
         if (!ours) {
-          offered_.push_back({rank, linear(domain_cell), linear(*source), 0, describe(neighbour)});
+          offered_.push_back({rank, linear(domain_cell), linear(*source), 0, describe(neighbour, uncovered.cell)});
         } else if (source_rank != communicator_.rank()) {
           needed_.push_back({source_rank, linear(domain_cell), linear(*source), uncovered_.size() - 1, {}});
         } else {
-          uncovered_.back().neighbours.push_back(describe(*source));
+          uncovered_.back().neighbours.push_back(describe(*source, neighbour));
         }
       }
     }
@@ -127,12 +133,24 @@ class RefillerBy final : public Refiller<T> {
       uncovered_[request.place].neighbours.push_back(peers[request.rank].receive[next[request.rank]++]);
   }
 
+  /// Each number is added up in the order of its values, which does not depend on the ranks.
+  static Neighbour mean(std::span<const Neighbour> neighbours) {
+    Neighbour result{};
+    std::vector<double> values;
+    for (std::size_t i = 0; i < result.size() && !neighbours.empty(); ++i) {
+      values.clear();
+      for (const Neighbour& neighbour : neighbours) values.push_back(neighbour[i]);
+      std::ranges::sort(values);
+      result[i] = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+    }
+    return result;
+  }
+
   void fill(T* populations, Placement placement, const BodyMap& map, Uncovered& uncovered) const {
-    std::sort(uncovered.neighbours.begin(), uncovered.neighbours.end());
     const auto& [cell, body_index] = *uncovered.cell;
     const LatticeBody& body = map.bodies()[static_cast<std::size_t>(body_index)];
     const Populations filled =
-        Formula::fill(uncovered.neighbours, body.surface_velocity(domain_.from_position(body.position, cell)));
+        Formula::fill(mean(uncovered.neighbours), body.surface_velocity(domain_.from_position(body.position, cell)));
     const Site site = layout_.site(cell);
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       populations[layout_.location(site, alpha, placement)] = static_cast<T>(filled[static_cast<std::size_t>(alpha)]);
@@ -154,6 +172,10 @@ std::unique_ptr<Refiller<T>> make_refiller(Refill formula, const Domain& domain,
   switch (formula) {
     case Refill::equilibrium:
       return std::make_unique<RefillerBy<EquilibriumRefill, T>>(domain, partition, layout, communicator);
+    case Refill::nonequilibrium:
+      return std::make_unique<RefillerBy<NonequilibriumRefill, T>>(domain, partition, layout, communicator);
+    case Refill::grad:
+      return std::make_unique<RefillerBy<GradRefill, T>>(domain, partition, layout, communicator);
   }
   throw CaseError("unknown refill (a newer coupler?). Use equilibrium.");
 }

@@ -30,6 +30,12 @@ struct Face {
 /// Place of a face in arrays of six: x low, x high, y low, …
 constexpr std::size_t face_index(int axis, bool high) { return 2 * static_cast<std::size_t>(axis) + (high ? 1 : 0); }
 
+/// A link as the body sees it that it ends in: from r, relative to the body's centre, in a direction.
+struct LinkToBody {
+  Eigen::Vector3d r;
+  int direction = 0;
+};
+
 /// The computed part of the domain: size, faces and symmetry; pure arithmetic on cell indices.
 ///
 /// A symmetry plane through the middle of an axis halves the computed domain: the lower half is kept and its
@@ -56,11 +62,29 @@ class Domain {
   [[nodiscard]] std::optional<std::int64_t> image(int axis, std::int64_t index) const;
   /// The same for a cell.
   [[nodiscard]] std::optional<Cell> canonical(const Cell& cell) const;
+  /// Direction α mirrored at each mirror that `cell` is beyond.
+  [[nodiscard]] int mirrored(int alpha, const Cell& cell) const;
 
   /// Vector from `position_lu` to the centre of `cell`, to the nearest periodic image.
   [[nodiscard]] Eigen::Vector3d from_position(const Eigen::Vector3d& position_lu, const Cell& cell) const;
+  /// The link from `cell` in direction α to the nearest image of the body at `position_lu`, moved and mirrored
+  /// with that image: beside a periodic face the image nearest to the link's end, through a mirror the image
+  /// behind it.
+  [[nodiscard]] LinkToBody link_to_body(const Eigen::Vector3d& position_lu, const Cell& cell, int direction) const;
+  /// Those of the links from `cell` for which this differs from `r` and their own direction.
+  /// @param r      from_position(position_lu, cell)
+  /// @param links  bit α set: a link in direction α
+  [[nodiscard]] std::uint32_t links_to_images(const Eigen::Vector3d& position_lu, const Eigen::Vector3d& r,
+                                              const Cell& cell, std::uint32_t links) const;
 
  private:
+  /// Whether the step e along an axis leads through a mirror that does not cut the body.
+  [[nodiscard]] bool through_mirror(const Eigen::Vector3d& position_lu, const Cell& cell, int axis, int e) const {
+    const std::int64_t end = cell[axis] + e;
+    if (end >= 0 && end < cells_[axis]) return false;
+    return face(axis, end >= 0).kind == FaceKind::mirror && !(end >= 0 && cut_by_symmetry_plane(position_lu, axis));
+  }
+
   Cell cells_;
   std::array<Face, 6> faces_;
   std::array<bool, 3> symmetric_;

@@ -22,6 +22,15 @@ inline double equilibrium_deviation(int alpha, double excess_density, const doub
   return d3q19::weight(alpha) * (excess_density + (1.0 + excess_density) * (3.0 * eu + 4.5 * eu * eu - 1.5 * uu));
 }
 
+/// Of all directions.
+inline Populations equilibrium(double excess_density, const Eigen::Vector3d& u) {
+  const double velocity[3] = {u[0], u[1], u[2]};
+  Populations f;
+  for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+    f[static_cast<std::size_t>(alpha)] = equilibrium_deviation(alpha, excess_density, velocity);
+  return f;
+}
+
 /// δρ = Σ (f_α − w_α), for any f that is called with a direction. Pairs are added first: the sum is then the
 /// same for a cell and its mirror image.
 template <class Population>
@@ -50,16 +59,19 @@ struct CellMoments {
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
 };
 
+/// For any f that is called with a direction.
+template <class Population>
+CellMoments moments(const Population& f) {
+  CellMoments result{.excess_density = excess_density(f)};
+  for (int alpha = 1; alpha < d3q19::directions; ++alpha)
+    for (int axis = 0; axis < 3; ++axis) result.momentum[axis] += d3q19::e[alpha][axis] * static_cast<double>(f(alpha));
+  return result;
+}
+
 template <class T>
 CellMoments moments_of_cell(const T* populations, const PopulationLayout& layout, const Site& cell,
                             Placement placement) {
-  CellMoments result;
-  result.excess_density = excess_density_of_cell(populations, layout, cell, placement);
-  for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
-    const auto f = static_cast<double>(populations[layout.location(cell, alpha, placement)]);
-    for (int axis = 0; axis < 3; ++axis) result.momentum[axis] += d3q19::e[alpha][axis] * f;
-  }
-  return result;
+  return moments([&](int alpha) { return populations[layout.location(cell, alpha, placement)]; });
 }
 
 }  // namespace copepod::fluid

@@ -145,10 +145,10 @@ TEST(BodyMap, RefusesABodyThatRunsIntoAFace) {
   EXPECT_TRUE(is_refused(setup, {3.99, 10.0, 10.0}));
   EXPECT_FALSE(is_refused(setup, {15.99, 10.0, 10.0}));
   EXPECT_TRUE(is_refused(setup, {16.01, 10.0, 10.0}));
-  EXPECT_FALSE(is_refused(setup, {10.0, 4.51, 10.0}));  // half a cell before a mirror its image begins
-  EXPECT_TRUE(is_refused(setup, {10.0, 4.49, 10.0}));
-  EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 15.49}));
-  EXPECT_TRUE(is_refused(setup, {10.0, 10.0, 15.51}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 4.01, 10.0}));  // beyond a mirror is the body's image
+  EXPECT_TRUE(is_refused(setup, {10.0, 3.99, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 15.99}));
+  EXPECT_TRUE(is_refused(setup, {10.0, 10.0, 16.01}));
   EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 20.0}));  // on the plane, which cuts it
 }
 

@@ -20,12 +20,37 @@ TEST(BounceBack, AMovingWallTakesMomentumFromWhatFollowsIt) {
   EXPECT_NEAR(BounceBack::returning(diagonal), 0.01 - 6.0 / 36.0 * 1.1 * 0.05, 1e-17);
 }
 
-/// A sphere or capsule in a periodic box on one rank, and populations at hand.
+/// A link along which the fluid shears: E ± 3 w e·u(s), u(s) = u + s u' with the wall at s = q.
+Link sheared(double q, double e_dot_u, double slope) {
+  const int alpha = 7;
+  const double even = 0.01;
+  const double w = d3q19::weight(alpha);
+  return {.direction = alpha,
+          .leaving = even + 3.0 * w * e_dot_u,
+          .density = 1.0,
+          .e_dot_u_w = e_dot_u + q * slope,
+          .wall_distance = q,
+          .inward = even - 3.0 * w * e_dot_u,
+          .behind = even + 3.0 * w * (e_dot_u - slope)};
+}
+
+// What would leave x_f + e_α in direction ᾱ if the flow continued there.
+TEST(LinkFormulas, AreExactInAShearedFlowWhereverTheWallIs) {
+  for (const double q : {0.0, 0.1, 0.3, 0.5, 0.7, 1.0}) {
+    const Link link = sheared(q, 0.02, 0.005);
+    const double expected = 0.01 - 3.0 / 36.0 * (0.02 + 0.005);
+    EXPECT_NEAR(CentralLinear::returning(link), expected, 1e-17) << q;
+    EXPECT_NEAR(Interpolated::returning(link), expected, 1e-17) << q;
+    EXPECT_EQ(std::abs(BounceBack::returning(link) - expected) < 1e-17, q == 0.5) << q;
+  }
+}
+
+/// A sphere or capsule in a box on one rank, and populations at hand.
 struct Box16 {
-  explicit Box16(Shape shape = {ShapeKind::sphere, 3.3, 0.0}) {
+  explicit Box16(Shape shape = {ShapeKind::sphere, 3.3, 0.0}, BoundaryKind boundary = BoundaryKind::periodic) {
     setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
     setup.domain_cells = {16, 16, 16};
-    for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
+    for (Boundary& face : setup.boundaries) face.kind = boundary;
     setup.bodies = {shape};
     units.emplace(setup);
     domain.emplace(setup, *units);
@@ -57,11 +82,11 @@ struct Box16 {
             f({x, y, z}, alpha) = equilibrium_deviation(alpha, excess_density, velocity);
   }
 
-  void exchange(std::span<const BoundaryCell> cells) {
+  void exchange(std::span<const BoundaryCell> cells, MovingBoundary formula = MovingBoundary::bounce_back) {
     sums = {};
     reflected.clear();
-    choose_momentum_exchange<double>(MovingBoundary::bounce_back)(populations.data(), *layout, Placement::home, *domain,
-                                                                  body(), cells, sums, reflected);
+    choose_momentum_exchange<double>(formula).exchange(populations.data(), *layout, Placement::home, *map, 0, cells,
+                                                       sums, reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
@@ -88,7 +113,7 @@ TEST(MomentumExchange, OfOneLinkIsTwiceThePopulationThatIsReflected) {
   const Cell cell = {12, 8, 8};
   const int to_body = d3q19::index_of({-1, 0, 0});
   box.f(cell, to_body) = 0.25;
-  const BoundaryCell link{box.layout->site(cell), cell, 1U << to_body, false};
+  const BoundaryCell link{box.layout->site(cell), cell, 1U << to_body, 0, false};
   box.exchange({&link, 1});
   const Eigen::Vector3d force(-0.5, 0.0, 0.0);
   EXPECT_LT((box.force() - force).norm(), 1e-14);
@@ -107,7 +132,7 @@ TEST(MomentumExchange, UsesTheVelocityOfTheSurfaceAndTheDensityOfTheCell) {
   box.body().velocity = {0.022, 0.0, 0.0};
   box.body().angular_velocity = {0.0, 0.0, 0.02};
   box.f(cell, 0) = 0.25;
-  const BoundaryCell link{box.layout->site(cell), cell, 1U << alpha, false};
+  const BoundaryCell link{box.layout->site(cell), cell, 1U << alpha, 0, false};
   box.exchange({&link, 1});
   const double e_dot_u = -(0.022 - 0.02 * 0.6) + 0.02 * 4.3;
   const double returning = -6.0 / 36.0 * 1.25 * e_dot_u;
@@ -125,14 +150,56 @@ TEST(MomentumExchange, FluidAtRestPushesABodyNowhereWhateverItsPressure) {
   EXPECT_LT(box.torque().norm(), 1e-12);
 }
 
+// One cell between the sphere and another one, or a wall: with the Couette flow of the gap in that cell, every
+// formula that needs a second cell finds what that flow would send.
+TEST(MomentumExchange, TakesTheFlowOfAGapForCouetteFlow) {
+  for (const MovingBoundary formula : {MovingBoundary::interpolated, MovingBoundary::central_linear}) {
+    Box16 box({ShapeKind::sphere, 3.0, 0.0}, BoundaryKind::no_slip);
+    box.body().position = {8.5, 8.5, 4.2};  // lowest point 1.2 cells above the wall: q = 0.7
+    box.body().velocity = {0.0, 0.0, 0.012};
+    box.move();
+    const Cell cell = {8, 8, 0};
+    const int up = d3q19::index_of({0, 0, 1});
+    const double slope = 0.012 / 1.2;
+    box.f(cell, up) = 3.0 / 18.0 * 0.5 * slope;
+    box.f(cell, up + 1) = -box.f(cell, up);
+    const auto found = std::ranges::find(box.links->of_body(0), cell, &BoundaryCell::position);
+    BoundaryCell link = *found;
+    EXPECT_EQ((link.second_cells >> up) & 1U, 0U);
+    link.directions = 1U << up;
+    box.exchange({&link, 1}, formula);
+    EXPECT_NEAR(box.reflected.interior[8][0].value, -3.0 / 18.0 * 1.5 * slope, 1e-16);
+  }
+}
+
+// The sphere reaches beyond half of the box: links from both sides of the seam end in its nearest image.
+TEST(MomentumExchange, OfABodyNearItsOwnImageHasTheRightArms) {
+  Box16 box({ShapeKind::sphere, 7.8, 0.0});
+  box.body().position = {8.0, 8.0, 8.0};
+  box.move();
+  for (std::size_t i = 0; i < box.populations.size(); ++i) box.populations[i] = 0.0;
+  const Cell cell = {0, 8, 8};
+  const int left = d3q19::index_of({-1, 0, 0});
+  const int up_left = d3q19::index_of({-1, 0, 1});
+  ASSERT_LT(box.domain->from_position(box.body().position, cell)[0], 0.0);
+  box.f(cell, up_left) = 0.25;
+  const BoundaryCell link{box.layout->site(cell), cell, (1U << left) | (1U << up_left), 0, false};
+  box.exchange({&link, 1});
+  const Eigen::Vector3d force(-0.5, 0.0, 0.5);
+  EXPECT_LT((box.force() - force).norm(), 1e-14);
+  EXPECT_LT((box.torque() - Eigen::Vector3d(8.5, 0.5, 0.5).cross(force)).norm(), 1e-14);
+}
+
 // What is left is even in e_α and cancels over the closed surface.
 TEST(MomentumExchange, ABodyThatMovesWithAUniformFlowFeelsNoForce) {
   const Eigen::Vector3d u(0.06, -0.048, 0.064);
   Box16 moving;
   moving.body().velocity = u;
   moving.flow(0.01, u);
-  moving.exchange();
-  EXPECT_LT(moving.force().norm(), 1e-13);
+  for (const auto formula : {MovingBoundary::bounce_back, MovingBoundary::central_linear}) {
+    moving.exchange(moving.links->of_body(0), formula);
+    EXPECT_LT(moving.force().norm(), 1e-13);
+  }
   Box16 resting;
   resting.flow(0.01, u);
   resting.exchange();
