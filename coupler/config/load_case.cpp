@@ -142,7 +142,8 @@ Case read_case(Reader top) {
   result.body = read_body_solver(top.section("body"));
   for (std::size_t i = 0; i < top.size("swimmers"); ++i)
     result.swimmers.push_back(read_swimmer(top.item("swimmers", i), result.step_s));
-  for (std::size_t i = 0; i < top.size("bodies"); ++i) result.bodies.push_back(read_body(top.item("bodies", i)));
+  for (std::size_t i = 0; i < top.size("bodies"); ++i)
+    result.bodies.push_back(read_body(top.item("bodies", i), result.step_s));
   for (std::size_t i = 0; i < top.size("groups"); ++i) result.groups.push_back(read_group(top.item("groups", i)));
   for (std::size_t i = 0; i < top.size("springs"); ++i) result.springs.push_back(read_spring(top.item("springs", i)));
   for (std::size_t i = 0; i < top.size("bends"); ++i) result.bends.push_back(read_named_bend(top.item("bends", i)));
@@ -266,6 +267,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   setup.springs = assembly.springs;
   setup.bends = assembly.bends;
   for (const DrivenActuator& driven : assembly.drive) setup.actuators.push_back(driven.actuator);
+  take_out(assembly.prescribed, setup);
   return setup;
 }
 

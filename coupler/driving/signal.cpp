@@ -80,4 +80,11 @@ double value_of(const Signal& signal, std::int64_t step, double node) {
   return ramp * signal.amplitude * wave(signal, step, node);
 }
 
+double integral_over_step(const Signal& signal, std::int64_t step) {
+  constexpr double off_middle = 0.38729833462074168852;  // √0.6 / 2
+  return (5.0 * (value_of(signal, step, 0.5 - off_middle) + value_of(signal, step, 0.5 + off_middle)) +
+          8.0 * value_of(signal, step, 0.5)) /
+         18.0;
+}
+
 }  // namespace copepod::coupler

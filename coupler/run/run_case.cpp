@@ -8,6 +8,7 @@
 #include "analysis/swimmer_report.hpp"
 #include "config/sections/sections.hpp"
 #include "driving/lowered_bodies.hpp"
+#include "driving/prescribed_bodies.hpp"
 #include "recording/timeline.hpp"
 #include "run/checkpointer.hpp"
 #include "run/run_observers.hpp"
@@ -108,6 +109,8 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   }
   body_ = components_.make_body(lowers ? lowered(body) : body, first);
   if (lowers) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
+  const auto& [bodies, prescribed] = std::tie(loaded_.assembly.bodies, loaded_.assembly.prescribed);
+  if (!prescribed.empty()) body_ = std::make_unique<PrescribedBodies>(std::move(body_), bodies, prescribed, body);
   fluid_ = components_.make_fluid(fluid, first);
   if (!checkpoint) return;
   body_->restore(checkpoint->body_path.string());

@@ -50,10 +50,8 @@ template <class T>
 nlohmann::json measure(const Options& options, Communicator& ranks) {
   const FluidSetup setup = closed_box(options);
   LatticeBoltzmann<T> fluid(setup, ranks);
-  fluid.initialise([](const Cell& cell, double(&u)[3]) {
-    u[0] = u[1] = 0.0;
-    u[2] = 1e-3 * static_cast<double>(cell[0] % 7);
-    return 0.0;
+  fluid.initialise([](const Cell& cell) {
+    return LocalFlow{0.0, {0.0, 0.0, 1e-3 * static_cast<double>(cell[0] % 7)}};
   });
   const BlockPartition partition(fluid.domain().cells(), ranks.size());
   const PopulationLayout layout(partition.block(ranks.rank()), sizeof(T));

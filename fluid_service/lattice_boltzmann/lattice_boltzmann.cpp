@@ -45,7 +45,10 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       load_sums_(setup.bodies.size()),
       load_sum_halves_(2 * load_components * setup.bodies.size()),
       timer_(communicator.context().timeline()),
-      output_(setup, communicator) {}
+      output_(setup, communicator) {
+  if (setup.initial_flow.kind != InitialFlowKind::rest)
+    initialise([&](const Cell& cell) { return initial_flow(setup_, units_, cell); });
+}
 
 template <class T>
 void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {

@@ -16,6 +16,7 @@
 #include "lattice_boltzmann/boundary/wall.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
+#include "lattice_boltzmann/lattice/initial_flow.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 #include "lattice_boltzmann/output/field_output.hpp"
 
@@ -74,8 +75,7 @@ class LatticeBoltzmann final : public FluidSolver {
   [[nodiscard]] std::int64_t step() const { return step_; }
   /// Macroscopic fields of this rank's block, SI units.
   [[nodiscard]] FieldBlock fields() const;
-  /// The populations themselves, for initial conditions of validation cases:
-  /// sets every cell to the equilibrium of the given excess density and velocity (lattice units).
+  /// Starts every cell from `flow(cell)`, a LocalFlow.
   template <class Flow>
   void initialise(const Flow& flow);
 
@@ -139,12 +139,12 @@ std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks
 template <class T>
 template <class Flow>
 void LatticeBoltzmann<T>::initialise(const Flow& flow) {
+  const double relaxation_time = units_.relaxation_time(setup_.kinematic_viscosity_m2_per_s);
   for_each_cell(layout_.block(), [&](const Cell& cell) {
-    double velocity[3];
-    const double excess_density = flow(cell, velocity);
+    const LocalFlow local = flow(cell);
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       populations_[static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement_))] =
-          static_cast<T>(equilibrium_deviation(alpha, excess_density, velocity));
+          static_cast<T>(starting_deviation(alpha, local, relaxation_time));
   });
 }
 

@@ -47,6 +47,8 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
   for (const Boundary& boundary : setup.boundaries) required.insert(feature("boundary", boundary_names, boundary.kind));
   if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
   if (!setup.body_force_N_per_m3.isZero(0.0)) required.insert("body_force");
+  if (setup.initial_flow.kind != InitialFlowKind::rest)
+    required.insert(feature("initial_flow", initial_flow_names, setup.initial_flow.kind));
   if (setup.fields.every_steps > 0 || setup.fields.mean_stop > 0) required.insert("fields");
 }
 
@@ -76,6 +78,9 @@ const std::vector<Feature>& known_features() {
       {"no_slip_plane", physics, "one wall in Stokes flow"},
       {"symmetry_planes", physics, "the flow is mirrored about planes through the middle of the domain"},
       {"body_force", physics, "a constant force per volume drives the fluid"},
+      {"initial_flow:uniform", physics, "the fluid starts with one velocity"},
+      {"initial_flow:shear", physics, "the fluid starts in linear shear between two walls"},
+      {"initial_flow:taylor_green", physics, "the fluid starts as a Taylor-Green vortex"},
       {"shape:sphere", physics, "bodies that are spheres"},
       {"shape:capsule", physics, "bodies that are capsules"},
       {"motion:free", physics, "bodies with six degrees of freedom"},

@@ -25,6 +25,20 @@ struct Boundary {
   double pressure_Pa = 0.0;                                    ///< relative to rest, for BoundaryKind::pressure
 };
 
+enum class InitialFlowKind {
+  rest,
+  uniform,       ///< one velocity
+  shear,         ///< linear between the only two walls of which one moves
+  taylor_green,  ///< one vortex pair per axis: U (cos kx sin ly, −(k/l) sin kx cos ly, 0), k = 2π/Lx, l = 2π/Ly
+};
+
+/// The fluid's velocity before step 0, with the pressure that belongs to it.
+struct InitialFlow {
+  InitialFlowKind kind = InitialFlowKind::rest;
+  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< for InitialFlowKind::uniform
+  double speed_m_per_s = 0.0;                                  ///< U, for InitialFlowKind::taylor_green
+};
+
 /// Field output; steps count from the start of the run. `every_steps` 0: no snapshots;
 /// `mean_stop` 0: no mean.
 struct FieldOutput {
@@ -49,6 +63,7 @@ struct FluidSetup {
   int no_slip_plane = -1;  ///< for FluidKind::stokes: number of the one face in `boundaries` that is there; −1: none
   std::array<bool, 3> symmetry_planes{};  ///< mirror plane normal to x, y, z through the domain's middle
   Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
+  InitialFlow initial_flow;
   CollisionKind collision = CollisionKind::bgk;
   MovingBoundary moving_boundary = MovingBoundary::bounce_back;
   Refill refill = Refill::equilibrium;

@@ -48,6 +48,11 @@ inline constexpr std::array boundary_names{
     Choice<BoundaryKind>{"free_slip", BoundaryKind::free_slip},
     Choice<BoundaryKind>{"velocity", BoundaryKind::velocity}, Choice<BoundaryKind>{"pressure", BoundaryKind::pressure}};
 
+inline constexpr std::array initial_flow_names{Choice<InitialFlowKind>{"rest", InitialFlowKind::rest},
+                                               Choice<InitialFlowKind>{"uniform", InitialFlowKind::uniform},
+                                               Choice<InitialFlowKind>{"shear", InitialFlowKind::shear},
+                                               Choice<InitialFlowKind>{"taylor_green", InitialFlowKind::taylor_green}};
+
 /// Faces by their number in the order of FluidSetup::boundaries.
 inline constexpr std::array plane_names{Choice<int>{"none", -1}, Choice<int>{"x_low", 0},  Choice<int>{"x_high", 1},
                                         Choice<int>{"y_low", 2}, Choice<int>{"y_high", 3}, Choice<int>{"z_low", 4},

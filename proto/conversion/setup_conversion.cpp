@@ -47,6 +47,12 @@ void describe(auto& wire, Is<Boundary> auto& boundary) {
   wire("pressure_Pa", boundary.pressure_Pa);
 }
 
+void describe(auto& wire, Is<InitialFlow> auto& flow) {
+  wire("kind", flow.kind);
+  wire("velocity_m_per_s", flow.velocity_m_per_s);
+  wire("speed_m_per_s", flow.speed_m_per_s);
+}
+
 void describe(auto& wire, Is<FieldOutput> auto& fields) {
   wire("directory", fields.directory);
   wire("every_steps", fields.every_steps);
@@ -66,6 +72,7 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
   wire("no_slip_plane", setup.no_slip_plane, -1);
   wire("symmetry_planes", setup.symmetry_planes);
   wire("body_force_N_per_m3", setup.body_force_N_per_m3);
+  wire("initial_flow", setup.initial_flow);
   wire("collision", setup.collision);
   wire("moving_boundary", setup.moving_boundary);
   wire("refill", setup.refill);

@@ -7,11 +7,10 @@
 namespace copepod::fluid::validation {
 namespace {
 
-double swirl(const Cell& cell, double (&u)[3]) {
-  u[0] = 0.02 * std::sin(0.5 * static_cast<double>(cell[1]));
-  u[1] = 0.02 * std::cos(0.3 * static_cast<double>(cell[2]));
-  u[2] = 0.02 * std::sin(0.4 * static_cast<double>(cell[0]));
-  return 1e-3 * std::cos(0.2 * static_cast<double>(cell[0] + cell[1]));
+LocalFlow swirl(const Cell& cell) {
+  const Eigen::Vector3d u(std::sin(0.5 * static_cast<double>(cell[1])), std::cos(0.3 * static_cast<double>(cell[2])),
+                          std::sin(0.4 * static_cast<double>(cell[0])));
+  return {1e-3 * std::cos(0.2 * static_cast<double>(cell[0] + cell[1])), 0.02 * u};
 }
 
 // Streaming moves, bounce-back returns and collision redistributes populations: mass can change by

@@ -10,6 +10,34 @@ const char* time_key(const Case& the_case) {
   return the_case.fluid.relaxation_time ? "fluid.relaxation_time" : "step_s";
 }
 
+bool is_wall(const Boundary& face) { return face.kind == BoundaryKind::no_slip || face.kind == BoundaryKind::velocity; }
+
+/// A flow that the faces of the domain would destroy at once.
+void check_initial_flow(const FluidCase& fluid, Problems& problems) {
+  const std::string path = "fluid.initial_flow.kind";
+  if (fluid.initial_flow.kind == InitialFlowKind::taylor_green &&
+      (fluid.boundaries[0].kind != BoundaryKind::periodic || fluid.boundaries[2].kind != BoundaryKind::periodic)) {
+    problems.error(path, path +
+                             " is taylor_green, and x or y is not periodic (a vortex pair fills the domain along both, "
+                             "and no wall is in its way). Make x and y periodic.");
+  }
+  if (fluid.initial_flow.kind != InitialFlowKind::shear) return;
+  int moving = 0, between_walls = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Boundary& low = fluid.boundaries[2 * axis];
+    const Boundary& high = fluid.boundaries[2 * axis + 1];
+    if (low.kind != BoundaryKind::velocity && high.kind != BoundaryKind::velocity) continue;
+    ++moving;
+    const auto normal = static_cast<Eigen::Index>(axis);
+    const bool along = low.velocity_m_per_s[normal] == 0.0 && high.velocity_m_per_s[normal] == 0.0;
+    if (is_wall(low) && is_wall(high) && along) ++between_walls;
+  }
+  if (moving == 1 && between_walls == 1) return;
+  problems.error(path, path + " is shear, and " + std::to_string(between_walls) +
+                           " axes lie between two walls that move along themselves (a flow linear between two walls "
+                           "needs one such axis and no other wall that moves). Give one axis velocity_m_per_s.");
+}
+
 }  // namespace
 
 void check_time(const Case& the_case, Problems& problems) {
@@ -71,6 +99,7 @@ void check_domain(const Case& the_case, Problems& problems) {
                                              " cells in all (no machine holds them). Use fewer or larger cells.");
     return;
   }
+  check_initial_flow(fluid, problems);
 }
 
 }  // namespace copepod::coupler

@@ -57,6 +57,11 @@ std::pair<double, double> range_of(const Signal& signal) {
   return range;
 }
 
+double largest_magnitude(const Signal& signal) {
+  const auto [least, greatest] = range_of(signal);
+  return std::max(-least, greatest);
+}
+
 /// Stiffness that a force between two bodies works against: of all springs between them [N/m].
 using StiffnessBetween = std::map<std::pair<int, int>, double>;
 
@@ -86,8 +91,7 @@ void judge_pair_force(std::size_t index, const StiffnessBetween& stiffness_betwe
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_A)];
   const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_B)];
   const std::string pair = "'" + A.name + "' and '" + B.name + "'";
-  const auto [least_N, greatest_N] = range_of(driven.signal);
-  const double force_N = std::max(-least_N, greatest_N);
+  const double force_N = largest_magnitude(driven.signal);
   const double frequency_rad_per_s =
       2.0 * std::numbers::pi / (static_cast<double>(driven.signal.period_steps) * the_case.step_s);
   const auto springs = stiffness_between.find(std::minmax(driven.actuator.body_A, driven.actuator.body_B));
@@ -129,9 +133,18 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
     const BodySpecification& body = assembly.bodies[i];
     const double surface_speed = body.velocity_m_per_s.norm() + body.angular_velocity_rad_per_s.norm() *
                                                                     (body.shape.radius_m + 0.5 * body.shape.length_m);
-    judge_velocity(surface_speed, the_case, assembly.body_paths[i] + ".velocity_m_per_s",
-                   "the initial speed of body '" + body.name + "'", problems);
+    const auto moved = std::ranges::find(assembly.prescribed, static_cast<int>(i), &PrescribedBody::body);
+    const bool varies = moved != assembly.prescribed.end();
+    judge_velocity(varies ? surface_speed * largest_magnitude(moved->signal) : surface_speed, the_case,
+                   assembly.body_paths[i] + (varies ? ".motion" : ".velocity_m_per_s"),
+                   (varies ? "the largest speed of body '" : "the initial speed of body '") + body.name + "'",
+                   problems);
   }
+  const InitialFlow& flow = the_case.fluid.initial_flow;
+  const double slenderness = static_cast<double>(the_case.fluid.domain_cells[1]) /
+                             static_cast<double>(the_case.fluid.domain_cells[0]);  // of a Taylor-Green vortex
+  judge_velocity(std::max(flow.velocity_m_per_s.norm(), flow.speed_m_per_s * std::max(1.0, slenderness)), the_case,
+                 "fluid.initial_flow", "the speed of the initial flow", problems);
   for (std::size_t face = 0; face < 6; ++face) {
     const Boundary& boundary = the_case.fluid.boundaries[face];
     judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall", problems);
@@ -148,6 +161,14 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
 
 /// Waves that are sampled too coarsely or of which no cycle is run, rest lengths that vary too much.
 void check_signals(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  const auto judge_period = [&problems](const Signal& signal, const std::string& signal_path) {
+    if (signal.period_steps == 0 || signal.period_steps >= 20) return;
+    const std::string path = signal_path + ".period_steps";
+    problems.error(path, path + " is " + std::to_string(signal.period_steps) +
+                             " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
+  };
+  for (const auto& [body, signal] : assembly.prescribed)
+    judge_period(signal, assembly.body_paths[static_cast<std::size_t>(body)] + ".motion.prescribed.signal");
   bool cycle_is_run = true;
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const Signal& signal = assembly.drive[i].signal;
@@ -155,11 +176,7 @@ void check_signals(const Case& the_case, const Assembly& assembly, Problems& pro
     if (assembly.drive_springs[i] >= 0) judge_rest_length(i, assembly, problems);
     const bool judged = i > 0 && signal_path == assembly.signal_paths[i - 1];
     if (signal.period_steps == 0 || judged) continue;
-    if (signal.period_steps < 20) {
-      const std::string path = signal_path + ".period_steps";
-      problems.error(path, path + " is " + std::to_string(signal.period_steps) +
-                               " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
-    }
+    judge_period(signal, signal_path);
     const bool stroke = signal_path.ends_with(".stroke");  // judged by check_strokes
     if (!cycle_is_run || stroke || signal.period_steps <= the_case.steps) continue;
     cycle_is_run = false;  // one warning is enough

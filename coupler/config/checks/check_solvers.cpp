@@ -50,6 +50,11 @@ void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
                      "fluid.body_force_N_per_m3 drives a flow (solver: stokes computes only the flow due to the "
                      "bodies). It is ignored.");
   }
+  if (fluid.initial_flow.kind != InitialFlowKind::rest) {
+    problems.warning("fluid.initial_flow",
+                     "fluid.initial_flow is a flow (solver: stokes computes only the flow due to the bodies). It is "
+                     "ignored.");
+  }
   for (std::size_t face = 0; face < 6; ++face) {
     const BoundaryKind kind = fluid.boundaries[face].kind;
     if (kind != BoundaryKind::velocity && kind != BoundaryKind::pressure) continue;

@@ -101,9 +101,30 @@ void check_arms(const Case& the_case, Problems& problems) {
   }
 }
 
+/// What acts on bodies that the coupler moves.
+void check_prescribed(const Assembly& assembly, Problems& problems) {
+  const auto check = [&](std::initializer_list<int> bodies, const std::string& path) {
+    for (const auto& [prescribed, signal] : assembly.prescribed) {
+      if (std::ranges::find(bodies, prescribed) == bodies.end()) continue;
+      const std::string& name = assembly.bodies[static_cast<std::size_t>(prescribed)].name;
+      problems.error(path, path + " acts on body '" + name +
+                               "' (its motion is a function of time: the coupler moves it, not the body "
+                               "component). Remove it, or prescribe constant velocities with motion: prescribed.");
+      return;
+    }
+  };
+  for (std::size_t i = 0; i < assembly.springs.size(); ++i)
+    check({assembly.springs[i].body_A, assembly.springs[i].body_B}, assembly.spring_paths[i]);
+  for (std::size_t i = 0; i < assembly.bends.size(); ++i)
+    check({assembly.bends[i].body_A, assembly.bends[i].body_B, assembly.bends[i].body_C}, assembly.bend_paths[i]);
+  for (std::size_t i = 0; i < assembly.drive.size(); ++i)
+    check({assembly.drive[i].actuator.body_A, assembly.drive[i].actuator.body_B}, assembly.drive_paths[i]);
+}
+
 }  // namespace
 
 void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  check_prescribed(assembly, problems);
   check_bends(assembly, problems);
   check_pairs(the_case, assembly, problems);
   check_arms(the_case, problems);

@@ -184,6 +184,7 @@ void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& pr
     if (fluid.solver != FluidSolverChoice::lattice_boltzmann) continue;
     check_symmetric_faces(fluid, axis, problems);
     check_symmetric_vector(fluid.body_force_N_per_m3, axis, "fluid.body_force_N_per_m3", problems);
+    check_symmetric_vector(fluid.initial_flow.velocity_m_per_s, axis, "fluid.initial_flow.velocity_m_per_s", problems);
     check_symmetric_vector(the_case.body.gravity_m_per_s2, axis, "gravity_m_per_s2", problems);
     for (std::size_t i = 0; i < assembly.bodies.size(); ++i)
       check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], fluid, axis, problems);

@@ -175,7 +175,8 @@ constexpr std::array signal_names{
     Choice<SignalKind>{"square", SignalKind::square}, Choice<SignalKind>{"trapezoid", SignalKind::trapezoid},
     Choice<SignalKind>{"table", SignalKind::table}};
 
-/// @param amplitude  key of the amplitude, with its unit
+}  // namespace
+
 Signal read_signal(Reader signal, double step_s, const std::string& amplitude) {
   Signal result;
   const auto kind = signal.kind(signal_names);
@@ -183,7 +184,8 @@ Signal read_signal(Reader signal, double step_s, const std::string& amplitude) {
   result.kind = *kind;
   const bool table = result.kind == SignalKind::table;
   const bool periodic = !table && result.kind != SignalKind::constant;
-  result.amplitude = signal.number(amplitude, Range::any, table ? std::optional(1.0) : std::nullopt);
+  const bool factor = table || amplitude == factor_key;
+  result.amplitude = signal.number(amplitude, Range::any, factor ? std::optional(1.0) : std::nullopt);
   result.period_steps = read_period(signal, step_s);
   if (periodic && result.period_steps == 0) {
     signal.reject("period_steps", "is missing (the signal repeats). Give period_steps or period_s.");
@@ -226,8 +228,6 @@ ordered_json resolved_signal(const Signal& signal, const char* amplitude) {
   section["stop_step"] = signal.stop_step == Signal::never ? ordered_json("never") : ordered_json(signal.stop_step);
   return section;
 }
-
-}  // namespace
 
 Drive read_drive(Reader drive, double step_s) {
   Drive result;

@@ -92,29 +92,58 @@ Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
   return Eigen::Vector4d(w, -direction.y() / (2.0 * w), direction.x() / (2.0 * w), 0.0).normalized();
 }
 
-BodySpecification read_body(Reader body) {
-  BodySpecification result;
+namespace {
+
+/// motion: {prescribed: …}: velocities that vary in time.
+void read_prescribed_motion(Reader& body, double step_s, SingleBody& result) {
+  for (const char* key : {"velocity_m_per_s", "angular_velocity_rad_per_s"}) {
+    if (body.has(key))
+      body.reject(key, "is given beside motion: {prescribed: …} (which holds the velocities). Remove it.");
+  }
+  Reader motion = body.section("motion");
+  Reader prescribed = motion.section("prescribed");
+  result.motion = MotionKind::prescribed;
+  result.velocity_m_per_s = prescribed.numbers("velocity_m_per_s", 3, Eigen::VectorXd::Zero(3));
+  result.angular_velocity_rad_per_s = prescribed.numbers("angular_velocity_rad_per_s", 3, Eigen::VectorXd::Zero(3));
+  result.signal = read_signal(prescribed.section("signal"), step_s, factor_key);
+}
+
+}  // namespace
+
+SingleBody read_body(Reader body, double step_s) {
+  SingleBody result;
   result.name = body.text("name");
   result.shape = read_shape(body);
   result.mass_kg = body.number("mass_kg", Range::positive);
   result.position_m = body.numbers("position_m", 3);
   result.orientation_wxyz = read_orientation(body);
-  result.velocity_m_per_s = body.numbers("velocity_m_per_s", 3, Eigen::VectorXd::Zero(3));
-  result.angular_velocity_rad_per_s = body.numbers("angular_velocity_rad_per_s", 3, Eigen::VectorXd::Zero(3));
-  result.motion = body.choice("motion", motion_names, std::optional(MotionKind::free));
+  const Value* motion = body.raw("motion");
+  if (motion != nullptr && motion->kind == Value::Kind::mapping) {
+    read_prescribed_motion(body, step_s, result);
+  } else {
+    result.velocity_m_per_s = body.numbers("velocity_m_per_s", 3, Eigen::VectorXd::Zero(3));
+    result.angular_velocity_rad_per_s = body.numbers("angular_velocity_rad_per_s", 3, Eigen::VectorXd::Zero(3));
+    result.motion = body.choice("motion", motion_names, std::optional(MotionKind::free));
+  }
   result.axis = read_direction(body, "axis", Eigen::Vector3d::UnitZ());
   return result;
 }
 
-ordered_json resolved_body(const BodySpecification& body) {
+ordered_json resolved_body(const SingleBody& body) {
   ordered_json section{{"name", body.name}};
   add_shape(section, body.shape);
   section["mass_kg"] = body.mass_kg;
   section["position_m"] = body.position_m;
   section["orientation_wxyz"] = body.orientation_wxyz;
-  section["velocity_m_per_s"] = body.velocity_m_per_s;
-  section["angular_velocity_rad_per_s"] = body.angular_velocity_rad_per_s;
-  section["motion"] = name_of(motion_names, body.motion);
+  ordered_json velocities{{"velocity_m_per_s", body.velocity_m_per_s},
+                          {"angular_velocity_rad_per_s", body.angular_velocity_rad_per_s}};
+  if (body.signal) {
+    velocities["signal"] = resolved_signal(*body.signal, factor_key);
+    section["motion"] = {{"prescribed", velocities}};
+  } else {
+    section.update(velocities);
+    section["motion"] = name_of(motion_names, body.motion);
+  }
   section["axis"] = body.axis;
   return section;
 }

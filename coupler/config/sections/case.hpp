@@ -14,6 +14,7 @@
 #include "contract/shape.hpp"
 #include "contract/words.hpp"
 #include "driving/driving_protocol.hpp"
+#include "driving/prescribed_bodies.hpp"
 #include "driving/signal.hpp"
 
 namespace copepod::coupler {
@@ -103,6 +104,11 @@ struct Swimmer {
   PublishedFigures published;
 };
 
+/// A body that is not of a swimmer.
+struct SingleBody : BodySpecification {
+  std::optional<Signal> signal;  ///< by which its prescribed velocities vary in time
+};
+
 // Items of the case that name their bodies; `assemble` finds the numbers.
 
 struct NamedSpring : SpringSpecification {
@@ -170,7 +176,7 @@ struct Case {
   double step_s = 0.0;                 ///< given or derived
   BodyCase body;
   std::vector<Swimmer> swimmers;
-  std::vector<BodySpecification> bodies;  ///< those not of swimmers
+  std::vector<SingleBody> bodies;
   std::vector<NamedSpring> springs;
   std::vector<NamedBend> bends;
   std::vector<NamedActuator> actuators;

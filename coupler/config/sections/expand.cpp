@@ -150,6 +150,8 @@ Assembly assemble(const Case& the_case) {
     add_swimmer_arms(swimmer, first_body, path, assembly);
   }
   for (std::size_t i = 0; i < the_case.bodies.size(); ++i) {
+    const std::optional<Signal>& signal = the_case.bodies[i].signal;
+    if (signal) assembly.prescribed.push_back({static_cast<int>(assembly.bodies.size()), *signal});
     assembly.bodies.push_back(the_case.bodies[i]);
     assembly.body_paths.push_back("bodies." + std::to_string(i));
   }

@@ -6,6 +6,7 @@
 #include "config/sections/case.hpp"
 #include "contract/body_setup.hpp"
 #include "driving/driving_protocol.hpp"
+#include "driving/prescribed_bodies.hpp"
 
 namespace copepod::coupler {
 
@@ -16,6 +17,7 @@ struct Assembly {
   std::vector<std::string> body_paths;   ///< key path in the case that each body came from
   std::vector<int> first_bodies;         ///< of each swimmer: the body of its first bead; the others follow
   std::vector<std::vector<int>> groups;  ///< bodies of each group of the case
+  std::vector<PrescribedBody> prescribed;
   std::vector<SpringSpecification> springs;
   std::vector<std::string> spring_paths;
   std::vector<BendSpecification> bends;

@@ -77,6 +77,22 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
   return FluidKind::lattice_boltzmann;
 }
 
+InitialFlow read_initial_flow(Reader flow) {
+  InitialFlow result;
+  result.kind = flow.choice("kind", initial_flow_names, std::optional(InitialFlowKind::rest));
+  if (result.kind == InitialFlowKind::uniform) result.velocity_m_per_s = flow.numbers("velocity_m_per_s", 3);
+  if (result.kind == InitialFlowKind::taylor_green)
+    result.speed_m_per_s = flow.number("speed_m_per_s", Range::positive);
+  return result;
+}
+
+ordered_json resolved_initial_flow(const InitialFlow& flow) {
+  ordered_json section{{"kind", name_of(initial_flow_names, flow.kind)}};
+  if (flow.kind == InitialFlowKind::uniform) section["velocity_m_per_s"] = flow.velocity_m_per_s;
+  if (flow.kind == InitialFlowKind::taylor_green) section["speed_m_per_s"] = flow.speed_m_per_s;
+  return section;
+}
+
 ordered_json resolved_face(const Boundary& boundary) {
   switch (boundary.kind) {
     case BoundaryKind::velocity:
@@ -123,7 +139,8 @@ FluidCase read_fluid(Reader fluid) {
   result.no_slip_plane = fluid.choice("no_slip_plane", plane_names, std::optional(-1));
   result.symmetry_planes = read_symmetry_planes(fluid);
   result.body_force_N_per_m3 = fluid.numbers("body_force_N_per_m3", 3, Eigen::VectorXd::Zero(3));
-  result.collision = fluid.choice("collision", collision_names, std::optional(CollisionKind::bgk));
+  result.initial_flow = read_initial_flow(fluid.section("initial_flow"));
+  result.collision = fluid.choice("collision", collision_names, std::optional(CollisionKind::trt));
   result.moving_boundary =
       fluid.choice("moving_boundary", moving_boundary_names, std::optional(MovingBoundary::bounce_back));
   result.refill = fluid.choice("refill", refill_names, std::optional(Refill::equilibrium));
@@ -145,6 +162,7 @@ ordered_json resolved_fluid(const FluidCase& fluid) {
     if (fluid.symmetry_planes[axis]) section["symmetry_planes"].push_back(axis_names[axis]);
   }
   section["body_force_N_per_m3"] = fluid.body_force_N_per_m3;
+  section["initial_flow"] = resolved_initial_flow(fluid.initial_flow);
   section["collision"] = name_of(collision_names, fluid.collision);
   section["moving_boundary"] = name_of(moving_boundary_names, fluid.moving_boundary);
   section["refill"] = name_of(refill_names, fluid.refill);

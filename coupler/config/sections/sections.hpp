@@ -31,8 +31,8 @@ nlohmann::ordered_json resolved_published(const PublishedFigures& figures);
 /// @param mass_kg  of each body, where they differ twice the reduced mass
 double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg);
 
-BodySpecification read_body(Reader body);
-nlohmann::ordered_json resolved_body(const BodySpecification& body);
+SingleBody read_body(Reader body, double step_s);
+nlohmann::ordered_json resolved_body(const SingleBody& body);
 
 NamedSpring read_spring(Reader spring);
 nlohmann::ordered_json resolved_spring(const NamedSpring& spring);
@@ -46,6 +46,13 @@ void add_bend(nlohmann::ordered_json& section, const BendSpecification& bend);
 
 NamedActuator read_actuator(Reader actuator, double step_s);
 nlohmann::ordered_json resolved_actuator(const NamedActuator& actuator);
+
+/// Key of the amplitude of a signal that is a factor.
+inline constexpr const char* factor_key = "amplitude";
+
+/// @param amplitude  key of the amplitude, with its unit
+Signal read_signal(Reader signal, double step_s, const std::string& amplitude);
+nlohmann::ordered_json resolved_signal(const Signal& signal, const char* amplitude);
 
 Drive read_drive(Reader drive, double step_s);
 nlohmann::ordered_json resolved_drive(const Drive& drive);

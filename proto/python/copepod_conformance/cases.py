@@ -53,6 +53,8 @@ class FluidCase:
             message.boundaries.add(kind=setup.BOUNDARY_KIND_NO_SLIP, velocity_m_per_s=[0, 0, 0])
         message.symmetry_planes.extend([False] * 3)
         message.body_force_N_per_m3.extend([0.0] * 3)
+        message.initial_flow.kind = setup.INITIAL_FLOW_KIND_REST
+        message.initial_flow.velocity_m_per_s.extend([0.0] * 3)
         message.collision, message.precision = setup.COLLISION_KIND_BGK, setup.PRECISION_DOUBLE
         message.moving_boundary, message.refill = setup.MOVING_BOUNDARY_BOUNCE_BACK, setup.REFILL_EQUILIBRIUM
         for _ in POSITIONS_M:

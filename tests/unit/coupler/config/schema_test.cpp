@@ -30,7 +30,7 @@ class SchemaKeys {
 
  private:
   void collect(const json& node, const std::string& path) {
-    if (node.contains("$ref")) collect(schema_.at("$defs").at(std::string(node["$ref"]).substr(8)), path);
+    if (node.contains("$ref")) collect(referred(node), path);
     for (const auto& option : node.value("anyOf", json::array())) collect(option, path);
     if (node.contains("items")) collect(node["items"], path + ".[]");
     if (node.contains("additionalProperties") && node["additionalProperties"].is_object()) keys.insert(path + ".*");
@@ -38,9 +38,14 @@ class SchemaKeys {
     for (const auto& [key, child] : properties.items()) {
       const std::string below = path.empty() ? key : path + "." + key;
       keys.insert(below);
-      if (!child.contains("description")) undescribed.insert(below);
+      if (!child.contains("description") && !(child.contains("$ref") && referred(child).contains("description")))
+        undescribed.insert(below);
       collect(child, below);
     }
+  }
+  /// What "#/$defs/…" stands for.
+  [[nodiscard]] const json& referred(const json& node) const {
+    return schema_.at(json::json_pointer(node["$ref"].get<std::string>().substr(1)));
   }
   json schema_;
 };
@@ -72,6 +77,22 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
     load_case_text(text, "every_key.yaml",
                    {"actuators.0.signal=" + signal + lag + "}", "swimmers.1.arms.0.drive.signal=" + signal + lag + "}"},
                    &asked);
+  load_case_text(text, "every_key.yaml",
+                 {"fluid.boundaries={x: periodic, y: periodic}", "fluid.symmetry_planes=[]",
+                  "fluid.initial_flow={kind: taylor_green, speed_m_per_s: 0.2}"},
+                 &asked);
+  // What acts on the body has no place beside a motion in time.
+  const std::vector<std::string> unattached{"bodies.0.velocity_m_per_s=null",
+                                            "bodies.0.angular_velocity_rad_per_s=null", "springs=[]", "actuators=[]"};
+  for (const std::string& wave :
+       {"{kind: table, file: " + std::string(CONFIG_TESTS) + "/tables/two_rows.csv, period_s: 1.0e-6, lag_s: 0}",
+        std::string("{kind: table, times_steps: [0, 50], values: [0, 1], period_steps: 100, lag_rad: 0}"),
+        std::string("{kind: trapezoid, amplitude: 2, period_steps: 100, rise_fraction: 0.2, lag_deg: 90}"),
+        std::string("{kind: sinusoid, period_steps: 100, lag_steps: 1, ramp_steps: 1, start_step: 1, stop_step: 9}")}) {
+    std::vector<std::string> overrides = unattached;
+    overrides.push_back("bodies.0.motion={prescribed: {velocity_m_per_s: [0, 0, 0.1], signal: " + wave + "}}");
+    load_case_text(text, "every_key.yaml", overrides, &asked);
+  }
   expect_described(asked, "case.schema.json");
   EXPECT_GT(asked.size(), 80U);
 }

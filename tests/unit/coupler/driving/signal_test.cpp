@@ -125,6 +125,20 @@ TEST(Signal, RampsUpFromItsStart) {
   EXPECT_EQ(value_of(constant, 1000, 0.0), 4.0);
 }
 
+TEST(Signal, IsIntegratedOverAStep) {
+  Signal ramped;
+  ramped.amplitude = 4.0;
+  ramped.ramp_steps = 8;
+  ramped.start_step = 10;
+  EXPECT_EQ(integral_over_step(ramped, 9), 0.0);
+  EXPECT_NEAR(integral_over_step(ramped, 13), 1.75, 1e-15);
+  const Signal square = wave(SignalKind::square, 100);
+  EXPECT_NEAR(integral_over_step(square, 40), value_of(square, 40, 0.5), 1e-14);
+  const Signal sinusoid = wave(SignalKind::sinusoid, 20);
+  const double exact = sinusoid.amplitude * 20.0 / (2.0 * std::numbers::pi) * (1.0 - std::cos(0.1 * std::numbers::pi));
+  EXPECT_NEAR(integral_over_step(sinusoid, 0) / exact, 1.0, 1e-9);
+}
+
 TEST(SineOfTurns, IsExactAtQuarterTurns) {
   EXPECT_EQ(sine_of_turns(0.0), 0.0);
   EXPECT_EQ(sine_of_turns(0.25), 1.0);

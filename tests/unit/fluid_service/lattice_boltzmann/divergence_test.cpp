@@ -34,10 +34,7 @@ class Divergence : public testing::Test {
   }
   /// Fluid at rest but for one cell of absurd density, in the last row.
   void spoil_one_cell() {
-    solver_.initialise([](const Cell& cell, double(&velocity)[3]) {
-      velocity[0] = velocity[1] = velocity[2] = 0.0;
-      return cell == last ? 1e6 : 0.0;
-    });
+    solver_.initialise([](const Cell& cell) { return LocalFlow{cell == last ? 1e6 : 0.0}; });
   }
 
   SolverContext context_;

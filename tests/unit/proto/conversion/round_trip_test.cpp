@@ -123,6 +123,9 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
   EXPECT_EQ(received.no_slip_plane, sent.no_slip_plane);
   EXPECT_EQ(received.symmetry_planes, sent.symmetry_planes);
   EXPECT_EQ(received.body_force_N_per_m3, sent.body_force_N_per_m3);
+  EXPECT_EQ(received.initial_flow.kind, sent.initial_flow.kind);
+  EXPECT_EQ(received.initial_flow.velocity_m_per_s, sent.initial_flow.velocity_m_per_s);
+  EXPECT_EQ(received.initial_flow.speed_m_per_s, sent.initial_flow.speed_m_per_s);
   EXPECT_EQ(received.collision, sent.collision);
   EXPECT_EQ(received.moving_boundary, sent.moving_boundary);
   EXPECT_EQ(received.refill, sent.refill);

@@ -55,6 +55,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.no_slip_plane = 5;
   setup.symmetry_planes = {true, false, true};
   setup.body_force_N_per_m3 = {0.1, 0.2, 0.3};
+  setup.initial_flow = {InitialFlowKind::shear, {1e-3, -2e-3, 1.0 / 7}, 1.0 / 9};
   setup.collision = CollisionKind::trt;
   setup.precision = Precision::single_precision;
   setup.bodies = {{ShapeKind::sphere, 4e-6, 0}, {ShapeKind::capsule, 4e-6, 8e-6}};

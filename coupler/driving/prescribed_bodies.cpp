@@ -1,0 +1,122 @@
+#include "driving/prescribed_bodies.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "contract/errors.hpp"
+#include "geometry/rotation.hpp"
+#include "geometry/segment_distance.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+std::vector<Eigen::Index> all_but(const std::vector<PrescribedBody>& prescribed, std::size_t bodies) {
+  std::vector<Eigen::Index> left;
+  for (Eigen::Index body = 0; body < static_cast<Eigen::Index>(bodies); ++body) {
+    if (std::ranges::find(prescribed, body, &PrescribedBody::body) == prescribed.end()) left.push_back(body);
+  }
+  return left;
+}
+
+CoreSegment core(const BodySpecification& body, const Kinematics& kinematics, Eigen::Index number) {
+  return {kinematics.position_m.col(number),
+          core_half_length_m(body.shape) * z_axis(kinematics.orientation_wxyz.col(number))};
+}
+
+}  // namespace
+
+void take_out(const std::vector<PrescribedBody>& prescribed, BodySetup& setup) {
+  if (prescribed.empty()) return;
+  std::vector<int> number(setup.bodies.size(), -1);
+  std::vector<BodySpecification> left;
+  for (const Eigen::Index body : all_but(prescribed, setup.bodies.size())) {
+    number[static_cast<std::size_t>(body)] = static_cast<int>(left.size());
+    left.push_back(std::move(setup.bodies[static_cast<std::size_t>(body)]));
+  }
+  setup.bodies = std::move(left);
+  const auto renumber = [&number](int& body) {
+    if (body >= 0) body = number[static_cast<std::size_t>(body)];
+  };
+  for (SpringSpecification& spring : setup.springs)
+    for (int* body : {&spring.body_A, &spring.body_B}) renumber(*body);
+  for (BendSpecification& bend : setup.bends)
+    for (int* body : {&bend.body_A, &bend.body_B, &bend.body_C}) renumber(*body);
+  for (ActuatorSpecification& actuator : setup.actuators)
+    for (int* body : {&actuator.body_A, &actuator.body_B}) renumber(*body);
+}
+
+PrescribedBodies::PrescribedBodies(std::unique_ptr<BodySolver> others, const std::vector<BodySpecification>& bodies,
+                                   std::vector<PrescribedBody> prescribed, const BodySetup& setup)
+    : others_(std::move(others)),
+      bodies_(bodies),
+      prescribed_(std::move(prescribed)),
+      free_(all_but(prescribed_, bodies.size())),
+      step_s_(setup.step_s),
+      periodic_length_m_(setup.periodic_length_m),
+      signal_sums_(prescribed_.size(), 0.0) {}
+
+void PrescribedBodies::kinematics(Kinematics& kinematics) {
+  others_->kinematics(others_kinematics_);
+  complete(kinematics);
+}
+
+void PrescribedBodies::step(const AppliedLoads& applied, Kinematics& next) {
+  others_applied_.hydrodynamic.step = applied.hydrodynamic.step;
+  others_applied_.hydrodynamic.force_N = applied.hydrodynamic.force_N(Eigen::all, free_);
+  others_applied_.hydrodynamic.torque_N_m = applied.hydrodynamic.torque_N_m(Eigen::all, free_);
+  others_applied_.actuation = applied.actuation;
+  others_->step(others_applied_, others_kinematics_);
+  complete(next);
+  check_overlaps(next);
+}
+
+void PrescribedBodies::complete(Kinematics& kinematics) {
+  const std::int64_t step = others_kinematics_.step;
+  kinematics.step = step;
+  kinematics.resize(static_cast<Eigen::Index>(bodies_.size()));
+  kinematics.position_m(Eigen::all, free_) = others_kinematics_.position_m;
+  kinematics.orientation_wxyz(Eigen::all, free_) = others_kinematics_.orientation_wxyz;
+  kinematics.velocity_m_per_s(Eigen::all, free_) = others_kinematics_.velocity_m_per_s;
+  kinematics.angular_velocity_rad_per_s(Eigen::all, free_) = others_kinematics_.angular_velocity_rad_per_s;
+  // After a restart all steps are summed anew, in the same order: the sum keeps its bits.
+  for (; summed_steps_ < step; ++summed_steps_) {
+    for (std::size_t i = 0; i < prescribed_.size(); ++i)
+      signal_sums_[i] += integral_over_step(prescribed_[i].signal, summed_steps_);
+  }
+  for (std::size_t i = 0; i < prescribed_.size(); ++i) {
+    const auto& [number, signal] = prescribed_[i];
+    const BodySpecification& body = bodies_[static_cast<std::size_t>(number)];
+    const double time_s = signal_sums_[i] * step_s_;
+    const double factor = value_of(signal, step, 0.0);
+    kinematics.position_m.col(number) = body.position_m + time_s * body.velocity_m_per_s;
+    kinematics.orientation_wxyz.col(number) = rotated(time_s * body.angular_velocity_rad_per_s, body.orientation_wxyz);
+    kinematics.velocity_m_per_s.col(number) = factor * body.velocity_m_per_s;
+    kinematics.angular_velocity_rad_per_s.col(number) = factor * body.angular_velocity_rad_per_s;
+  }
+}
+
+void PrescribedBodies::check_overlaps(const Kinematics& kinematics) const {
+  for (const PrescribedBody& prescribed : prescribed_) {
+    const BodySpecification& A = bodies_[static_cast<std::size_t>(prescribed.body)];
+    const CoreSegment first = core(A, kinematics, prescribed.body);
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const BodySpecification& B = bodies_[b];
+      if (&A == &B) continue;
+      CoreSegment second = core(B, kinematics, static_cast<Eigen::Index>(b));
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const double length_m = periodic_length_m_[static_cast<std::size_t>(axis)];
+        if (length_m <= 0.0) continue;
+        const double apart_m = second.centre_W_m[axis] - first.centre_W_m[axis];
+        second.centre_W_m[axis] -= length_m * std::round(apart_m / length_m);
+      }
+      if (segment_distance_m(first, second) >= A.shape.radius_m + B.shape.radius_m) continue;
+      throw SolverError("body '" + A.name + "' met body '" + B.name +
+                            "' (the motion of the first is prescribed, and it pushes no other). Prescribe another "
+                            "motion, or start them further apart.",
+                        0, kinematics.step);
+    }
+  }
+}
+
+}  // namespace copepod::coupler
