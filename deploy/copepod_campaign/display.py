@@ -1,6 +1,5 @@
 """How far a campaign is: a line that is redrawn on a terminal, a plain line every minute elsewhere."""
 
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -8,15 +7,14 @@ from typing import TextIO
 
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.pool import Pool
-from copepod_run.progress import clock_text
+from copepod_run.progress import clock_text, redraws, width_of
 from copepod_run.messages import elapsed_text, write
 
 _LINE_EVERY_S = 60.0
 
 
 def for_stderr(name: str, pool: Pool) -> "PlainDisplay":
-    terminal = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
-    return (TerminalDisplay if terminal else PlainDisplay)(sys.stderr, name, pool)
+    return (TerminalDisplay if redraws(sys.stderr) else PlainDisplay)(sys.stderr, name, pool)
 
 
 class PlainDisplay:
@@ -68,11 +66,8 @@ class TerminalDisplay(PlainDisplay):
         write(self._stream, f"\r\033[Kcopepod: {text}\n")
 
     def draw(self) -> None:
-        try:
-            width = os.get_terminal_size(self._stream.fileno()).columns - 1
-        except OSError:
-            width = 79
-        write(self._stream, f"\r{('copepod: ' + self.line())[:width]}\033[K")
+        text = f"copepod: {self.line()}"
+        write(self._stream, f"\r{text[:width_of(self._stream)]}\033[K")
 
     def close(self) -> None:
         write(self._stream, "\r\033[K")

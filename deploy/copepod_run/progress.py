@@ -42,9 +42,20 @@ class EventReader:
 
 def for_stream(stream: TextIO, cells: int) -> "Progress":
     """The display that suits `stream`; `cells` is the number of cells per step, for the speed in MLUPS."""
-    if stream.isatty() and os.environ.get("TERM", "dumb") != "dumb":
-        return TerminalProgress(stream, cells)
-    return PlainProgress(stream, cells)
+    return (TerminalProgress if redraws(stream) else PlainProgress)(stream, cells)
+
+
+def redraws(stream: TextIO) -> bool:
+    """Whether a line can be drawn again in place."""
+    return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+
+
+def width_of(stream: TextIO) -> int:
+    """Columns of a line that does not wrap."""
+    try:
+        return os.get_terminal_size(stream.fileno()).columns - 1
+    except OSError:
+        return 79
 
 
 class EventProgress:
@@ -142,7 +153,7 @@ class TerminalProgress:
 
     def step(self, event: Event) -> None:
         self._drawn = True
-        self._draw(self.line(event, self._width()))
+        self._draw(self.line(event, width_of(self._stream)))
 
     def notice(self, text: str) -> None:
         """A line of its own, above the bar."""
@@ -166,14 +177,8 @@ class TerminalProgress:
         full = int(share * columns)
         return (head + self._full * full + self._empty * (columns - full) + tail)[:width].rstrip()
 
-    def _width(self) -> int:
-        try:
-            return os.get_terminal_size(self._stream.fileno()).columns - 1
-        except OSError:
-            return 79
-
     def _draw(self, text: str) -> None:
-        write(self._stream, f"\r{text[:self._width()]}\033[K")
+        write(self._stream, f"\r{text[:width_of(self._stream)]}\033[K")
 
 
 Progress = EventProgress | PlainProgress | TerminalProgress  # a display of one run

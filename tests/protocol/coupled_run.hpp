@@ -61,6 +61,12 @@ class CoupledRun {
   void begin();
   /// Steps [next, next + steps) as the serial explicit scheme does them, without averaging or driving.
   void advance(int steps);
+  /// The coupler's connections break.
+  void end_coupler() {
+    fluid.reset();
+    body.reset();
+    link.reset();
+  }
   /// Steps until something is thrown; gives up after half a minute. @return the error's text
   std::string advance_until_failure();
 

@@ -179,9 +179,7 @@ TEST(LostCoupler, ComponentsEndThemselvesWhenItsConnectionBreaks) {
   CoupledRun run({}, {});
   run.begin();
   run.advance(2);
-  run.fluid.reset();
-  run.body.reset();
-  run.link.reset();
+  run.end_coupler();
   EXPECT_EQ(run.fluid_process->wait(), 69);
   EXPECT_EQ(run.body_process->wait(), 69);
 }

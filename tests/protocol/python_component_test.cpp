@@ -81,9 +81,7 @@ TEST(PythonComponent, EndsItselfWhenTheCouplerIsGone) {
   CoupledRun run({}, {}, {}, "", both_in_python());
   run.begin();
   run.advance(2);
-  run.fluid.reset();
-  run.body.reset();
-  run.link.reset();
+  run.end_coupler();
   EXPECT_EQ(run.fluid_process->wait(), 69);
   EXPECT_EQ(run.body_process->wait(), 69);
 }

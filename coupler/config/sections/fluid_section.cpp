@@ -118,7 +118,8 @@ FluidCase read_fluid(Reader fluid) {
   FluidCase result;
   result.solver = read_solver<FluidSolverChoice>(fluid, solver_names, std::nullopt, result.command);
   result.kind = fluid_kind(result.solver);
-  const bool lattice = result.solver == FluidSolverChoice::lattice_boltzmann;
+  const bool known = !fluid.problems().any_under(fluid.path_of("solver"));  // else no key is missing for sure
+  const bool lattice = known && result.solver == FluidSolverChoice::lattice_boltzmann;
   const bool viscous = lattice || result.solver == FluidSolverChoice::stokes;
   const auto unless = [](bool required) { return required ? std::optional<double>() : std::optional(0.0); };
   result.density_kg_per_m3 =
