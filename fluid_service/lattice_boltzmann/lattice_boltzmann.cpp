@@ -44,6 +44,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size()),
       load_sum_halves_(2 * load_components * setup.bodies.size()),
+      absorbed_mass_(Eigen::Matrix2Xd::Zero(2, static_cast<Eigen::Index>(setup.bodies.size()))),
       timer_(communicator.context().timeline()),
       output_(setup, communicator) {
   if (setup.initial_flow.kind != InitialFlowKind::rest)
@@ -66,6 +67,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   mapped_ = kinematics;
   map_bodies(kinematics);
   timer_.book(Phase::map);
+  std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
   (*refill_)(populations_.data(), placement_, map_);
   map_.accept_fresh_cells();
   timer_.book(Phase::refill);
@@ -75,29 +77,58 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
     timer_.book(Phase::halo);
     receive_halo();
   }
-  std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
+  if (exchange_momentum_.conserving) count_changed_cells();
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, b, links_.of_body(b), load_sums_[b],
-                                reflected_);
+    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, b, links_.of_body(b), returned_mass(b),
+                                load_sums_[b], reflected_);
   timer_.book(Phase::momentum);
-  sum_loads_to_leader();
+  sum_loads();
   report_loads(kinematics, loads);
   timer_.book(Phase::reduce);
 }
 
 template <class T>
-void LatticeBoltzmann<T>::sum_loads_to_leader() {
+void LatticeBoltzmann<T>::count_changed_cells() {
+  const auto add = [this](const BodyMap::ChangedCell& changed, int sign) {
+    if (step_ == 0 || !layout_.block().contains(changed.cell)) return;  // at step 0 bodies displace fluid at rest
+    load_sums_[static_cast<std::size_t>(changed.body)][mass_component] +=
+        sign * fixed_point::from_double(
+                   excess_density_of_cell(populations_.data(), layout_, layout_.site(changed.cell), placement_));
+  };
+  for (const BodyMap::ChangedCell& covered : map_.covered()) add(covered, 1);
+  for (const BodyMap::ChangedCell& uncovered : map_.uncovered()) add(uncovered, -1);
+}
+
+template <class T>
+double LatticeBoltzmann<T>::returned_mass(std::size_t body) const {
+  constexpr double share = 1.0 / 16.0;  // all of it would excite an oscillation of period two
+  const auto column = absorbed_mass_.col(static_cast<Eigen::Index>(body));
+  return column[1] > 0.0 ? share * column[0] / column[1] : 0.0;
+}
+
+/// Valid on rank 0; the mass that conserving formulas return on all ranks.
+template <class T>
+void LatticeBoltzmann<T>::sum_loads() {
   auto half = load_sum_halves_.begin();
   for (const LoadSums& sums : load_sums_)
     for (const fixed_point::Sum sum : sums) half = std::ranges::copy(fixed_point::halves(sum), half).out;
-  communicator_.sum_to_leader(load_sum_halves_);
+  if (exchange_momentum_.conserving)
+    communicator_.sum_to_all(load_sum_halves_);
+  else
+    communicator_.sum_to_leader(load_sum_halves_);
   half = load_sum_halves_.begin();
   for (LoadSums& sums : load_sums_)
     for (fixed_point::Sum& sum : sums) {
       sum = fixed_point::from_halves(half[0], half[1]);
       half += 2;
     }
+  if (!exchange_momentum_.conserving) return;
+  for (Eigen::Index b = 0; b < absorbed_mass_.cols(); ++b) {
+    const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
+    absorbed_mass_(0, b) += fixed_point::to_double(sums[mass_component]);
+    absorbed_mass_(1, b) = fixed_point::to_double(sums[weight_component]);
+  }
 }
 
 /// Sums to SI units, for whole bodies.
@@ -293,7 +324,7 @@ void LatticeBoltzmann<T>::save(const std::string& path) {
     for_each_population(piece, placement_, [&](std::size_t location) { *next++ = populations_[location]; });
   };
   save_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), step_}, layout_.block(), get,
-                      {mapped_, output_.mean(), output_.sampling()});
+                      {mapped_, absorbed_mass_, output_.mean(), output_.sampling()});
 }
 
 template <class T>
@@ -310,6 +341,7 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
           .step;
   placement_ = placement_after(step_);
   output_.restore(step_, state.sampling, std::move(state.mean));
+  absorbed_mass_ = state.absorbed_mass;
   mapped_ = state.kinematics;
   map_bodies(mapped_);
   map_.accept_fresh_cells();

@@ -81,7 +81,10 @@ class LatticeBoltzmann final : public FluidSolver {
 
  private:
   void map_bodies(const Kinematics& kinematics);
-  void sum_loads_to_leader();
+  void count_changed_cells();
+  /// Mass that a body gives back in this step, by the weight of its links.
+  [[nodiscard]] double returned_mass(std::size_t body) const;
+  void sum_loads();
   void report_loads(const Kinematics& kinematics, Loads& loads);
   void receive_halo();
   void apply(const std::vector<ReflectedPopulation<T>>& reflected);
@@ -120,6 +123,7 @@ class LatticeBoltzmann final : public FluidSolver {
   ReflectedPopulations<T> reflected_;
   std::vector<LoadSums> load_sums_;            ///< by body
   std::vector<std::int64_t> load_sum_halves_;  ///< of all of them
+  Eigen::Matrix2Xd absorbed_mass_;             ///< by body: mass absorbed and not yet given back, weight of its links
   Kinematics mapped_;                          ///< of the last exchange; a restart maps it again first
   Placement placement_ = Placement::home;
   std::int64_t step_ = 0;  ///< steps completed

@@ -39,6 +39,8 @@ FluidState state_on(const Box& box, int samples) {
     state.kinematics.angular_velocity_rad_per_s(i % 3, i / 3) = 20 + i;
   }
   for (int i = 0; i < 12; ++i) state.kinematics.orientation_wxyz(i % 4, i / 4) = 30 + i;
+  state.absorbed_mass.resize(2, 3);
+  state.absorbed_mass << 0.1, 0.2, 0.3, 4.0, 5.0, 6.0;
   state.sampling = {12, 10};
   for (int sample = 0; sample < samples; ++sample) state.mean.add(numbered_fields(box));
   return state;
@@ -101,7 +103,7 @@ TEST_F(Checkpoint, RestoresFloatsOnAnotherDecomposition) {
   EXPECT_EQ(restore<float>().step, 42);
 }
 
-TEST_F(Checkpoint, RestoresKinematicsAndTheMeanField) {
+TEST_F(Checkpoint, RestoresBodiesAndTheMeanField) {
   save<double>(3);
   restore<double>();
   const FluidState expected = state_on(other_box_, 3);
@@ -110,6 +112,7 @@ TEST_F(Checkpoint, RestoresKinematicsAndTheMeanField) {
   EXPECT_EQ(state_.kinematics.orientation_wxyz, expected.kinematics.orientation_wxyz);
   EXPECT_EQ(state_.kinematics.velocity_m_per_s, expected.kinematics.velocity_m_per_s);
   EXPECT_EQ(state_.kinematics.angular_velocity_rad_per_s, expected.kinematics.angular_velocity_rad_per_s);
+  EXPECT_EQ(state_.absorbed_mass, expected.absorbed_mass);
   EXPECT_EQ(state_.mean.samples(), 3);
   EXPECT_EQ(state_.sampling, (Sampling{12, 10}));
   EXPECT_EQ(state_.mean.sums().density_kg_per_m3, expected.mean.sums().density_kg_per_m3);

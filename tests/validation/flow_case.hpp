@@ -53,6 +53,7 @@ class FlowCase {
     }
   }
   [[nodiscard]] LatticeBoltzmann<T>& solver() { return solver_; }
+  [[nodiscard]] const LatticeBoltzmann<T>& solver() const { return solver_; }
   [[nodiscard]] const Loads& loads() const { return loads_; }
   [[nodiscard]] Kinematics& kinematics() { return kinematics_; }
 

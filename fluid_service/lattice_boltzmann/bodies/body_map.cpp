@@ -26,6 +26,7 @@ RowInterval BodyMap::Footprint::row(std::int64_t at_x, std::int64_t at_y) const 
 
 bool BodyMap::update() {
   uncovered_.clear();
+  claimed_.clear();
   covered_.clear();
   changed_.clear();
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -98,7 +99,7 @@ void BodyMap::compare_rows(const RowInterval& before, const RowInterval& after, 
     for_each_image(row, [&](const Cell& cell) { give_up(cell, body); });
   }
   for (row[2] = after.low; row[2] < after.high; ++row[2])
-    if (!inside(before, row[2])) for_each_image(row, [&](const Cell& cell) { covered_.push_back({cell, body}); });
+    if (!inside(before, row[2])) for_each_image(row, [&](const Cell& cell) { claimed_.push_back({cell, body}); });
 }
 
 template <class Visit>
@@ -138,14 +139,14 @@ void BodyMap::give_up(const Cell& cell, std::int32_t body) {
   uncovered_.push_back({cell, body});
   changed_.push_back({cell, body});
   const auto is_here = [&](const ChangedCell& w) { return w.cell == cell; };
-  std::ranges::copy_if(waiting_, std::back_inserter(covered_), is_here);
+  std::ranges::copy_if(waiting_, std::back_inserter(claimed_), is_here);
   std::erase_if(waiting_, is_here);
 }
 
 /// Where bodies overlap a cell belongs to the first of them, whatever they did before; the others wait
 /// for it.
 void BodyMap::cover_cells() {
-  for (const ChangedCell& c : covered_) {
+  for (const ChangedCell& c : claimed_) {
     std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(c.cell))];
     if (owner == fresh) std::erase_if(uncovered_, [&](const ChangedCell& u) { return u.cell == c.cell; });
     if (owner == c.body + 1) continue;  // its own periodic image
@@ -155,6 +156,7 @@ void BodyMap::cover_cells() {
       if (other.body < c.body) continue;
       changed_.push_back(other);
     }
+    if (owner == fluid) covered_.push_back(c);
     owner = c.body + 1;
     changed_.push_back(c);
   }

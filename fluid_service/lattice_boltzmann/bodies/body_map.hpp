@@ -41,6 +41,8 @@ class BodyMap {
   /// 0 fluid, 1 + body index, or `fresh`; beyond walls 0.
   [[nodiscard]] std::int32_t owner(std::int64_t cell) const { return owner_[static_cast<std::size_t>(cell)]; }
   [[nodiscard]] const std::vector<ChangedCell>& uncovered() const { return uncovered_; }
+  /// Cells that a body took from the fluid in the last update.
+  [[nodiscard]] const std::vector<ChangedCell>& covered() const { return covered_; }
   /// Cells that a body lost or took in the last update.
   [[nodiscard]] const std::vector<ChangedCell>& changed() const { return changed_; }
 
@@ -79,7 +81,8 @@ class BodyMap {
   bool has_started_ = false;          ///< bodies that changed their place since then move
   std::vector<ChangedCell> waiting_;  ///< covered by a body, but those of another one that overlaps it
   std::vector<ChangedCell> changed_;
-  std::vector<ChangedCell> covered_;  ///< taken when every body has given up its cells
+  std::vector<ChangedCell> claimed_;  ///< taken when every body has given up its cells
+  std::vector<ChangedCell> covered_;
 };
 
 }  // namespace copepod::fluid

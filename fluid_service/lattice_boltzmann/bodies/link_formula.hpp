@@ -6,7 +6,7 @@
 //   `returning`            f_ᾱ(x_f, t + 1) − w_ᾱ
 //   `uses_wall_distance`   reads q, which costs a square root per link
 //   `uses_second_cell`     reads f̃_α of x_f − e_α
-//   `galilean_invariant`   with the momentum exchange of [Wen et al. 2014]
+//   `conserving`           with the Galilean invariant momentum exchange [Wen et al. 2014] and conservation of mass
 // choose_momentum_exchange picks the one named in the case.
 
 namespace copepod::fluid {
@@ -30,7 +30,7 @@ inline double wall_term(const Link& link) { return d3q19::weight(link.direction)
 struct BounceBack {
   static constexpr bool uses_wall_distance = false;
   static constexpr bool uses_second_cell = false;
-  static constexpr bool galilean_invariant = false;
+  static constexpr bool conserving = false;
 
   static double returning(const Link& link) {
     return link.leaving - 6.0 * d3q19::weight(link.direction) * link.density * link.e_dot_u_w;
@@ -43,7 +43,7 @@ struct BounceBack {
 struct Interpolated {
   static constexpr bool uses_wall_distance = true;
   static constexpr bool uses_second_cell = true;
-  static constexpr bool galilean_invariant = true;
+  static constexpr bool conserving = true;
 
   static double returning(const Link& link) {
     const double twice = 2.0 * link.wall_distance;
@@ -57,7 +57,7 @@ struct Interpolated {
 struct CentralLinear {
   static constexpr bool uses_wall_distance = true;
   static constexpr bool uses_second_cell = true;
-  static constexpr bool galilean_invariant = true;
+  static constexpr bool conserving = true;
 
   static double returning(const Link& link) {
     const double scale = 1.0 / (1.0 + 2.0 * link.wall_distance);

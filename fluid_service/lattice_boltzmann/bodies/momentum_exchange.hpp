@@ -49,8 +49,10 @@ inline Sum from_halves(std::int64_t low, std::int64_t high) { return low + (Sum{
 
 }  // namespace fixed_point
 
-/// Six sums per body: force x, y, z, torque x, y, z.
-inline constexpr std::size_t load_components = 6;
+/// Sums per body: force x, y, z, torque x, y, z, mass absorbed, weights w_α of the links.
+inline constexpr std::size_t load_components = 8;
+inline constexpr std::size_t mass_component = 6;
+inline constexpr std::size_t weight_component = 7;
 using LoadSums = std::array<fixed_point::Sum, load_components>;
 
 /// A population that a body's surface sends back, to be put in place before the bulk update.
@@ -78,19 +80,24 @@ struct ReflectedPopulations {
 ///   u_w = U + Ω × (x_f − X)
 ///   F = Σ_links e_α (f̃_α + f_ᾱ),   T = Σ_links (x_f − X) × e_α (f̃_α + f_ᾱ)
 /// Every point of a link gives the same torque and the same e_α·u_w, so x_f stands for the wall point.
-/// Formulas that are Galilean invariant [Wen et al. 2014] also take the momentum of the mass that the surface
-/// absorbs, −Σ_links u_w (f̃_α − f_ᾱ).
+///
+/// Conserving formulas also count the mass that the surface absorbs, m = Σ_links (f̃_α − f_ᾱ), and its momentum,
+/// −Σ_links u_w (f̃_α − f_ᾱ), which makes the force Galilean invariant [Wen et al. 2014]. What a surface has
+/// absorbed it gives back within some steps, with f_ᾱ, in proportion to w_α: almost without momentum.
+///
 /// Populations are deviations f − w: the constant pressure of the fluid at rest never enters, and bodies that
 /// touch feel no spurious force from links that are missing between them.
-/// @param cells  of the body, on this rank
-/// @param loads  sums to which this rank's share is added
+/// @param cells     of the body, on this rank
+/// @param returned  mass to be given back, by the weight of the body's links
+/// @param loads     sums to which this rank's share is added
 /// @throws SolverError if a population is not finite or absurdly large, naming the cell
 template <class T>
 struct MomentumExchange {
   void (*exchange)(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-                   std::size_t body, std::span<const BoundaryCell> cells, LoadSums& loads,
+                   std::size_t body, std::span<const BoundaryCell> cells, double returned, LoadSums& loads,
                    ReflectedPopulations<T>& reflected);
   bool uses_second_cell = false;  ///< other ranks' populations must have arrived before
+  bool conserving = false;
 };
 
 namespace momentum_exchange {
@@ -150,8 +157,8 @@ double sent_from_behind(const T* populations, const PopulationLayout& layout, Pl
 
 template <class Formula, class T>
 void exchange(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-              std::size_t body_index, std::span<const BoundaryCell> cells, LoadSums& loads,
-              ReflectedPopulations<T>& reflected) {
+              std::size_t body_index, std::span<const BoundaryCell> cells, [[maybe_unused]] double returned,
+              LoadSums& loads, ReflectedPopulations<T>& reflected) {
   const Domain& domain = map.domain();
   const LatticeBody& body = map.bodies()[body_index];
   LoadSums sums = loads;  // a local copy, which need not be stored for every cell
@@ -182,14 +189,18 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
         link.inward = populations[layout.location(boundary.site, d3q19::opposite(alpha), placement)];
         link.behind = sent_from_behind(populations, layout, placement, map, boundary, link);
       }
-      const T returning = static_cast<T>(Formula::returning(link));
+      double returning_exactly = Formula::returning(link);
+      if constexpr (Formula::conserving) returning_exactly += d3q19::weight(alpha) * returned;
+      const T returning = static_cast<T>(returning_exactly);
       const double exchanged = link.leaving + static_cast<double>(returning);
       if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
       const std::int64_t fixed = fixed_point::from_double(exchanged);
       for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
-      if constexpr (Formula::galilean_invariant) {
+      if constexpr (Formula::conserving) {
         const double absorbed = link.leaving - static_cast<double>(returning);
         for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(absorbed * u[axis]);
+        sums[mass_component] += fixed_point::from_double(absorbed);
+        sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
       }
       // The population that leaves the solid cell x_f + e_α towards x_f.
       target.push_back({layout.entry(boundary.site, d3q19::opposite(alpha), placement), returning});
@@ -212,6 +223,11 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
   loads = sums;
 }
 
+template <class Formula, class T>
+MomentumExchange<T> by() {
+  return {&exchange<Formula, T>, Formula::uses_second_cell, Formula::conserving};
+}
+
 }  // namespace momentum_exchange
 
 /// With the link formula of a case. @throws CaseError for one that this version does not have
@@ -219,11 +235,11 @@ template <class T>
 MomentumExchange<T> choose_momentum_exchange(MovingBoundary formula) {
   switch (formula) {
     case MovingBoundary::bounce_back:
-      return {&momentum_exchange::exchange<BounceBack, T>, BounceBack::uses_second_cell};
+      return momentum_exchange::by<BounceBack, T>();
     case MovingBoundary::interpolated:
-      return {&momentum_exchange::exchange<Interpolated, T>, Interpolated::uses_second_cell};
+      return momentum_exchange::by<Interpolated, T>();
     case MovingBoundary::central_linear:
-      return {&momentum_exchange::exchange<CentralLinear, T>, CentralLinear::uses_second_cell};
+      return momentum_exchange::by<CentralLinear, T>();
   }
   throw CaseError("unknown moving_boundary (a newer coupler?). Use bounce_back.");
 }

@@ -14,12 +14,12 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr std::int64_t format_version = 3;
+constexpr std::int64_t format_version = 4;
 constexpr std::int64_t layout_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
 constexpr std::int64_t piece_bytes = 1 << 18;   ///< of populations at once: stays in a core's cache
 const std::string root = "/";
 const std::string populations_name = "/populations";
-const std::string kinematics_name = "/kinematics";
+const std::string bodies_name = "/bodies";
 const std::string density_name = "/mean_density_sum";
 const std::string velocity_name = "/mean_velocity_sum";
 const std::string body_name = "/mean_body";
@@ -38,25 +38,23 @@ Extent extended(Extent extent, std::int64_t last) {
   return extent;
 }
 
-/// Columns of position, orientation, velocity and angular velocity, one row of 13 per body.
-std::vector<double> rows_of(const Kinematics& kinematics) {
-  std::vector<double> rows;
-  for (Eigen::Index body = 0; body < kinematics.bodies(); ++body) {
-    Eigen::Matrix<double, 13, 1> row;
-    row << kinematics.position_m.col(body), kinematics.orientation_wxyz.col(body),
-        kinematics.velocity_m_per_s.col(body), kinematics.angular_velocity_rad_per_s.col(body);
-    rows.insert(rows.end(), row.begin(), row.end());
-  }
+/// Per body: position, orientation, velocity, angular velocity, absorbed mass.
+constexpr Eigen::Index columns = 15;
+using Rows = Eigen::Matrix<double, columns, Eigen::Dynamic>;
+
+Rows rows_of(const FluidState& state) {
+  Rows rows(columns, state.kinematics.bodies());
+  rows << state.kinematics.position_m, state.kinematics.orientation_wxyz, state.kinematics.velocity_m_per_s,
+      state.kinematics.angular_velocity_rad_per_s, state.absorbed_mass;
   return rows;
 }
 
-void take_rows(const std::vector<double>& rows, Kinematics& kinematics) {
-  const Eigen::Map<const Eigen::Matrix<double, 13, Eigen::Dynamic>> all(rows.data(), 13,
-                                                                        static_cast<Eigen::Index>(rows.size() / 13));
-  kinematics.position_m = all.middleRows<3>(0);
-  kinematics.orientation_wxyz = all.middleRows<4>(3);
-  kinematics.velocity_m_per_s = all.middleRows<3>(7);
-  kinematics.angular_velocity_rad_per_s = all.middleRows<3>(10);
+void take_rows(const Rows& rows, FluidState& state) {
+  state.kinematics.position_m = rows.middleRows<3>(0);
+  state.kinematics.orientation_wxyz = rows.middleRows<4>(3);
+  state.kinematics.velocity_m_per_s = rows.middleRows<3>(7);
+  state.kinematics.angular_velocity_rad_per_s = rows.middleRows<3>(10);
+  state.absorbed_mass = rows.middleRows<2>(13);
 }
 
 /// visit(piece, populations) for the pieces of a rank's block, with room for the populations of one.
@@ -100,15 +98,10 @@ std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean, SolverCon
   return sum;
 }
 
-std::uint64_t digest_of_kinematics(const Kinematics& kinematics) {
-  Digest digest(static_cast<std::uint64_t>(kinematics.step));
-  const auto add = [&](const auto& matrix) {
-    for (Eigen::Index i = 0; i < matrix.size(); ++i) digest.add(matrix.data()[i]);
-  };
-  add(kinematics.position_m);
-  add(kinematics.orientation_wxyz);
-  add(kinematics.velocity_m_per_s);
-  add(kinematics.angular_velocity_rad_per_s);
+std::uint64_t digest_of_bodies(const FluidState& state) {
+  Digest digest(static_cast<std::uint64_t>(state.kinematics.step));
+  const Rows rows = rows_of(state);
+  for (const double value : rows.reshaped()) digest.add(value);
   return digest.value();
 }
 
@@ -117,8 +110,7 @@ std::uint64_t digest_of_kinematics(const Kinematics& kinematics) {
 std::uint64_t checksum(Communicator& communicator, const PopulationHeader& header, std::uint64_t populations,
                        const FluidState& state) {
   std::uint64_t sum = populations + digest_of_mean(header.cells, state.mean, communicator.context());
-  if (communicator.rank() == 0)
-    sum += digest_of_kinematics(state.kinematics) + mix_bits(static_cast<std::uint64_t>(header.step));
+  if (communicator.rank() == 0) sum += digest_of_bodies(state) + mix_bits(static_cast<std::uint64_t>(header.step));
   std::array<std::int64_t, 1> total = {static_cast<std::int64_t>(sum)};
   communicator.sum_to_all(total);
   return static_cast<std::uint64_t>(total[0]);
@@ -127,7 +119,7 @@ std::uint64_t checksum(Communicator& communicator, const PopulationHeader& heade
 /// Where the datasets start in the file [bytes].
 struct Offsets {
   std::int64_t populations = 0;
-  std::int64_t kinematics = 0;
+  std::int64_t bodies = 0;
   std::int64_t density = 0;
   std::int64_t velocity = 0;
   std::int64_t body = 0;
@@ -141,7 +133,7 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   const std::int64_t cell_bytes = 19 * std::int64_t{sizeof(T)} + mean_bytes;
   require_space(path,
                 header.cells[0] * header.cells[1] * header.cells[2] * cell_bytes + layout_bytes +
-                    state.kinematics.bodies() * 13 * std::int64_t{sizeof(double)},
+                    state.kinematics.bodies() * columns * std::int64_t{sizeof(double)},
                 context);
   Hdf5File file(path, Hdf5File::Access::create, context);
   file.write_attribute(root, "format_version", format_version);
@@ -160,8 +152,8 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   Offsets offsets;
   offsets.populations = file.make_dataset<T>(populations_name, extended(shape, 19));
   if (state.kinematics.bodies() > 0)
-    offsets.kinematics =
-        file.make_dataset<double>(kinematics_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), 13});
+    offsets.bodies =
+        file.make_dataset<double>(bodies_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), columns});
   if (state.mean.samples() > 0) {
     offsets.density = file.make_dataset<double>(density_name, shape);
     offsets.velocity = file.make_dataset<double>(velocity_name, extended(shape, 3));
@@ -192,19 +184,17 @@ void write_mean(SharedFile& file, const Offsets& offsets, const Cell& cells, con
   file.write(offsets.body, shape, start, count, sums.body.data());
 }
 
-void write_kinematics(const std::string& path, const Offsets& offsets, const Kinematics& kinematics,
-                      SolverContext& context) {
-  const Extent shape = {static_cast<std::uint64_t>(kinematics.bodies()), 13};
-  const std::vector<double> rows = rows_of(kinematics);
-  SharedFile(path, context).write(offsets.kinematics, shape, {0, 0}, shape, rows.data());
+void write_bodies(const std::string& path, const Offsets& offsets, const FluidState& state, SolverContext& context) {
+  const Extent shape = {static_cast<std::uint64_t>(state.kinematics.bodies()), columns};
+  const Rows rows = rows_of(state);
+  SharedFile(path, context).write(offsets.bodies, shape, {0, 0}, shape, rows.data());
 }
 
-void read_kinematics(Hdf5File& file, Kinematics& kinematics) {
-  const auto bodies = static_cast<std::uint64_t>(file.read_attribute<std::int64_t>(root, "bodies"));
-  std::vector<double> rows(13 * bodies);
-  if (bodies > 0) file.read(kinematics_name, {0, 0}, {bodies, 13}, rows.data());
-  take_rows(rows, kinematics);
-  kinematics.step = file.read_attribute<std::int64_t>(root, "kinematics_step");
+void read_bodies(Hdf5File& file, FluidState& state) {
+  Rows rows(columns, file.read_attribute<std::int64_t>(root, "bodies"));
+  if (rows.cols() > 0) file.read(bodies_name, {0, 0}, {static_cast<std::uint64_t>(rows.cols()), columns}, rows.data());
+  take_rows(rows, state);
+  state.kinematics.step = file.read_attribute<std::int64_t>(root, "kinematics_step");
 }
 
 /// @return digest of this rank's populations
@@ -284,7 +274,7 @@ void save_populations(const std::string& path, Communicator& communicator, const
   Offsets offsets;
   on_leader(communicator, [&] {
     offsets = lay_out<T>(unfinished, header, state, sum, communicator.context());
-    if (state.kinematics.bodies() > 0) write_kinematics(unfinished, offsets, state.kinematics, communicator.context());
+    if (state.kinematics.bodies() > 0) write_bodies(unfinished, offsets, state, communicator.context());
   });
   communicator.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
   on_every_rank(communicator, [&] {
@@ -307,7 +297,7 @@ PopulationHeader restore_populations(const std::string& path, Communicator& comm
     Hdf5File file(path, Hdf5File::Access::read, communicator.context());
     header = read_header(file, path, expected);
     digest = read_populations<T>(file, header, box, take, communicator.context());
-    read_kinematics(file, state.kinematics);
+    read_bodies(file, state);
     read_mean(file, box, state);
     written = file.read_attribute<std::uint64_t>(root, "checksum");
   });

@@ -26,9 +26,10 @@ std::uint64_t digest_of(const FluidSetup& setup);
 
 /// State of the fluid beside its populations.
 struct FluidState {
-  Kinematics kinematics;  ///< of the last exchange, the same on all ranks
-  MeanField mean;         ///< this rank's share; may have no samples
-  Sampling sampling;      ///< of the mean
+  Kinematics kinematics;           ///< of the last exchange, the same on all ranks
+  Eigen::Matrix2Xd absorbed_mass;  ///< mass that each body's surface holds, weight of its links; likewise
+  MeanField mean;                  ///< this rank's share; may have no samples
+  Sampling sampling;               ///< of the mean
 };
 
 /// Digest of a cell's populations, seeded with the cell's index in the domain: sums of it modulo 2^64 are the
@@ -49,7 +50,7 @@ template <class T>
 using TakePopulations =
     std::function<void(const PopulationHeader& header, const Box& piece, std::span<const T> populations)>;
 
-/// Writes a checkpoint: /populations (nx, ny, nz, 19) of the computed domain, /kinematics (bodies, 13), the
+/// Writes a checkpoint: /populations (nx, ny, nz, 19) of the computed domain, /bodies (bodies, 15), the
 /// sums of the mean field and the steps that they are of, and a checksum that depends on no decomposition.
 /// Collective; complete and synced to disk on return: the file is written under another name and renamed.
 ///

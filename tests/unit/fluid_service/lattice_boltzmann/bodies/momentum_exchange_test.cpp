@@ -86,7 +86,7 @@ struct Box16 {
     sums = {};
     reflected.clear();
     choose_momentum_exchange<double>(formula).exchange(populations.data(), *layout, Placement::home, *map, 0, cells,
-                                                       sums, reflected);
+                                                       0.0, sums, reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
