@@ -289,13 +289,29 @@ std::uint64_t LatticeBoltzmann<T>::digest_of_fluid_cells() const {
   return sum;
 }
 
+/// Of the fluid cells of this rank, over fluid of the reference density.
+template <class T>
+fixed_point::Sum LatticeBoltzmann<T>::excess_mass() const {
+  fixed_point::Sum sum = 0;
+  const auto add = [&](const Cell& cell) {
+    const Site site = layout_.site(cell);
+    if (map_.owner(site.index) == BodyMap::fluid)
+      sum += fixed_point::from_double(excess_density_of_cell(populations_.data(), layout_, site, placement_));
+  };
+  for_each_cell(layout_.block(), add, showing_progress());
+  return sum;
+}
+
 template <class T>
 SolverSummary LatticeBoltzmann<T>::summarise() {
   check_all_rows();
   SolverSummary summary;
-  auto digest = static_cast<std::int64_t>(digest_of_fluid_cells());
-  communicator_.sum_to_leader({&digest, 1});
-  summary.digest = static_cast<std::uint64_t>(digest);
+  const auto [excess_low, excess_high] = fixed_point::halves(excess_mass());
+  std::int64_t sums[] = {static_cast<std::int64_t>(digest_of_fluid_cells()), excess_low, excess_high};
+  communicator_.sum_to_leader(sums);
+  summary.digest = static_cast<std::uint64_t>(sums[0]);
+  summary.mass_drift =
+      fixed_point::to_double(fixed_point::from_halves(sums[1], sums[2])) / static_cast<double>(domain_.box().volume());
   summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
   summary.ranks = communicator_.size();
   summary.seconds = timer_.seconds();

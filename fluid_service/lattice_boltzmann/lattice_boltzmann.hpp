@@ -98,6 +98,7 @@ class LatticeBoltzmann final : public FluidSolver {
   void check_row(std::int64_t x, std::int64_t y) const;
   [[nodiscard]] CellMoments checked_moments(const Cell& cell) const;
   [[nodiscard]] std::uint64_t digest_of_fluid_cells() const;
+  [[nodiscard]] fixed_point::Sum excess_mass() const;
   /// For loops over the block that take long.
   [[nodiscard]] auto showing_progress() const {
     return [this] { communicator_.context().report_progress(); };

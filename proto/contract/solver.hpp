@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -15,6 +16,7 @@ struct SolverSummary {
   std::map<std::string, double> seconds;      ///< time per phase, named as in the trace: "map", "bulk", …
   std::set<std::string> body_phases = {};     ///< those of `seconds` that a fluid without bodies would not need
   std::set<std::string> waiting_phases = {};  ///< those of `seconds` in which the solver only waited
+  std::optional<double> mass_drift = {};      ///< fluid: mass gained since it was at rest, by its mass
 };
 
 /// What fluids and bodies have in common. An exception from any call means that the solver is unusable from then

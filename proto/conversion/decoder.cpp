@@ -225,6 +225,8 @@ void Decoder::read(SolverSummary& summary) const {
     summary.seconds[read_text(phase, "phase")] = read_finite(seconds, "seconds");
   read_phases(wire.body_phases(), summary.body_phases);
   read_phases(wire.waiting_phases(), summary.waiting_phases);
+  summary.mass_drift.reset();
+  if (wire.has_mass_drift()) summary.mass_drift = read_finite(wire.mass_drift(), "mass_drift");
 }
 
 void Decoder::read(session::Ping& ping) const { ping.stamp_ns = buffers_->envelope->ping().stamp_ns(); }

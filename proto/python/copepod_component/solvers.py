@@ -43,6 +43,7 @@ class Summary:
     seconds: dict = dataclasses.field(default_factory=dict)  # by phase; empty: the kit reports what it measured
     body_phases: tuple = ()  # those phases that a fluid without bodies would not need
     waiting_phases: tuple = ()  # those phases in which the solver only waited
+    mass_drift: float | None = None  # fluids on a grid: mass gained since the fluid was at rest, by its mass
 
 
 def _read(field, shape, name):
@@ -95,6 +96,8 @@ class _Served:
             reply.summary.seconds.update(summary.seconds or self._seconds)
             reply.summary.body_phases.extend(summary.body_phases)
             reply.summary.waiting_phases.extend(summary.waiting_phases)
+            if summary.mass_drift is not None:
+                reply.summary.mass_drift = summary.mass_drift
         else:
             self._perform_own(name, body, request, reply)
 

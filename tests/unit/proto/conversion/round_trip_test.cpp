@@ -282,8 +282,8 @@ TEST_F(RoundTrip, MakesTextTravelWhateverItsEncoding) {
 }
 
 TEST_F(RoundTrip, KeepsSummariesAndPaths) {
-  SolverSummary sent{
-      0xffffffffffffffff, 1ULL << 60, 12, {{"bulk", 1.5}, {"map", 0.25}, {"idle", 3.0}}, {"map"}, {"idle"}};
+  SolverSummary sent{0xffffffffffffffff, 1ULL << 60, 12, {{"bulk", 1.5}, {"map", 0.25}, {"idle", 3.0}}, {"map"},
+                     {"idle"},           -2e-4};
   ASSERT_EQ(send(sent), MessageKind::summary);
   SolverSummary summary;
   summary.seconds["old"] = 1;
@@ -295,6 +295,7 @@ TEST_F(RoundTrip, KeepsSummariesAndPaths) {
   EXPECT_EQ(summary.seconds, sent.seconds);
   EXPECT_EQ(summary.body_phases, sent.body_phases);
   EXPECT_EQ(summary.waiting_phases, sent.waiting_phases);
+  EXPECT_EQ(summary.mass_drift, sent.mass_drift);
 
   for (const MessageKind kind : {MessageKind::save, MessageKind::restore}) {
     ASSERT_EQ(send(kind, session::CheckpointPath{"/runs/a/checkpoints/7"}), kind);
