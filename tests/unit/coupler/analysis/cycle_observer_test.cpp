@@ -1,5 +1,6 @@
 #include "analysis/cycle_observer.hpp"
 
+#include <array>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -141,6 +142,35 @@ TEST(CycleObserver, MeasuresTheHelixOfASwimmerThatRollsAndPitches) {
   const CycleChange changed = change(observer.sums()[0].before_last, cycle, group.length_m);
   EXPECT_LT(*changed.velocity, 1e-9);
   EXPECT_LT(*changed.rotation, 1e-9);
+}
+
+TEST(CycleObserver, CarriesTheOwnAxisThroughRotationsAboutDifferentAxes) {
+  Group group;
+  group.bodies = {0, 1, 2, 3};
+  group.placed_m = Eigen::Matrix3Xd::Zero(3, 4);
+  group.placed_m << 4, 0, 0, -1, 0, 3, 0, 0, 0, 0, 2, 0;
+  group.period_steps = 1;
+  group.stop_cycle = 3;
+  group.length_m = 1.0;
+  const Eigen::Matrix3d about_x = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const Eigen::Matrix3d about_y = Eigen::AngleAxisd(0.9, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const std::array<Eigen::Matrix3d, 3> turned{Eigen::Matrix3d::Identity(), about_x, about_y * about_x};
+  CycleObserver observer({group});
+  const Loads none = [] {
+    Loads loads;
+    loads.force_N.setZero(3, 4);
+    loads.torque_N_m.setZero(3, 4);
+    return loads;
+  }();
+  for (std::size_t step = 0; step < turned.size(); ++step) {
+    Kinematics state;
+    state.resize(4);
+    state.position_m = turned[step] * group.placed_m;
+    state.velocity_m_per_s.setZero();
+    state.angular_velocity_rad_per_s.setZero();
+    observer.observe({static_cast<std::int64_t>(step), state, none, none, none});
+  }
+  EXPECT_LT((observer.sums()[0].turned - turned[2]).norm(), 1e-14);
 }
 
 TEST(CycleObserver, FindsNoChangeInARestingSwimmer) {

@@ -49,8 +49,15 @@ TEST(Lowered, SetupHasOneWorldForcePerAxisAndDrivenBody) {
     EXPECT_EQ(without.actuators[i].body_A, static_cast<int>(i / 3));
     EXPECT_EQ(without.actuators[i].direction, Eigen::Vector3d::Unit(static_cast<Eigen::Index>(i % 3)));
   }
-  setup.actuators = {{ActuatorKind::pair_force, 0, 1, Eigen::Vector3d::UnitZ(), {0.1, 0, 0}}};
-  EXPECT_EQ(lowered(setup).actuators.size(), 9U);  // the anchor turns body 0
+  for (const int body : {0, 1}) {  // an anchor turns its body
+    ActuatorSpecification anchored{ActuatorKind::pair_force, 0, 1};
+    (body == 0 ? anchored.anchor_A_m : anchored.anchor_B_m) = {0.1, 0, 0};
+    setup.actuators = {anchored};
+    const std::vector<ActuatorSpecification> actuators = lowered(setup).actuators;
+    ASSERT_EQ(actuators.size(), 9U);
+    EXPECT_EQ(actuators[8].kind, ActuatorKind::world_torque);
+    EXPECT_EQ(actuators[8].body_A, body);
+  }
 }
 
 /// Distance of the two spheres' relative position from that of a run whose body solver has the actuators.

@@ -94,6 +94,18 @@ TEST(DoubtfulCases, AreNotRestLengthsOfStiffSpringsThatVaryLittle) {
       << warnings[0];
 }
 
+TEST(DoubtfulCases, AreNotStrongForcesThatInertiaResists) {
+  const auto warnings_of = [](const std::string& period_steps) {
+    return load_case(std::string(CONFIGS) + "/quick/three_sphere.yaml",
+                     {"actuators=[{kind: pair_force, bodies: [swimmer.B2, swimmer.B3], signal: {kind: sinusoid, "
+                      "amplitude_N: 3.0e-3, period_steps: " +
+                      period_steps + "}}]"})
+        .warnings;
+  };
+  EXPECT_TRUE(warnings_of("100").empty());
+  EXPECT_FALSE(warnings_of("4000").empty());
+}
+
 TEST(DoubtfulCases, AreNotThoseOfOurConfigs) {
   int cases = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(CONFIGS)) {
