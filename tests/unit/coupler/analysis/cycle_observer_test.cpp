@@ -58,7 +58,7 @@ TEST(CycleObserver, AveragesThePowerOfTheDriveAndThatGivenToTheFluid) {
 
 TEST(CycleObserver, EvaluatesThePowerOfThePapersTablesWhereFiguresArePublished) {
   Swimmer swimmer = three_spheres();
-  swimmer.three_beads->stroke.phase_lag_steps = 0;
+  const auto lag = static_cast<double>(swimmer.three_beads->stroke.phase_lag_steps);
   MadeUpMotion motion;
   motion.drift_cells_per_step = 0.0;
   EXPECT_FALSE(measured(motion, constant_forces(0, 0, 0), swimmer).power_as_in_paper_W);
@@ -69,9 +69,9 @@ TEST(CycleObserver, EvaluatesThePowerOfThePapersTablesWhereFiguresArePublished) 
   EXPECT_DOUBLE_EQ(omega, 0.016);  // 2π/400 = 0.01571
   double expected = 0.0;
   for (std::int64_t step = 2 * period; step < 3 * period; ++step) {
-    const double force = 1e-5 * std::sin(omega * static_cast<double>(step));
     const auto t = static_cast<double>(step);
-    expected += force * (motion.arm_rate(0, t) + motion.arm_rate(1, t)) * cell_m / step_s / period;
+    const double force_1 = 1e-5 * std::sin(omega * t), force_2 = 1e-5 * std::sin(omega * (t - lag));
+    expected += (force_1 * motion.arm_rate(0, t) + force_2 * motion.arm_rate(1, t)) * cell_m / step_s / period;
   }
   EXPECT_NEAR(cycle.power_as_in_paper_W.value() / expected, 1.0, 1e-9);
 }
