@@ -3,7 +3,7 @@
 import os
 import shlex
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -32,8 +32,8 @@ def campaign(options: Namespace) -> int:
     """Runs a campaign to its end. Returns 0 if every case is finished; every other ending is a Stop."""
     build.ensure_programs()
     plan = request_campaign(options.campaign)
-    again = f"campaign {options.campaign}"
-    return _run(plan["name"], plan["cases"], options.jobs or plan["jobs"], options, again)
+    jobs = options.jobs or plan["jobs"]
+    return run_items(plan["name"], plan["cases"], jobs, options, lambda out: f"campaign {options.campaign} --out {out}")
 
 
 def run_sweep(options: Namespace, plan: Plan) -> int:
@@ -47,11 +47,22 @@ def run_sweep(options: Namespace, plan: Plan) -> int:
     item = {"name": plan.name, "file": options.case, "set": options.set}
     settings = "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
     options.rerun_other_builds = False
-    return _run(plan.name, [item], None, options, f"run {options.case}{settings}")
+    return run_items(plan.name, [item], None, options, lambda out: f"run {options.case}{settings} --out {out}")
 
 
-def _run(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, options: Namespace, again: str) -> int:
-    """Runs what is left to do of `items`; `again` is the command that continues them."""
+def run_items(
+    name: str,
+    items: Sequence[Mapping[str, Any]],
+    jobs: int | None,
+    options: Namespace,
+    again: Callable[[str], str],
+    table: Callable[[Sequence[Entry]], str] = results.text,
+) -> int:
+    """Runs what is left to do of `items`; `again` makes the command that continues them in a folder, `table` the result
+    that is printed.
+
+    Of `options` it takes `out` and `rerun_other_builds`. Returns 0 if every case is finished, else raises Stop.
+    """
     folder = Path(options.out or Path("runs") / folder_name(name))
     make_folder(folder)
     with ExitStack() as stack:
@@ -69,7 +80,7 @@ def _run(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, option
         for _ in pool.run(screen):
             results.write(folder, name, entries)
         screen.close()
-    return _ending(entries, signals, directory.shown, f"{called_as()} {again} --out {directory.shown}")
+    return _ending(entries, signals, directory.shown, f"{called_as()} {again(directory.shown)}", table)
 
 
 def _cores() -> int:
@@ -84,12 +95,18 @@ def _announce(name: str, entries: Sequence[Entry], shown: str) -> None:
             say(f"{entry.name}: {entry.remark}")
 
 
-def _ending(entries: Sequence[Entry], signals: SignalRecorder, shown: str, again: str) -> int:
+def _ending(
+    entries: Sequence[Entry],
+    signals: SignalRecorder,
+    shown: str,
+    again: str,
+    table: Callable[[Sequence[Entry]], str],
+) -> int:
     if signals.received:
         code = ExitCode.INTERRUPTED if signals.received[0] == 2 else ExitCode.TERMINATED
         raise Stop(code, f"stopped by a signal; nothing is lost. Continue with the same command: {again}")
     failed = [entry for entry in entries if entry.state is State.FAILED]
-    print(results.text(entries))
+    print(table(entries))
     print(f"\nresults in {shown}/results.md, .csv, .json", flush=True)
     if failed:
         names = ", ".join(entry.name for entry in failed)

@@ -79,6 +79,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     _add_check(commands)
     _add_campaign(commands)
     _add_report(commands)
+    _add_validate(commands)
     _add_bench(commands)
     _add_replay(commands)
     commands.add_parser("recording", help="list, count or draw what a run recorded")
@@ -176,6 +177,26 @@ def _add_report(commands: _Commands) -> None:
     parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory of a finished run")
     parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report; several runs: report)")
     parser.set_defaults(action="copepod_command.report:report")
+
+
+def _add_validate(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "validate",
+        help="measure the accuracy of the schemes against theory",
+        epilog=_EXIT_CODES,
+        description="Runs experiments with a reference for every scheme at the surfaces of bodies, several at once, "
+        "and writes accuracy.md with its figures. Runs are kept in runs/validation: repeat the command to continue, or "
+        "to make the page of other cases and schemes; only runs of another build are repeated.",
+    )
+    parser.add_argument(
+        "--cases", nargs="+", metavar="CASE", help="experiments (default: all; an unknown one lists them)"
+    )
+    parser.add_argument("--schemes", nargs="+", metavar="SCHEME", help="schemes (default: all)")
+    parser.add_argument("--fast", action="store_true", help="a few points of each case")
+    parser.add_argument("--fluid", type=_command, metavar="CMD", help="command that replaces the fluid service")
+    parser.add_argument("--jobs", type=_integer, metavar="N", help="runs at once (default: one per core)")
+    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: docs/results of the checkout)")
+    parser.set_defaults(action="copepod_command.validate:validate")
 
 
 def _add_bench(commands: _Commands) -> None:

@@ -20,7 +20,15 @@ MAY_IMPORT = {
     "copepod_report": {"copepod_run"},
     "copepod_swimmers": {"copepod_report"},
     "copepod_paper": {"copepod_report", "copepod_run", "copepod_swimmers"},
-    "copepod_command": {"copepod_bench", "copepod_campaign", "copepod_paper", "copepod_report", "copepod_run"},
+    "copepod_validation": {"copepod_campaign", "copepod_report", "copepod_run"},
+    "copepod_command": {
+        "copepod_bench",
+        "copepod_campaign",
+        "copepod_paper",
+        "copepod_report",
+        "copepod_run",
+        "copepod_validation",
+    },
 }
 
 

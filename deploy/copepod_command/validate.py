@@ -1,0 +1,31 @@
+"""`copepod validate`: the accuracy of every scheme at the surfaces of bodies."""
+
+import shlex
+from argparse import Namespace
+from pathlib import Path
+
+from copepod_run import build, destinations
+from copepod_run.checkout import ROOT, build_digest
+from copepod_run.errors import ExitCode
+
+
+def validate(options: Namespace) -> int:
+    """Runs the matrix, writes the page and prints where it is."""
+    folder = Path(options.out or ROOT / "docs/results")
+    destinations.make_folder(folder)
+    build.ensure_programs()
+    # These need numpy and matplotlib: slow to load, and perhaps installed just now.
+    from copepod_validation import matrix, page
+    from copepod_validation.experiment import SCHEMES
+
+    cases, schemes = options.cases or list(matrix.CASES), options.schemes or list(SCHEMES)
+    words = ["validate"]
+    words += ["--cases", *cases] if options.cases else []
+    words += ["--schemes", *schemes] if options.schemes else []
+    words += ["--fast"] if options.fast else []
+    words += ["--fluid", options.fluid] if options.fluid else []
+    again = words + (["--out", options.out] if options.out else [])
+    sections = matrix.run(cases, schemes, options.fast, options.fluid, options.jobs, shlex.join(again))
+    part = ", the fast subset of their points" if options.fast else ""
+    print(page.write(folder, sections, f"deploy/copepod {shlex.join(words)}", build_digest(), part))
+    return ExitCode.FINISHED

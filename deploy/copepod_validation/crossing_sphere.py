@@ -1,0 +1,128 @@
+"""Noise of the loads on a sphere that crosses the grid at a constant velocity, straight and obliquely."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from copepod_report.style import LIGHT, new_figure, png_of
+from copepod_report.trajectory import Trajectory
+from copepod_validation.experiment import Experiment, Section, lattice_case, sphere, table
+
+REFERENCE = (
+    "A smooth force. A sphere of radius 4 moves at 0.02 cells per step in a closed box, along an axis or along "
+    "(1, 0.7, 0.45). Noise is what a least-squares cubic leaves of the force in windows of 50 steps, the time in "
+    "which the sphere crosses a cell, relative to the mean force along the path; «averaged» is the mean of the loads "
+    "of two steps, which bodies receive by default."
+)
+SPEED = 0.02
+RADIUS = 4.0
+_RAMP, _FROM, _STEPS, _WINDOW = 600, 1000, 2200, 50
+_BANDS = 60  # of the spectra
+_PATHS = {
+    "straight": ((0.0, 0.0, 1.0), (16.13, 16.31, 12.13), (32, 32, 64)),
+    "oblique": ((1.0, 0.7, 0.45), (12.13, 12.21, 12.37), (56, 48, 40)),
+}
+
+
+@dataclass(frozen=True)
+class Point:
+    path: str
+    tau: float
+
+
+def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
+    points = [Point(path, tau) for path in _PATHS for tau in (0.6, 1.0)]
+    found = []
+    for point in points[:1] if fast else points:
+        direction, start, cells = _PATHS[point.path]
+        velocity = SPEED * np.array(direction) / np.linalg.norm(direction)
+        signal = {"kind": "constant", "ramp_steps": _RAMP}
+        motion = {"prescribed": {"velocity_m_per_s": velocity.tolist(), "signal": signal}}
+        case = lattice_case(cells, point.tau, "no_slip", [sphere(RADIUS, start, motion)], _STEPS, **keys)
+        case["output"] = {"trajectory": {"every_steps": 1}}
+        found.append(Experiment(f"crossing_sphere-{scheme}-{point.path}_tau{point.tau:g}", scheme, point, case))
+    return found
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Relative to the mean force [%]; `residual` of the raw force along the path, shape (steps,)."""
+
+    rms: float
+    peak: float
+    averaged: float
+    lateral: float
+    residual: np.ndarray
+
+
+def evaluate(folder: Path, experiment: Experiment) -> Noise:
+    trajectory = Trajectory(folder / "trajectory.csv")
+    force = trajectory.of("sphere")["force_N"][trajectory.steps > _FROM]
+    along = np.array(_PATHS[experiment.point.path][0])
+    along /= np.linalg.norm(along)
+    across = np.cross(along, (0.0, 1.0, 0.3))
+    across /= np.linalg.norm(across)
+    raw = _residual(force @ along)
+    percent = 100 / abs(float(np.mean(force @ along)))
+    averaged = _residual(0.5 * (force[1:] + force[:-1]) @ along)
+    return Noise(
+        percent * _rms(raw),
+        percent * float(np.abs(raw).max()),
+        percent * _rms(averaged),
+        percent * _rms(_residual(force @ across)),
+        percent * raw,
+    )
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _residual(values: np.ndarray) -> np.ndarray:
+    """What a cubic leaves of each window."""
+    windows = values[: len(values) // _WINDOW * _WINDOW].reshape(-1, _WINDOW).T
+    powers = np.vander(np.linspace(-1, 1, _WINDOW), 4)
+    return (windows - powers @ np.linalg.lstsq(powers, windows, rcond=None)[0]).T.ravel()
+
+
+def section(results: Sequence[tuple[Experiment, Noise]]) -> Section:
+    rows: list[list[str]] = []
+    overview: dict[str, dict[str, str]] = {}
+    for experiment, noise in results:
+        point = experiment.point
+        values = [f"{value:.2f}" for value in (noise.rms, noise.peak, noise.averaged, noise.lateral)]
+        rows.append([point.path, f"{point.tau:g}", experiment.scheme, *values])
+    for scheme in dict.fromkeys(experiment.scheme for experiment, _ in results):
+        found = [noise for experiment, noise in results if experiment.scheme == scheme]
+        overview[scheme] = {
+            "noise, raw [% rms]": f"{max(noise.rms for noise in found):.2f}",
+            "averaged [% rms]": f"{max(noise.averaged for noise in found):.2f}",
+        }
+    heads = ["path", "τ", "scheme", "raw [% rms]", "raw, peak [%]", "averaged [% rms]", "lateral [% rms]"]
+    rows.sort(key=lambda row: row[:2])
+    markdown = table(heads, rows)
+    markdown += "\n\n![Spectra of the noise](accuracy_noise.png)"
+    return Section(markdown, {"accuracy_noise.png": _figure(results)}, overview)
+
+
+def _figure(results: Sequence[tuple[Experiment, Noise]]) -> bytes:
+    """Amplitude spectra of the raw force at τ = 0.6, smoothed in bands."""
+    paths = [path for path in _PATHS if any(experiment.point == Point(path, 0.6) for experiment, _ in results)]
+    figure, panels = new_figure(LIGHT, 3.2, ncols=len(paths), sharey=True, squeeze=False)
+    colours = (LIGHT.ink, *LIGHT.beads)
+    for panel, path in zip(panels.flat, paths):
+        chosen = [(experiment.scheme, noise) for experiment, noise in results if experiment.point == Point(path, 0.6)]
+        for colour, (scheme, noise) in zip(colours, chosen):
+            residual = noise.residual
+            power = np.abs(np.fft.rfft(residual * np.hanning(residual.size)))[1:] ** 2
+            waves = np.arange(1, power.size + 1) / residual.size
+            bands = zip(np.array_split(waves, _BANDS), np.array_split(power, _BANDS))
+            means = np.array([(wave.mean(), np.sqrt(2 * band.mean()) / residual.size) for wave, band in bands])
+            panel.semilogy(*means.T, linewidth=1.2, color=colour, label=scheme)
+        panel.set_title(f"{path}, τ = 0.6", fontsize=10)
+        panel.set_xlabel("frequency [1/step]")
+    panels.flat[0].set_ylabel("amplitude [% of the force]")
+    panels.flat[-1].legend(fontsize=8, frameon=False)
+    return png_of(figure)

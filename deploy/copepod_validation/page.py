@@ -1,0 +1,75 @@
+"""docs/results/accuracy.md: what to choose, an overview, and a section per case."""
+
+import datetime
+import platform
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from copepod_validation.experiment import SCHEMES, Section, table
+from copepod_validation.matrix import CASES
+
+_HEAD = """# Accuracy of moving boundaries
+
+Errors of the lattice Boltzmann fluid with bodies, for every scheme, against theory.
+
+```sh
+{command}
+```
+
+wrote this page on {date} ({processor}; programs {build}). It holds the cases {cases} with the schemes {schemes}{part}.
+
+## What to choose
+
+`moving_boundary: central_linear` with `refill: nonequilibrium` and `collision: trt`, at eight cells per diameter or
+more. The surface is then where it is, at every relaxation time, so that the resolution may be as coarse as the problem
+allows. `bounce_back` makes a staircase of every body: its error depends on radius and place and decreases slowly with
+the resolution, and its loads are noisy. `interpolated` has the quietest loads, but its surface moves with the
+relaxation time: use it for τ ≤ 1. `paper` is what published results of this code used; with it the size of bodies
+depends on the viscosity. Keep it to reproduce them.
+
+## Overview
+"""
+
+
+def write(folder: Path, sections: Mapping[str, Section], command: str, build: str, part: str) -> Path:
+    """The page and its figures; returns its path. `part`: what of the matrix it leaves out, or nothing."""
+    overview: dict[str, dict[str, str]] = {}
+    for section in sections.values():
+        for scheme, figures in section.overview.items():
+            overview.setdefault(scheme, {}).update(figures)
+        for name, content in section.figures.items():
+            (folder / name).write_bytes(content)
+    heads = list(dict.fromkeys(head for figures in overview.values() for head in figures))
+    rows = [
+        [f"`{scheme}`", _keys(scheme), *(figures.get(head, "") for head in heads)]
+        for scheme, figures in overview.items()
+    ]
+    text = _HEAD.format(
+        command=command,
+        date=datetime.date.today().isoformat(),
+        processor=_processor(),
+        build=build,
+        cases=", ".join(sections),
+        schemes=", ".join(overview),
+        part=part,
+    )
+    parts = [text, table(["scheme", "keys", *heads], rows)]
+    for case, section in sections.items():
+        parts += [f"## {case.replace('_', ' ').capitalize()}", CASES[case].REFERENCE, section.markdown]
+    path = folder / "accuracy.md"
+    path.write_text("\n\n".join(part.strip() for part in parts) + "\n")
+    return path
+
+
+def _keys(scheme: str) -> str:
+    return ", ".join(f"`{value}`" for value in SCHEMES[scheme].values())
+
+
+def _processor() -> str:
+    """As in lscpu."""
+    try:
+        found = re.search(r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text())
+    except OSError:
+        found = None
+    return found[1] if found else platform.machine()
