@@ -19,7 +19,7 @@ REFERENCE = (
 SPEED = 0.02
 RADIUS = 4.0
 _RAMP, _FROM, _STEPS, _WINDOW = 600, 1000, 2200, 50
-_BANDS = 60  # of the spectra
+_BANDS = 25  # of the spectra: a harmonic of the crossing of cells each
 _PATHS = {
     "straight": ((0.0, 0.0, 1.0), (16.13, 16.31, 12.13), (32, 32, 64)),
     "oblique": ((1.0, 0.7, 0.45), (12.13, 12.21, 12.37), (56, 48, 40)),

@@ -3,6 +3,7 @@
 import datetime
 import platform
 import re
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -17,11 +18,11 @@ Errors of the lattice Boltzmann fluid with bodies, for every scheme, against the
 {command}
 ```
 
-wrote this page on {date} ({processor}; programs {build}). It holds the cases {cases} with the schemes {schemes}{part}.
+This command wrote the page on {date} ({processor}; programs {build}). It holds the cases {cases} with the schemes {schemes}{part}.
 
 ## What to choose
 
-`moving_boundary: central_linear` with `refill: nonequilibrium` and `collision: trt`, at eight cells per diameter or
+Use `moving_boundary: central_linear` with `refill: nonequilibrium` and `collision: trt`, at eight cells per diameter or
 more. The surface is then where it is, at every relaxation time, so that the resolution may be as coarse as the problem
 allows. `bounce_back` makes a staircase of every body: its error depends on radius and place and decreases slowly with
 the resolution, and its loads are noisy. `interpolated` has the quietest loads, but its surface moves with the
@@ -45,7 +46,7 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
         [f"`{scheme}`", _keys(scheme), *(figures.get(head, "") for head in heads)]
         for scheme, figures in overview.items()
     ]
-    text = _HEAD.format(
+    head = _HEAD.format(
         command=command,
         date=datetime.date.today().isoformat(),
         processor=_processor(),
@@ -54,12 +55,22 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
         schemes=", ".join(overview),
         part=part,
     )
-    parts = [text, table(["scheme", "keys", *heads], rows)]
+    parts = [*_wrapped(head), table(["scheme", "keys", *heads], rows)]
     for case, section in sections.items():
-        parts += [f"## {case.replace('_', ' ').capitalize()}", CASES[case].REFERENCE, section.markdown]
+        parts += [
+            f"## {case.replace('_', ' ').capitalize()}",
+            *_wrapped(CASES[case].REFERENCE),
+            *_wrapped(section.markdown),
+        ]
     path = folder / "accuracy.md"
     path.write_text("\n\n".join(part.strip() for part in parts) + "\n")
     return path
+
+
+def _wrapped(markdown: str) -> list[str]:
+    """Paragraphs of Markdown; prose in lines of 120 columns."""
+    paragraphs = markdown.strip().split("\n\n")
+    return [part if part[0] in "#|`!" else textwrap.fill(part, 120, break_on_hyphens=False) for part in paragraphs]
 
 
 def _keys(scheme: str) -> str:
