@@ -68,7 +68,7 @@ TEST_F(Table, CannotBeWrittenWhereThereIsNoFolder) {
 TEST(CsvField, QuotesNamesThatNeedIt) {
   EXPECT_EQ(csv_field("plain name"), "plain name");
   EXPECT_EQ(csv_field("a,b"), "\"a,b\"");
-  EXPECT_EQ(csv_field("say \"b\""), "\"say \"\"b\"\"\"");
+  EXPECT_EQ(csv_field("a \"b\""), "\"a \"\"b\"\"\"");
 }
 
 }  // namespace
