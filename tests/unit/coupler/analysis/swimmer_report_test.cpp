@@ -62,6 +62,22 @@ TEST(SwimmerReport, MeasuresTheSpeedOfATurnedSwimmerAlongItsOwnAxis) {
   EXPECT_EQ(report["kinematics"]["arms"][1]["bodies"][0], "swimmer.B1");
 }
 
+TEST(SwimmerReport, CallsASwimmerAtRestThatNeitherMovesNorTurns) {
+  const auto rests = [](double drift_cells_per_step, double turn_rad_per_step) {
+    MadeUpMotion motion;
+    motion.drift_cells_per_step = drift_cells_per_step;
+    motion.turn_rad_per_step = turn_rad_per_step;
+    motion.mean = motion.amplitude = {2, 2};  // at the ends of a cycle, the centroid is the middle bead
+    motion.phase = {0, 0};
+    CycleObserver observer(groups_of(case_of(three_spheres())));
+    play(observer, motion, constant_forces(0, 0, 0), 3 * period + 1);
+    return swimmer_reports(case_of(three_spheres()), observer)["swimmers"][0]["kinematics"]["at_rest"].get<bool>();
+  };
+  EXPECT_TRUE(rests(0.0, 0.0));
+  EXPECT_FALSE(rests(1e-4, 0.0));
+  EXPECT_FALSE(rests(0.0, 1e-4));
+}
+
 TEST(SwimmerReport, HasNoReynoldsNumbersInVacuumAndNoCellsWithoutALattice) {
   Case vacuum = case_of(three_spheres());
   vacuum.fluid = {};
