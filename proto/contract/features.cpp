@@ -157,7 +157,7 @@ std::set<std::string> required_features(const BodySetup& setup) {
   }
   if (!setup.gravity_m_per_s2.isZero(0.0)) required.insert("gravity");
   for (const double length_m : setup.periodic_length_m) {
-    if (length_m != 0.0) required.insert("periodic");
+    if (length_m != 0.0 && !setup.bodies.empty()) required.insert("periodic");
   }
   return required;
 }

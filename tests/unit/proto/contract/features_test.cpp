@@ -39,6 +39,12 @@ TEST(RequiredFeatures, OfBodiesAreWhatTheirSetupUses) {
   EXPECT_EQ(required_features(body_setup()), (Names{"integrator:runge_kutta_4", "shape:sphere", "motion:free"}));
 }
 
+TEST(RequiredFeatures, OfNoBodiesAreThoseOfTheIntegratorOnly) {
+  BodySetup setup;
+  setup.periodic_length_m = {1e-4, 1e-4, 1e-4};
+  EXPECT_EQ(required_features(setup), (Names{"integrator:runge_kutta_4"}));
+}
+
 TEST(RequiredFeatures, DoNotNameALatticeInStokesFlow) {
   FluidSetup setup = fluid_setup();
   setup.kind = FluidKind::stokes;

@@ -1,0 +1,95 @@
+"""Cases of configs/validation/ with motion and flow that have an exact theory, run by all three services."""
+
+import csv
+import json
+import math
+import os
+import sys
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "tests" / "integration"))
+
+from copepod_session import CommandTest  # noqa: E402
+
+DENSITY, VISCOSITY, CELL_M = 1000.0, 1.0e-6, 1.0e-5
+
+
+def resistance(s, radius_m, edge_m):
+    """−F/U of a sphere of a simple cubic array at the Laplace variable s; unsteady_sphere_test.cpp derives it."""
+    alpha = np.sqrt(s / VISCOSITY + 0j)
+    x = np.arange(-3, 4)
+    distance = edge_m * np.sqrt(sum(np.square(axis) for axis in np.meshgrid(x, x, x))).ravel()
+    distance = distance[distance > 0]
+    others = np.sum(np.exp(-alpha * distance) / (4 * math.pi * distance))
+    carried = (1 + 2 * alpha**2 * edge_m**3 * others) / (3 * s * DENSITY * edge_m**3)
+    free = 6 * math.pi * DENSITY * VISCOSITY * radius_m * (1 + alpha * radius_m + (alpha * radius_m) ** 2 / 9)
+    inertia = 4 / 3 * math.pi * DENSITY * radius_m**3 * s
+    return (free - (free + inertia) * carried * inertia) / (1 + (free + inertia) * carried)
+
+
+def inverse_laplace(transform, time_s, points=24):
+    """Talbot's contour with the points of Abate and Valkó (2004)."""
+    r = 2 * points / (5 * time_s)
+    total = 0.5 * np.real(transform(r) * np.exp(r * time_s))
+    for angle in np.arange(1, points) * math.pi / points:
+        cotangent = 1 / math.tan(angle)
+        s = r * angle * (cotangent + 1j)
+        total += np.real(np.exp(time_s * s) * transform(s) * (1 + 1j * (angle + (angle * cotangent - 1) * cotangent)))
+    return total * r / points
+
+
+class UnsteadyMotion(CommandTest):
+    programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+
+    def run_of(self, name, *settings):
+        """Rows of the trajectory of a case."""
+        words = [word for setting in settings for word in ("--set", setting)]
+        session = self.start("run", ROOT / f"configs/validation/{name}.yaml", *words, "--out", name)
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        return list(csv.DictReader((self.folder / name / "trajectory.csv").read_text().splitlines()))
+
+    def step_s(self, name):
+        return json.loads((self.folder / name / "summary.json").read_text())["step_s"]
+
+    def test_oscillating_sphere_feels_the_force_of_stokes(self):
+        rows = self.run_of("oscillating_sphere")
+        force_N = np.array([float(row["fz_N"]) for row in rows[800:1200]])
+        steps = np.array([int(row["step"]) for row in rows[800:1200]])
+        phasor = 2 / 400 * np.sum(force_N * np.exp(-2j * math.pi * steps / 400))
+        omega = 2 * math.pi / (400 * self.step_s("oscillating_sphere"))
+        expected = -resistance(1j * omega, 4 * CELL_M, 32 * CELL_M) * (-2e-3j)  # velocity of a sine
+        self.assertAlmostEqual(abs(phasor / expected), 1, delta=0.01)
+        self.assertAlmostEqual(np.angle(phasor / expected), 0, delta=0.01)
+        self.assertAlmostEqual(float(rows[1200]["z_m"]), 16.3e-5, delta=1e-15)
+
+    def test_jerked_sphere_receives_the_impulse_of_basset(self):
+        rows = self.run_of("jerked_sphere")
+        step_s = self.step_s("jerked_sphere")
+        impulse = step_s * np.cumsum([float(row["fz_N"]) for row in rows[:1000]])
+        for step in range(200, 1000, 100):
+            expected = -2e-3 * inverse_laplace(lambda s: resistance(s, 4e-5, 32e-5) / s**2, (step + 1) * step_s)
+            self.assertAlmostEqual(impulse[step] / expected, 1, delta=0.015)
+
+    def test_driven_sphere_turns_against_the_torque_of_kirchhoff(self):
+        spin = [float(row["wz_rad_per_s"]) for row in self.run_of("rotating_sphere")[-2:]]
+        self.assertAlmostEqual(spin[0] / spin[1], 1, delta=1e-4)
+        solid_fraction = 4 / 3 * math.pi / 6**3
+        expected = 5e-14 * (1 - solid_fraction) / (8 * math.pi * DENSITY * VISCOSITY * 4e-5**3)
+        self.assertAlmostEqual(spin[1] / expected, 1, delta=0.01)
+
+    def test_taylor_green_vortex_decays_by_its_viscosity(self):
+        self.run_of("taylor_green")
+        with h5py.File(self.folder / "taylor_green/fields.h5") as fields:
+            energy = [np.sum(fields[f"step_{step:09d}/velocity_m_per_s"][...] ** 2) for step in (100, 200)]
+        k = 2 * math.pi / (32 * CELL_M)
+        viscosity = math.log(energy[0] / energy[1]) / (4 * k**2 * 100 * self.step_s("taylor_green"))
+        self.assertAlmostEqual(viscosity / VISCOSITY, 1, delta=0.005)
+
+
+if __name__ == "__main__":
+    unittest.main()
