@@ -127,15 +127,11 @@ void prefetch(const T* populations, const PopulationLayout& layout, Placement pl
                     "coupling.load_averaging: two_step for light bodies.");
 }
 
-/// What the second cell of a link, x_f − e_α, sends: read where it enters x_f in the next step. Where that cell
-/// is covered or beyond a face, the fluid between the two surfaces, at x_f + q e_α and x_f − q' e_α, is taken to
-/// move as in Couette flow, which is exact to the order of the formulas:
-///   f̃_α(x_f − e_α) = f̃_α(x_f) − 3 w_α ρ_w (e_α·u_w − e_α·u_w') / (q + q')
-template <class T>
-double sent_from_behind(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-                        const BoundaryCell& boundary, const Link& link) {
+/// d(e_α·u)/ds along a link whose second cell, x_f − e_α, is covered or beyond a wall: between the two surfaces,
+/// at x_f + q e_α and x_f − q' e_α, the fluid is taken to move as in Couette flow. 0 in front of an open face.
+inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout& layout, const BoundaryCell& boundary,
+                                     const Link& link) {
   const int alpha = link.direction;
-  if (((boundary.second_cells >> alpha) & 1U) != 0) return populations[layout.entry(boundary.site, alpha, placement)];
   const auto& e = d3q19::e[alpha];
   const Cell behind = {boundary.position[0] - e[0], boundary.position[1] - e[1], boundary.position[2] - e[2]};
   const Domain& domain = map.domain();
@@ -148,11 +144,27 @@ double sent_from_behind(const T* populations, const PopulationLayout& layout, Pl
     distance = wall_distance(other, seen.r, d3q19::e[seen.direction]);
   } else {
     const GhostSource source = ghost_source(domain, behind, alpha);
-    if (source.kind != GhostSource::Kind::wall) return link.leaving;
+    if (source.kind != GhostSource::Kind::wall) return 0.0;
     e_dot_u = source.addition / (6.0 * d3q19::weight(alpha));
   }
-  return link.leaving -
-         3.0 * d3q19::weight(alpha) * link.density * (link.e_dot_u_w - e_dot_u) / (link.wall_distance + distance);
+  return (link.e_dot_u_w - e_dot_u) / (link.wall_distance + distance);
+}
+
+/// f_ᾱ(x_f) by the formula of the case. A formula that needs a second cell where there is none gives way to
+/// bounce-back from half-way along the link, where the fluid between the two surfaces moves with
+///   e_α·u_w + (1/2 − q) d(e_α·u)/ds
+template <class Formula, class T>
+double reflected_by_surface(const T* populations, const PopulationLayout& layout, Placement placement,
+                            const BodyMap& map, const BoundaryCell& boundary, Link link) {
+  if constexpr (Formula::uses_second_cell) {
+    if (((boundary.second_cells >> link.direction) & 1U) == 0) {
+      link.e_dot_u_w += (0.5 - link.wall_distance) * slope_between_surfaces(map, layout, boundary, link);
+      return BounceBack::returning(link);
+    }
+    link.inward = populations[layout.location(boundary.site, d3q19::opposite(link.direction), placement)];
+    link.behind = populations[layout.entry(boundary.site, link.direction, placement)];  // where it enters x_f
+  }
+  return Formula::returning(link);
 }
 
 template <class Formula, class T>
@@ -185,13 +197,9 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
                 .density = density,
                 .e_dot_u_w = along(seen, u)};
       if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
-      if constexpr (Formula::uses_second_cell) {
-        link.inward = populations[layout.location(boundary.site, d3q19::opposite(alpha), placement)];
-        link.behind = sent_from_behind(populations, layout, placement, map, boundary, link);
-      }
-      double returning_exactly = Formula::returning(link);
-      if constexpr (Formula::conserving) returning_exactly += d3q19::weight(alpha) * returned;
-      const T returning = static_cast<T>(returning_exactly);
+      double exact = reflected_by_surface<Formula>(populations, layout, placement, map, boundary, link);
+      if constexpr (Formula::conserving) exact += d3q19::weight(alpha) * returned;
+      const T returning = static_cast<T>(exact);
       const double exchanged = link.leaving + static_cast<double>(returning);
       if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
       const std::int64_t fixed = fixed_point::from_double(exchanged);
