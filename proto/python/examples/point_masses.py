@@ -130,10 +130,10 @@ class PointMasses:
         self._mass_kg = np.array([body.mass_kg for body in setup.bodies])[:, None]
         self._state = Kinematics(
             0,
-            np.array([body.position_m for body in setup.bodies]),
-            np.array([body.orientation_wxyz for body in setup.bodies]),
-            np.array([body.velocity_m_per_s for body in setup.bodies]),
-            np.array([body.angular_velocity_rad_per_s for body in setup.bodies]),
+            np.array([body.position_m for body in setup.bodies], float).reshape(-1, 3),  # there may be none
+            np.array([body.orientation_wxyz for body in setup.bodies], float).reshape(-1, 4),
+            np.array([body.velocity_m_per_s for body in setup.bodies], float).reshape(-1, 3),
+            np.array([body.angular_velocity_rad_per_s for body in setup.bodies], float).reshape(-1, 3),
         )
 
     def driving_nodes(self):
