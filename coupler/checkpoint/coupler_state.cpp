@@ -51,6 +51,15 @@ void visit_members(AnyLoads& loads, const Visit& visit) {
   visit("force_N", loads.force_N);
   visit("torque_N_m", loads.torque_N_m);
 }
+template <typename AnyKinematics, typename Visit>
+requires std::same_as<std::remove_const_t<AnyKinematics>, Kinematics>
+void visit_members(AnyKinematics& kinematics, const Visit& visit) {
+  visit("step", kinematics.step);
+  visit("position_m", kinematics.position_m);
+  visit("orientation_wxyz", kinematics.orientation_wxyz);
+  visit("velocity_m_per_s", kinematics.velocity_m_per_s);
+  visit("angular_velocity_rad_per_s", kinematics.angular_velocity_rad_per_s);
+}
 template <typename AnyCycle, typename Visit>
 requires std::same_as<std::remove_const_t<AnyCycle>, Cycle>
 void visit_members(AnyCycle& cycle, const Visit& visit) {
@@ -112,6 +121,7 @@ ordered_json to_json(const CouplerState& state) {
   for (const CycleSums& sums : state.swimmers) swimmers.push_back(encoded(sums));
   return {{"step", state.step},
           {"previous_loads", encoded(state.previous_loads)},
+          {"previous_kinematics", encoded(state.previous_kinematics)},
           {"swimmers", swimmers},
           {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}},
           {"components", {{"fluid", state.fluid_component}, {"body", state.body_component}}}};
@@ -122,6 +132,7 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
     CouplerState state;
     state.step = whole_number<std::int64_t>(json.at("step"));
     decode(json.at("previous_loads"), state.previous_loads);
+    decode(json.at("previous_kinematics"), state.previous_kinematics);
     for (const ordered_json& swimmer : json.at("swimmers")) decode(swimmer, state.swimmers.emplace_back());
     const ordered_json& mean = json.at("mean");
     state.mean = {whole_number<std::int64_t>(mean.at("start")), whole_number<std::int64_t>(mean.at("every_steps"))};

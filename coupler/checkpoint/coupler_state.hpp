@@ -23,6 +23,7 @@ struct MeanSampling {
 struct CouplerState {
   std::int64_t step = 0;            ///< that comes next
   Loads previous_loads;             ///< of the load averaging; no bodies: none yet
+  Kinematics previous_kinematics;   ///< of the virtual masses; no bodies: none yet, or none needed
   std::vector<CycleSums> swimmers;  ///< of the analysis, in the order of the case
   MeanSampling mean;                ///< the fluid keeps its sums of the mean field for these steps only
   std::string fluid_component;      ///< name of the component whose state lies beside this one; empty: unknown

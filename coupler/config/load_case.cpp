@@ -1,6 +1,7 @@
 #include "config/load_case.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -88,6 +89,24 @@ ordered_json resolved_services(const ServicesCase& services) {
           {"progress_deadline_s", services.progress_deadline_s}};
 }
 
+/// none, auto or a number of displaced masses.
+std::optional<double> read_virtual_mass(Reader& coupling) {
+  constexpr const char* key = "virtual_mass";
+  const Value* value = coupling.raw(key);
+  if (value == nullptr || value->text == "auto") return {};
+  if (value->text == "none") return 0.0;
+  if (value->kind == Value::Kind::scalar && std::isalpha(static_cast<unsigned char>(value->text.front())) != 0) {
+    coupling.reject(key, "is '" + value->text + "' (known: auto, none). Write one of these, or a number of displaced masses.");
+    return {};
+  }
+  return coupling.number(key, Range::not_negative);
+}
+
+ordered_json resolved_virtual_mass(const std::optional<double>& displaced_masses) {
+  if (!displaced_masses) return "auto";
+  return *displaced_masses > 0.0 ? ordered_json(*displaced_masses) : ordered_json("none");
+}
+
 std::optional<Sweep> read_sweep(Reader& top) {
   if (!top.has("sweep")) return {};
   Reader sweep = top.section("sweep");
@@ -154,6 +173,7 @@ Case read_case(Reader top) {
     Reader coupling = top.section("coupling");
     coupling.choice("scheme", scheme_names, std::optional(SchemeKind::serial_explicit));
     result.load_averaging = coupling.choice("load_averaging", averaging_names, std::optional(LoadAveraging::two_step));
+    result.virtual_mass = read_virtual_mass(coupling);
   }
   {
     Reader run = top.section("run");
@@ -181,7 +201,8 @@ ordered_json resolved(const Case& the_case) {
   top["actuators"] = list(the_case.actuators, resolved_actuator);
   top["gravity_m_per_s2"] = the_case.body.gravity_m_per_s2;
   top["coupling"] = {{"scheme", name_of(scheme_names, SchemeKind::serial_explicit)},
-                     {"load_averaging", name_of(averaging_names, the_case.load_averaging)}};
+                     {"load_averaging", name_of(averaging_names, the_case.load_averaging)},
+                     {"virtual_mass", resolved_virtual_mass(the_case.virtual_mass)}};
   top["run"] = {{"steps", the_case.steps}};
   top["output"] = resolved_output(the_case.output);
   top["services"] = resolved_services(the_case.services);

@@ -71,8 +71,8 @@ void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExpl
   }
   observers.sync_files();
   store_.prepare(fluid, body,
-                 {scheme.step(), scheme.previous_loads(), observers.cycles().sums(), mean_,
-                  components_.fluid_capabilities().name, components_.body_capabilities().name});
+                 {scheme.step(), scheme.previous_loads(), scheme.previous_kinematics(), observers.cycles().sums(),
+                  mean_, components_.fluid_capabilities().name, components_.body_capabilities().name});
   components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
   spdlog::info("checkpoint of step {}", scheme.step());
 }

@@ -1,11 +1,13 @@
 #include "run/plan.hpp"
 
 #include <cmath>
+#include <map>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis/swimmer_figures.hpp"
+#include "config/checks/light_bodies.hpp"
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/yaml_text.hpp"
@@ -25,8 +27,29 @@ void note(ordered_json& notes, const std::string& what, double value) {
   notes.push_back({{"what", what}, {"value", fmt::format("{:.4g}", value)}});
 }
 
+/// Virtual masses by the rule or the case; bodies that are alike share a note.
+void note_virtual_masses(ordered_json& notes, const LoadedCase& loaded) {
+  const Case& the_case = loaded.content;
+  const std::vector<double> masses_kg = virtual_masses_kg(the_case, loaded.assembly);
+  std::map<std::string, std::vector<std::string>> alike;
+  for (std::size_t i = 0; i < masses_kg.size(); ++i) {
+    if (masses_kg[i] == 0.0) continue;
+    const BodySpecification& body = loaded.assembly.bodies[i];
+    const double ratio = mass_ratio(body, the_case.fluid);
+    std::string value = fmt::format("{:.3g} (the body has {:.3g}", masses_kg[i] / body.mass_kg * ratio, ratio);
+    if (!the_case.virtual_mass)
+      value += fmt::format(", stable without it from {:.2g}", virtual_mass_rule(body, the_case).needed_below);
+    alike[value + ")"].push_back(body.name);
+  }
+  for (const auto& [value, names] : alike) {
+    const std::string others = names.size() > 1 ? fmt::format(" and {} more", names.size() - 1) : "";
+    notes.push_back({{"what", "virtual mass of " + names.front() + others + " [displaced masses]"}, {"value", value}});
+  }
+}
+
 /// Figures of interest before a long run.
-ordered_json make_notes(const Case& the_case) {
+ordered_json make_notes(const LoadedCase& loaded) {
+  const Case& the_case = loaded.content;
   ordered_json notes = ordered_json::array();
   note(notes, "step [s]", the_case.step_s);
   const FluidCase& fluid = the_case.fluid;
@@ -46,6 +69,7 @@ ordered_json make_notes(const Case& the_case) {
     if (fluid.cell_size_m > 0.0)
       note(notes, "rest length of " + swimmer.name + " [cells]", rest_length_m(swimmer) / fluid.cell_size_m);
   }
+  note_virtual_masses(notes, loaded);
   return notes;
 }
 
@@ -110,7 +134,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
                       {"memory_of", {{"coupler_bytes", coupler_bytes(the_case)}}},
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};
   plan["warnings"] = loaded.warnings;
-  plan["notes"] = make_notes(the_case);
+  plan["notes"] = make_notes(loaded);
   if (the_case.sweep) plan["sweep"] = members(*the_case.sweep);
   return plan;
 }

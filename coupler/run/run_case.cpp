@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include "analysis/swimmer_report.hpp"
+#include "config/checks/light_bodies.hpp"
 #include "config/sections/sections.hpp"
 #include "driving/lowered_bodies.hpp"
 #include "driving/prescribed_bodies.hpp"
@@ -107,7 +108,9 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
     body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
     recording::open_timeline(timeline_, fluid.trace_directory, "coupler", 0);
   }
-  body_ = components_.make_body(lowers ? lowered(body) : body, first);
+  virtual_mass_ = VirtualMass(body, virtual_masses_kg(loaded_.content, loaded_.assembly),
+                              averaging_with_virtual_mass(loaded_.content));
+  body_ = components_.make_body(virtual_mass_.enlarged(lowers ? lowered(body) : body), first);
   if (lowers) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
   const auto& [bodies, prescribed] = std::tie(loaded_.assembly.bodies, loaded_.assembly.prescribed);
   if (!prescribed.empty()) body_ = std::make_unique<PrescribedBodies>(std::move(body_), bodies, prescribed, body);
@@ -123,9 +126,10 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   const DrivingProtocol driving(loaded_.assembly.drive);
   RunObservers observers(loaded_, directory_, events_, first_step(checkpoint), step_);
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
-  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_);
+  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_,
+                        virtual_mass_);
   if (checkpoint) {
-    scheme.restore_previous_loads(checkpoint->state.previous_loads);
+    scheme.restore(checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
     observers.cycles().restore(checkpoint->state.swimmers);
   }
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&

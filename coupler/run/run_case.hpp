@@ -10,6 +10,7 @@
 #include "observers/events.hpp"
 #include "run/components.hpp"
 #include "run/signals.hpp"
+#include "scheme/virtual_mass.hpp"
 #include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
@@ -53,6 +54,7 @@ class CaseRun {
   Timeline timeline_;
   std::unique_ptr<FluidSolver> fluid_;
   std::unique_ptr<BodySolver> body_;
+  VirtualMass virtual_mass_;
   std::int64_t step_ = -1;
   std::vector<std::string> notices_;
 };

@@ -13,17 +13,22 @@ void LoadAverage::apply(const Loads& raw, Loads& applied) {
   applied.step = raw.step;
   applied.force_N = 0.5 * (raw.force_N + previous_.force_N);
   applied.torque_N_m = 0.5 * (raw.torque_N_m + previous_.torque_N_m);
+  for (const Eigen::Index body : not_averaged_) {
+    applied.force_N.col(body) = raw.force_N.col(body);
+    applied.torque_N_m.col(body) = raw.torque_N_m.col(body);
+  }
   previous_ = raw;
 }
 
 SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
                                const Plausibility& plausibility, LoadAveraging averaging, Observer& observer,
-                               Timeline& timeline)
+                               Timeline& timeline, VirtualMass virtual_mass)
     : fluid_(fluid),
       body_(body),
       driving_(driving),
       plausibility_(plausibility),
-      averaging_(averaging),
+      averaging_(averaging, virtual_mass.not_averaged()),
+      virtual_mass_(std::move(virtual_mass)),
       observer_(observer),
       timeline_(timeline),
       nodes_(body.driving_nodes()) {
@@ -48,14 +53,21 @@ void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_
   }
 }
 
-/// Loads to apply, and the drive.
-void SerialExplicit::couple() {
-  averaging_.apply(loads_, applied_.hydrodynamic);
-  driving_.sample(step_, nodes_, applied_.actuation);
-  driving_.loads(kinematics_, applied_.actuation, drive_);
-  observer_.observe({step_, kinematics_, loads_, applied_.hydrodynamic, drive_});
+void SerialExplicit::restore(const Loads& previous_loads, const Kinematics& previous_kinematics) {
+  averaging_.restore(previous_loads);
+  virtual_mass_.restore(previous_kinematics);
 }
 
-void SerialExplicit::finish() { observer_.finish({step_, kinematics_, loads_, applied_.hydrodynamic, drive_}); }
+/// Loads to apply, and the drive.
+void SerialExplicit::couple() {
+  averaging_.apply(loads_, averaged_);
+  driving_.sample(step_, nodes_, applied_.actuation);
+  driving_.loads(kinematics_, applied_.actuation, drive_);
+  observer_.observe({step_, kinematics_, loads_, averaged_, drive_});
+  applied_.hydrodynamic = averaged_;
+  virtual_mass_.add_to(applied_.hydrodynamic, kinematics_);
+}
+
+void SerialExplicit::finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_}); }
 
 }  // namespace copepod::coupler

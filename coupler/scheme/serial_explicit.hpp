@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "config/sections/case.hpp"
@@ -12,6 +13,7 @@
 #include "observers/observer.hpp"
 #include "scheme/plausibility.hpp"
 #include "scheme/stopwatch.hpp"
+#include "scheme/virtual_mass.hpp"
 
 namespace copepod::coupler {
 
@@ -21,7 +23,9 @@ namespace copepod::coupler {
 /// Averaging removes the step-to-step oscillation that the explicit coupling grows with light bodies.
 class LoadAverage {
  public:
-  explicit LoadAverage(LoadAveraging kind) : kind_(kind) {}
+  /// @param not_averaged  bodies whose loads stay as they are
+  explicit LoadAverage(LoadAveraging kind, std::vector<Eigen::Index> not_averaged = {})
+      : kind_(kind), not_averaged_(std::move(not_averaged)) {}
 
   /// @param raw      loads of step n; steps must come in order
   /// @param applied  overwritten with the loads to apply in step n
@@ -33,27 +37,30 @@ class LoadAverage {
 
  private:
   LoadAveraging kind_;
+  std::vector<Eigen::Index> not_averaged_;
   Loads previous_;
 };
 
 /// Serial explicit coupling of one fluid and one body solver [paper, Algorithm 2]: fluid and bodies take
 /// turns, each once per step, and nothing is iterated.
 ///
-/// Legal call order: construct -> [restore_previous_loads] -> { run }* -> finish; all arguments must
-/// outlive the scheme. An exception of a solver leaves the scheme unusable.
+/// Legal call order: construct -> [restore] -> { run }* -> finish; references must outlive the scheme. An exception of a
+/// solver leaves the scheme unusable.
 class SerialExplicit {
  public:
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving, const Plausibility& plausibility,
-                 LoadAveraging averaging, Observer& observer, Timeline& timeline);
+                 LoadAveraging averaging, Observer& observer, Timeline& timeline, VirtualMass virtual_mass = {});
 
   /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   /// @param pause  asked before every step
   /// @throws what a solver, an observer or `pause` throws, and PeerFailed for a motion that is not plausible
   void run(std::int64_t stop, const std::function<bool(std::int64_t step)>& pause);
 
-  /// Loads of the step before that the averaging needs: with the solvers' states all there is to save.
+  /// Loads and kinematics of the step before, which averaging and virtual masses need: with the solvers' states all
+  /// there is to save.
   [[nodiscard]] const Loads& previous_loads() const { return averaging_.previous(); }
-  void restore_previous_loads(const Loads& loads) { averaging_.restore(loads); }
+  [[nodiscard]] const Kinematics& previous_kinematics() const { return virtual_mass_.previous(); }
+  void restore(const Loads& previous_loads, const Kinematics& previous_kinematics);
 
   /// Hands the final state to the observer.
   void finish();
@@ -74,6 +81,7 @@ class SerialExplicit {
   const DrivingProtocol& driving_;
   const Plausibility& plausibility_;
   LoadAverage averaging_;
+  VirtualMass virtual_mass_;
   Observer& observer_;
   Timeline& timeline_;
   std::vector<double> nodes_;
@@ -82,6 +90,7 @@ class SerialExplicit {
   Kinematics kinematics_;
   Kinematics next_;
   Loads loads_;
+  Loads averaged_;
   AppliedLoads applied_;
   Loads drive_;  ///< at the start of the step
   Stopwatch fluid_watch_{timeline_, "wait for fluid"};

@@ -182,6 +182,7 @@ struct Case {
   std::vector<NamedActuator> actuators;
   std::vector<NamedGroup> groups;
   LoadAveraging load_averaging = LoadAveraging::two_step;
+  std::optional<double> virtual_mass;  ///< in displaced masses; 0: none, absent: by the rule of checks/light_bodies.hpp
   std::int64_t steps = 0;
   OutputCase output;
   ServicesCase services;

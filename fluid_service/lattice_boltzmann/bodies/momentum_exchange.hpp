@@ -124,7 +124,7 @@ void prefetch(const T* populations, const PopulationLayout& layout, Placement pl
   throw SolverError("the flow diverged beside a body at cell (" + std::to_string(cell[0]) + ", " +
                     std::to_string(cell[1]) + ", " + std::to_string(cell[2]) +
                     ") (a population is not finite or far too large). Use a larger relaxation time, weaker forces, or "
-                    "coupling.load_averaging: two_step for light bodies.");
+                    "coupling.virtual_mass: auto for light bodies.");
 }
 
 /// d(e_α·u)/ds along a link whose second cell, x_f − e_α, is covered or beyond a wall: between the two surfaces,

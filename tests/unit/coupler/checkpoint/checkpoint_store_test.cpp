@@ -31,6 +31,12 @@ CouplerState state_of(std::int64_t step) {
   state.previous_loads.step = step - 1;
   state.previous_loads.force_N = Eigen::Matrix3Xd::Random(3, 2) / 3.0;
   state.previous_loads.torque_N_m = Eigen::Matrix3Xd::Random(3, 2) * 1e-300;
+  state.previous_kinematics.step = step - 1;
+  state.previous_kinematics.resize(2);
+  state.previous_kinematics.position_m.setConstant(1.0 / 3.0);
+  state.previous_kinematics.orientation_wxyz.setConstant(-1.0 / 7.0);
+  state.previous_kinematics.velocity_m_per_s.setConstant(1e-300 / 3.0);
+  state.previous_kinematics.angular_velocity_rad_per_s.setConstant(1e9 / 7.0);
   CycleSums sums;
   sums.number = 2;
   sums.first_position_m = Eigen::Matrix3Xd::Random(3, 4) / 7.0;
@@ -69,6 +75,11 @@ TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   EXPECT_EQ(found.previous_loads.step, 999);
   EXPECT_EQ(found.previous_loads.force_N, state.previous_loads.force_N);
   EXPECT_EQ(found.previous_loads.torque_N_m, state.previous_loads.torque_N_m);
+  EXPECT_EQ(found.previous_kinematics.step, 999);
+  EXPECT_EQ(found.previous_kinematics.position_m, state.previous_kinematics.position_m);
+  EXPECT_EQ(found.previous_kinematics.orientation_wxyz, state.previous_kinematics.orientation_wxyz);
+  EXPECT_EQ(found.previous_kinematics.velocity_m_per_s, state.previous_kinematics.velocity_m_per_s);
+  EXPECT_EQ(found.previous_kinematics.angular_velocity_rad_per_s, state.previous_kinematics.angular_velocity_rad_per_s);
   ASSERT_EQ(found.swimmers.size(), 2U);
   EXPECT_EQ(found.swimmers[0].arm_m, state.swimmers[0].arm_m);
   EXPECT_EQ(found.swimmers[0].power_W, state.swimmers[0].power_W);

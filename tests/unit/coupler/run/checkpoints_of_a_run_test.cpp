@@ -10,30 +10,44 @@ using nlohmann::json;
 
 const std::vector<std::string> checkpoints_every_700{"--set", "output.checkpoint.every_steps=700"};
 
-TEST_F(Program, ResumesAfterACrashBitForBit) {
-  EXPECT_EQ(run(checkpoints_every_700), 0) << out.str();
-  const json undisturbed = file("summary.json");
-  const std::string trajectory = content_of(out_dir / "trajectory.csv");
-  const std::string cycles = content_of(out_dir / "cycles.csv");
-  EXPECT_EQ(std::count(cycles.begin(), cycles.end(), '\n'), 3);
-  for (const std::int64_t crash : {701L, 1399L, 1400L, 1401L, 2499L}) {
-    std::filesystem::remove_all(out_dir);
-    before_exchange = [crash](std::int64_t step) {
-      if (step == crash) throw ComponentLost("the fluid died (a test). Nothing to do.");
-    };
-    EXPECT_EQ(run(checkpoints_every_700), 69);
-    before_exchange = nullptr;
-    std::vector<std::string> resume = checkpoints_every_700;
+class CrashedProgram : public Program {
+ protected:
+  /// @param settings  more of the command line
+  void expect_the_same_after_crashes(std::vector<std::string> settings) {
+    settings.insert(settings.end(), checkpoints_every_700.begin(), checkpoints_every_700.end());
+    EXPECT_EQ(run(settings), 0) << out.str();
+    const json undisturbed = file("summary.json");
+    const std::string trajectory = content_of(out_dir / "trajectory.csv");
+    const std::string cycles = content_of(out_dir / "cycles.csv");
+    EXPECT_EQ(std::count(cycles.begin(), cycles.end(), '\n'), 3);
+    std::vector<std::string> resume = settings;
     resume.emplace_back("--resume");
-    EXPECT_EQ(run(resume), 0) << out.str();
-    const json resumed = file("summary.json");
-    EXPECT_EQ(resumed["digest"], undisturbed["digest"]) << crash;
-    EXPECT_EQ(resumed["swimmers"], undisturbed["swimmers"]) << crash;
-    EXPECT_EQ(resumed["resumed_from_step"], crash / 700 * 700) << crash;
-    EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory) << crash;
-    EXPECT_EQ(content_of(out_dir / "cycles.csv"), cycles) << crash;
-    EXPECT_EQ(file("provenance.json")["earlier_attempts"][0]["exit_code"], 69);
+    for (const std::int64_t crash : {701L, 1399L, 1400L, 1401L, 2499L}) {
+      std::filesystem::remove_all(out_dir);
+      before_exchange = [crash](std::int64_t step) {
+        if (step == crash) throw ComponentLost("the fluid died (a test). Nothing to do.");
+      };
+      EXPECT_EQ(run(settings), 69);
+      before_exchange = nullptr;
+      EXPECT_EQ(run(resume), 0) << out.str();
+      const json resumed = file("summary.json");
+      EXPECT_EQ(resumed["digest"], undisturbed["digest"]) << crash;
+      EXPECT_EQ(resumed["swimmers"], undisturbed["swimmers"]) << crash;
+      EXPECT_EQ(resumed["resumed_from_step"], crash / 700 * 700) << crash;
+      EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory) << crash;
+      EXPECT_EQ(content_of(out_dir / "cycles.csv"), cycles) << crash;
+      EXPECT_EQ(file("provenance.json")["earlier_attempts"][0]["exit_code"], 69);
+    }
   }
+};
+
+TEST_F(CrashedProgram, ResumesBitForBit) { expect_the_same_after_crashes({}); }
+
+TEST_F(CrashedProgram, ResumesBitForBitWithVirtualMasses) {
+  expect_the_same_after_crashes({"--set",
+                                 "fluid={solver: stokes, cell_size_m: 1.0e-6, density_kg_per_m3: 1360, "
+                                 "kinematic_viscosity_m2_per_s: 7.36e-5}",
+                                 "--set", "coupling.virtual_mass=1.5"});
 }
 
 TEST_F(Program, FallsBackToTheCheckpointBeforeADamagedOne) {

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "config/sections/case.hpp"
+#include "config/sections/expand.hpp"
+
+namespace copepod::coupler {
+
+/// What keeps the coupling of a light body with a lattice fluid stable; masses in those of the fluid displaced.
+struct VirtualMassRule {
+  double needed_below = 0.0;  ///< lighter bodies need a virtual mass
+  double virtual_mass = 0.0;  ///< that suffices for a body without any mass
+  LoadAveraging averaging = LoadAveraging::none;  ///< of the loads of bodies with a virtual mass
+};
+
+/// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
+/// velocity or angular velocity [docs/decisions/virtual_mass.md]:
+///   needed below  1.4 max(1, τ^(3/2)) / r   with averaged loads,   1.4 max(1/(τ − 1/2), τ^(3/2)) / r   without
+///   τ < 0.7 and averaged loads:  m = 1.5 / r
+///   otherwise, loads as they are:  m = 0.75 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
+/// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
+/// @param averaging     that of the case
+VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging);
+
+/// Virtual mass of each body [kg], as the case gives it or by the rule; 0 for bodies whose motion no load changes.
+std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& assembly);
+
+/// Averaging of the loads of bodies that have a virtual mass.
+LoadAveraging averaging_with_virtual_mass(const Case& the_case);
+
+/// Mass of a body by that of the fluid it displaces.
+double mass_ratio(const BodySpecification& body, const FluidCase& fluid);
+
+/// The rule for a body of the case. @param body  in a lattice fluid
+VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the_case);
+
+}  // namespace copepod::coupler

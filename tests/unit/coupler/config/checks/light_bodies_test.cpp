@@ -1,0 +1,97 @@
+#include "config/checks/light_bodies.hpp"
+
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "config/load_case.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+/// Virtual masses of a ball, in displaced masses, of a tenth of the fluid's density in a lattice of 10 µm.
+double of_ball(const std::vector<std::string>& overrides, std::vector<std::string>* warnings = nullptr) {
+  const std::string text = R"(case: light
+fluid:
+  solver: lattice_boltzmann
+  density_kg_per_m3: 1000
+  kinematic_viscosity_m2_per_s: 1.0e-6
+  cell_size_m: 1.0e-5
+  relaxation_time: 0.6
+  domain_cells: [40, 40, 40]
+  collision: trt
+bodies:
+  - {name: ball, radius_m: 4.0e-5, mass_kg: 2.6808257e-11, position_m: [2.0e-4, 2.0e-4, 2.0e-4]}
+run: {steps: 100}
+)";
+  const LoadedCase loaded = load_case_text(text, "light.yaml", overrides);
+  if (warnings != nullptr) *warnings = loaded.warnings;
+  constexpr double displaced_kg = 1000 * 4.0 / 3.0 * std::numbers::pi * 4.0e-5 * 4.0e-5 * 4.0e-5;
+  return virtual_masses_kg(loaded.content, loaded.assembly)[0] / displaced_kg;
+}
+
+TEST(LightBodies, GetTheVirtualMassOfTheRule) {
+  EXPECT_NEAR(of_ball({}), 1.5 / 4.0, 1e-9);
+  EXPECT_NEAR(of_ball({"fluid.relaxation_time=2.0"}), 0.75 / (4.0 * 1.5) + 21.0 * 1.5 / 16.0, 1e-9);
+  EXPECT_NEAR(of_ball({"coupling.load_averaging=none"}), 0.75 / (4.0 * 0.1) + 21.0 * 0.1 / 16.0, 1e-9);
+}
+
+TEST(LightBodies, GetWhatTheCaseGives) {
+  EXPECT_NEAR(of_ball({"coupling.virtual_mass=2.5"}), 2.5, 1e-12);
+  EXPECT_NEAR(of_ball({"coupling.virtual_mass=2.5", "bodies.0.mass_kg=1.0e-8"}), 2.5, 1e-12);
+  EXPECT_EQ(of_ball({"coupling.virtual_mass=none"}), 0.0);
+  EXPECT_EQ(of_ball({"coupling.virtual_mass=auto"}), of_ball({}));
+}
+
+TEST(LightBodies, AreThoseThatTheCouplingWouldNotKeepStable) {
+  // 1.4/r = 0.35 displaced masses of 2.68e-10 kg
+  EXPECT_GT(of_ball({"bodies.0.mass_kg=9.3e-11"}), 0.0);
+  EXPECT_EQ(of_ball({"bodies.0.mass_kg=9.5e-11"}), 0.0);
+  // without averaging 1.4/(r (τ − 1/2)) = 3.5
+  EXPECT_GT(of_ball({"coupling.load_averaging=none", "bodies.0.mass_kg=9.3e-10"}), 0.0);
+  EXPECT_EQ(of_ball({"coupling.load_averaging=none", "bodies.0.mass_kg=9.5e-10"}), 0.0);
+}
+
+TEST(LightBodies, AreNotThoseWhoseMotionIsGiven) {
+  for (const char* motion : {"fixed", "prescribed"}) {
+    EXPECT_EQ(of_ball({std::string("bodies.0.motion=") + motion}), 0.0);
+    EXPECT_EQ(of_ball({std::string("bodies.0.motion=") + motion, "coupling.virtual_mass=1"}), 0.0);
+  }
+  EXPECT_GT(of_ball({"bodies.0.motion=axis", "bodies.0.axis=[0, 0, 1]"}), 0.0);
+}
+
+TEST(LightBodies, NeedNoneInFluidsWithoutInertia) {
+  EXPECT_EQ(of_ball({"fluid.solver=stokes"}), 0.0);
+  EXPECT_EQ(of_ball({"fluid.solver=vacuum"}), 0.0);
+  EXPECT_NEAR(of_ball({"fluid.solver=stokes", "coupling.virtual_mass=1"}), 1.0, 1e-12);
+}
+
+TEST(LightBodies, AreWarnedOfWhereTheCaseLeavesThemUnstable) {
+  std::vector<std::string> warnings;
+  of_ball({"coupling.virtual_mass=none"}, &warnings);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("0.1 times the mass of the fluid that it displaces"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("Use coupling.virtual_mass: auto"), std::string::npos) << warnings[0];
+  of_ball({"fluid.relaxation_time=2.0", "bodies.0.radius_m=3.0e-5", "bodies.0.mass_kg=1.2e-11"}, &warnings);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("its rotation may diverge"), std::string::npos) << warnings[0];
+  of_ball({}, &warnings);
+  EXPECT_TRUE(warnings.empty());
+}
+
+// Results of the paper's cases keep their bits.
+TEST(LightBodies, AreInNoneOfThePapersCases) {
+  for (const char* folder : {"/paper", "/quick"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(std::string(CONFIGS) + folder)) {
+      if (entry.path().filename() == "campaign.yaml") continue;
+      const LoadedCase loaded = load_case(entry.path().string(), {});
+      for (const double mass_kg : virtual_masses_kg(loaded.content, loaded.assembly)) EXPECT_EQ(mass_kg, 0.0) << entry;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace copepod::coupler
