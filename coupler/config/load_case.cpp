@@ -96,7 +96,8 @@ std::optional<double> read_virtual_mass(Reader& coupling) {
   if (value == nullptr || value->text == "auto") return {};
   if (value->text == "none") return 0.0;
   if (value->kind == Value::Kind::scalar && std::isalpha(static_cast<unsigned char>(value->text.front())) != 0) {
-    coupling.reject(key, "is '" + value->text + "' (known: auto, none). Write one of these, or a number of displaced masses.");
+    coupling.reject(
+        key, "is '" + value->text + "' (known: auto, none). Write one of these, or a number of displaced masses.");
     return {};
   }
   return coupling.number(key, Range::not_negative);

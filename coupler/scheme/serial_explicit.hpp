@@ -44,8 +44,8 @@ class LoadAverage {
 /// Serial explicit coupling of one fluid and one body solver [paper, Algorithm 2]: fluid and bodies take
 /// turns, each once per step, and nothing is iterated.
 ///
-/// Legal call order: construct -> [restore] -> { run }* -> finish; references must outlive the scheme. An exception of a
-/// solver leaves the scheme unusable.
+/// Legal call order: construct -> [restore] -> { run }* -> finish; references must outlive the scheme. An exception of
+/// a solver leaves the scheme unusable.
 class SerialExplicit {
  public:
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving, const Plausibility& plausibility,

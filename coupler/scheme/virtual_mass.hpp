@@ -13,7 +13,7 @@ namespace copepod::coupler {
 /// Mass and inertia by which the coupling enlarges light bodies, and the loads that make up for them one step later, so
 /// that every body component computes the motion of the true masses:
 ///   (M + m)(V(n+1) − V(n)) = Δt F̄(n) + p(n) − p(n−1),   p = m V
-///   L'(n+1) − L'(n) = Δt T̄(n) + h(n) − h(n−1),   L' = R (I + J) Rᵀ ω,   h = R J Rᵀ ω           [docs/theory.md, (C18)]
+///   L'(n+1) − L'(n) = Δt T̄(n) + h(n) − h(n−1),   L' = R (I + J) Rᵀ ω,   h = R J Rᵀ ω          [docs/theory.md, (C19)]
 /// Bodies are of uniform density, so J = I m/M. Their weight stays that of M.
 class VirtualMass {
  public:
@@ -22,8 +22,8 @@ class VirtualMass {
 
   /// @param setup      the true bodies
   /// @param mass_kg    virtual mass m of each body; 0: none
-  /// @param averaging  none: bodies with a virtual mass receive the loads of a step, F̄(n) = F(n), whatever those of the
-  ///                   others are
+  /// @param averaging  of the loads of bodies with a virtual mass; none: F̄(n) = F(n), even where those of other bodies
+  ///                   are averaged
   VirtualMass(const BodySetup& setup, const std::vector<double>& mass_kg, LoadAveraging averaging);
 
   /// The setup to send to the body component: with masses M + m.

@@ -12,7 +12,7 @@ namespace {
 
 /// Below it a load that alternates from step to step meets so little damping that averaging is the cheaper remedy;
 /// above it the half step by which averaging delays the drag does more harm.
-constexpr double averaged_below = 0.7;
+constexpr double averaged_below = 0.75;
 
 /// Of the torque of drag in one step, 15 ν / r² of the displaced fluid's angular momentum: above it a body without
 /// mass is unstable with any virtual mass.
@@ -38,14 +38,14 @@ double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
 VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging) {
   const double excess = relaxation_time - 0.5;
   const bool averages = averaging == LoadAveraging::two_step;
-  const double slowest = averages ? 1.0 : 1.0 / excess;
+  const double oscillating = averages ? 1.4 : 2.8 / excess;
   VirtualMassRule rule;
-  rule.needed_below = 1.4 * std::max(slowest, std::pow(relaxation_time, 1.5)) / radius_cells;
+  rule.needed_below = std::max(oscillating, 1.4 * std::pow(relaxation_time, 1.5)) / radius_cells;
   if (averages && relaxation_time < averaged_below) {
     rule.virtual_mass = 1.5 / radius_cells;
     rule.averaging = LoadAveraging::two_step;
   } else {
-    rule.virtual_mass = 0.75 / (radius_cells * excess) + 21.0 * excess / (radius_cells * radius_cells);
+    rule.virtual_mass = 1.2 / (radius_cells * excess) + 21.0 * excess / (radius_cells * radius_cells);
   }
   return rule;
 }
@@ -92,10 +92,11 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
     const double radius_cells = body.shape.radius_m * radius_per_cell;
     const double drag_of_a_step = 5.0 * (relaxation_time(the_case) - 0.5) / (radius_cells * radius_cells);
     if (drag_of_a_step > largest_drag_of_a_step) {
-      problems.warning(assembly.body_paths[i],
-                       found + fmt::format("the drag of one step takes {:.2g} of the angular momentum of as much fluid: "
-                                           "its rotation may diverge). Use a smaller step or smaller cells.",
-                                           drag_of_a_step));
+      problems.warning(
+          assembly.body_paths[i],
+          found + fmt::format("the drag of one step takes {:.2g} of the angular momentum of as much fluid: "
+                              "its rotation may diverge). Use a smaller step or smaller cells.",
+                              drag_of_a_step));
     } else if (the_case.virtual_mass && *the_case.virtual_mass < 0.6 * rule.virtual_mass) {
       problems.warning("coupling.virtual_mass",
                        found + fmt::format("the coupling may be unstable below {:.2g} with less than {:.2g} displaced "

@@ -9,16 +9,16 @@ namespace copepod::coupler {
 
 /// What keeps the coupling of a light body with a lattice fluid stable; masses in those of the fluid displaced.
 struct VirtualMassRule {
-  double needed_below = 0.0;  ///< lighter bodies need a virtual mass
-  double virtual_mass = 0.0;  ///< that suffices for a body without any mass
+  double needed_below = 0.0;                      ///< lighter bodies need a virtual mass
+  double virtual_mass = 0.0;                      ///< that suffices for a body without any mass
   LoadAveraging averaging = LoadAveraging::none;  ///< of the loads of bodies with a virtual mass
 };
 
 /// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
 /// velocity or angular velocity [docs/decisions/virtual_mass.md]:
-///   needed below  1.4 max(1, τ^(3/2)) / r   with averaged loads,   1.4 max(1/(τ − 1/2), τ^(3/2)) / r   without
-///   τ < 0.7 and averaged loads:  m = 1.5 / r
-///   otherwise, loads as they are:  m = 0.75 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
+///   needed below  1.4 max(1, τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.4 τ^(3/2)) / r   without
+///   τ < 0.75 and averaged loads:   m = 1.5 / r
+///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
 /// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
 /// @param averaging     that of the case
 VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging);

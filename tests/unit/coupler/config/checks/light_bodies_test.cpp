@@ -35,8 +35,8 @@ run: {steps: 100}
 
 TEST(LightBodies, GetTheVirtualMassOfTheRule) {
   EXPECT_NEAR(of_ball({}), 1.5 / 4.0, 1e-9);
-  EXPECT_NEAR(of_ball({"fluid.relaxation_time=2.0"}), 0.75 / (4.0 * 1.5) + 21.0 * 1.5 / 16.0, 1e-9);
-  EXPECT_NEAR(of_ball({"coupling.load_averaging=none"}), 0.75 / (4.0 * 0.1) + 21.0 * 0.1 / 16.0, 1e-9);
+  EXPECT_NEAR(of_ball({"fluid.relaxation_time=2.0"}), 1.2 / (4.0 * 1.5) + 21.0 * 1.5 / 16.0, 1e-9);
+  EXPECT_NEAR(of_ball({"coupling.load_averaging=none"}), 1.2 / (4.0 * 0.1) + 21.0 * 0.1 / 16.0, 1e-9);
 }
 
 TEST(LightBodies, GetWhatTheCaseGives) {
@@ -50,9 +50,9 @@ TEST(LightBodies, AreThoseThatTheCouplingWouldNotKeepStable) {
   // 1.4/r = 0.35 displaced masses of 2.68e-10 kg
   EXPECT_GT(of_ball({"bodies.0.mass_kg=9.3e-11"}), 0.0);
   EXPECT_EQ(of_ball({"bodies.0.mass_kg=9.5e-11"}), 0.0);
-  // without averaging 1.4/(r (τ − 1/2)) = 3.5
-  EXPECT_GT(of_ball({"coupling.load_averaging=none", "bodies.0.mass_kg=9.3e-10"}), 0.0);
-  EXPECT_EQ(of_ball({"coupling.load_averaging=none", "bodies.0.mass_kg=9.5e-10"}), 0.0);
+  // without averaging 2.8/(r (τ − 1/2)) = 7
+  EXPECT_GT(of_ball({"coupling.load_averaging=none", "bodies.0.mass_kg=1.87e-9"}), 0.0);
+  EXPECT_EQ(of_ball({"coupling.load_averaging=none", "bodies.0.mass_kg=1.88e-9"}), 0.0);
 }
 
 TEST(LightBodies, AreNotThoseWhoseMotionIsGiven) {
