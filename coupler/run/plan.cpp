@@ -36,9 +36,9 @@ void note_virtual_masses(ordered_json& notes, const LoadedCase& loaded) {
     if (masses_kg[i] == 0.0) continue;
     const BodySpecification& body = loaded.assembly.bodies[i];
     const double ratio = mass_ratio(body, the_case.fluid);
-    std::string value = fmt::format("{:.3g} (the body has {:.3g}", masses_kg[i] / body.mass_kg * ratio, ratio);
+    std::string value = fmt::format("{:.3g} (own mass {:.3g}", masses_kg[i] / body.mass_kg * ratio, ratio);
     if (!the_case.virtual_mass)
-      value += fmt::format(", stable without it from {:.2g}", virtual_mass_rule(body, the_case).needed_below);
+      value += fmt::format("; none is needed from {:.2g}", virtual_mass_rule(body, the_case).needed_below);
     alike[value + ")"].push_back(body.name);
   }
   for (const auto& [value, names] : alike) {

@@ -7,7 +7,7 @@ namespace {
 
 /// h = R J Rᵀ ω
 Eigen::Vector3d angular_momentum(const Eigen::Vector3d& inertia_kg_m2, const Kinematics& kinematics,
-                                       Eigen::Index body) {
+                                 Eigen::Index body) {
   const Eigen::Vector3d w_WB = kinematics.angular_velocity_rad_per_s.col(body);
   if (inertia_kg_m2[0] == inertia_kg_m2[2]) return inertia_kg_m2.cwiseProduct(w_WB);  // commutes with every rotation
   const Eigen::Matrix3d R_WB = rotation_matrix(kinematics.orientation_wxyz.col(body));
@@ -40,9 +40,9 @@ void VirtualMass::add_to(Loads& loads, const Kinematics& kinematics) {
   for (const auto& [body, mass_kg, inertia_kg_m2, weight_N] : additions_) {
     const Eigen::Vector3d gained_m_per_s = kinematics.velocity_m_per_s.col(body) - previous_.velocity_m_per_s.col(body);
     loads.force_N.col(body) += mass_kg / step_s_ * gained_m_per_s - weight_N;
-    loads.torque_N_m.col(body) += (angular_momentum(inertia_kg_m2, kinematics, body) -
-                                   angular_momentum(inertia_kg_m2, previous_, body)) /
-                                  step_s_;
+    loads.torque_N_m.col(body) +=
+        (angular_momentum(inertia_kg_m2, kinematics, body) - angular_momentum(inertia_kg_m2, previous_, body)) /
+        step_s_;
   }
   previous_ = kinematics;
 }
