@@ -18,7 +18,8 @@ Errors of the lattice Boltzmann fluid with bodies, for every scheme, against the
 {command}
 ```
 
-This command wrote the page on {date} ({processor}; programs {build}). It holds the cases {cases} with the schemes {schemes}{part}.
+This command wrote the page on {date} ({processor}; programs {build}). It holds the cases
+{cases} with the schemes {schemes}{part}.
 
 ## What to choose
 

@@ -173,6 +173,8 @@ def _figure(groups: Groups, schemes: Sequence[str]) -> bytes:
                 label=scheme,
             )
         panel.axhline(0, color=LIGHT.ink, linewidth=0.8)
+        panel.set_xlim(6, 22)
+        panel.set_yscale("symlog", linthresh=5, linscale=2)
         panel.set_title(f"τ = {tau:g}", fontsize=10)
         panel.set_xlabel("cells per diameter")
     panels.flat[0].set_ylabel("error of the drag [%]")
