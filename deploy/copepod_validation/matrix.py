@@ -9,11 +9,12 @@ from typing import Any
 
 from copepod_campaign import campaign
 from copepod_run.errors import ExitCode, Stop
-from copepod_validation import crossing_sphere, sphere_array, wall
+from copepod_validation import crossing_sphere, frames, sphere_array, wall
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section
 
 # Each module has REFERENCE, experiments(scheme, its keys, fast), evaluate(folder, experiment) and section(results).
-CASES: dict[str, ModuleType] = {"sphere_array": sphere_array, "crossing_sphere": crossing_sphere, "wall": wall}
+_CASES = (sphere_array, wall, crossing_sphere, frames)
+CASES: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _CASES}
 FOLDER = Path("runs/validation")
 
 
