@@ -31,9 +31,9 @@ relaxation time: use it for τ ≤ 1. `paper` is what published results of this 
 depends on the viscosity. Keep it to reproduce them.
 
 The mean of the loads of two steps, which bodies receive by default (`load_averaging: two_step`), removes the part of
-the noise that alternates from step to step. Keep a cell of fluid between surfaces. With less no scheme is right, and
-`central_linear` may diverge: it does when the sphere of the case `wall` moves towards the wall at gaps of 0.5 and 0.8
-cells, where the others are off by up to 20 %.
+the noise that alternates from step to step. Keep a cell of fluid between surfaces: with less the drag is too low. When
+the sphere of the case `wall` moves towards the wall at gaps of 0.8 and 0.5 cells, it is −5 and −6 % off with
+`central_linear`, −3 and −15 % with `bounce_back`, and alternates between steps by several per cent.
 
 ## Overview
 """

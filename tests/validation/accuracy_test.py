@@ -59,7 +59,7 @@ class Accuracy(CommandTest):
         self.assertNotIn("starts", again)
 
     def test_drag_towards_a_wall_with_a_cell_of_fluid_in_between(self):
-        """Measured: −1.6 %. Bounce-back is off by 5 %, and jumps by as much when the sphere moves by 0.001 cells."""
+        """Measured: −1.6 %. Bounce-back is 7.7 % off."""
         self.validate("--cases", "wall")
         ((_, drag),) = self.measured(wall)
         self.assertLess(abs(drag.error), 3.0)
