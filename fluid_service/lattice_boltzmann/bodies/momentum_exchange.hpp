@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -128,7 +129,8 @@ void prefetch(const T* populations, const PopulationLayout& layout, Placement pl
 }
 
 /// d(e_α·u)/ds along a link whose second cell, x_f − e_α, is covered or beyond a wall: between the two surfaces,
-/// at x_f + q e_α and x_f − q' e_α, the fluid is taken to move as in Couette flow. 0 in front of an open face.
+/// at x_f + q e_α and x_f − q' e_α, the fluid is taken to move as in Couette flow, over a tenth of a link at least,
+/// for surfaces that touch. 0 in front of an open face.
 inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout& layout, const BoundaryCell& boundary,
                                      const Link& link) {
   const int alpha = link.direction;
@@ -147,7 +149,7 @@ inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout&
     if (source.kind != GhostSource::Kind::wall) return 0.0;
     e_dot_u = source.addition / (6.0 * d3q19::weight(alpha));
   }
-  return (link.e_dot_u_w - e_dot_u) / (link.wall_distance + distance);
+  return (link.e_dot_u_w - e_dot_u) / std::max(link.wall_distance + distance, 0.1);
 }
 
 /// f_ᾱ(x_f) by the formula of the case. A formula that needs a second cell where there is none gives way to

@@ -47,15 +47,19 @@ TEST(LinkFormulas, AreExactInAShearedFlowWhereverTheWallIs) {
 
 /// A sphere or capsule in a box on one rank, and populations at hand.
 struct Box16 {
-  explicit Box16(Shape shape = {ShapeKind::sphere, 3.3, 0.0}, BoundaryKind boundary = BoundaryKind::periodic) {
+  explicit Box16(Shape shape = {ShapeKind::sphere, 3.3, 0.0}, BoundaryKind boundary = BoundaryKind::periodic,
+                 const std::vector<Shape>& others = {}) {
     setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
     setup.domain_cells = {16, 16, 16};
     for (Boundary& face : setup.boundaries) face.kind = boundary;
     setup.bodies = {shape};
+    setup.bodies.insert(setup.bodies.end(), others.begin(), others.end());
     units.emplace(setup);
     domain.emplace(setup, *units);
     layout.emplace(domain->box(), 8, origin_rule(*domain, domain->box()));
-    map.emplace(*domain, *layout, std::vector<LatticeBody>{{shape, *units}});
+    std::vector<LatticeBody> bodies;
+    for (const Shape& each : setup.bodies) bodies.emplace_back(each, *units);
+    map.emplace(*domain, *layout, std::move(bodies));
     links.emplace(*map, *layout, Box{{0, 0, 0}, {16, 16, 16}});
     populations.resize(static_cast<std::size_t>(layout->values()));
     body().position = {8.2, 7.9, 8.1};
@@ -170,6 +174,23 @@ TEST(MomentumExchange, TakesTheFlowOfAGapForCouetteFlow) {
     box.exchange({&link, 1}, formula);
     EXPECT_NEAR(box.reflected.interior[8][0].value, -3.0 / 18.0 * 1.5 * slope, 1e-16);
   }
+}
+
+// Both surfaces pass through the centre of the cell, or nearly so.
+TEST(MomentumExchange, StaysFiniteWhereSurfacesTouchInTheCentreOfACell) {
+  Box16 box({ShapeKind::sphere, 3.0, 0.0}, BoundaryKind::periodic, {{ShapeKind::sphere, 3.0, 0.0}});
+  box.map->bodies()[1].position = {8.5, 8.5, 2.5};
+  box.body().position = {8.5, 8.5, 8.5 + 1e-15};
+  box.body().velocity = {0.0, 0.0, -0.01};
+  box.move();
+  const Cell cell = {8, 8, 5};
+  const auto found = std::ranges::find(box.links->of_body(0), cell, &BoundaryCell::position);
+  ASSERT_NE(found, box.links->of_body(0).end());
+  const int up = d3q19::index_of({0, 0, 1});
+  BoundaryCell link = *found;
+  link.directions = 1U << up;
+  box.exchange({&link, 1}, MovingBoundary::central_linear);
+  EXPECT_NEAR(box.reflected.interior[8][0].value, -6.0 / 18.0 * (-0.01 + 0.5 * -0.01 / 0.1), 1e-12);
 }
 
 // The sphere reaches beyond half of the box: links from both sides of the seam end in its nearest image.
