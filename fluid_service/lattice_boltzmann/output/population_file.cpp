@@ -44,12 +44,16 @@ using Rows = Eigen::Matrix<double, columns, Eigen::Dynamic>;
 
 Rows rows_of(const FluidState& state) {
   Rows rows(columns, state.kinematics.bodies());
+  if (rows.cols() == 0) return rows;
   rows << state.kinematics.position_m, state.kinematics.orientation_wxyz, state.kinematics.velocity_m_per_s,
       state.kinematics.angular_velocity_rad_per_s, state.absorbed_mass;
   return rows;
 }
 
 void take_rows(const Rows& rows, FluidState& state) {
+  state.kinematics.resize(rows.cols());
+  state.absorbed_mass.resize(2, rows.cols());
+  if (rows.cols() == 0) return;
   state.kinematics.position_m = rows.middleRows<3>(0);
   state.kinematics.orientation_wxyz = rows.middleRows<4>(3);
   state.kinematics.velocity_m_per_s = rows.middleRows<3>(7);
