@@ -258,7 +258,7 @@ TEST_F(Program, EstimatesCellsAndItsOwnMemory) {
   EXPECT_EQ(plan["notes"][1]["value"], "0.6667");
   EXPECT_EQ(plan["estimate"]["cells"], 500000);
   EXPECT_EQ(plan["estimate"]["cell_updates"], 500000.0 * 196812);
-  EXPECT_EQ(plan["estimate"]["memory_of"]["coupler_bytes"], std::int64_t{11} << 20);
+  EXPECT_EQ(plan["estimate"]["memory_of"]["coupler_bytes"], std::int64_t{12} << 20);
 }
 
 TEST_F(Program, RejectsCommandLinesThatMakeNoSense) {
