@@ -108,9 +108,18 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
     body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
     recording::open_timeline(timeline_, fluid.trace_directory, "coupler", 0);
   }
-  virtual_mass_ = VirtualMass(body, virtual_masses_kg(loaded_.content, loaded_.assembly),
+  BodySetup all = body;  // with the prescribed bodies, which the component does not have
+  all.bodies = loaded_.assembly.bodies;
+  virtual_mass_ = VirtualMass(all, virtual_masses_kg(loaded_.content, loaded_.assembly),
                               averaging_with_virtual_mass(loaded_.content));
-  body_ = components_.make_body(virtual_mass_.enlarged(lowers ? lowered(body) : body), first);
+  all = virtual_mass_.enlarged(all);
+  BodySetup sent = lowers ? lowered(body) : body;
+  auto enlarged = all.bodies.cbegin();
+  for (BodySpecification& each : sent.bodies) {  // in the order of all
+    while (enlarged->name != each.name) ++enlarged;
+    each.mass_kg = enlarged->mass_kg;
+  }
+  body_ = components_.make_body(sent, first);
   if (lowers) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
   const auto& [bodies, prescribed] = std::tie(loaded_.assembly.bodies, loaded_.assembly.prescribed);
   if (!prescribed.empty()) body_ = std::make_unique<PrescribedBodies>(std::move(body_), bodies, prescribed, body);
