@@ -75,6 +75,19 @@ class UnsteadyMotion(CommandTest):
             expected = -2e-3 * inverse_laplace(lambda s: resistance(s, 4e-5, 32e-5) / s**2, (step + 1) * step_s)
             self.assertAlmostEqual(impulse[step] / expected, 1, delta=0.015)
 
+    def test_light_sphere_beside_a_moved_one_gets_its_own_virtual_mass(self):
+        mass = 4 / 3 * math.pi * DENSITY * (4 * CELL_M) ** 3
+        moved = "velocity_m_per_s: [0, 0, 2.0e-3], signal: {kind: sinusoid, amplitude: 1, period_steps: 400}"
+        bodies = (
+            f"{{name: ball, radius_m: 4.0e-5, mass_kg: {mass:.6e}, position_m: [1.6e-4, 1.6e-4, 1.6e-4], "
+            f"motion: {{prescribed: {{{moved}}}}}}}",
+            f"{{name: light, radius_m: 4.0e-5, mass_kg: {0.01 * mass:.6e}, position_m: [6.0e-5, 1.6e-4, 1.6e-4]}}",
+        )
+        rows = self.run_of("oscillating_sphere", f"bodies=[{', '.join(bodies)}]", "run.steps=200")
+        speed = [abs(float(row["vz_m_per_s"])) for row in rows if row["body"] == "light"]
+        self.assertGreater(max(speed), 0.0)
+        self.assertLess(max(speed), 2e-3)  # carried along by the other one, not faster than it
+
     def test_driven_sphere_turns_against_the_torque_of_kirchhoff(self):
         spin = [float(row["wz_rad_per_s"]) for row in self.run_of("rotating_sphere")[-2:]]
         self.assertAlmostEqual(spin[0] / spin[1], 1, delta=1e-4)
