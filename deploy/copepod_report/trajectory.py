@@ -8,6 +8,7 @@ import numpy as np
 _VECTORS = {
     "position_m": ("x_m", "y_m", "z_m"),
     "velocity_m_per_s": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
+    "angular_velocity_rad_per_s": ("wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"),
     "force_N": ("fx_N", "fy_N", "fz_N"),
     "driving_N": ("drive_fx_N", "drive_fy_N", "drive_fz_N"),
 }
@@ -18,7 +19,7 @@ class Trajectory:
 
     steps               shape (samples,)
     time_s              shape (samples,)
-    of(body)            dictionary of arrays, shape (samples, 3): position_m, velocity_m_per_s, force_N, driving_N
+    of(body)            dictionary of arrays, shape (samples, 3): its values by quantity
     """
 
     def __init__(self, path: Path) -> None:

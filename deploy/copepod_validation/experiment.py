@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 CaseDict = dict[str, Any]
+Result = TypeVar("Result")
 
 SCHEMES: dict[str, dict[str, str]] = {
     "paper": {"collision": "bgk", "moving_boundary": "bounce_back", "refill": "equilibrium"},
@@ -59,11 +60,19 @@ def lattice_case(
     }
 
 
-def sphere(radius: float, position: Sequence[float], motion: Any, **more: Any) -> CaseDict:
-    """The body of an experiment, of the fluid's density."""
-    mass = 4.18879 * radius**3
+def sphere(radius: float, position: Sequence[float], motion: Any, density: float = 1.0, **more: Any) -> CaseDict:
+    """The body of an experiment; `density` over the fluid's."""
+    mass = density * 4.18879 * radius**3
     place = [float(value) for value in position]
     return {"name": "sphere", "radius_m": radius, "mass_kg": mass, "position_m": place, "motion": motion, **more}
+
+
+def by_point(results: Sequence[tuple[Experiment, Result]]) -> tuple[list[str], dict[Any, dict[str, Result]]]:
+    """Schemes, and what they measured: {point: {scheme: result}}, in the order of the experiments."""
+    found: dict[Any, dict[str, Result]] = {}
+    for experiment, result in results:
+        found.setdefault(experiment.point, {})[experiment.scheme] = result
+    return list(dict.fromkeys(experiment.scheme for experiment, _ in results)), found
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -12,8 +12,7 @@ from copepod_validation.matrix import CASES
 
 _HEAD = """# Accuracy of moving boundaries
 
-Errors of the lattice Boltzmann fluid with bodies, for every scheme: arrays and walls against theory, noise and frames
-against the scheme itself.
+Errors of the lattice Boltzmann fluid with bodies, for every scheme, against theory, experiments, or the scheme itself.
 
 ```sh
 {command}

@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import CommandTest  # noqa: E402
-from copepod_validation import crossing_sphere, frames, sphere_array, wall  # noqa: E402
+from copepod_validation import crossing_sphere, frames, oscillating_sphere, settling_sphere  # noqa: E402
+from copepod_validation import shear, sphere_array, wall  # noqa: E402
 from copepod_validation.experiment import SCHEMES  # noqa: E402
 
 SCHEME = "central_linear"
@@ -64,6 +65,26 @@ class Accuracy(CommandTest):
         ((_, drag),) = self.measured(wall)
         self.assertLess(abs(drag.error), 3.0)
         self.assertLess(drag.change, 0.2)
+
+    def test_oscillating_sphere_feels_the_force_of_stokes(self):
+        """Measured: −0.3 %, 0.2°. Bounce-back is 1.7 % off, with bgk 10 %."""
+        self.validate("--cases", "oscillating_sphere")
+        ((_, ratio),) = self.measured(oscillating_sphere)
+        self.assertLess(abs(ratio - 1), 0.01)
+
+    def test_free_sphere_in_shear_rotates_at_half_the_rate(self):
+        self.validate("--cases", "shear")
+        ((_, rotation),) = self.measured(shear)
+        self.assertLess(abs(rotation.error), 0.3)
+        self.assertLess(rotation.deviation, 0.3)
+
+    def test_velocity_of_a_settling_sphere(self):
+        """Measured at 9 cells per diameter: peak −0.4 %, curve within 2.7 %. Bounce-back has 5 % in both."""
+        self.validate("--cases", "settling_sphere")
+        ((experiment, fall),) = self.measured(settling_sphere)
+        self.assertLess(abs(settling_sphere.peak_error(experiment.point.oil, fall)), 2.0)
+        self.assertLess(settling_sphere.deviation_from_measured_curve(fall), 3.0)
+        self.assertGreater(fall.gap[-1], 0.5)  # it does not touch the floor
 
     def test_the_force_is_the_same_in_every_frame(self):
         """Measured at τ = 0.6: 0.2 %. Bounce-back is off by 1 %."""

@@ -15,21 +15,9 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import CommandTest  # noqa: E402
+from copepod_validation.oscillating_sphere import resistance  # noqa: E402
 
 DENSITY, VISCOSITY, CELL_M = 1000.0, 1.0e-6, 1.0e-5
-
-
-def resistance(s, radius_m, edge_m):
-    """−F/U of a sphere of a simple cubic array at the Laplace variable s; unsteady_sphere_test.cpp derives it."""
-    alpha = np.sqrt(s / VISCOSITY + 0j)
-    x = np.arange(-3, 4)
-    distance = edge_m * np.sqrt(sum(np.square(axis) for axis in np.meshgrid(x, x, x))).ravel()
-    distance = distance[distance > 0]
-    others = np.sum(np.exp(-alpha * distance) / (4 * math.pi * distance))
-    carried = (1 + 2 * alpha**2 * edge_m**3 * others) / (3 * s * DENSITY * edge_m**3)
-    free = 6 * math.pi * DENSITY * VISCOSITY * radius_m * (1 + alpha * radius_m + (alpha * radius_m) ** 2 / 9)
-    inertia = 4 / 3 * math.pi * DENSITY * radius_m**3 * s
-    return (free - (free + inertia) * carried * inertia) / (1 + (free + inertia) * carried)
 
 
 def inverse_laplace(transform, time_s, points=24):
@@ -62,7 +50,7 @@ class UnsteadyMotion(CommandTest):
         steps = np.array([int(row["step"]) for row in rows[800:1200]])
         phasor = 2 / 400 * np.sum(force_N * np.exp(-2j * math.pi * steps / 400))
         omega = 2 * math.pi / (400 * self.step_s("oscillating_sphere"))
-        expected = -resistance(1j * omega, 4 * CELL_M, 32 * CELL_M) * (-2e-3j)  # velocity of a sine
+        expected = -resistance(1j * omega, 4 * CELL_M, 32 * CELL_M, VISCOSITY, DENSITY) * (-2e-3j)  # velocity of a sine
         self.assertAlmostEqual(abs(phasor / expected), 1, delta=0.01)
         self.assertAlmostEqual(np.angle(phasor / expected), 0, delta=0.01)
         self.assertAlmostEqual(float(rows[1200]["z_m"]), 16.3e-5, delta=1e-15)
@@ -72,7 +60,9 @@ class UnsteadyMotion(CommandTest):
         step_s = self.step_s("jerked_sphere")
         impulse = step_s * np.cumsum([float(row["fz_N"]) for row in rows[:1000]])
         for step in range(200, 1000, 100):
-            expected = -2e-3 * inverse_laplace(lambda s: resistance(s, 4e-5, 32e-5) / s**2, (step + 1) * step_s)
+            expected = -2e-3 * inverse_laplace(
+                lambda s: resistance(s, 4e-5, 32e-5, VISCOSITY, DENSITY) / s**2, (step + 1) * step_s
+            )
             self.assertAlmostEqual(impulse[step] / expected, 1, delta=0.015)
 
     def test_light_sphere_beside_a_moved_one_gets_its_own_virtual_mass(self):

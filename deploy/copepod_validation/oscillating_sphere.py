@@ -1,0 +1,86 @@
+"""Force on a sphere that oscillates in a periodic cube: Stokes drag, added mass and Basset's history force."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from copepod_report.trajectory import Trajectory
+from copepod_validation.experiment import Experiment, Section, by_point, lattice_case, sphere, table, viscosity
+
+REFERENCE = (
+    "6πμR(1 + λ + λ²/9) per velocity, λ² = iωR²/ν [Stokes 1851], for a simple cubic array of eight radii in fluid "
+    "that follows the spheres as a whole; δ = √(2ν/ω) is the depth to which the motion diffuses. Radius 4, velocity "
+    "0.002 cells per step, period 400 steps; third period."
+)
+RADIUS, CELLS = 4.0, 32
+_SPEED, _PERIOD, _PERIODS = 2e-3, 400, 3
+
+
+def resistance(s: complex, radius: float, edge: float, viscosity: float, density: float = 1.0) -> complex:
+    """−F/U of a sphere of a simple cubic array, whose velocity is U e^{st} in a fluid at rest at first, kinematic
+    viscosity ν; unsteady_sphere_test.cpp derives it. Neglected: terms of the order of (radius/edge)⁵."""
+    alpha = np.sqrt(s / viscosity + 0j)
+    x = np.arange(-3, 4)
+    distance = edge * np.sqrt(sum(np.square(axis) for axis in np.meshgrid(x, x, x))).ravel()
+    distance = distance[distance > 0]
+    others = np.sum(np.exp(-alpha * distance) / (4 * np.pi * distance))
+    carried = (1 + 2 * alpha**2 * edge**3 * others) / (3 * s * density * edge**3)
+    free = 6 * np.pi * density * viscosity * radius * (1 + alpha * radius + (alpha * radius) ** 2 / 9)
+    inertia = 4 / 3 * np.pi * density * radius**3 * s
+    return complex((free - (free + inertia) * carried * inertia) / (1 + (free + inertia) * carried))
+
+
+@dataclass(frozen=True)
+class Point:
+    depths: float  # radius over δ
+
+    @property
+    def tau(self) -> float:
+        return 0.5 + 3 * np.pi * RADIUS**2 / (_PERIOD * self.depths**2)
+
+
+def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
+    found = []
+    for point in [Point(1.5)] if fast else [Point(depths) for depths in (0.75, 1.5, 3.0)]:
+        signal = {"kind": "sinusoid", "period_steps": _PERIOD}
+        motion = {"prescribed": {"velocity_m_per_s": [0, 0, _SPEED], "signal": signal}}
+        body = sphere(RADIUS, 3 * [0.5 * CELLS + 0.3], motion)
+        case = lattice_case([CELLS] * 3, point.tau, "periodic", [body], _PERIODS * _PERIOD, **keys)
+        case["output"] = {"trajectory": {"every_steps": 1, "from_step": (_PERIODS - 1) * _PERIOD}}
+        found.append(Experiment(f"oscillating_sphere-{scheme}-{point.depths:g}", scheme, point, case))
+    return found
+
+
+def evaluate(folder: Path, experiment: Experiment) -> complex:
+    """Phasor of the force, over that of theory."""
+    trajectory = Trajectory(folder / "trajectory.csv")
+    seen = (trajectory.steps >= (_PERIODS - 1) * _PERIOD) & (trajectory.steps < _PERIODS * _PERIOD)
+    omega = 2 * np.pi / _PERIOD
+    waves = np.exp(-1j * omega * trajectory.steps[seen])
+    phasor = 2 * np.mean(trajectory.of("sphere")["force_N"][seen, 2] * waves)
+    velocity = -1j * _SPEED  # of a sine
+    return complex(phasor / (-resistance(1j * omega, RADIUS, CELLS, viscosity(experiment.point.tau)) * velocity))
+
+
+def section(results: Sequence[tuple[Experiment, complex]]) -> Section:
+    def row(point: Point) -> list[str]:
+        theory = resistance(2j * np.pi / _PERIOD, RADIUS, CELLS, viscosity(point.tau))
+        stokes = 6 * np.pi * viscosity(point.tau) * RADIUS
+        return [
+            f"{point.depths:g}",
+            f"{point.tau:.3f}",
+            f"{abs(theory) / stokes:.2f}",
+            f"{np.degrees(np.angle(theory)):.0f}°",
+        ]
+
+    def cell(ratio: complex) -> str:
+        return f"{100 * (abs(ratio) - 1):+.1f}, {np.degrees(np.angle(ratio)):+.1f}°"
+
+    schemes, values = by_point(results)
+    heads = ["R/δ", "τ", "force over Stokes'", "ahead of the velocity by", *schemes]
+    rows = [row(point) + [cell(ratios[scheme]) for scheme in schemes] for point, ratios in values.items()]
+    markdown = table(heads, rows) + "\n\nError of the force's amplitude [%] and phase."
+    worst = {scheme: max(abs(ratios[scheme] - 1) for ratios in values.values()) for scheme in schemes}
+    return Section(markdown, {}, {scheme: {"oscillation [%]": f"{100 * error:.1f}"} for scheme, error in worst.items()})
