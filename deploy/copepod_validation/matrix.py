@@ -9,11 +9,12 @@ from typing import Any
 
 from copepod_campaign import campaign
 from copepod_run.errors import ExitCode, Stop
-from copepod_validation import crossing_sphere, frames, oscillating_sphere, settling_sphere, shear, sphere_array, wall
+from copepod_validation import crossing_sphere, frames, inertial_drag, oscillating_sphere, settling_sphere, shear
+from copepod_validation import sphere_array, wall
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section
 
 # Each module has REFERENCE, experiments(scheme, its keys, fast), evaluate(folder, experiment) and section(results).
-_CASES = (sphere_array, wall, shear, oscillating_sphere, settling_sphere, crossing_sphere, frames)
+_CASES = (sphere_array, wall, shear, oscillating_sphere, inertial_drag, settling_sphere, crossing_sphere, frames)
 CASES: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _CASES}
 FOLDER = Path("runs/validation")
 
@@ -38,6 +39,7 @@ def run(
     return {
         case: CASES[case].section([(one, CASES[case].evaluate(FOLDER / one.name, one)) for one in experiments])
         for case, experiments in chosen.items()
+        if experiments
     }
 
 
