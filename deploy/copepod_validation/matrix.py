@@ -10,11 +10,21 @@ from typing import Any
 from copepod_campaign import campaign
 from copepod_run.errors import ExitCode, Stop
 from copepod_validation import crossing_sphere, frames, inertial_drag, oscillating_sphere, settling_sphere, shear
-from copepod_validation import sphere_array, wall
+from copepod_validation import slow_bodies, sphere_array, wall
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section
 
 # Each module has REFERENCE, experiments(scheme, its keys, fast), evaluate(folder, experiment) and section(results).
-_CASES = (sphere_array, wall, shear, oscillating_sphere, inertial_drag, settling_sphere, crossing_sphere, frames)
+_CASES = (
+    sphere_array,
+    wall,
+    slow_bodies,
+    shear,
+    oscillating_sphere,
+    inertial_drag,
+    settling_sphere,
+    crossing_sphere,
+    frames,
+)
 CASES: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _CASES}
 FOLDER = Path("runs/validation")
 

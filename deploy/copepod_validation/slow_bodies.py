@@ -1,0 +1,192 @@
+"""Drag of capsules and of pairs of spheres in slow flow, in a periodic cube."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from copepod_report.trajectory import Trajectory
+from copepod_validation.experiment import (
+    CaseDict,
+    Experiment,
+    Section,
+    by_point,
+    lattice_case,
+    sphere,
+    table,
+    viscosity,
+)
+
+REFERENCE = (
+    "Drag of each body over 6πμR. Spheres that follow each other: Stimson and Jeffery [Proc. R. Soc. A 111, 1926]; "
+    "that approach each other: Maude [Br. J. Appl. Phys. 12, 1961]; capsules, twice as long as wide: singularities on "
+    "the axis [Batchelor, J. Fluid Mech. 44, 1970], with an error below 0.05 %. Radius 4, τ = 1, a periodic cube of "
+    "64 cells, whose images are accounted for [Hasimoto, J. Fluid Mech. 5, 1959]; what is neglected is of the order "
+    "of 0.3 %. Approaching spheres move, in a cube of 96 cells; the other bodies are at rest in a flow."
+)
+RADIUS = 4.0
+# Series of the papers, summed anew: drag of each sphere; by the gap over the radius.
+FOLLOWING = {0.5: 0.67292, 1.0: 0.69830, 2.0: 0.74226}
+APPROACHING = {0.5: 2.77242, 1.0: 2.03865, 2.0: 1.59668}
+_SPEED, _APPROACH = 2e-4, 2e-6
+
+
+@dataclass(frozen=True)
+class Point:
+    kind: str
+    gap: float  # between spheres, over the radius; of a capsule none
+
+    @property
+    def edge(self) -> int:
+        """Of the cube; between approaching spheres the images act less simply than is accounted for."""
+        return 96 if self.kind == "approaching" else 64
+
+    @property
+    def steps(self) -> int:
+        return 2500 if self.kind == "approaching" else 6000
+
+    @property
+    def is_capsule(self) -> bool:
+        return self.kind.startswith("capsule")
+
+    @property
+    def reference(self) -> float:
+        if self.is_capsule:
+            return capsule_drag(0 if self.kind == "capsule, across" else 2)
+        return (FOLLOWING if self.kind == "following" else APPROACHING)[self.gap]
+
+
+POINTS = [Point("following", gap) for gap in FOLLOWING] + [Point("approaching", gap) for gap in APPROACHING]
+POINTS += [Point("capsule, along", 0.0), Point("capsule, across", 0.0)]
+
+
+def capsule_drag(axis: int) -> float:
+    """Drag of a capsule along z, cylinder and radius of length 2 and 1, that moves along `axis`; over 6πμ.
+
+    Stokeslets and potential dipoles along the motion on the axis [Batchelor, J. Fluid Mech. 44, 1970], whose sum has
+    the velocity 1 at the surface in the sense of least squares. Drag along and across: within 1e-4 and 3e-4 of the
+    limit of more points and of more kinds of singularities.
+    """
+    motion, places = np.eye(3)[axis], np.linspace(-1, 1, 24)
+    arc = (np.arange(160) + 0.5) / 160 * (0.5 * np.pi + 1)  # from a tip to the middle
+    radius = np.where(arc < 0.5 * np.pi, np.sin(arc), 1)
+    height = np.where(arc < 0.5 * np.pi, 1 + np.cos(arc), 1 - (arc - 0.5 * np.pi))
+    angles = np.pi * (np.arange(8) + 0.5) / 4
+    rings = [[np.cos(angle) * radius, np.sin(angle) * radius, sign * height] for angle in angles for sign in (-1, 1)]
+    surface = np.concatenate([np.array(ring).T for ring in rings])
+    weights = np.sqrt(np.hypot(*surface.T[:2]))[:, None]  # of the surface that a point stands for
+    stokeslets, dipoles = [], []
+    for place in places:
+        r = surface - [0, 0, place]
+        distance, along = np.linalg.norm(r, axis=1)[:, None], (r @ motion)[:, None]
+        stokeslets.append(motion / distance + r * along / distance**3)
+        dipoles.append(3 * r * along / distance**5 - motion / distance**3)
+    columns = np.column_stack([(weights * velocity).ravel() for velocity in stokeslets + dipoles])
+    scale = np.linalg.norm(columns, axis=0)
+    strengths = np.linalg.lstsq(columns / scale, (weights * motion).ravel(), rcond=1e-10)[0] / scale
+    return float(8 * np.pi * strengths[: len(places)].sum() / (6 * np.pi))
+
+
+def images(distance: float, edge: float) -> float:
+    """6πμ times the velocity along z, at (0, 0, distance), that the images of a unit force along z in the periodic
+    cube cause: Ewald's sum [Lindbo & Tornberg, J. Comput. Phys. 229, 2010, with ξ = 3/L] less the force's own field."""
+    xi, steps = 3 / edge, np.arange(-4, 5)
+    x, y, z = (axis.ravel() for axis in np.meshgrid(steps, steps, steps))
+    r_z = edge * z + distance
+    r = np.sqrt((edge * x) ** 2 + (edge * y) ** 2 + r_z**2)
+    r, r_z = r[r > 0], r_z[r > 0]
+    gauss = xi * np.exp(-((xi * r) ** 2)) / np.sqrt(np.pi)
+    beyond = np.array([math.erfc(xi * one) for one in r])
+    near = np.sum(2 * (gauss / r**2 + beyond / (2 * r**3)) * (r**2 + r_z**2) - 4 * gauss)
+    k_z, k2 = (2 * np.pi / edge * z, (2 * np.pi / edge) ** 2 * (x**2 + y**2 + z**2))
+    k_z, k2 = k_z[k2 > 0], k2[k2 > 0]
+    waves = (1 + k2 / (4 * xi**2)) * (k2 - k_z**2) / k2**2 * np.exp(-k2 / (4 * xi**2))
+    far = 8 * np.pi / edge**3 * np.sum(waves * np.cos(k_z * distance))
+    own = 4 * xi / np.sqrt(np.pi) if distance == 0 else 2 / distance
+    return float(0.75 * (near + far - own))
+
+
+def _mobility_by_images(point: Point) -> float:
+    """What the images add to U/F of each body, times 6πμ; the second term is the first one of their finite size."""
+    own, size = images(0, point.edge), 4 / 3 * np.pi * RADIUS**2 / point.edge**3
+    if point.is_capsule:
+        return own + size
+    other = images((2 + point.gap) * RADIUS, point.edge)
+    return own - other if point.kind == "approaching" else own + other + 2 * size
+
+
+def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
+    return [
+        Experiment(
+            f"slow_bodies-{scheme}-{point.kind.replace(', ', '_')}_gap{point.gap:g}", scheme, point, _case(point, keys)
+        )
+        for point in (POINTS[:1] if fast else POINTS)
+    ]
+
+
+def _case(point: Point, keys: Mapping[str, str]) -> CaseDict:
+    middle, nu = 0.5 * point.edge, viscosity(1.0)
+    flow: CaseDict = {}
+    if point.kind != "approaching":
+        count = 1 if point.is_capsule else 2
+        mobility = 1 / (RADIUS * point.reference) + _mobility_by_images(point)
+        flow["body_force_N_per_m3"] = [0, 0, count * 6 * np.pi * nu * _SPEED / mobility / point.edge**3]
+        flow["initial_flow"] = {"kind": "uniform", "velocity_m_per_s": [0, 0, _SPEED]}
+    if point.is_capsule:
+        turn = np.pi / 4 if point.kind == "capsule, across" else 0.0
+        body = sphere(RADIUS, (middle, middle, middle + 0.3), "fixed", shape="capsule", length_m=2 * RADIUS)
+        bodies = [body | {"orientation_wxyz": [float(np.cos(turn)), 0, float(np.sin(turn)), 0]}]
+    else:
+        bodies = []
+        for name, side in (("sphere", -1), ("other", 1)):
+            place = (middle, middle, middle + 0.3 + side * (1 + 0.5 * point.gap) * RADIUS)
+            if point.kind == "approaching":
+                bodies.append(sphere(RADIUS, place, "prescribed", velocity_m_per_s=[0, 0, -side * _APPROACH]))
+            else:
+                bodies.append(sphere(RADIUS, place, "fixed"))
+            bodies[-1]["name"] = name
+    boundaries = {"x": "free_slip", "y": "free_slip", "z": "periodic"}  # x and y are planes of symmetry
+    case = lattice_case(
+        [point.edge] * 3,
+        1.0,
+        "periodic",
+        bodies,
+        point.steps,
+        boundaries=boundaries,
+        symmetry_planes=["x", "y"],
+        **flow,
+        **keys,
+    )
+    case["output"] = {"trajectory": {"every_steps": 1}}
+    return case
+
+
+def evaluate(folder: Path, experiment: Experiment) -> float:
+    """Error of the drag of the free bodies [%]."""
+    point, trajectory = experiment.point, Trajectory(folder / "trajectory.csv")
+    force = np.array([trajectory.of(name)["force_N"][:, 2] for name in trajectory.bodies])
+    last = float(np.abs(force[:, -100:]).mean())
+    velocity = _APPROACH
+    if point.kind != "approaching":
+        # The velocity of the flow is what momentum it has left; a gradient of pressure would act on the bodies, too.
+        displaced = (4 / 3 + 2 * point.is_capsule) * np.pi * RADIUS**3 * len(force)
+        share = 1 - displaced / point.edge**3
+        driving = experiment.case["fluid"]["body_force_N_per_m3"][2] * share
+        velocity = share * _SPEED + float(np.sum(driving - force.sum(axis=0) / point.edge**3))
+        last /= share
+    mobility = 6 * np.pi * viscosity(1.0) * velocity / last - _mobility_by_images(point)
+    return 100 * (1 / (mobility * RADIUS * point.reference) - 1)
+
+
+def section(results: Sequence[tuple[Experiment, float]]) -> Section:
+    schemes, values = by_point(results)
+    rows = [
+        [point.kind, "–" if point.is_capsule else f"{point.gap * RADIUS:g}", f"{point.reference:.3f}"]
+        + [f"{errors[scheme]:+.2f}" for scheme in schemes]
+        for point, errors in values.items()
+    ]
+    markdown = table(["bodies", "gap [cells]", "drag over Stokes'", *schemes], rows) + "\n\nError of the drag [%]."
+    worst = {scheme: max((errors[scheme] for errors in values.values()), key=abs) for scheme in schemes}
+    return Section(markdown, {}, {scheme: {"pairs, capsules [%]": f"{error:+.1f}"} for scheme, error in worst.items()})
