@@ -9,7 +9,7 @@ import numpy as np
 
 from copepod_report.style import LIGHT, new_figure, png_of
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import Experiment, Section, lattice_case, sphere, table
+from copepod_validation.experiment import COLOURS, Experiment, Section, lattice_case, sphere, table
 
 REFERENCE = (
     "A smooth force. A sphere of radius 4 moves at 0.02 cells per step in a closed box, along an axis or along "
@@ -122,16 +122,15 @@ def _figure(results: Sequence[tuple[Experiment, Noise]]) -> bytes:
     """Amplitude spectra of the raw force at τ = 0.6, smoothed in bands."""
     paths = [path for path in _PATHS if any(experiment.point == Point(path, 0.6) for experiment, _ in results)]
     figure, panels = new_figure(LIGHT, 3.2, ncols=len(paths), sharey=True, squeeze=False)
-    colours = (LIGHT.ink, *LIGHT.beads)
     for panel, path in zip(panels.flat, paths):
         chosen = [(experiment.scheme, noise) for experiment, noise in results if experiment.point == Point(path, 0.6)]
-        for colour, (scheme, noise) in zip(colours, chosen):
+        for scheme, noise in chosen:
             residual = noise.residual
             power = np.abs(np.fft.rfft(residual * np.hanning(residual.size)))[1:] ** 2
             waves = np.arange(1, power.size + 1) / residual.size
             bands = zip(np.array_split(waves, _BANDS), np.array_split(power, _BANDS))
             means = np.array([(wave.mean(), np.sqrt(2 * band.mean()) / residual.size) for wave, band in bands])
-            panel.semilogy(*means.T, linewidth=1.2, color=colour, label=scheme)
+            panel.semilogy(*means.T, linewidth=1.2, color=COLOURS[scheme], label=scheme)
         panel.set_title(f"{path}, τ = 0.6", fontsize=10)
         panel.set_xlabel("frequency [1/step]")
     panels.flat[0].set_ylabel("amplitude [% of the force]")

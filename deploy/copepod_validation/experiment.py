@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from copepod_report.style import LIGHT
+
 CaseDict = dict[str, Any]
 Result = TypeVar("Result")
 
@@ -13,6 +15,8 @@ SCHEMES: dict[str, dict[str, str]] = {
     "interpolated": {"collision": "trt", "moving_boundary": "interpolated", "refill": "nonequilibrium"},
     "central_linear": {"collision": "trt", "moving_boundary": "central_linear", "refill": "nonequilibrium"},
 }
+
+COLOURS = dict(zip(SCHEMES, (LIGHT.ink, *LIGHT.beads, "#cc79a7")))  # in figures
 
 
 @dataclass(frozen=True)

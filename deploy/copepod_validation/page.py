@@ -49,10 +49,8 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
         for name, content in section.figures.items():
             (folder / name).write_bytes(content)
     heads = list(dict.fromkeys(head for figures in overview.values() for head in figures))
-    rows = [
-        [f"`{scheme}`", _keys(scheme), *(figures.get(head, "") for head in heads)]
-        for scheme, figures in overview.items()
-    ]
+    rows = [["keys", *map(_keys, overview)]]
+    rows += [[head, *(figures.get(head, "–") for figures in overview.values())] for head in heads]
     head = _HEAD.format(
         command=command,
         date=datetime.date.today().isoformat(),
@@ -62,7 +60,7 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
         schemes=", ".join(overview),
         part=part,
     )
-    parts = [*_wrapped(head), table(["scheme", "keys", *heads], rows)]
+    parts = [*_wrapped(head), table(["", *(f"`{scheme}`" for scheme in overview)], rows)]
     for case, section in sections.items():
         parts += [
             f"## {case.replace('_', ' ').capitalize()}",

@@ -8,7 +8,7 @@ import numpy as np
 
 from copepod_report.style import LIGHT, new_figure, png_of
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import CaseDict, Experiment, Section, lattice_case, sphere, table
+from copepod_validation.experiment import COLOURS, CaseDict, Experiment, Section, lattice_case, sphere, table
 
 REFERENCE = (
     "Experiments E1 to E4 of ten Cate et al. [Phys. Fluids 14, 4012, 2002]: a sphere of 15 mm and 1120 kg/m³ falls "
@@ -151,7 +151,7 @@ def section(results: Sequence[tuple[Experiment, Fall]]) -> Section:
     measured = ", ".join(
         f"{deviation_from_measured_curve(falls['E4', coarse, scheme]):.1f} % with {scheme}" for scheme in schemes
     )
-    markdown = table(["case", "Re", "τ", "measured u/u∞", "paper's simulation", *schemes, "finer run"], rows)
+    markdown = table(["case", "Re", "τ", "measured u/u∞", "their simulation", *schemes, "finer run"], rows)
     markdown += (
         f"\n\nLargest velocity at {coarse} cells per diameter relative to the measured one [%]; in brackets the "
         "largest deviation of the curve from the finer run [% of its largest velocity]. From the measured points of "
@@ -165,9 +165,9 @@ def section(results: Sequence[tuple[Experiment, Fall]]) -> Section:
 def _figure(falls: Mapping[tuple[str, int, str], Fall], finer: Mapping[str, Fall], coarse: int) -> bytes:
     """Velocities with the last scheme beside measured ones; deviations of all schemes from the finer run of E4."""
     figure, panels = new_figure(LIGHT, 3.4, ncols=2 if "E4" in finer else 1, squeeze=False)
-    colours, panel = (LIGHT.ink, *LIGHT.beads), panels.flat[0]
+    panel = panels.flat[0]
     schemes = list(dict.fromkeys(scheme for _, _, scheme in falls))
-    for colour, name in zip(colours, dict.fromkeys(oil for oil, _, _ in falls)):
+    for colour, name in zip((LIGHT.ink, *LIGHT.beads), dict.fromkeys(oil for oil, _, _ in falls)):
         fall, u_inf = falls[name, coarse, schemes[-1]], OILS[name].u_inf_m_per_s
         panel.plot(fall.time_s, fall.speed * u_inf, linewidth=1.2, color=colour, label=name)
         peak_s = fall.time_s[np.argmax(fall.speed)]
@@ -175,12 +175,12 @@ def _figure(falls: Mapping[tuple[str, int, str], Fall], finer: Mapping[str, Fall
     panel.plot(*E4_MEASURED.T, "o", markersize=3, color=LIGHT.ink, fillstyle="none")
     panel.set_title(f"{schemes[-1]}; measured: ○ and dotted", fontsize=10)
     panel.set_ylabel("velocity [m/s]")
-    for colour, scheme in zip(colours, schemes):
+    for scheme in schemes:
         if "E4" in finer:
             panel, reference = panels.flat[1], finer["E4"]
             seen = reference.gap > 1
             deviation = falls["E4", coarse, scheme].deviation(reference.time_s[seen], reference.speed[seen])
-            panel.plot(reference.time_s[seen], deviation, linewidth=1.2, color=colour, label=scheme)
+            panel.plot(reference.time_s[seen], deviation, linewidth=1.2, color=COLOURS[scheme], label=scheme)
             panel.set_title("E4: deviation from the finer run", fontsize=10)
             panel.set_ylabel("[% of the largest velocity]")
     for panel in panels.flat:

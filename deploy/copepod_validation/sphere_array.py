@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 from copepod_report.style import LIGHT, new_figure, png_of
-from copepod_validation.experiment import CaseDict, Experiment, Section, lattice_case, sphere, table, viscosity
+from copepod_validation.experiment import COLOURS, CaseDict, Experiment, Section, lattice_case, sphere, table, viscosity
 
 REFERENCE = (
     "K = fL³/(6πμRU) of simple cubic arrays, f the body force, U the superficial velocity: 2.008, 4.292, 15.4 and "
@@ -154,7 +154,6 @@ def _figure(groups: Groups, schemes: Sequence[str]) -> bytes:
     """Error against cells per diameter at φ = 0.125, a panel per relaxation time."""
     taus = sorted({tau for fraction, _, tau in groups if fraction == 0.125})
     figure, panels = new_figure(LIGHT, 3.2, ncols=len(taus), sharey=True, squeeze=False)
-    colours = dict(zip(schemes, (LIGHT.ink, *LIGHT.beads)))
     for panel, tau in zip(panels.flat, taus):
         chosen = sorted(
             (cells, group) for (fraction, cells, t), group in groups.items() if (fraction, t) == (0.125, tau)
@@ -171,7 +170,7 @@ def _figure(groups: Groups, schemes: Sequence[str]) -> bytes:
                 markersize=4,
                 linewidth=1,
                 capsize=2,
-                color=colours[scheme],
+                color=COLOURS[scheme],
                 label=scheme,
             )
         panel.axhline(0, color=LIGHT.ink, linewidth=0.8)

@@ -8,7 +8,7 @@ import numpy as np
 
 from copepod_report.style import LIGHT, new_figure, png_of
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import CaseDict, Experiment, Section, lattice_case, sphere, table, viscosity
+from copepod_validation.experiment import COLOURS, CaseDict, Experiment, Section, lattice_case, sphere, table, viscosity
 
 REFERENCE = (
     "Drag over 6πμRU at the height h of the centre. Towards the wall: Brenner's series [Chem. Eng. Sci. 16, 1961]; "
@@ -113,10 +113,10 @@ def _figure(errors: Mapping[tuple[Point, str], float], points: Sequence[Point], 
     figure, panels = new_figure(LIGHT, 3.2, ncols=2, sharey=True)
     for panel, way in zip(panels, ("towards", "along")):
         chosen = [point for point in points if point.way == way]
-        for colour, scheme in zip((LIGHT.ink, *LIGHT.beads), schemes):
+        for scheme in schemes:
             gaps = [(point.height - 1) * RADIUS for point in chosen]
             values = [errors[point, scheme] for point in chosen]
-            panel.plot(gaps, values, "o-", markersize=4, linewidth=1, color=colour, label=scheme)
+            panel.plot(gaps, values, "o-", markersize=4, linewidth=1, color=COLOURS[scheme], label=scheme)
         panel.axhline(0, color=LIGHT.ink, linewidth=0.8)
         panel.set_title(f"{way} the wall", fontsize=10)
         panel.set_xlim(0, 6)
