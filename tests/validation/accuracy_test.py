@@ -1,4 +1,4 @@
-"""The fast subset of `copepod validate` with the recommended scheme, and its command line."""
+"""References of `copepod validate`; its fast subset with the recommended scheme, and its command line."""
 
 import os
 import sys
@@ -16,6 +16,20 @@ from copepod_validation import shear, slow_bodies, sphere_array, wall  # noqa: E
 from copepod_validation.experiment import SCHEMES  # noqa: E402
 
 SCHEME = "central_linear"
+
+
+class References(unittest.TestCase):
+    def test_sphere_towards_a_wall(self):
+        for height, drag in ((1.1276, 9.2534), (1.5, 3.20539), (2.0, 2.12554), (3.0, 1.56921)):  # Brenner 1961
+            self.assertAlmostEqual(wall.approach(height) / drag, 1, delta=1e-4)
+
+    def test_images_of_a_force_in_a_periodic_cube(self):
+        self.assertAlmostEqual(50 * slow_bodies.images(0.0, 50), -2.837297, places=5)  # Hasimoto 1959
+        self.assertAlmostEqual(50 * slow_bodies.images(1e-4, 50), -2.837297, places=5)
+
+    def test_drag_of_a_capsule_is_that_of_more_and_other_singularities(self):
+        self.assertAlmostEqual(slow_bodies.capsule_drag(2), 1.31530, delta=1e-4)
+        self.assertAlmostEqual(slow_bodies.capsule_drag(0), 1.48523, delta=5e-4)
 
 
 class Accuracy(CommandTest):
