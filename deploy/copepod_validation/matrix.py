@@ -10,7 +10,7 @@ from typing import Any
 from copepod_campaign import campaign
 from copepod_run.errors import ExitCode, Stop
 from copepod_validation import crossing_sphere, frames, inertial_drag, oscillating_sphere, settling_sphere, shear
-from copepod_validation import slow_bodies, sphere_array, wall
+from copepod_validation import slow_bodies, sphere_array, sudden_start, wall
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section
 
 # Each module has REFERENCE, experiments(scheme, its keys, fast), evaluate(folder, experiment) and section(results).
@@ -20,6 +20,7 @@ _CASES = (
     slow_bodies,
     shear,
     oscillating_sphere,
+    sudden_start,
     inertial_drag,
     settling_sphere,
     crossing_sphere,

@@ -12,7 +12,7 @@ sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import CommandTest  # noqa: E402
 from copepod_validation import crossing_sphere, frames, oscillating_sphere, settling_sphere  # noqa: E402
-from copepod_validation import shear, slow_bodies, sphere_array, wall  # noqa: E402
+from copepod_validation import shear, slow_bodies, sphere_array, sudden_start, wall  # noqa: E402
 from copepod_validation.experiment import SCHEMES  # noqa: E402
 
 SCHEME = "central_linear"
@@ -85,6 +85,13 @@ class Accuracy(CommandTest):
         self.validate("--cases", "oscillating_sphere")
         ((_, ratio),) = self.measured(oscillating_sphere)
         self.assertLess(abs(ratio - 1), 0.01)
+
+    def test_sphere_that_starts_suddenly_receives_the_impulse_of_basset(self):
+        """Measured: −2.4 %; with bgk 14 %."""
+        self.validate("--cases", "sudden_start")
+        ((_, start),) = self.measured(sudden_start)
+        self.assertLess(abs(start.error), 3.0)
+        self.assertLess(start.alternating, 2.0)
 
     def test_free_sphere_in_shear_rotates_at_half_the_rate(self):
         self.validate("--cases", "shear")

@@ -16,19 +16,9 @@ sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import CommandTest  # noqa: E402
 from copepod_validation.oscillating_sphere import resistance  # noqa: E402
+from copepod_validation.sudden_start import inverse_laplace  # noqa: E402
 
 DENSITY, VISCOSITY, CELL_M = 1000.0, 1.0e-6, 1.0e-5
-
-
-def inverse_laplace(transform, time_s, points=24):
-    """Talbot's contour with the points of Abate and Valkó (2004)."""
-    r = 2 * points / (5 * time_s)
-    total = 0.5 * np.real(transform(r) * np.exp(r * time_s))
-    for angle in np.arange(1, points) * math.pi / points:
-        cotangent = 1 / math.tan(angle)
-        s = r * angle * (cotangent + 1j)
-        total += np.real(np.exp(time_s * s) * transform(s) * (1 + 1j * (angle + (angle * cotangent - 1) * cotangent)))
-    return total * r / points
 
 
 class UnsteadyMotion(CommandTest):
