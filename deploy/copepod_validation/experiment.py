@@ -14,6 +14,7 @@ SCHEMES: dict[str, dict[str, str]] = {
     "bounce_back": {"collision": "trt", "moving_boundary": "bounce_back", "refill": "equilibrium"},
     "interpolated": {"collision": "trt", "moving_boundary": "interpolated", "refill": "nonequilibrium"},
     "central_linear": {"collision": "trt", "moving_boundary": "central_linear", "refill": "nonequilibrium"},
+    "parabolic": {"collision": "trt", "moving_boundary": "parabolic", "refill": "nonequilibrium"},
 }
 
 COLOURS = dict(zip(SCHEMES, (LIGHT.ink, *LIGHT.beads, "#cc79a7")))  # in figures

@@ -40,7 +40,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       map_(domain_, layout_, make_bodies(setup, units_)),
       links_(map_, layout_, halo_.interior()),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
-      exchange_momentum_(choose_momentum_exchange<T>(setup.moving_boundary)),
+      exchange_momentum_(choose_momentum_exchange<T>(setup.moving_boundary, constants_)),
       reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size()),
       load_sum_halves_(2 * load_components * setup.bodies.size()),
@@ -80,8 +80,8 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   if (exchange_momentum_.conserving) count_changed_cells();
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, b, links_.of_body(b), returned_mass(b),
-                                load_sums_[b], reflected_);
+    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, b, links_.of_body(b), constants_,
+                                returned_mass(b), load_sums_[b], reflected_);
   timer_.book(Phase::momentum);
   sum_loads();
   report_loads(kinematics, loads);

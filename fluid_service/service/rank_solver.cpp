@@ -33,6 +33,7 @@ Capabilities capabilities() {
                        "moving_boundary:bounce_back",
                        "moving_boundary:interpolated",
                        "moving_boundary:central_linear",
+                       "moving_boundary:parabolic",
                        "refill:equilibrium",
                        "refill:nonequilibrium",
                        "refill:grad",

@@ -67,6 +67,7 @@ const std::vector<Feature>& known_features() {
       {"moving_boundary:bounce_back", method, "bodies act on the fluid by halfway bounce-back"},
       {"moving_boundary:interpolated", method, "by linear interpolation before or after the reflection"},
       {"moving_boundary:central_linear", method, "by central linear interpolation"},
+      {"moving_boundary:parabolic", method, "by parabolic interpolation"},
       {"refill:equilibrium", method, "uncovered cells start from the equilibrium"},
       {"refill:nonequilibrium", method, "from the equilibrium and the neighbours' non-equilibrium part"},
       {"refill:grad", method, "from the equilibrium and the neighbours' stress"},

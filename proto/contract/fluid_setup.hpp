@@ -15,7 +15,7 @@ enum class FluidKind { lattice_boltzmann, stokes, vacuum };
 enum class BoundaryKind { no_slip, periodic, free_slip, velocity, pressure };
 enum class CollisionKind { bgk, trt };
 enum class Precision { double_precision, single_precision };
-enum class MovingBoundary { bounce_back, interpolated, central_linear };
+enum class MovingBoundary { bounce_back, interpolated, central_linear, parabolic };
 enum class Refill { equilibrium, nonequilibrium, grad };
 
 /// Condition on one face of the domain.

@@ -34,7 +34,8 @@ inline constexpr std::array collision_names{Choice<CollisionKind>{"bgk", Collisi
 inline constexpr std::array moving_boundary_names{
     Choice<MovingBoundary>{"bounce_back", MovingBoundary::bounce_back},
     Choice<MovingBoundary>{"interpolated", MovingBoundary::interpolated},
-    Choice<MovingBoundary>{"central_linear", MovingBoundary::central_linear}};
+    Choice<MovingBoundary>{"central_linear", MovingBoundary::central_linear},
+    Choice<MovingBoundary>{"parabolic", MovingBoundary::parabolic}};
 
 inline constexpr std::array refill_names{Choice<Refill>{"equilibrium", Refill::equilibrium},
                                          Choice<Refill>{"nonequilibrium", Refill::nonequilibrium},

@@ -33,7 +33,7 @@ static_assert(v1::FluidKind_MAX == to_wire<v1::FluidKind>(FluidKind::vacuum));
 static_assert(v1::BoundaryKind_MAX == to_wire<v1::BoundaryKind>(BoundaryKind::pressure));
 static_assert(v1::InitialFlowKind_MAX == to_wire<v1::InitialFlowKind>(InitialFlowKind::taylor_green));
 static_assert(v1::CollisionKind_MAX == to_wire<v1::CollisionKind>(CollisionKind::trt));
-static_assert(v1::MovingBoundary_MAX == to_wire<v1::MovingBoundary>(MovingBoundary::central_linear));
+static_assert(v1::MovingBoundary_MAX == to_wire<v1::MovingBoundary>(MovingBoundary::parabolic));
 static_assert(v1::Refill_MAX == to_wire<v1::Refill>(Refill::grad));
 static_assert(v1::Precision_MAX == to_wire<v1::Precision>(Precision::single_precision));
 static_assert(v1::MotionKind_MAX == to_wire<v1::MotionKind>(MotionKind::axis));

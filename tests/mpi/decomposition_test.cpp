@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(
     Methods, Decomposition,
     testing::Values(Method{}, Method{Precision::single_precision},
                     Method{Precision::single_precision, MovingBoundary::interpolated, Refill::grad},
-                    Method{Precision::double_precision, MovingBoundary::central_linear, Refill::nonequilibrium}),
+                    Method{Precision::double_precision, MovingBoundary::parabolic, Refill::nonequilibrium}),
     [](const auto& instance) {
       std::string name = instance.param.precision == Precision::double_precision ? "Double_" : "Single_";
       name += name_of(moving_boundary_names, instance.param.moving_boundary);

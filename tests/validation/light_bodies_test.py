@@ -13,9 +13,11 @@ import light_bodies  # noqa: E402
 class LightBodies(unittest.TestCase):
     def test_accelerate_from_rest_as_stokes_added_mass_and_history_make_them(self):
         for tau in (0.55, 2.0):
-            deviation = light_bodies.deviation_of_start(0.01, 4.0, tau, 150)
-            self.assertIsNotNone(deviation, tau)
-            self.assertLess(deviation, 0.03, tau)
+            for boundary in ("central_linear", "parabolic"):
+                more = ("--set", f"fluid.moving_boundary={boundary}")
+                deviation = light_bodies.deviation_of_start(0.01, 4.0, tau, 150, more=more)
+                self.assertIsNotNone(deviation, (tau, boundary))
+                self.assertLess(deviation, 0.03, (tau, boundary))
 
     def test_tend_to_the_velocity_of_a_body_of_the_fluids_density(self):
         neutral = self.last_velocity(1.0)

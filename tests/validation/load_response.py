@@ -2,7 +2,7 @@
 """Response of a sphere's load to a step in its velocity, and the stability of the coupling that follows from it: what
 docs/decisions/virtual_mass.md quotes.
 
-    tests/validation/load_response.py [bounce_back|interpolated|central_linear]     some minutes
+    tests/validation/load_response.py [bounce_back|interpolated|central_linear|parabolic]     some minutes
 """
 
 import csv

@@ -13,7 +13,7 @@ struct Scheme {
   Refill refill;
 };
 constexpr Scheme staircase{MovingBoundary::bounce_back, Refill::equilibrium};
-constexpr Scheme recommended{MovingBoundary::central_linear, Refill::nonequilibrium};
+constexpr Scheme recommended{MovingBoundary::parabolic, Refill::nonequilibrium};
 
 /// Torque on a sphere that turns slowly, over T = −8 π μ R³ Ω [Kirchhoff 1876].
 /// Half of the domain is computed (mirror plane normal to the axis of rotation), so the doubling of cut

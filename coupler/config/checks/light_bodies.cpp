@@ -35,7 +35,8 @@ double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
 
 }  // namespace
 
-VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging) {
+VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
+                                  MovingBoundary boundary) {
   const double excess = relaxation_time - 0.5;
   const bool averages = averaging == LoadAveraging::two_step;
   const double oscillating = averages ? 1.4 : 2.8 / excess;
@@ -43,7 +44,7 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
   rule.needed_below = std::max(oscillating, 1.4 * std::pow(relaxation_time, 1.5)) / radius_cells;
   if (averages && relaxation_time < averaged_below) {
     rule.virtual_mass = 1.5 / radius_cells;
-    rule.averaging = LoadAveraging::two_step;
+    if (boundary != MovingBoundary::parabolic) rule.averaging = LoadAveraging::two_step;
   } else {
     rule.virtual_mass = 1.2 / (radius_cells * excess) + 21.0 * excess / (radius_cells * radius_cells);
   }
@@ -52,7 +53,7 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
 
 VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the_case) {
   return virtual_mass_rule(body.shape.radius_m / the_case.fluid.cell_size_m, relaxation_time(the_case),
-                           the_case.load_averaging);
+                           the_case.load_averaging, the_case.fluid.moving_boundary);
 }
 
 double mass_ratio(const BodySpecification& body, const FluidCase& fluid) {
@@ -76,7 +77,8 @@ std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& asse
 
 LoadAveraging averaging_with_virtual_mass(const Case& the_case) {
   if (!on_lattice(the_case)) return LoadAveraging::none;
-  return virtual_mass_rule(1.0, relaxation_time(the_case), the_case.load_averaging).averaging;
+  return virtual_mass_rule(1.0, relaxation_time(the_case), the_case.load_averaging, the_case.fluid.moving_boundary)
+      .averaging;
 }
 
 void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {

@@ -17,11 +17,12 @@ struct VirtualMassRule {
 /// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
 /// velocity or angular velocity [docs/decisions/virtual_mass.md]:
 ///   needed below  1.4 max(1, τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.4 τ^(3/2)) / r   without
-///   τ < 0.75 and averaged loads:   m = 1.5 / r
+///   τ < 0.75 and averaged loads:   m = 1.5 / r; parabolic boundaries, whose loads do not alternate: as they are
 ///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
 /// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
 /// @param averaging     that of the case
-VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging);
+VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
+                                  MovingBoundary boundary);
 
 /// Virtual mass of each body [kg], as the case gives it or by the rule; 0 for bodies whose motion no load changes.
 std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& assembly);

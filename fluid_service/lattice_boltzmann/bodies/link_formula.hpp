@@ -6,6 +6,7 @@
 //   `returning`            f_ᾱ(x_f, t + 1) − w_ᾱ
 //   `uses_wall_distance`   reads q, which costs a square root per link
 //   `uses_second_cell`     reads f̃_α of x_f − e_α
+//   `uses_collision`       reads the momentum of x_f, the relaxation times and the body force
 //   `conserving`           with the Galilean invariant momentum exchange [Wen et al. 2014] and conservation of mass
 // choose_momentum_exchange picks the one named in the case.
 
@@ -20,6 +21,12 @@ struct Link {
   double wall_distance = 0.5;  ///< q: the surface is at x_f + q e_α
   double inward = 0.0;         ///< f̃_ᾱ(x_f), which leaves for the second cell
   double behind = 0.0;         ///< f̃_α(x_f − e_α), which the second cell sends
+  // For formulas that use the collision:
+  double odd_equilibrium = 0.0;  ///< 3 w_α e_α·j, j the momentum of x_f
+  double source = 0.0;           ///< 3 w_α e_α·F, F the body force
+  double per_odd = 0.0;          ///< 1/(τ⁻ − 1)
+  double per_even = 0.0;         ///< 1/(2 τ⁺ − 1)
+  double share = 0.0;            ///< 4 min(τ⁺, 1)
 };
 
 /// w_α ρ_w e_α·u_w, by which a moving surface acts in every formula.
@@ -30,6 +37,7 @@ inline double wall_term(const Link& link) { return d3q19::weight(link.direction)
 struct BounceBack {
   static constexpr bool uses_wall_distance = false;
   static constexpr bool uses_second_cell = false;
+  static constexpr bool uses_collision = false;
   static constexpr bool conserving = false;
 
   static double returning(const Link& link) {
@@ -43,6 +51,7 @@ struct BounceBack {
 struct Interpolated {
   static constexpr bool uses_wall_distance = true;
   static constexpr bool uses_second_cell = true;
+  static constexpr bool uses_collision = false;
   static constexpr bool conserving = true;
 
   static double returning(const Link& link) {
@@ -57,12 +66,40 @@ struct Interpolated {
 struct CentralLinear {
   static constexpr bool uses_wall_distance = true;
   static constexpr bool uses_second_cell = true;
+  static constexpr bool uses_collision = false;
   static constexpr bool conserving = true;
 
   static double returning(const Link& link) {
     const double scale = 1.0 / (1.0 + 2.0 * link.wall_distance);
     const double weight = (1.0 - 2.0 * link.wall_distance) * scale;
     return link.leaving + weight * (link.behind - link.inward) - 12.0 * scale * wall_term(link);
+  }
+};
+
+/// Parabolic interpolation. In a steady flow the odd half of a pair, f⁻ = (f_α − f_ᾱ)/2, changes by −X in a collision
+/// and by X on the way to the next one. With e = 3 w_α e_α·j, S = 3 w_α e_α·F, Λ⁺ = τ⁺ − 1/2 and ∂ the derivative along
+/// the link, the Chapman–Enskog expansion gives
+///   X + S = (f̃⁻ − e)/(τ⁻ − 1) = Λ⁺ ∂²e − ∂(w_α ρ) + S,   ∂e = f̃_α(x_f) − f̃_α(x_f − e_α) + X
+/// The odd half remains as it is, but for a part of what is missing at the surface, r:
+///   r = e − S/2 + q ∂e + q²/2 (X + S)/Λ⁺ − 3 w_α ρ_w e_α·u_w
+///   f_ᾱ(x_f) = f̃_α(x_f − e_α) − 2 (f̃⁻ + X) + 4 min(τ⁺, 1)/(1 + 2q) r
+/// The steady state has r = 0 at every τ: a parabola through the surface, but for the gradient of pressure in X + S. Of
+/// the kind of [Marson et al. 2021; Ginzburg et al. 2023], without a state of its own. At τ⁻ = 1 the collision leaves
+/// nothing of f⁻ − e, and X is lost.
+struct Parabolic {
+  static constexpr bool uses_wall_distance = true;
+  static constexpr bool uses_second_cell = true;
+  static constexpr bool uses_collision = true;
+  static constexpr bool conserving = true;
+
+  static double returning(const Link& link) {
+    const double q = link.wall_distance;
+    const double odd = 0.5 * (link.leaving - link.inward);
+    const double change_and_source = (odd - link.odd_equilibrium) * link.per_odd;
+    const double change = change_and_source - link.source;
+    const double missing = link.odd_equilibrium - 0.5 * link.source + q * (link.leaving - link.behind + change) +
+                           q * q * link.per_even * change_and_source - 3.0 * wall_term(link);
+    return link.behind - 2.0 * (odd + change) + link.share / (1.0 + 2.0 * q) * missing;
   }
 };
 

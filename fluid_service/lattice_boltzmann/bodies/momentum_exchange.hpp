@@ -12,6 +12,7 @@
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/bodies/boundary_links.hpp"
 #include "lattice_boltzmann/bodies/link_formula.hpp"
+#include "lattice_boltzmann/kernel/collision.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 
 namespace copepod::fluid {
@@ -89,14 +90,15 @@ struct ReflectedPopulations {
 /// Populations are deviations f − w: the constant pressure of the fluid at rest never enters, and bodies that
 /// touch feel no spurious force from links that are missing between them.
 /// @param cells     of the body, on this rank
+/// @param collision of the flow, for formulas that use it
 /// @param returned  mass to be given back, by the weight of the body's links
 /// @param loads     sums to which this rank's share is added
 /// @throws SolverError if a population is not finite or absurdly large, naming the cell
 template <class T>
 struct MomentumExchange {
   void (*exchange)(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-                   std::size_t body, std::span<const BoundaryCell> cells, double returned, LoadSums& loads,
-                   ReflectedPopulations<T>& reflected);
+                   std::size_t body, std::span<const BoundaryCell> cells, const CollisionConstants<T>& collision,
+                   double returned, LoadSums& loads, ReflectedPopulations<T>& reflected);
   bool uses_second_cell = false;  ///< other ranks' populations must have arrived before
   bool conserving = false;
 };
@@ -163,7 +165,6 @@ double reflected_by_surface(const T* populations, const PopulationLayout& layout
       link.e_dot_u_w += (0.5 - link.wall_distance) * slope_between_surfaces(map, layout, boundary, link);
       return BounceBack::returning(link);
     }
-    link.inward = populations[layout.location(boundary.site, d3q19::opposite(link.direction), placement)];
     link.behind = populations[layout.entry(boundary.site, link.direction, placement)];  // where it enters x_f
   }
   return Formula::returning(link);
@@ -171,8 +172,8 @@ double reflected_by_surface(const T* populations, const PopulationLayout& layout
 
 template <class Formula, class T>
 void exchange(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-              std::size_t body_index, std::span<const BoundaryCell> cells, [[maybe_unused]] double returned,
-              LoadSums& loads, ReflectedPopulations<T>& reflected) {
+              std::size_t body_index, std::span<const BoundaryCell> cells, const CollisionConstants<T>& collision,
+              [[maybe_unused]] double returned, LoadSums& loads, ReflectedPopulations<T>& reflected) {
   const Domain& domain = map.domain();
   const LatticeBody& body = map.bodies()[body_index];
   LoadSums sums = loads;  // a local copy, which need not be stored for every cell
@@ -184,10 +185,22 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
     sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
     sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
   };
+  [[maybe_unused]] const double per_even = 1.0 / (2.0 * even_time(collision) - 1.0);
+  [[maybe_unused]] const double per_odd = 1.0 / (odd_time(collision) - 1.0);
+  [[maybe_unused]] const double share = 4.0 * std::min(even_time(collision), 1.0);
+  Populations source{};
+  for (int alpha = 0; alpha < d3q19::directions && Formula::uses_collision; ++alpha)
+    source[static_cast<std::size_t>(alpha)] =
+        3.0 * d3q19::weight(alpha) * along(alpha, {collision.force[0], collision.force[1], collision.force[2]});
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (i + prefetch_distance < cells.size()) prefetch(populations, layout, placement, cells[i + prefetch_distance]);
     const BoundaryCell& boundary = cells[i];
-    const double density = 1.0 + excess_density_of_cell(populations, layout, boundary.site, placement);
+    double f[d3q19::directions];
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      f[alpha] = populations[layout.location(boundary.site, alpha, placement)];
+    const Moments<double> m = moments(f);  // of the same bits for a cell and its mirror image
+    const double density = 1.0 + m.excess_density;
+    const Eigen::Vector3d momentum(m.momentum[0], m.momentum[1], m.momentum[2]);
     const auto plane = static_cast<std::size_t>(boundary.position[0] - layout.block().low[0]);
     auto& target = boundary.border ? reflected.border : reflected.interior[plane];
     // The link as the body sees it: from r in direction `seen`.
@@ -195,9 +208,17 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
                              std::int64_t(&force)[3]) {
       const auto& e = d3q19::e[seen];
       Link link{.direction = alpha,
-                .leaving = populations[layout.location(boundary.site, alpha, placement)],
+                .leaving = f[alpha],
                 .density = density,
-                .e_dot_u_w = along(seen, u)};
+                .e_dot_u_w = along(seen, u),
+                .inward = f[d3q19::opposite(alpha)]};
+      if constexpr (Formula::uses_collision) {
+        link.odd_equilibrium = 3.0 * d3q19::weight(alpha) * along(alpha, momentum);
+        link.source = source[static_cast<std::size_t>(alpha)];
+        link.per_odd = per_odd;
+        link.per_even = per_even;
+        link.share = share;
+      }
       if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
       double exact = reflected_by_surface<Formula>(populations, layout, placement, map, boundary, link);
       if constexpr (Formula::conserving) exact += d3q19::weight(alpha) * returned;
@@ -240,9 +261,10 @@ MomentumExchange<T> by() {
 
 }  // namespace momentum_exchange
 
-/// With the link formula of a case. @throws CaseError for one that this version does not have
+/// With the link formula of a case; CentralLinear in place of Parabolic within 0.02 of τ⁻ = 1.
+/// @throws CaseError for one that this version does not have
 template <class T>
-MomentumExchange<T> choose_momentum_exchange(MovingBoundary formula) {
+MomentumExchange<T> choose_momentum_exchange(MovingBoundary formula, const CollisionConstants<T>& collision) {
   switch (formula) {
     case MovingBoundary::bounce_back:
       return momentum_exchange::by<BounceBack, T>();
@@ -250,6 +272,9 @@ MomentumExchange<T> choose_momentum_exchange(MovingBoundary formula) {
       return momentum_exchange::by<Interpolated, T>();
     case MovingBoundary::central_linear:
       return momentum_exchange::by<CentralLinear, T>();
+    case MovingBoundary::parabolic:
+      return std::abs(odd_time(collision) - 1.0) < 0.02 ? momentum_exchange::by<CentralLinear, T>()
+                                                        : momentum_exchange::by<Parabolic, T>();
   }
   throw CaseError("unknown moving_boundary (a newer coupler?). Use bounce_back.");
 }

@@ -19,6 +19,15 @@ struct CollisionConstants {
   T force[3];        ///< body force F, lattice units
 };
 
+template <class T>
+double even_time(const CollisionConstants<T>& c) {
+  return 0.5 / static_cast<double>(c.half_rate_even);
+}
+template <class T>
+double odd_time(const CollisionConstants<T>& c) {
+  return 0.5 / static_cast<double>(c.half_rate_odd);
+}
+
 /// τ⁻ of the pair's antisymmetric half: τ⁻ − 1/2 = Λ / (τ − 1/2) with Λ = 3/16, which puts a half-way
 /// bounce-back wall of a Poiseuille flow exactly half-way [Ginzburg, Verhaeghe, d'Humières 2008]; for BGK τ⁻
 /// = τ.

@@ -12,8 +12,8 @@
 namespace copepod::coupler {
 namespace {
 
-/// Virtual masses of a ball, in displaced masses, of a tenth of the fluid's density in a lattice of 10 µm.
-double of_ball(const std::vector<std::string>& overrides, std::vector<std::string>* warnings = nullptr) {
+/// A ball of a tenth of the fluid's density in a lattice of 10 µm.
+LoadedCase ball(const std::vector<std::string>& overrides) {
   const std::string text = R"(case: light
 fluid:
   solver: lattice_boltzmann
@@ -27,7 +27,12 @@ bodies:
   - {name: ball, radius_m: 4.0e-5, mass_kg: 2.6808257e-11, position_m: [2.0e-4, 2.0e-4, 2.0e-4]}
 run: {steps: 100}
 )";
-  const LoadedCase loaded = load_case_text(text, "light.yaml", overrides);
+  return load_case_text(text, "light.yaml", overrides);
+}
+
+/// Its virtual mass, in displaced masses.
+double of_ball(const std::vector<std::string>& overrides, std::vector<std::string>* warnings = nullptr) {
+  const LoadedCase loaded = ball(overrides);
   if (warnings != nullptr) *warnings = loaded.warnings;
   constexpr double displaced_kg = 1000 * 4.0 / 3.0 * std::numbers::pi * 4.0e-5 * 4.0e-5 * 4.0e-5;
   return virtual_masses_kg(loaded.content, loaded.assembly)[0] / displaced_kg;
@@ -37,6 +42,16 @@ TEST(LightBodies, GetTheVirtualMassOfTheRule) {
   EXPECT_NEAR(of_ball({}), 1.5 / 4.0, 1e-9);
   EXPECT_NEAR(of_ball({"fluid.relaxation_time=2.0"}), 1.2 / (4.0 * 1.5) + 21.0 * 1.5 / 16.0, 1e-9);
   EXPECT_NEAR(of_ball({"coupling.load_averaging=none"}), 1.2 / (4.0 * 0.1) + 21.0 * 0.1 / 16.0, 1e-9);
+}
+
+TEST(LightBodies, ReceiveTheLoadsAsTheyAreWhereTheseDoNotAlternate) {
+  const auto averaging = [](const std::vector<std::string>& overrides) {
+    return averaging_with_virtual_mass(ball(overrides).content);
+  };
+  EXPECT_EQ(averaging({}), LoadAveraging::two_step);
+  EXPECT_EQ(averaging({"fluid.relaxation_time=0.8"}), LoadAveraging::none);
+  EXPECT_EQ(averaging({"fluid.moving_boundary=parabolic"}), LoadAveraging::none);
+  EXPECT_EQ(of_ball({"fluid.moving_boundary=parabolic"}), of_ball({}));
 }
 
 TEST(LightBodies, GetWhatTheCaseGives) {

@@ -31,7 +31,10 @@ Link sheared(double q, double e_dot_u, double slope) {
           .e_dot_u_w = e_dot_u + q * slope,
           .wall_distance = q,
           .inward = even - 3.0 * w * e_dot_u,
-          .behind = even + 3.0 * w * (e_dot_u - slope)};
+          .behind = even + 3.0 * w * (e_dot_u - slope),
+          .odd_equilibrium = 3.0 * w * e_dot_u,
+          .per_odd = 5.0,
+          .share = 3.0};
 }
 
 // What would leave x_f + e_α in direction ᾱ if the flow continued there.
@@ -41,8 +44,45 @@ TEST(LinkFormulas, AreExactInAShearedFlowWhereverTheWallIs) {
     const double expected = 0.01 - 3.0 / 36.0 * (0.02 + 0.005);
     EXPECT_NEAR(CentralLinear::returning(link), expected, 1e-17) << q;
     EXPECT_NEAR(Interpolated::returning(link), expected, 1e-17) << q;
+    EXPECT_NEAR(Parabolic::returning(link), expected, 1e-17) << q;
     EXPECT_EQ(std::abs(BounceBack::returning(link) - expected) < 1e-17, q == 0.5) << q;
   }
+}
+
+// The steady state of any two relaxation times where 3 w e·u is a + b s + c s²/2 along the link, and a body force of S
+// balances the gradient of pressure: the even half changes by b in a collision, the odd half by S − Λ⁺ c.
+TEST(Parabolic, IsExactInAParabolicFlowAtEveryRelaxationTime) {
+  const double w = d3q19::weight(7);
+  const double a = 0.001, b = 0.0004, c = -0.0003, source = 0.00007;
+  for (const double even_time : {0.51, 0.6, 2.0})
+    for (const double odd_time : {0.6, 2.4})
+      for (const double q : {0.0, 0.2, 0.5, 1.0}) {
+        const double change = (even_time - 0.5) * c - source;
+        const double even = 0.01 - even_time * b;
+        const double odd = a - 0.5 * source + odd_time * (change + source);
+        const Link link{.direction = 7,
+                        .leaving = even + b + odd - change,
+                        .density = 1.0,
+                        .e_dot_u_w = (a + b * q + 0.5 * c * q * q) / (3.0 * w),
+                        .wall_distance = q,
+                        .inward = even + b - odd + change,
+                        .behind = even + odd,
+                        .odd_equilibrium = a + 0.5 * source,
+                        .source = source,
+                        .per_odd = 1.0 / (odd_time - 1.0),
+                        .per_even = 1.0 / (2.0 * even_time - 1.0),
+                        .share = 3.0};
+        EXPECT_NEAR(Parabolic::returning(link), even - odd, 1e-15) << even_time << ' ' << odd_time << ' ' << q;
+      }
+}
+
+TEST(Parabolic, GivesWayToCentralLinearWhereTheCollisionForgetsTheOddHalf) {
+  const auto chosen = [](MovingBoundary formula, double relaxation_time) {
+    const auto collision = collision_constants<double>(CollisionKind::trt, relaxation_time, Eigen::Vector3d::Zero());
+    return choose_momentum_exchange(formula, collision).exchange;
+  };
+  EXPECT_EQ(chosen(MovingBoundary::parabolic, 0.875), chosen(MovingBoundary::central_linear, 0.875));
+  EXPECT_NE(chosen(MovingBoundary::parabolic, 0.85), chosen(MovingBoundary::central_linear, 0.85));
 }
 
 /// A sphere or capsule in a box on one rank, and populations at hand.
@@ -89,8 +129,9 @@ struct Box16 {
   void exchange(std::span<const BoundaryCell> cells, MovingBoundary formula = MovingBoundary::bounce_back) {
     sums = {};
     reflected.clear();
-    choose_momentum_exchange<double>(formula).exchange(populations.data(), *layout, Placement::home, *map, 0, cells,
-                                                       0.0, sums, reflected);
+    const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
+    choose_momentum_exchange(formula, collision)
+        .exchange(populations.data(), *layout, Placement::home, *map, 0, cells, collision, 0.0, sums, reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
@@ -157,7 +198,8 @@ TEST(MomentumExchange, FluidAtRestPushesABodyNowhereWhateverItsPressure) {
 // One cell between the sphere and another one, or a wall: with the Couette flow of the gap in that cell, every
 // formula that needs a second cell finds what that flow would send.
 TEST(MomentumExchange, TakesTheFlowOfAGapForCouetteFlow) {
-  for (const MovingBoundary formula : {MovingBoundary::interpolated, MovingBoundary::central_linear}) {
+  for (const MovingBoundary formula :
+       {MovingBoundary::interpolated, MovingBoundary::central_linear, MovingBoundary::parabolic}) {
     Box16 box({ShapeKind::sphere, 3.0, 0.0}, BoundaryKind::no_slip);
     box.body().position = {8.5, 8.5, 4.2};  // lowest point 1.2 cells above the wall: q = 0.7
     box.body().velocity = {0.0, 0.0, 0.012};
@@ -217,7 +259,7 @@ TEST(MomentumExchange, ABodyThatMovesWithAUniformFlowFeelsNoForce) {
   Box16 moving;
   moving.body().velocity = u;
   moving.flow(0.01, u);
-  for (const auto formula : {MovingBoundary::bounce_back, MovingBoundary::central_linear}) {
+  for (const auto formula : {MovingBoundary::bounce_back, MovingBoundary::central_linear, MovingBoundary::parabolic}) {
     moving.exchange(moving.links->of_body(0), formula);
     EXPECT_LT(moving.force().norm(), 1e-13);
   }
