@@ -134,5 +134,6 @@ def _figure(results: Sequence[tuple[Experiment, Noise]]) -> bytes:
         panel.set_title(f"{path}, τ = 0.6", fontsize=10)
         panel.set_xlabel("frequency [1/step]")
     panels.flat[0].set_ylabel("amplitude [% of the force]")
-    panels.flat[-1].legend(fontsize=8, frameon=False)
+    panels.flat[0].set_ylim(top=3)
+    panels.flat[0].legend(fontsize=8, frameon=False, ncols=2)
     return png_of(figure)

@@ -180,5 +180,5 @@ def _figure(groups: Groups, schemes: Sequence[str]) -> bytes:
         panel.set_title(f"τ = {tau:g}", fontsize=10)
         panel.set_xlabel("cells per diameter")
     panels.flat[0].set_ylabel("error of the drag [%]")
-    panels.flat[-1].legend(fontsize=8, frameon=False)
+    panels.flat[0].legend(fontsize=8, frameon=False)
     return png_of(figure)
