@@ -89,23 +89,34 @@ ordered_json resolved_services(const ServicesCase& services) {
           {"progress_deadline_s", services.progress_deadline_s}};
 }
 
-/// none, auto or a number of displaced masses.
-std::optional<double> read_virtual_mass(Reader& coupling) {
-  constexpr const char* key = "virtual_mass";
-  const Value* value = coupling.raw(key);
-  if (value == nullptr || value->text == "auto") return {};
-  if (value->text == "none") return 0.0;
-  if (value->kind == Value::Kind::scalar && std::isalpha(static_cast<unsigned char>(value->text.front())) != 0) {
-    coupling.reject(
-        key, "is '" + value->text + "' (known: auto, none). Write one of these, or a number of displaced masses.");
+/// `none`, `auto` (which is no number), or a number.
+std::optional<double> read_number_or_auto(Reader& section, const char* key, const char* default_word,
+                                          const char* number_of) {
+  const Value* value = section.raw(key);
+  const std::string word = value == nullptr ? default_word : value->text;
+  if (word == "auto") return {};
+  if (word == "none") return 0.0;
+  if (value->kind == Value::Kind::scalar && std::isalpha(static_cast<unsigned char>(word.front())) != 0) {
+    section.reject(key, "is '" + word + "' (known: auto, none). Write one of these, or a number of " + number_of + ".");
     return {};
   }
-  return coupling.number(key, Range::not_negative);
+  return section.number(key, Range::not_negative);
 }
 
-ordered_json resolved_virtual_mass(const std::optional<double>& displaced_masses) {
-  if (!displaced_masses) return "auto";
-  return *displaced_masses > 0.0 ? ordered_json(*displaced_masses) : ordered_json("none");
+ordered_json resolved_number_or_auto(const std::optional<double>& number) {
+  if (!number) return "auto";
+  return *number > 0.0 ? ordered_json(*number) : ordered_json("none");
+}
+
+/// Also sets the fluid's part of it.
+LubricationCase read_lubrication(Reader lubrication, FluidCase& fluid) {
+  constexpr double calibrated_cells = 1.5;  // docs/decisions/lubrication.md
+  LubricationCase result;
+  result.cut_off_cells = read_number_or_auto(lubrication, "cut_off_cells", "none", "cells");
+  result.roughness_m = lubrication.number("roughness_m", Range::positive, result.roughness_m);
+  if (fluid.kind == FluidKind::lattice_boltzmann)
+    fluid.film_thickness_m = result.cut_off_cells.value_or(calibrated_cells) * fluid.cell_size_m;
+  return result;
 }
 
 std::optional<Sweep> read_sweep(Reader& top) {
@@ -174,8 +185,9 @@ Case read_case(Reader top) {
     Reader coupling = top.section("coupling");
     coupling.choice("scheme", scheme_names, std::optional(SchemeKind::serial_explicit));
     result.load_averaging = coupling.choice("load_averaging", averaging_names, std::optional(LoadAveraging::two_step));
-    result.virtual_mass = read_virtual_mass(coupling);
+    result.virtual_mass = read_number_or_auto(coupling, "virtual_mass", "auto", "displaced masses");
   }
+  result.lubrication = read_lubrication(top.section("lubrication"), result.fluid);
   {
     Reader run = top.section("run");
     result.steps = run.integer("steps", Range::positive);
@@ -203,7 +215,9 @@ ordered_json resolved(const Case& the_case) {
   top["gravity_m_per_s2"] = the_case.body.gravity_m_per_s2;
   top["coupling"] = {{"scheme", name_of(scheme_names, SchemeKind::serial_explicit)},
                      {"load_averaging", name_of(averaging_names, the_case.load_averaging)},
-                     {"virtual_mass", resolved_virtual_mass(the_case.virtual_mass)}};
+                     {"virtual_mass", resolved_number_or_auto(the_case.virtual_mass)}};
+  top["lubrication"] = {{"cut_off_cells", resolved_number_or_auto(the_case.lubrication.cut_off_cells)},
+                        {"roughness_m", the_case.lubrication.roughness_m}};
   top["run"] = {{"steps", the_case.steps}};
   top["output"] = resolved_output(the_case.output);
   top["services"] = resolved_services(the_case.services);

@@ -113,6 +113,7 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   virtual_mass_ = VirtualMass(all, virtual_masses_kg(loaded_.content, loaded_.assembly),
                               averaging_with_virtual_mass(loaded_.content));
   all = virtual_mass_.enlarged(all);
+  lubrication_ = Lubrication(fluid, all.bodies, loaded_.content.lubrication.roughness_m);
   BodySetup sent = lowers ? lowered(body) : body;
   auto enlarged = all.bodies.cbegin();
   for (BodySpecification& each : sent.bodies) {  // in the order of all
@@ -136,7 +137,7 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   RunObservers observers(loaded_, directory_, events_, first_step(checkpoint), step_);
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
   SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_,
-                        virtual_mass_);
+                        virtual_mass_, lubrication_);
   if (checkpoint) {
     scheme.restore(checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
     observers.cycles().restore(checkpoint->state.swimmers);

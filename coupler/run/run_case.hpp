@@ -10,6 +10,7 @@
 #include "observers/events.hpp"
 #include "run/components.hpp"
 #include "run/signals.hpp"
+#include "scheme/lubrication.hpp"
 #include "scheme/virtual_mass.hpp"
 #include "storage/run_directory.hpp"
 
@@ -55,6 +56,7 @@ class CaseRun {
   std::unique_ptr<FluidSolver> fluid_;
   std::unique_ptr<BodySolver> body_;
   VirtualMass virtual_mass_;
+  Lubrication lubrication_;
   std::int64_t step_ = -1;
   std::vector<std::string> notices_;
 };

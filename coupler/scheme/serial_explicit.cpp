@@ -22,13 +22,14 @@ void LoadAverage::apply(const Loads& raw, Loads& applied) {
 
 SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
                                const Plausibility& plausibility, LoadAveraging averaging, Observer& observer,
-                               Timeline& timeline, VirtualMass virtual_mass)
+                               Timeline& timeline, VirtualMass virtual_mass, Lubrication lubrication)
     : fluid_(fluid),
       body_(body),
       driving_(driving),
       plausibility_(plausibility),
       averaging_(averaging, virtual_mass.not_averaged()),
       virtual_mass_(std::move(virtual_mass)),
+      lubrication_(std::move(lubrication)),
       observer_(observer),
       timeline_(timeline),
       nodes_(body.driving_nodes()) {
@@ -61,6 +62,7 @@ void SerialExplicit::restore(const Loads& previous_loads, const Kinematics& prev
 /// Loads to apply, and the drive.
 void SerialExplicit::couple() {
   averaging_.apply(loads_, averaged_);
+  lubrication_.add_to(loads_, averaged_, kinematics_);
   driving_.sample(step_, nodes_, applied_.actuation);
   driving_.loads(kinematics_, applied_.actuation, drive_);
   observer_.observe({step_, kinematics_, loads_, averaged_, drive_});

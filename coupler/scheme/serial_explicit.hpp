@@ -11,6 +11,7 @@
 #include "contract/fluid_solver.hpp"
 #include "driving/driving_protocol.hpp"
 #include "observers/observer.hpp"
+#include "scheme/lubrication.hpp"
 #include "scheme/plausibility.hpp"
 #include "scheme/stopwatch.hpp"
 #include "scheme/virtual_mass.hpp"
@@ -49,7 +50,8 @@ class LoadAverage {
 class SerialExplicit {
  public:
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving, const Plausibility& plausibility,
-                 LoadAveraging averaging, Observer& observer, Timeline& timeline, VirtualMass virtual_mass = {});
+                 LoadAveraging averaging, Observer& observer, Timeline& timeline, VirtualMass virtual_mass = {},
+                 Lubrication lubrication = {});
 
   /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   /// @param pause  asked before every step
@@ -82,6 +84,7 @@ class SerialExplicit {
   const Plausibility& plausibility_;
   LoadAverage averaging_;
   VirtualMass virtual_mass_;
+  Lubrication lubrication_;
   Observer& observer_;
   Timeline& timeline_;
   std::vector<double> nodes_;

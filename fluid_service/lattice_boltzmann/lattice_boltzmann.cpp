@@ -40,6 +40,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       map_(domain_, layout_, make_bodies(setup, units_)),
       links_(map_, layout_, halo_.interior()),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
+      films_(setup),
       exchange_momentum_(choose_momentum_exchange<T>(setup.moving_boundary, constants_)),
       reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size()),
@@ -59,6 +60,7 @@ void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b)
     map_.bodies()[static_cast<std::size_t>(b)].move(kinematics, b, units_);
   if (map_.update()) links_.update();
+  films_.find(kinematics);
 }
 
 template <class T>
@@ -80,7 +82,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   if (exchange_momentum_.conserving) count_changed_cells();
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, b, links_.of_body(b), constants_,
+    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, films_, b, links_.of_body(b), constants_,
                                 returned_mass(b), load_sums_[b], reflected_);
   timer_.book(Phase::momentum);
   sum_loads();

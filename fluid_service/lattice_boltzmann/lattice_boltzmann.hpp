@@ -120,6 +120,7 @@ class LatticeBoltzmann final : public FluidSolver {
   BodyMap map_;
   BoundaryLinks links_;
   std::unique_ptr<Refiller<T>> refill_;
+  ThinFilms films_;
   MomentumExchange<T> exchange_momentum_;
   ReflectedPopulations<T> reflected_;
   std::vector<LoadSums> load_sums_;            ///< by body

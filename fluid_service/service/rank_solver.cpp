@@ -37,6 +37,7 @@ Capabilities capabilities() {
                        "refill:equilibrium",
                        "refill:nonequilibrium",
                        "refill:grad",
+                       "thin_films",
                        "fields",
                        "estimate",
                        "mpi",

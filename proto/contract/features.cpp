@@ -47,6 +47,7 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
   for (const Boundary& boundary : setup.boundaries) required.insert(feature("boundary", boundary_names, boundary.kind));
   if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
   if (!setup.body_force_N_per_m3.isZero(0.0)) required.insert("body_force");
+  if (setup.film_thickness_m > 0.0) required.insert("thin_films");
   if (setup.initial_flow.kind != InitialFlowKind::rest)
     required.insert(feature("initial_flow", initial_flow_names, setup.initial_flow.kind));
   if (setup.fields.every_steps > 0 || setup.fields.mean_stop > 0) required.insert("fields");
@@ -71,6 +72,7 @@ const std::vector<Feature>& known_features() {
       {"refill:equilibrium", method, "uncovered cells start from the equilibrium"},
       {"refill:nonequilibrium", method, "from the equilibrium and the neighbours' non-equilibrium part"},
       {"refill:grad", method, "from the equilibrium and the neighbours' stress"},
+      {"thin_films", physics, "loads leave out what thin films between surfaces exert, which the coupler adds"},
       {"boundary:no_slip", physics, "a face of the domain is a wall at rest"},
       {"boundary:periodic", physics, "opposite faces are connected"},
       {"boundary:free_slip", physics, "a face is a wall without friction"},

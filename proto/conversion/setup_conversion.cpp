@@ -77,6 +77,7 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
   wire("moving_boundary", setup.moving_boundary);
   wire("refill", setup.refill);
   wire("precision", setup.precision);
+  wire("film_thickness_m", setup.film_thickness_m);
   wire("bodies", setup.bodies);
   wire("fields", setup.fields);
   wire("trace_directory", setup.trace_directory);

@@ -15,7 +15,7 @@ double nearest_place(const Eigen::Vector3d& centre, const Eigen::Vector3d& half,
 
 }  // namespace
 
-double segment_distance_m(const CoreSegment& first, const CoreSegment& second) {
+double nearest_place(const CoreSegment& first, const CoreSegment& second) {
   const Eigen::Vector3d& h1 = first.half_W_m;
   const Eigen::Vector3d& h2 = second.half_W_m;
   const Eigen::Vector3d d = second.centre_W_m - first.centre_W_m;
@@ -30,8 +30,13 @@ double segment_distance_m(const CoreSegment& first, const CoreSegment& second) {
 
   // The end of one segment may be nearest to an inner point of the other: project there and back.
   const double t = nearest_place(second.centre_W_m, h2, first.centre_W_m + s * h1);
-  s = nearest_place(first.centre_W_m, h1, second.centre_W_m + t * h2);
-  return (d + t * h2 - s * h1).norm();
+  return nearest_place(first.centre_W_m, h1, second.centre_W_m + t * h2);
+}
+
+double segment_distance_m(const CoreSegment& first, const CoreSegment& second) {
+  const Eigen::Vector3d point = first.centre_W_m + nearest_place(first, second) * first.half_W_m;
+  return (point - second.centre_W_m - nearest_place(second.centre_W_m, second.half_W_m, point) * second.half_W_m)
+      .norm();
 }
 
 }  // namespace copepod

@@ -15,4 +15,7 @@ struct CoreSegment {
 /// parallel or crossing.
 double segment_distance_m(const CoreSegment& first, const CoreSegment& second);
 
+/// The place s ∈ [−1, 1] on the first of them.
+double nearest_place(const CoreSegment& first, const CoreSegment& second);
+
 }  // namespace copepod

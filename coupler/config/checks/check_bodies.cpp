@@ -43,9 +43,10 @@ void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const Bod
     if (rests(body)) return;
     problems.error(path, "body '" + body.name + "' reaches " + length_text(-gap_m) + " beyond the " + axis +
                              " face (bodies that move must lie inside the domain). Move it, or enlarge domain_cells.");
-  } else if (gap_m < fluid.cell_size_m) {
+  } else if (gap_m < fluid.cell_size_m && fluid.film_thickness_m == 0.0) {
     problems.warning(path, "body '" + body.name + "' is less than one cell from the " + axis +
-                               " face (no fluid cell in between: its forces will be wrong). Move it away.");
+                               " face (no fluid cell in between: its forces will be wrong). Move it away, or write "
+                               "lubrication: {cut_off_cells: auto}.");
   }
 }
 
@@ -92,10 +93,11 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
     if (gap < 0.0) {
       problems.error(assembly.body_paths[b],
                      pair + " overlap by " + length_text(-gap) + " (solid bodies cannot). Move them apart.");
-    } else if (gap < fluid.cell_size_m) {
+    } else if (gap < fluid.cell_size_m && fluid.film_thickness_m == 0.0) {
       problems.warning(assembly.body_paths[b], pair +
                                                    " are less than one cell apart (no fluid cell in between: a "
-                                                   "spurious force appears). Move them apart or use smaller cells.");
+                                                   "spurious force appears). Move them apart, use smaller cells, or "
+                                                   "write lubrication: {cut_off_cells: auto}.");
     }
   }
 }

@@ -134,6 +134,12 @@ struct NamedGroup {
   std::int64_t period_steps = 0;                    ///< of the cycles to measure; 0: that of the drive
 };
 
+/// What lubrication theory adds to the fluid's loads; its cut-off becomes FluidSetup::film_thickness_m.
+struct LubricationCase {
+  std::optional<double> cut_off_cells = 0.0;  ///< thickness of the films; 0: none, absent: auto
+  double roughness_m = 1e-9;                  ///< films do not get thinner
+};
+
 struct OutputCase {
   std::int64_t trajectory_every_steps = 0;  ///< 0: first and last step only
   std::int64_t trajectory_from_step = 0;    ///< no samples before but the first step
@@ -183,6 +189,7 @@ struct Case {
   std::vector<NamedGroup> groups;
   LoadAveraging load_averaging = LoadAveraging::two_step;
   std::optional<double> virtual_mass;  ///< in displaced masses; 0: none, absent: by the rule of checks/light_bodies.hpp
+  LubricationCase lubrication;
   std::int64_t steps = 0;
   OutputCase output;
   ServicesCase services;

@@ -12,6 +12,7 @@
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/bodies/boundary_links.hpp"
 #include "lattice_boltzmann/bodies/link_formula.hpp"
+#include "lattice_boltzmann/bodies/thin_films.hpp"
 #include "lattice_boltzmann/kernel/collision.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 
@@ -89,6 +90,7 @@ struct ReflectedPopulations {
 ///
 /// Populations are deviations f − w: the constant pressure of the fluid at rest never enters, and bodies that
 /// touch feel no spurious force from links that are missing between them.
+/// @param films     what is left out of the loads
 /// @param cells     of the body, on this rank
 /// @param collision of the flow, for formulas that use it
 /// @param returned  mass to be given back, by the weight of the body's links
@@ -97,8 +99,9 @@ struct ReflectedPopulations {
 template <class T>
 struct MomentumExchange {
   void (*exchange)(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-                   std::size_t body, std::span<const BoundaryCell> cells, const CollisionConstants<T>& collision,
-                   double returned, LoadSums& loads, ReflectedPopulations<T>& reflected);
+                   const ThinFilms& films, std::size_t body, std::span<const BoundaryCell> cells,
+                   const CollisionConstants<T>& collision, double returned, LoadSums& loads,
+                   ReflectedPopulations<T>& reflected);
   bool uses_second_cell = false;  ///< other ranks' populations must have arrived before
   bool conserving = false;
 };
@@ -172,10 +175,12 @@ double reflected_by_surface(const T* populations, const PopulationLayout& layout
 
 template <class Formula, class T>
 void exchange(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-              std::size_t body_index, std::span<const BoundaryCell> cells, const CollisionConstants<T>& collision,
-              [[maybe_unused]] double returned, LoadSums& loads, ReflectedPopulations<T>& reflected) {
+              const ThinFilms& films, std::size_t body_index, std::span<const BoundaryCell> cells,
+              const CollisionConstants<T>& collision, [[maybe_unused]] double returned, LoadSums& loads,
+              ReflectedPopulations<T>& reflected) {
   const Domain& domain = map.domain();
   const LatticeBody& body = map.bodies()[body_index];
+  const bool beside_films = films.beside(body_index);
   LoadSums sums = loads;  // a local copy, which need not be stored for every cell
   const auto add = [&sums](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
     const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
@@ -225,11 +230,14 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
       const T returning = static_cast<T>(exact);
       const double exchanged = link.leaving + static_cast<double>(returning);
       if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
-      const std::int64_t fixed = fixed_point::from_double(exchanged);
+      const double share =
+          beside_films ? films.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]))
+                       : 1.0;
+      const std::int64_t fixed = fixed_point::from_double(share * exchanged);
       for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
       if constexpr (Formula::conserving) {
         const double absorbed = link.leaving - static_cast<double>(returning);
-        for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(absorbed * u[axis]);
+        for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(share * absorbed * u[axis]);
         sums[mass_component] += fixed_point::from_double(absorbed);
         sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
       }

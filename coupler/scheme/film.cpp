@@ -1,0 +1,175 @@
+#include "scheme/film.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+namespace copepod::coupler {
+namespace {
+
+using std::numbers::pi;
+
+/// The nearest point of a surface's core, as seen from a point: of a wall, the wall itself.
+struct Nearest {
+  Eigen::Vector3d normal;      ///< from there to the point
+  double distance_m = 0.0;     ///< of the point from the surface
+  double curvature_per_m = 0.0;
+  Eigen::Vector3d axis{0, 0, 0};  ///< of a cylinder; zero for a sphere and a wall
+};
+
+Nearest nearest(const NearSurface& surface, const Eigen::Vector3d& point_m) {
+  if (surface.other < 0) return {surface.normal, surface.distance_m(point_m), 0.0};
+  const Eigen::Vector3d& half_m = surface.core.half_W_m;
+  const Eigen::Vector3d from_centre_m = point_m - surface.core.centre_W_m;
+  const double length_m = half_m.norm();
+  const Eigen::Vector3d axis = length_m > 0.0 ? Eigen::Vector3d(half_m / length_m) : Eigen::Vector3d::Zero();
+  const double along_m = std::clamp(axis.dot(from_centre_m), -length_m, length_m);
+  const Eigen::Vector3d across_m = from_centre_m - along_m * axis;
+  const double distance_m = across_m.norm();
+  return {across_m / distance_m, distance_m - surface.radius_m, 1.0 / surface.radius_m,
+          std::abs(along_m) < length_m ? axis : Eigen::Vector3d::Zero()};
+}
+
+/// Iₙ = ∫ (1 − w) dh/hⁿ from h₀ on, w rising linearly from low to high.
+struct FilmIntegrals {
+  double I1 = 0.0;
+  double I2 = 0.0;
+
+  FilmIntegrals(double h0, const FilmRange& range) {
+    const double low = std::max(h0, range.low_m);
+    const double high = range.high_m;
+    const double width = range.high_m - range.low_m;
+    I1 = std::log(low / h0) + (high * std::log(high / low) - (high - low)) / width;
+    I2 = (1.0 / h0 - 1.0 / low) + (high * (1.0 / low - 1.0 / high) - std::log(high / low)) / width;
+  }
+};
+
+/// Jₙ = ∫ (1 − w) dx/hⁿ across a slice, h = h₀ + λx²/2: the mean over cut-offs h_c from low to high of
+///   J₁ = 2 atan(x_c √(λ/2h₀)) / √(λh₀/2),   J₂ = x_c/(h₀h_c) + atan(x_c √(λ/2h₀)) / (h₀ √(λh₀/2)),   h(x_c) = h_c
+struct SliceIntegrals {
+  double J1 = 0.0;
+  double J2 = 0.0;
+
+  SliceIntegrals(double h0, double curvature, const FilmRange& range) {
+    constexpr int cut_offs = 4;
+    const double root = std::sqrt(0.5 * curvature * h0);
+    for (int i = 0; i < cut_offs; ++i) {
+      const double cut_off = range.low_m + (range.high_m - range.low_m) * (i + 0.5) / cut_offs;
+      if (cut_off <= h0) continue;
+      const double x = std::sqrt(2.0 * (cut_off - h0) / curvature);
+      const double angle = std::atan(x * root / h0);
+      J1 += 2.0 * angle / root / cut_offs;
+      J2 += (x / cut_off + angle / root) / h0 / cut_offs;
+    }
+  }
+};
+
+/// Where the film of two surfaces lies and how thick it is.
+Eigen::Vector3d middle_of_film(const Eigen::Vector3d& point_m, double radius_m, const Nearest& from) {
+  return point_m - from.normal * (0.5 * (radius_m + from.distance_m));
+}
+
+class FilmFinder {
+ public:
+  FilmFinder(double radius_m, const NearSurface& second, const FilmRange& range, double viscosity_Pa_s,
+             double roughness_m, std::vector<FilmContact>& contacts)
+      : radius_m_(radius_m),
+        second_(second),
+        range_(range),
+        viscosity_Pa_s_(viscosity_Pa_s),
+        roughness_m_(roughness_m),
+        contacts_(contacts) {}
+
+  /// @param outward  away from the rest of a capsule; zero: a whole sphere
+  void add_sphere(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& outward) const {
+    const Nearest from = nearest(second_, centre_m);
+    const double h0 = std::max(from.distance_m - radius_m_, roughness_m_);
+    if (h0 >= range_.high_m) return;
+    const double k1 = 1.0 / radius_m_;
+    const double k2 = from.curvature_per_m;
+    const double along_axis = from.axis.isZero(0.0) ? k1 + k2 : k1;
+    const double R = 2.0 / (k1 + k2 + along_axis);                                 // of the mean curvature
+    const double area = 2.0 * pi / std::sqrt((k1 + k2) * along_axis);              // dA/dh
+    // The half sphere is half of the film of a sphere that lies beside the capsule, and all of it at its end.
+    const double film_radius_m = std::sqrt(2.0 * R * h0);
+    const double part = outward.isZero(0.0)
+                            ? 1.0
+                            : std::clamp(0.5 - 0.5 * outward.dot(from.normal) * radius_m_ / film_radius_m, 0.0, 1.0);
+    const auto [I1, I2] = FilmIntegrals(h0, range_);
+    const double missing = 0.6 * (1.0 - h0 / range_.high_m);
+    contacts_.push_back({.point_m = middle_of_film(centre_m, radius_m_, from),
+                         .normal = from.normal,
+                         .squeezing_N_s_per_m =
+                             part * 3.0 * area * viscosity_Pa_s_ * (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + missing),
+                         .shear_N_s_per_m = part * area * viscosity_Pa_s_ * I1,
+                         .pressure_N_s_per_m = part * area * viscosity_Pa_s_ * h0 * I2,
+                         .radius_m = R,
+                         .curvature_share = R * k1});
+  }
+
+  void add_slices(const CoreSegment& first) const {
+    constexpr int slices = 32;
+    const double half_length_m = first.half_W_m.norm();
+    const Eigen::Vector3d axis = first.half_W_m / half_length_m;
+    // Narrow where the film is thinnest, in proportion to the distance from there further away.
+    double nearest_place_m = 0.0;
+    double smallest_m = nearest(second_, first.centre_W_m).distance_m;
+    const auto consider = [&](double place_m) {
+      const double distance_m = nearest(second_, first.centre_W_m + place_m * axis).distance_m;
+      if (distance_m >= smallest_m) return;
+      smallest_m = distance_m;
+      nearest_place_m = place_m;
+    };
+    consider(half_length_m);
+    consider(-half_length_m);
+    if (second_.other >= 0) consider(half_length_m * nearest_place(first, second_.core));
+    const double width_m = std::sqrt(2.0 * radius_m_ * std::max(smallest_m - radius_m_, roughness_m_));
+    const double low = std::asinh((-half_length_m - nearest_place_m) / width_m);
+    const double high = std::asinh((half_length_m - nearest_place_m) / width_m);
+    for (int i = 0; i < slices; ++i) {
+      const double angle = low + (high - low) * (i + 0.5) / slices;
+      add_slice(first.centre_W_m + (nearest_place_m + width_m * std::sinh(angle)) * axis, axis,
+                width_m * std::cosh(angle) * (high - low) / slices);
+    }
+  }
+
+ private:
+  void add_slice(const Eigen::Vector3d& point_m, const Eigen::Vector3d& axis, double thickness_m) const {
+    const Nearest from = nearest(second_, point_m);
+    const double h0 = std::max(from.distance_m - radius_m_, roughness_m_);
+    if (h0 >= range_.high_m) return;
+    const double in_slice = from.axis.dot(axis.cross(from.normal));
+    const double curvature = 1.0 / radius_m_ + from.curvature_per_m * (1.0 - in_slice * in_slice);
+    const auto [J1, J2] = SliceIntegrals(h0, curvature, range_);
+    const double all_curvature = 1.0 / radius_m_ + from.curvature_per_m;
+    contacts_.push_back({.point_m = middle_of_film(point_m, radius_m_, from),
+                         .normal = from.normal,
+                         .squeezing_N_s_per_m = 6.0 * viscosity_Pa_s_ / all_curvature * J2 * thickness_m,
+                         .shear_N_s_per_m = viscosity_Pa_s_ * J1 * thickness_m});
+  }
+
+  double radius_m_;
+  const NearSurface& second_;
+  const FilmRange& range_;
+  double viscosity_Pa_s_;
+  double roughness_m_;
+  std::vector<FilmContact>& contacts_;
+};
+
+}  // namespace
+
+void find_film(const CoreSegment& first, double radius_m, const NearSurface& second, const FilmRange& range,
+               double viscosity_Pa_s, double roughness_m, std::vector<FilmContact>& contacts) {
+  contacts.clear();
+  const FilmFinder film(radius_m, second, range, viscosity_Pa_s, roughness_m, contacts);
+  if (first.half_W_m.isZero(0.0)) {
+    film.add_sphere(first.centre_W_m, Eigen::Vector3d::Zero());
+    return;
+  }
+  for (const double end : {-1.0, 1.0}) film.add_sphere(first.centre_W_m + end * first.half_W_m, end * first.half_W_m.normalized());
+  film.add_slices(first);
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,120 @@
+#include "geometry/near_surfaces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/rotation.hpp"
+
+namespace copepod {
+namespace {
+
+Eigen::Vector3d length_of_domain_m(const FluidSetup& setup) {
+  return setup.cell_size_m * Eigen::Vector3d(static_cast<double>(setup.domain_cells[0]),
+                                             static_cast<double>(setup.domain_cells[1]),
+                                             static_cast<double>(setup.domain_cells[2]));
+}
+
+std::vector<double> radii_m(const std::vector<Shape>& bodies, double margin_m) {
+  std::vector<double> result;
+  for (const Shape& shape : bodies) result.push_back(bounding_radius_m(shape) + margin_m);
+  return result;
+}
+
+std::array<double, 3> periodic_length_m(const FluidSetup& setup) {
+  std::array<double, 3> result{};
+  const Eigen::Vector3d length_m = length_of_domain_m(setup);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (setup.boundaries[2 * axis].kind == BoundaryKind::periodic)
+      result[axis] = length_m[static_cast<Eigen::Index>(axis)];
+  }
+  return result;
+}
+
+}  // namespace
+
+double NearSurface::distance_m(const Eigen::Vector3d& point_m) const {
+  if (other < 0) return distance_of_centre_m + normal.dot(point_m);
+  return segment_distance_m({point_m, Eigen::Vector3d::Zero()}, core) - radius_m;
+}
+
+NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
+    : setup_(setup),
+      reach_m_(reach_m),
+      length_m_(length_of_domain_m(setup)),
+      grid_(radii_m(setup.bodies, 0.5 * reach_m), periodic_length_m(setup)),
+      surfaces_(setup.bodies.size()) {
+  for (std::size_t face = 0; face < 6; ++face)
+    mirror_[face] = setup.boundaries[face].kind == BoundaryKind::free_slip ||
+                    (face % 2 == 1 && setup.symmetry_planes[face / 2]);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (setup.symmetry_planes[axis]) length_m_[static_cast<Eigen::Index>(axis)] *= 0.5;
+}
+
+CoreSegment NearSurfaces::core(int body, const Kinematics& kinematics) const {
+  const double half_length_m = core_half_length_m(setup_.bodies[static_cast<std::size_t>(body)]);
+  if (half_length_m == 0.0) return {kinematics.position_m.col(body), Eigen::Vector3d::Zero()};
+  return {kinematics.position_m.col(body), half_length_m * z_axis(kinematics.orientation_wxyz.col(body))};
+}
+
+void NearSurfaces::find(const Kinematics& kinematics) {
+  for (auto& surfaces : surfaces_) surfaces.clear();
+  grid_.find_pairs(kinematics.position_m, pairs_);
+  for (const auto& [A, B] : pairs_) {
+    add_images(A, B, kinematics);
+    add_images(B, A, kinematics);
+  }
+  for (int body = 0; body < static_cast<int>(surfaces_.size()); ++body) {
+    add_images(body, body, kinematics);
+    auto& surfaces = surfaces_[static_cast<std::size_t>(body)];
+    std::ranges::stable_sort(surfaces, {}, &NearSurface::other);
+    add_walls(body, kinematics);
+  }
+}
+
+/// The other body itself and, where both are near mirrors, its images. A mirror image is further away than the body
+/// itself, so that its own images are all that a body may meet beside those of its partners.
+void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics) {
+  const CoreSegment own{Eigen::Vector3d::Zero(), core(body, kinematics).half_W_m};
+  const double radius_m = setup_.bodies[static_cast<std::size_t>(body)].radius_m;
+  const CoreSegment original = core(other, kinematics);
+  const Eigen::Vector3d centre_m = kinematics.position_m.col(body);
+  for (unsigned axes = other == body ? 1 : 0; axes < 8; ++axes) {
+    NearSurface surface{.other = other, .core = original};
+    surface.radius_m = setup_.bodies[static_cast<std::size_t>(other)].radius_m;
+    bool exists = true;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      if (((axes >> axis) & 1U) == 0) continue;
+      const bool high = centre_m[axis] > 0.5 * length_m_[axis];
+      const double plane_m = high ? length_m_[axis] : 0.0;
+      const bool cut = std::abs(original.centre_W_m[axis] - plane_m) < 1e-6 * setup_.cell_size_m;  // its own image
+      exists = exists && mirror_[static_cast<std::size_t>(2 * axis + (high ? 1 : 0))] && !cut;
+      surface.mirrored[static_cast<std::size_t>(axis)] = true;
+      surface.core.centre_W_m[axis] = 2.0 * plane_m - original.centre_W_m[axis];
+      surface.core.half_W_m[axis] *= -1.0;
+    }
+    if (!exists) continue;
+    surface.core.centre_W_m = grid_.nearest_image_m(surface.core.centre_W_m - centre_m);
+    if (segment_distance_m(own, surface.core) - radius_m - surface.radius_m < reach_m_)
+      surfaces_[static_cast<std::size_t>(body)].push_back(surface);
+  }
+}
+
+void NearSurfaces::add_walls(int body, const Kinematics& kinematics) {
+  const CoreSegment own = core(body, kinematics);
+  for (int face = 0; face < 6; ++face) {
+    const BoundaryKind kind = setup_.boundaries[static_cast<std::size_t>(face)].kind;
+    if ((kind != BoundaryKind::no_slip && kind != BoundaryKind::velocity) || mirror_[static_cast<std::size_t>(face)])
+      continue;
+    const Eigen::Index axis = face / 2;
+    const double sign = face % 2 == 0 ? 1.0 : -1.0;
+    const double distance_m = face % 2 == 0 ? own.centre_W_m[axis] : length_m_[axis] - own.centre_W_m[axis];
+    const double extent_m = setup_.bodies[static_cast<std::size_t>(body)].radius_m + std::abs(own.half_W_m[axis]);
+    if (distance_m - extent_m >= reach_m_) continue;
+    NearSurface wall{.face = face};
+    wall.normal[axis] = sign;
+    wall.distance_of_centre_m = distance_m;
+    surfaces_[static_cast<std::size_t>(body)].push_back(wall);
+  }
+}
+
+}  // namespace copepod

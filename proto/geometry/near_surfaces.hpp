@@ -1,0 +1,74 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "contract/exchange.hpp"
+#include "contract/fluid_setup.hpp"
+#include "geometry/neighbour_grid.hpp"
+#include "geometry/segment_distance.hpp"
+
+namespace copepod {
+
+/// Films between surfaces, by their thickness at a point: below `low_m` they are not resolved by the fluid's cells, above
+/// `high_m` they are, between they are in part.
+struct FilmRange {
+  double low_m = 0.0;
+  double high_m = 0.0;
+
+  /// Half a cell to both sides of FluidSetup::film_thickness_m.
+  explicit FilmRange(const FluidSetup& setup)
+      : low_m(setup.film_thickness_m - 0.5 * setup.cell_size_m),
+        high_m(setup.film_thickness_m + 0.5 * setup.cell_size_m) {}
+
+  [[nodiscard]] double resolved_share(double thickness_m) const {
+    return std::clamp((thickness_m - low_m) / (high_m - low_m), 0.0, 1.0);
+  }
+};
+
+/// A surface near a body, relative to that body's centre: of another body, of the image of a body through a periodic
+/// face or mirrors, or of a wall.
+struct NearSurface {
+  int other = -1;                            ///< the body whose surface or image it is; −1: a wall
+  std::array<bool, 3> mirrored{};            ///< the image: axes along which it is mirrored
+  CoreSegment core{};                        ///< of a body
+  double radius_m = 0.0;                     ///< of a body
+  int face = -1;                             ///< of a wall: its place in FluidSetup::boundaries
+  Eigen::Vector3d normal{0, 0, 0};           ///< of a wall: unit vector into the fluid
+  double distance_of_centre_m = 0.0;         ///< of a wall: from the body's centre
+
+  /// From a point, relative to the body's centre, to the surface [m].
+  [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
+};
+
+/// The surfaces that are near each body of a fluid. Mirrors are symmetry planes and faces with free slip; of a body
+/// longer than half a periodic domain only the image with the nearest centre is seen.
+class NearSurfaces {
+ public:
+  /// @param reach_m  surfaces that are further apart are left out
+  NearSurfaces(const FluidSetup& setup, double reach_m);
+
+  /// @param kinematics  finite; bodies in the order of the setup
+  void find(const Kinematics& kinematics);
+
+  /// Bodies by ascending number, then walls by face.
+  [[nodiscard]] const std::vector<NearSurface>& of_body(std::size_t body) const { return surfaces_[body]; }
+
+ private:
+  [[nodiscard]] CoreSegment core(int body, const Kinematics& kinematics) const;
+  void add_images(int body, int other, const Kinematics& kinematics);
+  void add_walls(int body, const Kinematics& kinematics);
+
+  FluidSetup setup_;
+  double reach_m_;
+  Eigen::Vector3d length_m_;
+  std::array<bool, 6> mirror_{};  ///< by face
+  NeighbourGrid grid_;
+  std::vector<BodyPair> pairs_;
+  std::vector<std::vector<NearSurface>> surfaces_;
+};
+
+}  // namespace copepod
