@@ -1,7 +1,8 @@
 #include "scheme/film.hpp"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Geometry>
@@ -11,12 +12,26 @@ namespace {
 
 using std::numbers::pi;
 
-/// The nearest point of a surface's core, as seen from a point: of a wall, the wall itself.
+/// A surface as seen from a point: the sphere, cylinder or plane that is nearest.
 struct Nearest {
-  Eigen::Vector3d normal;      ///< from there to the point
-  double distance_m = 0.0;     ///< of the point from the surface
+  Eigen::Vector3d normal;   ///< from the surface to the point
+  double distance_m = 0.0;  ///< of the point from the surface
   double curvature_per_m = 0.0;
-  Eigen::Vector3d axis{0, 0, 0};  ///< of a cylinder; zero for a sphere and a wall
+  Eigen::Vector3d axis{0, 0, 0};  ///< of a cylinder; zero for a sphere and a plane
+
+  /// Distance of the surface from the point against a unit vector, which points away from the surface; infinity if
+  /// there is none:  |w − s t| = 1/k, with w = n (d + 1/k) from the centre or the axis, and t normal to the axis
+  [[nodiscard]] double distance_along_m(const Eigen::Vector3d& away) const {
+    if (curvature_per_m == 0.0) return distance_m / std::max(normal.dot(away), 1e-9);
+    const double radius_m = 1.0 / curvature_per_m;
+    const double from_core_m = distance_m + radius_m;
+    const Eigen::Vector3d t = away - away.dot(axis) * axis;
+    const double linear = from_core_m * normal.dot(t);
+    const double square = t.squaredNorm();
+    const double discriminant = linear * linear - square * (from_core_m * from_core_m - radius_m * radius_m);
+    if (discriminant <= 0.0 || linear <= 0.0) return std::numeric_limits<double>::infinity();
+    return (from_core_m * from_core_m - radius_m * radius_m) / (linear + std::sqrt(discriminant));
+  }
 };
 
 Nearest nearest(const NearSurface& surface, const Eigen::Vector3d& point_m) {
@@ -66,11 +81,6 @@ struct SliceIntegrals {
   }
 };
 
-/// Where the film of two surfaces lies and how thick it is.
-Eigen::Vector3d middle_of_film(const Eigen::Vector3d& point_m, double radius_m, const Nearest& from) {
-  return point_m - from.normal * (0.5 * (radius_m + from.distance_m));
-}
-
 class FilmFinder {
  public:
   FilmFinder(double radius_m, const NearSurface& second, const FilmRange& range, double viscosity_Pa_s,
@@ -90,20 +100,20 @@ class FilmFinder {
     const double k1 = 1.0 / radius_m_;
     const double k2 = from.curvature_per_m;
     const double along_axis = from.axis.isZero(0.0) ? k1 + k2 : k1;
-    const double R = 2.0 / (k1 + k2 + along_axis);                                 // of the mean curvature
-    const double area = 2.0 * pi / std::sqrt((k1 + k2) * along_axis);              // dA/dh
+    const double R = 2.0 / (k1 + k2 + along_axis);                     // of the mean curvature
+    const double area = 2.0 * pi / std::sqrt((k1 + k2) * along_axis);  // dA/dh
     // The half sphere is half of the film of a sphere that lies beside the capsule, and all of it at its end.
     const double film_radius_m = std::sqrt(2.0 * R * h0);
     const double part = outward.isZero(0.0)
                             ? 1.0
                             : std::clamp(0.5 - 0.5 * outward.dot(from.normal) * radius_m_ / film_radius_m, 0.0, 1.0);
     const auto [I1, I2] = FilmIntegrals(h0, range_);
-    const double missing = 0.6 * (1.0 - h0 / range_.high_m);
-    contacts_.push_back({.point_m = middle_of_film(centre_m, radius_m_, from),
+    const double missing = 1.0 - h0 / range_.high_m;
+    contacts_.push_back({.point_m = centre_m - from.normal * (0.5 * (radius_m_ + from.distance_m)),
                          .normal = from.normal,
-                         .squeezing_N_s_per_m =
-                             part * 3.0 * area * viscosity_Pa_s_ * (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + missing),
-                         .shear_N_s_per_m = part * area * viscosity_Pa_s_ * I1,
+                         .squeezing_N_s_per_m = part * 3.0 * area * viscosity_Pa_s_ *
+                                                (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + 0.6 * missing),
+                         .shear_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing),
                          .pressure_N_s_per_m = part * area * viscosity_Pa_s_ * h0 * I2,
                          .radius_m = R,
                          .curvature_share = R * k1});
@@ -128,26 +138,32 @@ class FilmFinder {
     const double width_m = std::sqrt(2.0 * radius_m_ * std::max(smallest_m - radius_m_, roughness_m_));
     const double low = std::asinh((-half_length_m - nearest_place_m) / width_m);
     const double high = std::asinh((half_length_m - nearest_place_m) / width_m);
-    for (int i = 0; i < slices; ++i) {
-      const double angle = low + (high - low) * (i + 0.5) / slices;
-      add_slice(first.centre_W_m + (nearest_place_m + width_m * std::sinh(angle)) * axis, axis,
-                width_m * std::cosh(angle) * (high - low) / slices);
+    double place_m = -half_length_m;
+    for (int i = 1; i <= slices; ++i) {
+      const double next_m = nearest_place_m + width_m * std::sinh(low + (high - low) * i / slices);
+      add_slice(first.centre_W_m + 0.5 * (place_m + next_m) * axis, axis, next_m - place_m);
+      place_m = next_m;
     }
   }
 
  private:
-  void add_slice(const Eigen::Vector3d& point_m, const Eigen::Vector3d& axis, double thickness_m) const {
+  /// Between two cross sections of a cylinder.
+  void add_slice(const Eigen::Vector3d& point_m, const Eigen::Vector3d& axis, double length_m) const {
     const Nearest from = nearest(second_, point_m);
-    const double h0 = std::max(from.distance_m - radius_m_, roughness_m_);
+    const Eigen::Vector3d across = from.normal - from.normal.dot(axis) * axis;
+    if (across.norm() < 1e-6) return;  // the surface is beyond the end
+    const Eigen::Vector3d normal = across.normalized();
+    const double distance_m = from.distance_along_m(normal);
+    const double h0 = std::max(distance_m - radius_m_, roughness_m_);
     if (h0 >= range_.high_m) return;
-    const double in_slice = from.axis.dot(axis.cross(from.normal));
-    const double curvature = 1.0 / radius_m_ + from.curvature_per_m * (1.0 - in_slice * in_slice);
-    const auto [J1, J2] = SliceIntegrals(h0, curvature, range_);
-    const double all_curvature = 1.0 / radius_m_ + from.curvature_per_m;
-    contacts_.push_back({.point_m = middle_of_film(point_m, radius_m_, from),
-                         .normal = from.normal,
-                         .squeezing_N_s_per_m = 6.0 * viscosity_Pa_s_ / all_curvature * J2 * thickness_m,
-                         .shear_N_s_per_m = viscosity_Pa_s_ * J1 * thickness_m});
+    const double k1 = 1.0 / radius_m_;
+    const double k2 = from.curvature_per_m;
+    const double along_second = from.axis.dot(axis.cross(normal));
+    const auto [J1, J2] = SliceIntegrals(h0, k1 + k2 * (1.0 - along_second * along_second), range_);
+    contacts_.push_back({.point_m = point_m - normal * (0.5 * (radius_m_ + distance_m)),
+                         .normal = normal,
+                         .squeezing_N_s_per_m = 6.0 * viscosity_Pa_s_ / (k1 + k2) * J2 * length_m,
+                         .shear_N_s_per_m = viscosity_Pa_s_ * J1 * length_m});
   }
 
   double radius_m_;
@@ -168,7 +184,8 @@ void find_film(const CoreSegment& first, double radius_m, const NearSurface& sec
     film.add_sphere(first.centre_W_m, Eigen::Vector3d::Zero());
     return;
   }
-  for (const double end : {-1.0, 1.0}) film.add_sphere(first.centre_W_m + end * first.half_W_m, end * first.half_W_m.normalized());
+  for (const double end : {-1.0, 1.0})
+    film.add_sphere(first.centre_W_m + end * first.half_W_m, end * first.half_W_m.normalized());
   film.add_slices(first);
 }
 

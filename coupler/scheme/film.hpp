@@ -9,32 +9,34 @@
 namespace copepod::coupler {
 
 /// One piece of the thin film between two surfaces, and the resistances of lubrication theory. With W and v the normal
-/// and the tangential velocity at x, and Δω the angular velocity, of the first surface relative to the second, the first
-/// one feels                                                                                            (C20), (C21)
+/// and the tangential velocity at x, and Δω the angular velocity, of the first surface relative to the second, the
+/// first one feels                                                                                            (C20),
+/// (C21)
 ///   F = −Z W n − S v + [(6/5 s − 3/5) S + 6/5 (1 − s) P] u,   T = x × F − 6/5 R (S − P) u × n,
 ///   u = (1 − 2s) v + 2 R n × Δω
 /// and the second the same with n, v and Δω reversed and 1 − s.
 struct FilmContact {
-  Eigen::Vector3d point_m;            ///< x, in the middle of the film
-  Eigen::Vector3d normal;             ///< n, from the second surface to the first
-  double squeezing_N_s_per_m = 0.0;   ///< Z
-  double shear_N_s_per_m = 0.0;       ///< S
-  double pressure_N_s_per_m = 0.0;    ///< P
-  double radius_m = 0.0;              ///< R; 0: a slice of a cylinder, which has no part u
-  double curvature_share = 0.5;       ///< s = k₁/(k₁ + k₂), k the curvatures of the surfaces
+  Eigen::Vector3d point_m;           ///< x, in the middle of the film
+  Eigen::Vector3d normal;            ///< n, from the second surface to the first
+  double squeezing_N_s_per_m = 0.0;  ///< Z
+  double shear_N_s_per_m = 0.0;      ///< S
+  double pressure_N_s_per_m = 0.0;   ///< P
+  double radius_m = 0.0;             ///< R; 0: a slice of a cylinder, which has no part u
+  double curvature_share = 0.5;      ///< s = k₁/(k₁ + k₂), k the curvatures of the surfaces
 };
 
 /// Finds the films between a body and a surface near it, as far as the fluid does not resolve them. A sphere has one
 /// piece, with the thickness h(ρ) = h₀ + ρ²/2R. A capsule has one at each end, as far as the half sphere is part of the
 /// film, and slices between them, with the thickness h₀ + λx²/2 across the axis.
 ///
-/// By Reynolds' equation the pressure is p = −(3 R W + 6/5 u·x) μ/h², of a slice −6μW/(λh²). With the share 1 − w of the
-/// film that the fluid does not resolve,
-///   Z = 6π μ R [R I₂ + (1/5 + k₁k₂R²) I₁ + 0.6 (1 − h₀/h_high)],   S = 2π μ R I₁,   P = 2π μ R h₀ I₂,
-///   Iₙ = ∫ (1 − w) dh/hⁿ
+/// By Reynolds' equation the pressure is p = −(3 R W + 6/5 u·x) μ/h², of a slice −6μW/(λh²). With the share 1 − w of
+/// the film that the fluid does not resolve,
+///   Z = 6π μ R [R I₂ + (1/5 + k₁k₂R²) I₁ + 0.6 m],   S = 2π μ R [I₁ + 0.15 m],   P = 2π μ R h₀ I₂,
+///   Iₙ = ∫ (1 − w) dh/hⁿ,   m = 1 − h₀/h_high
 /// Sharply cut off, R I₂ is the usual R (1/h₀ − 1/h_c). I₁ beside it is the next term of the exact series [Jeffrey &
-/// Onishi, J. Fluid Mech. 139, 1984; Brenner, Chem. Eng. Sci. 16, 1961]; the constant is what the fluid lacks since no
-/// cells take up what flows out of the film, measured [docs/decisions/lubrication.md].
+/// Onishi, J. Fluid Mech. 139, 1984; Brenner, Chem. Eng. Sci. 16, 1961]; the terms with m are
+/// what the fluid around the film lacks since no cells take up what flows out of it, fitted to the exact loads of
+/// spheres [docs/decisions/lubrication.md].
 /// @param first        core of the body, radius `radius_m`; in the frame of `second`: relative to a body's centre
 /// @param roughness_m  films are taken to be at least as thick
 /// @param contacts     overwritten

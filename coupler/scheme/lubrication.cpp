@@ -109,8 +109,8 @@ void Lubrication::add_film(std::size_t body, const NearSurface& surface, const K
     const double P = contact.pressure_N_s_per_m;
     Eigen::Vector3d u = Eigen::Vector3d::Zero();
     if (R > 0.0) u = (1.0 - 2.0 * s) * v + 2.0 * R * n.cross(turning_rad_per_s);
-    const Eigen::Vector3d force_N = limit * (-contact.squeezing_N_s_per_m * W * n - S * v +
-                                             ((1.2 * s - 0.6) * S + 1.2 * (1.0 - s) * P) * u);
+    const Eigen::Vector3d force_N =
+        limit * (-contact.squeezing_N_s_per_m * W * n - S * v + ((1.2 * s - 0.6) * S + 1.2 * (1.0 - s) * P) * u);
     films_.force_N.col(column) += force_N;
     films_.torque_N_m.col(column) += contact.point_m.cross(force_N) - limit * 1.2 * R * (S - P) * u.cross(n);
   }

@@ -15,9 +15,9 @@ namespace copepod::coupler {
 /// (FluidSetup::film_thickness_m). It is part of the coupling, which knows positions, velocities and masses of all
 /// bodies, so that neither fluids nor body components have to.
 ///
-/// The resistance of a film is limited to what takes half of the relative motion in one step, so that the coupling, which
-/// is explicit, is stable for films of any thickness. Averaging does not apply: it would halve this limit, and there is
-/// no noise to remove.
+/// The resistance of a film is limited to what takes half of the relative motion in one step, so that the coupling,
+/// which is explicit, is stable for films of any thickness. Averaging does not apply: it would halve this limit, and
+/// there is no noise to remove.
 class Lubrication {
  public:
   /// No films.

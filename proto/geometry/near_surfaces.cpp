@@ -44,8 +44,8 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
       grid_(radii_m(setup.bodies, 0.5 * reach_m), periodic_length_m(setup)),
       surfaces_(setup.bodies.size()) {
   for (std::size_t face = 0; face < 6; ++face)
-    mirror_[face] = setup.boundaries[face].kind == BoundaryKind::free_slip ||
-                    (face % 2 == 1 && setup.symmetry_planes[face / 2]);
+    mirror_[face] =
+        setup.boundaries[face].kind == BoundaryKind::free_slip || (face % 2 == 1 && setup.symmetry_planes[face / 2]);
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (setup.symmetry_planes[axis]) length_m_[static_cast<Eigen::Index>(axis)] *= 0.5;
 }

@@ -13,8 +13,8 @@
 
 namespace copepod {
 
-/// Films between surfaces, by their thickness at a point: below `low_m` they are not resolved by the fluid's cells, above
-/// `high_m` they are, between they are in part.
+/// Films between surfaces, by their thickness at a point: below `low_m` they are not resolved by the fluid's cells,
+/// above `high_m` they are, between they are in part.
 struct FilmRange {
   double low_m = 0.0;
   double high_m = 0.0;
@@ -32,13 +32,13 @@ struct FilmRange {
 /// A surface near a body, relative to that body's centre: of another body, of the image of a body through a periodic
 /// face or mirrors, or of a wall.
 struct NearSurface {
-  int other = -1;                            ///< the body whose surface or image it is; −1: a wall
-  std::array<bool, 3> mirrored{};            ///< the image: axes along which it is mirrored
-  CoreSegment core{};                        ///< of a body
-  double radius_m = 0.0;                     ///< of a body
-  int face = -1;                             ///< of a wall: its place in FluidSetup::boundaries
-  Eigen::Vector3d normal{0, 0, 0};           ///< of a wall: unit vector into the fluid
-  double distance_of_centre_m = 0.0;         ///< of a wall: from the body's centre
+  int other = -1;                     ///< the body whose surface or image it is; −1: a wall
+  std::array<bool, 3> mirrored{};     ///< the image: axes along which it is mirrored
+  CoreSegment core{};                 ///< of a body
+  double radius_m = 0.0;              ///< of a body
+  int face = -1;                      ///< of a wall: its place in FluidSetup::boundaries
+  Eigen::Vector3d normal{0, 0, 0};    ///< of a wall: unit vector into the fluid
+  double distance_of_centre_m = 0.0;  ///< of a wall: from the body's centre
 
   /// From a point, relative to the body's centre, to the surface [m].
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;

@@ -11,8 +11,8 @@
 
 namespace copepod::fluid {
 
-/// Films between surfaces that are too thin for the cells: what the fluid exerts on a surface there depends on where the
-/// cell centres happen to lie, so loads leave it out, and the coupler adds what lubrication theory gives.
+/// Films between surfaces that are too thin for the cells: what the fluid exerts on a surface there depends on where
+/// the cell centres happen to lie, so loads leave it out, and the coupler adds what lubrication theory gives.
 class ThinFilms {
  public:
   explicit ThinFilms(const FluidSetup& setup) : cell_m_(setup.cell_size_m), range_(setup) {

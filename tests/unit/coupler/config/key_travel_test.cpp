@@ -47,6 +47,7 @@ const Travels fluid_travels{
     {"moving_boundary", {"fluid.moving_boundary=interpolated"}},
     {"refill", {"fluid.refill=nonequilibrium"}},
     {"precision", {"fluid.precision=double"}},
+    {"film_thickness_m", {"lubrication.cut_off_cells=auto"}},
     {"bodies.kind", {"bodies.0.shape=capsule"}},
     {"bodies.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},

@@ -81,6 +81,7 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"moving_boundary", {[](FluidSetup&) {}, "moving_boundary:bounce_back"}},
     {"refill", {[](FluidSetup&) {}, "refill:equilibrium"}},
     {"precision", {[](FluidSetup& s) { s.precision = Precision::single_precision; }, "precision:single"}},
+    {"film_thickness_m", {[](FluidSetup& s) { s.film_thickness_m = 1e-6; }, "thin_films"}},
     {"bodies", {[](FluidSetup&) {}, "shape:sphere"}},
     {"bodies.kind", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::capsule; }, "shape:capsule"}},
     {"bodies.length_m", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::capsule; }, "shape:capsule"}},

@@ -131,7 +131,8 @@ struct Box16 {
     reflected.clear();
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
     choose_momentum_exchange(formula, collision)
-        .exchange(populations.data(), *layout, Placement::home, *map, 0, cells, collision, 0.0, sums, reflected);
+        .exchange(populations.data(), *layout, Placement::home, *map, films, 0, cells, collision, 0.0, sums,
+                  reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
@@ -148,6 +149,7 @@ struct Box16 {
   std::optional<BodyMap> map;
   std::optional<BoundaryLinks> links;
   std::vector<double> populations;
+  ThinFilms films{FluidSetup{}};
   LoadSums sums{};
   ReflectedPopulations<double> reflected{16};
 };
@@ -167,6 +169,30 @@ TEST(MomentumExchange, OfOneLinkIsTwiceThePopulationThatIsReflected) {
   EXPECT_EQ(box.reflected.interior[12][0].value, 0.25);
   EXPECT_EQ(box.reflected.interior[12][0].location,
             box.layout->entry(box.layout->site(cell), d3q19::opposite(to_body), Placement::home));
+}
+
+TEST(MomentumExchange, LeavesThinFilmsOutOfTheLoadsButNotOutOfTheFlow) {
+  Box16 box({ShapeKind::sphere, 3.3, 0.0}, BoundaryKind::no_slip);
+  box.setup.film_thickness_m = 2.5;  // resolved from 3 m on
+  box.films = ThinFilms(box.setup);
+  box.body().position = {8.5, 8.5, 4.8};
+  box.move();
+  Kinematics kinematics;
+  kinematics.resize(1);
+  kinematics.position_m.col(0) = box.body().position;
+  kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(1, 0, 0, 0);
+  box.films.find(kinematics);
+  const auto link = [&](const Cell& cell, int direction) {
+    box.f(cell, direction) = 0.25;
+    return BoundaryCell{box.layout->site(cell), cell, 1U << direction, 0, false};
+  };
+  const BoundaryCell below = link({8, 8, 1}, d3q19::index_of({0, 0, 1}));
+  box.exchange({&below, 1});
+  EXPECT_EQ(box.force().norm(), 0.0);
+  EXPECT_EQ(box.reflected.interior[8].size(), 1U);
+  const BoundaryCell above = link({8, 8, 8}, d3q19::index_of({0, 0, -1}));
+  box.exchange({&above, 1});
+  EXPECT_NEAR(box.force().z(), -0.5, 1e-14);
 }
 
 // e·u_w with u_w = U + Ω × r = (0.01, 0.02 · 4.3, 0) in the plane of the link, ρ_w = 1.25.

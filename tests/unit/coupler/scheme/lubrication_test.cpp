@@ -1,0 +1,244 @@
+#include "scheme/lubrication.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace copepod::coupler {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double viscosity_Pa_s = 0.5;
+constexpr double radius_m = 10.0;
+constexpr double roughness_m = 1e-9;
+
+/// Cells of 1 m and films of 1.5 m between walls 100 m apart.
+FluidSetup box(const std::vector<Shape>& bodies) {
+  FluidSetup setup;
+  setup.step_s = 1e-3;
+  setup.cell_size_m = 1.0;
+  setup.density_kg_per_m3 = 1.0;
+  setup.kinematic_viscosity_m2_per_s = viscosity_Pa_s;
+  setup.domain_cells = {100, 100, 100};
+  setup.film_thickness_m = 1.5;
+  setup.bodies = bodies;
+  return setup;
+}
+
+constexpr Shape sphere{ShapeKind::sphere, radius_m, 0.0};
+constexpr Shape capsule{ShapeKind::capsule, radius_m, 40.0};
+
+/// Bodies in a box, and the loads of the films between them.
+struct Bodies {
+  explicit Bodies(const std::vector<Shape>& shapes, double mass_kg = 1e9)
+      : fluid(box(shapes)), specifications(shapes.size()) {
+    kinematics.resize(static_cast<Eigen::Index>(shapes.size()));
+    kinematics.position_m.setConstant(50.0);
+    kinematics.velocity_m_per_s.setZero();
+    kinematics.angular_velocity_rad_per_s.setZero();
+    kinematics.orientation_wxyz.colwise() = Eigen::Vector4d(1, 0, 0, 0);
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      specifications[i].shape = shapes[i];
+      specifications[i].mass_kg = mass_kg;
+    }
+  }
+
+  [[nodiscard]] Loads loads() const {
+    Loads raw;
+    raw.resize(kinematics.bodies());
+    raw.force_N.setZero();
+    raw.torque_N_m.setZero();
+    Loads averaged = raw;
+    Lubrication(fluid, specifications, roughness_m).add_to(raw, averaged, kinematics);
+    EXPECT_EQ(raw.force_N, averaged.force_N);
+    EXPECT_EQ(raw.torque_N_m, averaged.torque_N_m);
+    return raw;
+  }
+
+  FluidSetup fluid;
+  std::vector<BodySpecification> specifications;
+  Kinematics kinematics;
+};
+
+/// A sphere at a thin gap from the wall z = 0.
+Bodies at_the_wall(double gap_m) {
+  Bodies bodies({sphere});
+  bodies.kinematics.position_m(2, 0) = radius_m + gap_m;
+  return bodies;
+}
+
+// What multiplies the logarithm is exact, so differences between two gaps hold no constant.
+constexpr double gap_m = 1e-4;
+const double decades = std::log(10.0);
+
+double difference(double at_thin, double at_thick) { return at_thin - at_thick; }
+
+TEST(Lubrication, OfASphereThatApproachesAWallIsBrenners) {
+  // 1/ε + 1/5 ln 1/ε + 0.97 of 6π μ r u [Brenner 1961]
+  Bodies bodies = at_the_wall(gap_m);
+  bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -2);
+  EXPECT_NEAR(bodies.loads().force_N(2, 0) / (6 * pi * viscosity_Pa_s * radius_m * 2.0) * (gap_m / radius_m), 1.0,
+              1e-4);
+  EXPECT_NEAR(bodies.loads().torque_N_m.norm(), 0.0, 1e-6);
+}
+
+TEST(Lubrication, OfASphereThatMovesAlongAWallIsThatOfGoldmanCoxAndBrenner) {
+  // −8/15 ln ε and the torque −1/10 ln ε of 6π μ r u and 8π μ r² u [Goldman, Cox, Brenner 1967]
+  Bodies thin = at_the_wall(gap_m), thick = at_the_wall(10 * gap_m);
+  thin.kinematics.velocity_m_per_s.col(0) = thick.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(1, 0, 0);
+  const double force_N = difference(thin.loads().force_N(0, 0), thick.loads().force_N(0, 0));
+  const double torque_N_m = difference(thin.loads().torque_N_m(1, 0), thick.loads().torque_N_m(1, 0));
+  EXPECT_NEAR(force_N / (6 * pi * viscosity_Pa_s * radius_m), -8.0 / 15.0 * decades, 1e-3);
+  EXPECT_NEAR(torque_N_m / (8 * pi * viscosity_Pa_s * radius_m * radius_m), 0.1 * decades, 1e-3);
+}
+
+TEST(Lubrication, OfASphereThatTurnsAtAWallIsThatOfGoldmanCoxAndBrenner) {
+  // 2/15 ln ε and −2/5 ln ε of 6π μ r² ω and 8π μ r³ ω
+  Bodies thin = at_the_wall(gap_m), thick = at_the_wall(10 * gap_m);
+  thin.kinematics.angular_velocity_rad_per_s.col(0) = thick.kinematics.angular_velocity_rad_per_s.col(0) =
+      Eigen::Vector3d(0, 1, 0);
+  const double force_N = difference(thin.loads().force_N(0, 0), thick.loads().force_N(0, 0));
+  const double torque_N_m = difference(thin.loads().torque_N_m(1, 0), thick.loads().torque_N_m(1, 0));
+  EXPECT_NEAR(force_N / (6 * pi * viscosity_Pa_s * radius_m * radius_m), 2.0 / 15.0 * decades, 1e-3);
+  EXPECT_NEAR(torque_N_m / (8 * pi * viscosity_Pa_s * std::pow(radius_m, 3)), -0.4 * decades, 1e-3);
+}
+
+/// Two spheres, the second of them above the first.
+Bodies pair(double gap, double mass_kg = 1e9) {
+  Bodies bodies({sphere, sphere}, mass_kg);
+  bodies.kinematics.position_m(2, 1) += 2 * radius_m + gap;
+  return bodies;
+}
+
+TEST(Lubrication, OfTwoSpheresIsThatOfJeffreyAndOnishi) {
+  // approach at W: 6π μ r W (1/4ξ + 9/40 ln 1/ξ), ξ = h/r; past each other at v: 6π μ r v 1/6 ln 1/ξ
+  Bodies thin = pair(gap_m), thick = pair(10 * gap_m);
+  for (Bodies* bodies : {&thin, &thick}) bodies->kinematics.velocity_m_per_s.col(1) = Eigen::Vector3d(1, 0, -1);
+  const double stokes = 6 * pi * viscosity_Pa_s * radius_m;
+  const double approach_N = thin.loads().force_N(2, 1) - thick.loads().force_N(2, 1);
+  EXPECT_NEAR(approach_N / stokes - radius_m / 4 * (1 / gap_m - 0.1 / gap_m), 9.0 / 40.0 * decades, 1e-3);
+  EXPECT_NEAR((thin.loads().force_N(0, 1) - thick.loads().force_N(0, 1)) / stokes, -decades / 6.0, 1e-3);
+}
+
+TEST(Lubrication, OfAPairIsOppositeAndTurnsThePairAsAWholeByNothing) {
+  Bodies bodies = pair(0.2);
+  bodies.kinematics.position_m(0, 1) += 3.0;
+  bodies.kinematics.position_m(2, 1) -= 0.5;
+  bodies.kinematics.velocity_m_per_s.col(1) = Eigen::Vector3d(0.3, 1, -1);
+  const Loads loads = bodies.loads();
+  EXPECT_GT(loads.force_N.col(1).norm(), 10.0);
+  EXPECT_NEAR((loads.force_N.col(0) + loads.force_N.col(1)).norm(), 0.0, 1e-9);
+  const Eigen::Vector3d r = bodies.kinematics.position_m.col(1) - bodies.kinematics.position_m.col(0);
+  EXPECT_NEAR((loads.torque_N_m.col(0) + loads.torque_N_m.col(1) + r.cross(loads.force_N.col(1))).norm(), 0.0, 1e-8);
+}
+
+TEST(Lubrication, OfAPairThatMovesTogetherIsNothing) {
+  Bodies bodies = pair(0.1);
+  const Eigen::Vector3d w(0.1, 0.2, -0.3);
+  for (Eigen::Index i : {0, 1}) {
+    bodies.kinematics.angular_velocity_rad_per_s.col(i) = w;
+    bodies.kinematics.velocity_m_per_s.col(i) =
+        Eigen::Vector3d(1, 2, 3) + w.cross(Eigen::Vector3d(bodies.kinematics.position_m.col(i)));
+  }
+  EXPECT_NEAR(bodies.loads().force_N.norm(), 0.0, 1e-9);
+  EXPECT_NEAR(bodies.loads().torque_N_m.norm(), 0.0, 1e-8);
+}
+
+TEST(Lubrication, WithAMirrorIsThatWithTheImage) {
+  Bodies one({sphere}), two = pair(0.1);
+  one.fluid.boundaries[4].kind = BoundaryKind::free_slip;
+  one.kinematics.position_m(2, 0) = radius_m + 0.05;
+  one.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0.5, 0, -1);
+  one.kinematics.angular_velocity_rad_per_s.col(0) = Eigen::Vector3d(0.1, 0.2, 0.3);
+  two.kinematics.velocity_m_per_s << 0.5, 0.5, 0, 0, 1, -1;
+  two.kinematics.angular_velocity_rad_per_s << -0.1, 0.1, -0.2, 0.2, 0.3, 0.3;
+  EXPECT_NEAR((one.loads().force_N.col(0) - two.loads().force_N.col(1)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR((one.loads().torque_N_m.col(0) - two.loads().torque_N_m.col(1)).norm(), 0.0, 1e-8);
+}
+
+TEST(Lubrication, OfASphereThatMovesWithItsWallIsNothing) {
+  Bodies bodies = at_the_wall(0.1);
+  bodies.fluid.boundaries[4] = {.kind = BoundaryKind::velocity, .velocity_m_per_s = {1, 0, 0}};
+  bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(1, 0, 0);
+  EXPECT_EQ(bodies.loads().force_N.norm(), 0.0);
+}
+
+TEST(Lubrication, TakesNoMoreThanHalfOfTheMotionInAStep) {
+  Bodies bodies = pair(1e-8, 2.0);
+  bodies.kinematics.velocity_m_per_s.col(1) = Eigen::Vector3d(0, 0, -1);
+  const double stopped_m_per_s = bodies.loads().force_N(2, 1) * bodies.fluid.step_s * (1 / 2.0 + 1 / 2.0);
+  EXPECT_GT(stopped_m_per_s, 0.25);
+  EXPECT_LE(stopped_m_per_s, 0.5);
+}
+
+TEST(Lubrication, EndsContinuouslyAtTheCutOff) {
+  for (const Eigen::Vector3d& velocity : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(1, 0, 0)}) {
+    Bodies bodies = at_the_wall(1.9999);
+    bodies.kinematics.velocity_m_per_s.col(0) = velocity;
+    const double just_within_N = bodies.loads().force_N.norm();
+    EXPECT_GT(just_within_N, 0.0);
+    EXPECT_LT(just_within_N, 1e-2);
+    bodies.kinematics.position_m(2, 0) = radius_m + 2.0001;
+    EXPECT_EQ(bodies.loads().force_N.norm(), 0.0);
+  }
+}
+
+TEST(Lubrication, OfACapsuleAlongAWallIsThatOfACylinder) {
+  // Per length of a cylinder that approaches a wall, 3√2 π μ W (r/h)^(3/2) [Jeffrey & Onishi, Q. J. Mech. Appl. Math.
+  // 34, 1981]; the ends, which are those of a sphere, are thinner by √(h/r).
+  Bodies bodies({capsule}, 1e15);
+  const double turned = std::sqrt(0.5);
+  bodies.kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(turned, 0, turned, 0);  // along x
+  bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -1);
+  for (const double thin_m : {1e-3, 1e-5}) {
+    bodies.kinematics.position_m(2, 0) = radius_m + thin_m;
+    const double cylinder_N =
+        3 * std::sqrt(2.0) * pi * viscosity_Pa_s * std::pow(radius_m / thin_m, 1.5) * capsule.length_m;
+    const double ends_N = 6 * pi * viscosity_Pa_s * radius_m * radius_m / thin_m;
+    EXPECT_NEAR(bodies.loads().force_N(2, 0) / (cylinder_N + ends_N), 1.0, 2e-3);
+    EXPECT_NEAR(bodies.loads().torque_N_m.norm() / bodies.loads().force_N(2, 0), 0.0, 1e-6);
+  }
+}
+
+TEST(Lubrication, OfACapsuleUprightOnAWallIsThatOfASphere) {
+  Bodies upright({capsule}), ball = at_the_wall(0.01);
+  upright.kinematics.position_m(2, 0) = 0.5 * capsule.length_m + radius_m + 0.01;
+  for (Bodies* bodies : {&upright, &ball}) bodies->kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -1);
+  EXPECT_NEAR(upright.loads().force_N(2, 0) / ball.loads().force_N(2, 0), 1.0, 0.01);
+}
+
+TEST(Lubrication, OfCrossedCapsulesIsThatOfTheirCurvatures) {
+  // 12π μ W / ((λ₁ + λ₂) √(λ₁λ₂) h) with λ = 1/r of both, crossed at a right angle: that of a sphere at a wall.
+  Bodies crossed({capsule, capsule});
+  const double thin_m = 1e-3;
+  const double turned = std::sqrt(0.5);
+  crossed.kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(turned, 0, turned, 0);  // along x
+  crossed.kinematics.orientation_wxyz.col(1) = Eigen::Vector4d(turned, turned, 0, 0);  // along y
+  crossed.kinematics.position_m(2, 1) += 2 * radius_m + thin_m;
+  crossed.kinematics.velocity_m_per_s.col(1) = Eigen::Vector3d(0, 0, -1);
+  const double force_N = 6 * pi * viscosity_Pa_s * radius_m * radius_m / thin_m;
+  EXPECT_NEAR(crossed.loads().force_N(2, 1) / force_N, 1.0, 0.02);
+  EXPECT_NEAR(crossed.loads().force_N(2, 0) / force_N, -1.0, 0.02);
+}
+
+TEST(Lubrication, OfACapsuleNearlyAlongAWallPushesItFlat) {
+  Bodies bodies({capsule});
+  const double angle = std::numbers::pi / 2 - 0.01;  // of 0.4 m over the length; the lower end is at positive x
+  bodies.kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(std::cos(0.5 * angle), 0, std::sin(0.5 * angle), 0);
+  bodies.kinematics.position_m(2, 0) = radius_m + 0.21;
+  bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -1);
+  EXPECT_GT(std::abs(bodies.loads().torque_N_m(1, 0)), bodies.loads().force_N(2, 0));  // an arm of more than a metre
+}
+
+TEST(Lubrication, IsNothingWithoutFilms) {
+  Bodies bodies = at_the_wall(0.1);
+  bodies.fluid.film_thickness_m = 0.0;
+  bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -1);
+  EXPECT_EQ(bodies.loads().force_N.norm(), 0.0);
+}
+
+}  // namespace
+}  // namespace copepod::coupler

@@ -1,0 +1,97 @@
+#include "geometry/near_surfaces.hpp"
+
+#include <gtest/gtest.h>
+
+namespace copepod {
+namespace {
+
+/// A box of 20 cells of 1 m with spheres of radius 2 m.
+FluidSetup box(std::size_t spheres, BoundaryKind boundary) {
+  FluidSetup setup;
+  setup.cell_size_m = 1.0;
+  setup.domain_cells = {20, 20, 20};
+  for (Boundary& face : setup.boundaries) face.kind = boundary;
+  setup.bodies.assign(spheres, {ShapeKind::sphere, 2.0, 0.0});
+  return setup;
+}
+
+Kinematics at(const std::vector<Eigen::Vector3d>& places) {
+  Kinematics kinematics;
+  kinematics.resize(static_cast<Eigen::Index>(places.size()));
+  kinematics.velocity_m_per_s.setZero();
+  kinematics.angular_velocity_rad_per_s.setZero();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    kinematics.position_m.col(static_cast<Eigen::Index>(i)) = places[i];
+    kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(i)) = Eigen::Vector4d(1, 0, 0, 0);
+  }
+  return kinematics;
+}
+
+TEST(FilmRange, IsResolvedFromHalfACellAboveTheFilmThicknessOn) {
+  FluidSetup setup = box(0, BoundaryKind::no_slip);
+  setup.film_thickness_m = 1.5;
+  const FilmRange range(setup);
+  EXPECT_DOUBLE_EQ(range.resolved_share(0.3), 0.0);
+  EXPECT_DOUBLE_EQ(range.resolved_share(1.25), 0.25);
+  EXPECT_DOUBLE_EQ(range.resolved_share(2.5), 1.0);
+}
+
+TEST(NearSurfaces, AreThoseOfBodiesAndWallsWithinReach) {
+  NearSurfaces surfaces(box(3, BoundaryKind::no_slip), 1.0);
+  surfaces.find(at({{10, 10, 2.5}, {14.5, 10, 3.5}, {10, 16, 10}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 2U);
+  const NearSurface& sphere = surfaces.of_body(0)[0];
+  EXPECT_EQ(sphere.other, 1);
+  EXPECT_DOUBLE_EQ(sphere.distance_m({2, 0, 0}), std::hypot(2.5, 1.0) - 2.0);
+  const NearSurface& wall = surfaces.of_body(0)[1];
+  EXPECT_EQ(wall.face, 4);
+  EXPECT_DOUBLE_EQ(wall.distance_m({0, 0, -2}), 0.5);
+  ASSERT_EQ(surfaces.of_body(1).size(), 1U);
+  EXPECT_EQ(surfaces.of_body(1)[0].other, 0);
+  EXPECT_TRUE(surfaces.of_body(2).empty());
+}
+
+TEST(NearSurfaces, AreThoseOfPeriodicImages) {
+  NearSurfaces surfaces(box(2, BoundaryKind::periodic), 1.0);
+  surfaces.find(at({{10, 10, 1.5}, {10, 10, 17.0}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 1U);
+  EXPECT_DOUBLE_EQ(surfaces.of_body(0)[0].core.centre_W_m.z(), -4.5);
+  ASSERT_EQ(surfaces.of_body(1).size(), 1U);
+  EXPECT_DOUBLE_EQ(surfaces.of_body(1)[0].core.centre_W_m.z(), 4.5);
+}
+
+TEST(NearSurfaces, AreThoseOfImagesInMirrors) {
+  NearSurfaces surfaces(box(2, BoundaryKind::free_slip), 1.0);
+  surfaces.find(at({{10, 10, 2.25}, {14.25, 10, 2.25}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 2U);
+  EXPECT_EQ(surfaces.of_body(0)[0].other, 0);  // its own image
+  EXPECT_DOUBLE_EQ(surfaces.of_body(0)[0].core.centre_W_m.z(), -4.5);
+  EXPECT_TRUE(surfaces.of_body(0)[0].mirrored[2]);
+  EXPECT_EQ(surfaces.of_body(0)[1].other, 1);
+  EXPECT_FALSE(surfaces.of_body(0)[1].mirrored[2]);
+}
+
+TEST(NearSurfaces, OfACapsuleBesideAMirrorTurnWithTheImage) {
+  FluidSetup setup = box(1, BoundaryKind::free_slip);
+  setup.bodies[0] = {ShapeKind::capsule, 1.0, 4.0};
+  NearSurfaces surfaces(setup, 1.0);
+  Kinematics kinematics = at({{10, 10, 2.5}});
+  kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(std::cos(0.5), std::sin(0.5), 0, 0);  // about x
+  surfaces.find(kinematics);
+  ASSERT_EQ(surfaces.of_body(0).size(), 1U);
+  EXPECT_NEAR(surfaces.of_body(0)[0].core.half_W_m.y(), -2.0 * std::sin(1.0), 1e-12);
+  EXPECT_NEAR(surfaces.of_body(0)[0].core.half_W_m.z(), -2.0 * std::cos(1.0), 1e-12);
+}
+
+TEST(NearSurfaces, OfABodyOnASymmetryPlaneAreNotItsOwn) {
+  FluidSetup setup = box(2, BoundaryKind::no_slip);
+  setup.symmetry_planes[2] = true;
+  NearSurfaces surfaces(setup, 1.0);
+  surfaces.find(at({{10, 10, 10}, {5, 10, 7.75}}));
+  EXPECT_TRUE(surfaces.of_body(0).empty());
+  ASSERT_EQ(surfaces.of_body(1).size(), 1U);
+  EXPECT_DOUBLE_EQ(surfaces.of_body(1)[0].core.centre_W_m.z(), 4.5);
+}
+
+}  // namespace
+}  // namespace copepod
