@@ -89,7 +89,7 @@ ordered_json resolved_services(const ServicesCase& services) {
           {"progress_deadline_s", services.progress_deadline_s}};
 }
 
-/// `none`, `auto` (which is no number), or a number.
+/// `none`, `auto` (absent), or a number.
 std::optional<double> read_number_or_auto(Reader& section, const char* key, const char* default_word,
                                           const char* number_of) {
   const Value* value = section.raw(key);

@@ -113,7 +113,7 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   virtual_mass_ = VirtualMass(all, virtual_masses_kg(loaded_.content, loaded_.assembly),
                               averaging_with_virtual_mass(loaded_.content));
   all = virtual_mass_.enlarged(all);
-  lubrication_ = Lubrication(fluid, all.bodies, loaded_.content.lubrication.roughness_m);
+  lubrication_ = Lubrication(fluid, all, loaded_.content.lubrication.roughness_m);
   BodySetup sent = lowers ? lowered(body) : body;
   auto enlarged = all.bodies.cbegin();
   for (BodySpecification& each : sent.bodies) {  // in the order of all

@@ -35,7 +35,7 @@ struct Nearest {
 };
 
 Nearest nearest(const NearSurface& surface, const Eigen::Vector3d& point_m) {
-  if (surface.other < 0) return {surface.normal, surface.distance_m(point_m), 0.0};
+  if (!surface.is_body()) return {surface.normal, surface.distance_m(point_m), 0.0};
   const Eigen::Vector3d& half_m = surface.core.half_W_m;
   const Eigen::Vector3d from_centre_m = point_m - surface.core.centre_W_m;
   const double length_m = half_m.norm();
@@ -114,9 +114,9 @@ class FilmFinder {
                          .squeezing_N_s_per_m = part * 3.0 * area * viscosity_Pa_s_ *
                                                 (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + 0.6 * missing),
                          .shear_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing),
-                         .pressure_N_s_per_m = part * area * viscosity_Pa_s_ * h0 * I2,
+                         .turning_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing - h0 * I2),
                          .radius_m = R,
-                         .curvature_share = R * k1});
+                         .contrast = (k1 - k2) / (k1 + k2)});
   }
 
   void add_slices(const CoreSegment& first) const {
@@ -134,7 +134,7 @@ class FilmFinder {
     };
     consider(half_length_m);
     consider(-half_length_m);
-    if (second_.other >= 0) consider(half_length_m * nearest_place(first, second_.core));
+    if (second_.is_body()) consider(half_length_m * nearest_place(first, second_.core));
     const double width_m = std::sqrt(2.0 * radius_m_ * std::max(smallest_m - radius_m_, roughness_m_));
     const double low = std::asinh((-half_length_m - nearest_place_m) / width_m);
     const double high = std::asinh((half_length_m - nearest_place_m) / width_m);
@@ -175,6 +175,29 @@ class FilmFinder {
 };
 
 }  // namespace
+
+Eigen::Matrix<double, 6, 6> FilmContact::resistance() const {
+  const auto cross = [](const Eigen::Vector3d& vector) {
+    Eigen::Matrix3d matrix;
+    matrix << 0, -vector[2], vector[1], vector[2], 0, -vector[0], -vector[1], vector[0], 0;
+    return matrix;
+  };
+  const double q = contrast;
+  const double R = radius_m;
+  const double D = turning_N_s_per_m;
+  const Eigen::Matrix3d along_normal = normal * normal.transpose();
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along_normal;
+  const Eigen::Matrix3d n = cross(normal);
+  const Eigen::Matrix3d x = cross(point_m);
+  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + (1.0 + 0.6 * q * q) * shear_N_s_per_m * across;
+  const Eigen::Matrix3d F_w = -1.2 * q * R * D * n;
+  const Eigen::Matrix3d T_v = 1.2 * q * R * D * n;
+  const Eigen::Matrix3d T_w = -2.4 * R * R * D * n * n;
+  // About the origin: v = V + Δω × x, T = T_x + x × F.
+  Eigen::Matrix<double, 6, 6> result;
+  result << F_v, F_w - F_v * x, T_v + x * F_v, T_w - T_v * x + x * (F_w - F_v * x);
+  return result;
+}
 
 void find_film(const CoreSegment& first, double radius_m, const NearSurface& second, const FilmRange& range,
                double viscosity_Pa_s, double roughness_m, std::vector<FilmContact>& contacts) {

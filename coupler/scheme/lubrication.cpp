@@ -1,118 +1,159 @@
 #include "scheme/lubrication.hpp"
 
-#include <algorithm>
-
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
+namespace {
 
-double Lubrication::Motion::damping_per_s(const FilmContact& contact) const {
-  const Eigen::Vector3d arm_m = contact.point_m - centre_m;
-  const auto by = [&](double resistance_N_s_per_m, double squared_arm_m2) {
-    return resistance_N_s_per_m * (mobility.per_mass_per_kg + squared_arm_m2 * mobility.per_inertia_per_kg_m2);
-  };
-  return by(contact.squeezing_N_s_per_m, arm_m.cross(contact.normal).squaredNorm()) +
-         by(1.6 * contact.shear_N_s_per_m, arm_m.squaredNorm());
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// Velocity at a point x from that of a body: V + Ω × x, Ω.
+Matrix6 moved_to(const Eigen::Vector3d& x) {
+  Matrix6 matrix = Matrix6::Identity();
+  matrix.topRightCorner<3, 3>() << 0, x[2], -x[1], -x[2], 0, x[0], x[1], -x[0], 0;
+  return matrix;
 }
 
-Lubrication::Lubrication(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies, double roughness_m)
-    : fluid_(fluid), roughness_m_(roughness_m) {
+/// Motion of a mirror image: velocities change sign along the mirrored axes, angular velocities along the others.
+Matrix6 mirroring(const std::array<bool, 3>& mirrored) {
+  Eigen::Vector3d sign(1, 1, 1);
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    if (mirrored[static_cast<std::size_t>(axis)]) sign[axis] = -1.0;
+  Matrix6 matrix = Matrix6::Zero();
+  matrix.diagonal() << sign, sign.prod() * sign;
+  return matrix;
+}
+
+}  // namespace
+
+Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, double roughness_m)
+    : fluid_(fluid), bodies_(bodies), roughness_m_(roughness_m) {
   if (!(fluid.film_thickness_m > 0.0)) return;
-  for (const BodySpecification& body : bodies) {
-    mobilities_.emplace_back();
-    if (body.motion != MotionKind::free && body.motion != MotionKind::axis) continue;
-    const MomentsOfInertia moments = moments_of_inertia(body.shape, body.mass_kg);
-    mobilities_.back() = {1.0 / body.mass_kg, 1.0 / std::min(moments.along_kg_m2, moments.across_kg_m2)};
-  }
   surfaces_.emplace(fluid, FilmRange(fluid).high_m);
-  films_.resize(static_cast<Eigen::Index>(bodies.size()));
+  response_.resize(bodies.bodies.size());
+  motion_.resize(bodies.bodies.size());
+  loads_.resize(static_cast<Eigen::Index>(bodies.bodies.size()));
 }
 
-void Lubrication::add_to(Loads& raw, Loads& averaged, const Kinematics& kinematics) {
-  if (!surfaces_) return;
-  films_.force_N.setZero();
-  films_.torque_N_m.setZero();
-  surfaces_->find(kinematics);
-  for (std::size_t body = 0; body < mobilities_.size(); ++body)
-    for (const NearSurface& surface : surfaces_->of_body(body)) add_film(body, surface, kinematics);
-  for (Loads* loads : {&raw, &averaged}) {
-    loads->force_N += films_.force_N;
-    loads->torque_N_m += films_.torque_N_m;
+const Loads* Lubrication::loads(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {
+  if (!surfaces_) return nullptr;
+  predict(kinematics, applied, drive);
+  find_films(kinematics);
+  solve();
+  loads_.step = kinematics.step;
+  add_up();
+  return &loads_;
+}
+
+/// M⁻¹; zero for a body that no load moves.
+Lubrication::Matrix6 Lubrication::inverse_inertia(std::size_t body, const Kinematics& kinematics) const {
+  const BodySpecification& specification = bodies_.bodies[body];
+  Matrix6 result = Matrix6::Zero();
+  if (specification.motion != MotionKind::free && specification.motion != MotionKind::axis) return result;
+  const MomentsOfInertia moments = moments_of_inertia(specification.shape, specification.mass_kg);
+  const Eigen::Vector3d own_axis = z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
+  const Eigen::Matrix3d along = own_axis * own_axis.transpose();
+  result.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / specification.mass_kg);
+  result.bottomRightCorner<3, 3>() =
+      along / moments.along_kg_m2 + (Eigen::Matrix3d::Identity() - along) / moments.across_kg_m2;
+  if (specification.motion == MotionKind::axis) {
+    const Eigen::Matrix3d projection = specification.axis * specification.axis.transpose();
+    for (const int block : {0, 3})
+      result.block<3, 3>(block, block) = projection * result.block<3, 3>(block, block) * projection;
+  }
+  return result;
+}
+
+/// Motion at the end of the step without films.
+void Lubrication::predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {
+  for (std::size_t body = 0; body < motion_.size(); ++body) {
+    const auto column = static_cast<Eigen::Index>(body);
+    const BodySpecification& specification = bodies_.bodies[body];
+    const double displaced_kg = bodies_.fluid_density_kg_per_m3 * volume_m3(specification.shape);
+    Vector6 load;
+    load << applied.force_N.col(column) + drive.force_N.col(column) +
+                (specification.mass_kg - displaced_kg) * bodies_.gravity_m_per_s2,
+        applied.torque_N_m.col(column) + drive.torque_N_m.col(column);
+    response_[body] = fluid_.step_s * inverse_inertia(body, kinematics);
+    motion_[body] << kinematics.velocity_m_per_s.col(column), kinematics.angular_velocity_rad_per_s.col(column);
+    motion_[body] += response_[body] * load;
   }
 }
 
-Lubrication::Motion Lubrication::motion_of(std::size_t body, const Kinematics& kinematics) const {
-  const auto column = static_cast<Eigen::Index>(body);
-  return {Eigen::Vector3d::Zero(), kinematics.velocity_m_per_s.col(column),
-          kinematics.angular_velocity_rad_per_s.col(column), mobilities_[body]};
-}
-
-Lubrication::Motion Lubrication::motion_of(const NearSurface& surface, const Kinematics& kinematics) const {
-  if (surface.other < 0) {
-    const Boundary& wall = fluid_.boundaries[static_cast<std::size_t>(surface.face)];
-    Motion motion;
-    if (wall.kind == BoundaryKind::velocity) motion.velocity_m_per_s = wall.velocity_m_per_s;
-    return motion;
-  }
-  Motion motion = motion_of(static_cast<std::size_t>(surface.other), kinematics);
-  motion.centre_m = surface.core.centre_W_m;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    if (!surface.mirrored[static_cast<std::size_t>(axis)]) continue;
-    motion.velocity_m_per_s[axis] *= -1.0;
-    motion.angular_velocity_rad_per_s *= -1.0;
-    motion.angular_velocity_rad_per_s[axis] *= -1.0;
-  }
-  return motion;
-}
-
-/// As seen from the body of the lower number, so that a pair's loads are opposite.
-void Lubrication::find_contacts(std::size_t body, const NearSurface& surface, const Kinematics& kinematics) {
-  const Shape& shape = fluid_.bodies[body];
-  NearSurface own{.other = static_cast<int>(body), .core = {}, .radius_m = shape.radius_m};
-  own.core.centre_W_m.setZero();
-  own.core.half_W_m =
-      core_half_length_m(shape) * z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
+void Lubrication::find_films(const Kinematics& kinematics) {
   const FilmRange range(fluid_);
   const double viscosity_Pa_s = fluid_.density_kg_per_m3 * fluid_.kinematic_viscosity_m2_per_s;
-  if (surface.other < 0 || surface.other >= own.other) {
-    find_film(own.core, own.radius_m, surface, range, viscosity_Pa_s, roughness_m_, contacts_);
-    return;
-  }
-  find_film(surface.core, surface.radius_m, own, range, viscosity_Pa_s, roughness_m_, contacts_);
-  for (FilmContact& contact : contacts_) {
-    contact.normal *= -1.0;
-    contact.curvature_share = 1.0 - contact.curvature_share;
+  films_.clear();
+  surfaces_->find(kinematics);
+  for (std::size_t body = 0; body < motion_.size(); ++body) {
+    const Shape& shape = fluid_.bodies[body];
+    const Eigen::Vector3d axis = z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
+    const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
+    for (const NearSurface& surface : surfaces_->of_body(body)) {
+      if (surface.is_body() && !surface.is_mirrored() && surface.other < static_cast<int>(body)) continue;  // done
+      find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, roughness_m_, contacts_);
+      if (!contacts_.empty()) add_film(body, surface);
+    }
   }
 }
 
-void Lubrication::add_film(std::size_t body, const NearSurface& surface, const Kinematics& kinematics) {
-  find_contacts(body, surface, kinematics);
-  const Motion own = motion_of(body, kinematics);
-  const Motion other = motion_of(surface, kinematics);
-  const Eigen::Vector3d turning_rad_per_s = own.angular_velocity_rad_per_s - other.angular_velocity_rad_per_s;
-  double damping = 0.0;  // of the relative motion in one step
-  for (const FilmContact& contact : contacts_)
-    damping += fluid_.step_s * (own.damping_per_s(contact) + other.damping_per_s(contact));
-  const double limit = std::min(1.0, 0.5 / damping);
-  const auto column = static_cast<Eigen::Index>(body);
-  for (const FilmContact& contact : contacts_) {
-    const Eigen::Vector3d& n = contact.normal;
-    const Eigen::Vector3d relative_m_per_s =
-        own.velocity_at_m_per_s(contact.point_m) - other.velocity_at_m_per_s(contact.point_m);
-    const double W = relative_m_per_s.dot(n);
-    const Eigen::Vector3d v = relative_m_per_s - W * n;
-    const double s = contact.curvature_share;
-    const double R = contact.radius_m;
-    const double S = contact.shear_N_s_per_m;
-    const double P = contact.pressure_N_s_per_m;
-    Eigen::Vector3d u = Eigen::Vector3d::Zero();
-    if (R > 0.0) u = (1.0 - 2.0 * s) * v + 2.0 * R * n.cross(turning_rad_per_s);
-    const Eigen::Vector3d force_N =
-        limit * (-contact.squeezing_N_s_per_m * W * n - S * v + ((1.2 * s - 0.6) * S + 1.2 * (1.0 - s) * P) * u);
-    films_.force_N.col(column) += force_N;
-    films_.torque_N_m.col(column) += contact.point_m.cross(force_N) - limit * 1.2 * R * (S - P) * u.cross(n);
+void Lubrication::add_film(std::size_t body, const NearSurface& surface) {
+  Film& film = films_.emplace_back();
+  film.body = static_cast<int>(body);
+  film.other = surface.other;
+  film.image = surface.is_mirrored();
+  Matrix6 resistance = Matrix6::Zero();
+  for (const FilmContact& contact : contacts_) resistance += contact.resistance();
+  film.response = response_[body];
+  if (surface.is_body()) {
+    film.to_other = moved_to(-surface.core.centre_W_m) * mirroring(surface.mirrored);
+    const Matrix6& other = response_[static_cast<std::size_t>(surface.other)];
+    if (!film.image)
+      film.response += film.to_other * other * film.to_other.transpose();
+    else if (film.other == film.body)
+      film.response -= film.to_other * other;
+  } else {
+    const Boundary& wall = fluid_.boundaries[static_cast<std::size_t>(surface.face)];
+    if (wall.kind == BoundaryKind::velocity) film.wall.head<3>() = wall.velocity_m_per_s;
+  }
+  film.answer = (Matrix6::Identity() + resistance * film.response).partialPivLu().solve(resistance);
+}
+
+void Lubrication::solve() {
+  constexpr int most_sweeps = 1000;
+  constexpr double tolerance = 1e-10;
+  bool changes = true;
+  for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {
+    changes = false;
+    for (Film& film : films_) {
+      Vector6& motion = motion_[static_cast<std::size_t>(film.body)];
+      Vector6 relative = motion - film.wall;
+      if (film.other >= 0) relative -= film.to_other * motion_[static_cast<std::size_t>(film.other)];
+      const Vector6 load = -film.answer * (relative - film.response * film.load);
+      const Vector6 change = load - film.load;
+      changes = changes || change.norm() > tolerance * load.norm();
+      film.load = load;
+      motion += response_[static_cast<std::size_t>(film.body)] * change;
+      if (film.other >= 0 && !film.image)
+        motion_[static_cast<std::size_t>(film.other)] -=
+            response_[static_cast<std::size_t>(film.other)] * film.to_other.transpose() * change;
+    }
+  }
+}
+
+void Lubrication::add_up() {
+  const auto add = [this](int body, const Vector6& load) {
+    loads_.force_N.col(body) += load.head<3>();
+    loads_.torque_N_m.col(body) += load.tail<3>();
+  };
+  loads_.force_N.setZero();
+  loads_.torque_N_m.setZero();
+  for (const Film& film : films_) {
+    add(film.body, film.load);
+    if (film.other >= 0 && !film.image) add(film.other, -film.to_other.transpose() * film.load);
   }
 }
 

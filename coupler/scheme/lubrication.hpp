@@ -3,6 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "contract/body_setup.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
@@ -12,56 +14,61 @@
 namespace copepod::coupler {
 
 /// What thin films exert on bodies, by lubrication theory (film.hpp): the part that the fluid leaves out of its loads
-/// (FluidSetup::film_thickness_m). It is part of the coupling, which knows positions, velocities and masses of all
-/// bodies, so that neither fluids nor body components have to.
+/// (FluidSetup::film_thickness_m). It is part of the coupling, which has the positions, velocities and masses of all
+/// bodies, so that neither fluids nor body components need to.
 ///
-/// The resistance of a film is limited to what takes half of the relative motion in one step, so that the coupling,
-/// which is explicit, is stable for films of any thickness. Averaging does not apply: it would halve this limit, and
-/// there is no noise to remove.
+/// The drag of a film grows without bound as the film gets thinner, and explicit films would be unstable. They act on
+/// the velocities at the end of the step, as far as the loads that the coupler has determine them:
+///   L = −K w(V'),   V' = V + Δt M⁻¹ (L_others + Σ L)                                                    (C21)
+/// with w the relative motion of the two surfaces. The films are solved one after the other until nothing changes,
+/// which is at once where no body has several. So films of any thickness are stable, and a body under a constant load
+/// approaches a surface at the right velocity whatever the step. Averaging does not apply to films.
 class Lubrication {
  public:
   /// No films.
   Lubrication() = default;
 
   /// @param fluid        a film thickness of 0: no films
-  /// @param bodies       with the masses that the body component has, in the order of the fluid's
+  /// @param bodies       in the order of the fluid's, with the masses that the body component has
   /// @param roughness_m  films do not get thinner
-  Lubrication(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies, double roughness_m);
+  Lubrication(const FluidSetup& fluid, const BodySetup& bodies, double roughness_m);
 
-  /// Adds the loads of all films to those of the fluid, raw and averaged.
-  void add_to(Loads& raw, Loads& averaged, const Kinematics& kinematics);
+  /// Loads of all films on the bodies; nullptr if there are no films.
+  /// @param applied, drive  all other loads but weight and those that act between bodies
+  const Loads* loads(const Kinematics& kinematics, const Loads& applied, const Loads& drive);
 
  private:
-  /// What an impulse changes: 1/M and, about the axis of the smallest moment, 1/I; 0 for what no load moves.
-  struct Mobility {
-    double per_mass_per_kg = 0.0;
-    double per_inertia_per_kg_m2 = 0.0;
-  };
-  /// Of a body or of a wall.
-  struct Motion {
-    Eigen::Vector3d centre_m{0, 0, 0};  ///< relative to the body that is looked at
-    Eigen::Vector3d velocity_m_per_s{0, 0, 0};
-    Eigen::Vector3d angular_velocity_rad_per_s{0, 0, 0};
-    Mobility mobility;
+  using Vector6 = Eigen::Vector<double, 6>;  ///< velocity, angular velocity; or force, torque
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-    [[nodiscard]] Eigen::Vector3d velocity_at_m_per_s(const Eigen::Vector3d& point_m) const {
-      return velocity_m_per_s + angular_velocity_rad_per_s.cross(point_m - centre_m);
-    }
-    /// By which a contact's resistances slow the motion down [1/s].
-    [[nodiscard]] double damping_per_s(const FilmContact& contact) const;
+  /// Between a body and another one, or the image of one, or a wall; all about the centre of the first body.
+  struct Film {
+    int body = 0;
+    int other = -1;                      ///< −1: a wall
+    bool image = false;                  ///< of `other`, whose own film with the image of `body` gives it its load
+    Vector6 wall = Vector6::Zero();      ///< velocity of the wall
+    Matrix6 to_other = Matrix6::Zero();  ///< motion of the surface by that of the other body
+    Matrix6 response = Matrix6::Zero();  ///< change of the relative motion by a load, Δt M⁻¹ of both bodies
+    Matrix6 answer = Matrix6::Zero();    ///< (1 + K Δt M⁻¹)⁻¹ K
+    Vector6 load = Vector6::Zero();
   };
 
-  [[nodiscard]] Motion motion_of(std::size_t body, const Kinematics& kinematics) const;
-  [[nodiscard]] Motion motion_of(const NearSurface& surface, const Kinematics& kinematics) const;
-  void find_contacts(std::size_t body, const NearSurface& surface, const Kinematics& kinematics);
-  void add_film(std::size_t body, const NearSurface& surface, const Kinematics& kinematics);
+  [[nodiscard]] Matrix6 inverse_inertia(std::size_t body, const Kinematics& kinematics) const;
+  void predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive);
+  void find_films(const Kinematics& kinematics);
+  void add_film(std::size_t body, const NearSurface& surface);
+  void solve();
+  void add_up();
 
   FluidSetup fluid_;
-  std::vector<Mobility> mobilities_;  ///< by body
+  BodySetup bodies_;
   double roughness_m_ = 0.0;
   std::optional<NearSurfaces> surfaces_;
   std::vector<FilmContact> contacts_;
-  Loads films_;
+  std::vector<Matrix6> response_;  ///< Δt M⁻¹ by body
+  std::vector<Vector6> motion_;    ///< V' by body
+  std::vector<Film> films_;
+  Loads loads_;
 };
 
 }  // namespace copepod::coupler

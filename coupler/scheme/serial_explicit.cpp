@@ -62,12 +62,17 @@ void SerialExplicit::restore(const Loads& previous_loads, const Kinematics& prev
 /// Loads to apply, and the drive.
 void SerialExplicit::couple() {
   averaging_.apply(loads_, averaged_);
-  lubrication_.add_to(loads_, averaged_, kinematics_);
   driving_.sample(step_, nodes_, applied_.actuation);
   driving_.loads(kinematics_, applied_.actuation, drive_);
-  observer_.observe({step_, kinematics_, loads_, averaged_, drive_});
   applied_.hydrodynamic = averaged_;
   virtual_mass_.add_to(applied_.hydrodynamic, kinematics_);
+  if (const Loads* films = lubrication_.loads(kinematics_, applied_.hydrodynamic, drive_)) {
+    for (Loads* loads : {&loads_, &averaged_, &applied_.hydrodynamic}) {
+      loads->force_N += films->force_N;
+      loads->torque_N_m += films->torque_N_m;
+    }
+  }
+  observer_.observe({step_, kinematics_, loads_, averaged_, drive_});
 }
 
 void SerialExplicit::finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_}); }

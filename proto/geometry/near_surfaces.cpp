@@ -33,7 +33,7 @@ std::array<double, 3> periodic_length_m(const FluidSetup& setup) {
 }  // namespace
 
 double NearSurface::distance_m(const Eigen::Vector3d& point_m) const {
-  if (other < 0) return distance_of_centre_m + normal.dot(point_m);
+  if (!is_body()) return distance_of_centre_m + normal.dot(point_m);
   return segment_distance_m({point_m, Eigen::Vector3d::Zero()}, core) - radius_m;
 }
 

@@ -40,6 +40,8 @@ struct NearSurface {
   Eigen::Vector3d normal{0, 0, 0};    ///< of a wall: unit vector into the fluid
   double distance_of_centre_m = 0.0;  ///< of a wall: from the body's centre
 
+  [[nodiscard]] bool is_body() const { return other >= 0; }
+  [[nodiscard]] bool is_mirrored() const { return mirrored != std::array<bool, 3>{}; }
   /// From a point, relative to the body's centre, to the surface [m].
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
 };
