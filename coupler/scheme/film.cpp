@@ -114,7 +114,7 @@ class FilmFinder {
                          .squeezing_N_s_per_m = part * 3.0 * area * viscosity_Pa_s_ *
                                                 (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + 0.6 * missing),
                          .shear_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing),
-                         .turning_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing - h0 * I2),
+                         .turning_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing - 0.5 * h0 * I2),
                          .radius_m = R,
                          .contrast = (k1 - k2) / (k1 + k2)});
   }
@@ -184,14 +184,15 @@ Eigen::Matrix<double, 6, 6> FilmContact::resistance() const {
   };
   const double q = contrast;
   const double R = radius_m;
+  const double S = shear_N_s_per_m;
   const double D = turning_N_s_per_m;
   const Eigen::Matrix3d along_normal = normal * normal.transpose();
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along_normal;
   const Eigen::Matrix3d n = cross(normal);
   const Eigen::Matrix3d x = cross(point_m);
-  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + (1.0 + 0.6 * q * q) * shear_N_s_per_m * across;
-  const Eigen::Matrix3d F_w = -1.2 * q * R * D * n;
-  const Eigen::Matrix3d T_v = 1.2 * q * R * D * n;
+  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + (1.0 + 0.6 * q * q) * S * across;
+  const Eigen::Matrix3d F_w = -1.2 * q * R * S * n;
+  const Eigen::Matrix3d T_v = 1.2 * q * R * S * n;
   const Eigen::Matrix3d T_w = -2.4 * R * R * D * n * n;
   // About the origin: v = V + Δω × x, T = T_x + x × F.
   Eigen::Matrix<double, 6, 6> result;

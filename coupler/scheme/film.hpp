@@ -11,7 +11,7 @@ namespace copepod::coupler {
 /// One piece of the thin film between two surfaces, and the resistances of lubrication theory. With W and v the normal
 /// and the tangential velocity at x, and Δω the angular velocity, of the first surface relative to the second, the
 /// first one feels                                                                             [theory.md, (C20)]
-///   F = −Z W n − (1 + 3/5 q²) S v + 6/5 q R D n × Δω,   T = x × F − 6/5 q R D n × v + 12/5 R² D n × (n × Δω)
+///   F = −Z W n − (1 + 3/5 q²) S v + 6/5 q R S n × Δω,   T = x × F − 6/5 q R S n × v + 12/5 R² D n × (n × Δω)
 /// with q = (k₁ − k₂)/(k₁ + k₂) of the curvatures k of the surfaces, and the second one the opposite.
 struct FilmContact {
   Eigen::Vector3d point_m;           ///< x, in the middle of the film
@@ -32,7 +32,7 @@ struct FilmContact {
 ///
 /// By Reynolds' equation the pressure is p = −(3 R W + 6/5 u·x) μ/h², of a slice −6μW/(λh²). With the share 1 − w of
 /// the film that the fluid does not resolve,
-///   Z = 6π μ R [R I₂ + (1/5 + k₁k₂R²) I₁ + 0.6 m],   S = 2π μ R [I₁ + 0.15 m],   D = S − 2π μ R h₀ I₂,
+///   Z = 6π μ R [R I₂ + (1/5 + k₁k₂R²) I₁ + 0.6 m],   S = 2π μ R [I₁ + 0.15 m],   D = S − π μ R h₀ I₂,
 ///   Iₙ = ∫ (1 − w) dh/hⁿ,   m = 1 − h₀/h_high
 /// and R the radius of their mean curvature. Sharply cut off, I₂ is the usual 1/h₀ − 1/h_c. I₁ beside it is the next
 /// term of the exact series [Brenner, Chem. Eng. Sci. 16, 1961; Jeffrey & Onishi, J. Fluid Mech. 139, 1984]; the terms

@@ -10,6 +10,7 @@ _VECTORS = {
     "velocity_m_per_s": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
     "angular_velocity_rad_per_s": ("wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"),
     "force_N": ("fx_N", "fy_N", "fz_N"),
+    "torque_N_m": ("tx_N_m", "ty_N_m", "tz_N_m"),
     "driving_N": ("drive_fx_N", "drive_fy_N", "drive_fz_N"),
 }
 

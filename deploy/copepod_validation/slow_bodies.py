@@ -24,13 +24,14 @@ REFERENCE = (
     "that approach each other: Maude [Br. J. Appl. Phys. 12, 1961]; capsules, twice as long as wide: singularities on "
     "the axis [Batchelor, J. Fluid Mech. 44, 1970], with an error below 0.05 %. Radius 4, τ = 1, a periodic cube of "
     "64 cells, whose images are accounted for [Hasimoto, J. Fluid Mech. 5, 1959]; what is neglected is of the order "
-    "of 0.3 %. Approaching spheres move, in a cube of 96 cells; the other bodies are at rest in a flow."
+    "of 0.3 %. Approaching spheres move, in a cube of 96 cells, with `lubrication: {cut_off_cells: auto}`, which acts "
+    "at gaps below two cells; the other bodies are at rest in a flow."
 )
 RADIUS = 4.0
 # Series of the papers, summed anew: drag of each sphere; by the gap over the radius.
 FOLLOWING = {0.5: 0.67292, 1.0: 0.69830, 2.0: 0.74226}
-APPROACHING = {0.5: 2.77242, 1.0: 2.03865, 2.0: 1.59668}
-_SPEED, _APPROACH = 2e-4, 2e-6
+APPROACHING = {0.02: 28.11402, 0.125: 6.31928, 0.5: 2.77242, 1.0: 2.03865, 2.0: 1.59668}
+_SPEED, _APPROACH = 2e-4, 2e-9
 
 
 @dataclass(frozen=True)
@@ -159,6 +160,7 @@ def _case(point: Point, keys: Mapping[str, str]) -> CaseDict:
         **flow,
         **keys,
     )
+    case["lubrication"] = {"cut_off_cells": "auto"}
     case["output"] = {"trajectory": {"every_steps": 1}}
     return case
 

@@ -73,8 +73,8 @@ class Accuracy(CommandTest):
         self.assertIn("1 cases, 1 done already", again)
         self.assertNotIn("starts", again)
 
-    def test_drag_towards_a_wall_with_a_cell_of_fluid_in_between(self):
-        """Measured: −1.5 %. Bounce-back is 7.7 % off."""
+    def test_drag_towards_a_wall_with_a_film_of_a_quarter_cell_in_between(self):
+        """Measured: −1.1 %; −57 % without lubrication."""
         self.validate("--cases", "wall")
         ((_, drag),) = self.measured(wall)
         self.assertLess(abs(drag.error), 3.0)
