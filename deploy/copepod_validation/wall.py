@@ -22,10 +22,10 @@ from copepod_validation.experiment import (
 
 REFERENCE = (
     "Drag over 6πμRU, torque over 8πμR³Ω. Towards the wall: Brenner's series [Chem. Eng. Sci. 16, 1961]; along it "
-    "and turning about an axis along it: Goldman, Cox, Brenner [Chem. Eng. Sci. 22, 1967]. τ = 1; boxes of 16 × 16 × 12 "
-    "radii, periodic along the wall, with a second wall opposite. The box lowers the drag along the wall at the widest "
-    "gap by 2 %: in one of 32 × 24 × 18 radii the error of central_linear there is 0.0 %. All with `lubrication: "
-    "{cut_off_cells: auto}`, which acts at gaps below two cells."
+    "and turning about an axis along it: Goldman, Cox, Brenner [Chem. Eng. Sci. 22, 1967]. τ = 1; boxes of 16 × "
+    "16 × 12 radii, periodic along the wall, with a second wall opposite. The box lowers the drag along the wall "
+    "at the widest gap by 2 %: in one of 32 × 24 × 18 radii the error of central_linear there is 0.0 %. All with "
+    "`lubrication: {cut_off_cells: auto}`, which acts at gaps below two cells."
 )
 TOWARDS = (2.3524, 1.5431, 1.26, 1.125, 1.06, 1.02)  # height of the centre over the radius
 ALONG = {2.3524: 1.3079, 1.5431: 1.5675, 1.1276: 2.1514, 1.0453: 2.6475, 1.005004: 3.7863}
