@@ -82,8 +82,8 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   if (exchange_momentum_.conserving) count_changed_cells();
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, films_, b, links_.of_body(b), constants_,
-                                returned_mass(b), load_sums_[b], reflected_);
+    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, films_, b, links_.of_body(b),
+                                constants_, returned_mass(b), load_sums_[b], reflected_);
   timer_.book(Phase::momentum);
   sum_loads();
   report_loads(kinematics, loads);

@@ -230,14 +230,14 @@ void exchange(const T* populations, const PopulationLayout& layout, Placement pl
       const T returning = static_cast<T>(exact);
       const double exchanged = link.leaving + static_cast<double>(returning);
       if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
-      const double share =
+      const double resolved =
           beside_films ? films.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]))
                        : 1.0;
-      const std::int64_t fixed = fixed_point::from_double(share * exchanged);
+      const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
       for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
       if constexpr (Formula::conserving) {
         const double absorbed = link.leaving - static_cast<double>(returning);
-        for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(share * absorbed * u[axis]);
+        for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(resolved * absorbed * u[axis]);
         sums[mass_component] += fixed_point::from_double(absorbed);
         sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
       }

@@ -131,8 +131,7 @@ struct Box16 {
     reflected.clear();
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
     choose_momentum_exchange(formula, collision)
-        .exchange(populations.data(), *layout, Placement::home, *map, films, 0, cells, collision, 0.0, sums,
-                  reflected);
+        .exchange(populations.data(), *layout, Placement::home, *map, films, 0, cells, collision, 0.0, sums, reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
