@@ -35,9 +35,9 @@ viscosity. Keep it to reproduce them.
 
 The mean of the loads of two steps, which bodies receive by default (`load_averaging: two_step`), removes the part of
 the noise that alternates from step to step. Where surfaces come closer than two cells, write
-`lubrication: {{cut_off_cells: auto}}`: with `central_linear` the loads on spheres near walls and each other are then
-right to within 5 % at every gap, with four cells per radius. Without it the drag of the case `wall` is −6, −57 and
-−89 % off at gaps of 0.5, 0.24 and 0.08 cells.
+`lubrication: {{cut_off_cells: auto}}`: with `parabolic` and `central_linear` the loads on spheres near walls and each
+other are then right to within 5 % at every gap, with four cells per radius. Without it the drag of the case `wall` is
+−6, −57 and −89 % off at gaps of 0.5, 0.24 and 0.08 cells.
 
 ## Overview
 """

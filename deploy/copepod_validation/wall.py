@@ -73,7 +73,7 @@ class Point:
 def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
     ways = {"towards": TOWARDS, "along": ALONG, "turning": TURNING}
     points = [Point(way, height, 4.0) for way, heights in ways.items() for height in heights]
-    if scheme == "central_linear":
+    if scheme == "parabolic":
         points += [Point(way, height, 8.0) for way, height in FINE]
     return [
         Experiment(
