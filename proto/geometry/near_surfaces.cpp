@@ -16,6 +16,7 @@ Eigen::Vector3d length_of_domain_m(const FluidSetup& setup) {
 
 std::vector<double> radii_m(const std::vector<Shape>& bodies, double margin_m) {
   std::vector<double> result;
+  result.reserve(bodies.size());
   for (const Shape& shape : bodies) result.push_back(bounding_radius_m(shape) + margin_m);
   return result;
 }
