@@ -110,10 +110,15 @@ def images(distance: float, edge: float) -> float:
 
 
 def _mobility_by_images(point: Point) -> float:
-    """What the images add to U/F of each body, times 6πμ; the second term is the first one of their finite size."""
+    """What the images add to U/F of each body, times 6πμ; the second term is the first one of their finite size.
+
+    Nothing where a narrow gap keeps the bodies from following what the images' flow would do to their distance.
+    """
     own, size = images(0, point.edge), 4 / 3 * np.pi * RADIUS**2 / point.edge**3
     if point.is_capsule:
         return own + size
+    if point.kind == "approaching" and point.gap < 0.5:
+        return 0.0
     other = images((2 + point.gap) * RADIUS, point.edge)
     return own - other if point.kind == "approaching" else own + other + 2 * size
 

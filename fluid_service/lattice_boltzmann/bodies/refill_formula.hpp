@@ -50,13 +50,17 @@ struct GradRefill {
 
   static Neighbour describe(const Populations& f) {
     const NonequilibriumRefill::Neighbour all = NonequilibriumRefill::describe(f);
-    Neighbour result{all[0]};
-    for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
+    const auto even = [&](int alpha) {  // pairs first: the same for a cell and its mirror image
+      const auto place = 1 + static_cast<std::size_t>(alpha);
+      return all[place] + all[place + 1];
+    };
+    Neighbour result{all[0], even(1), even(3), even(5)};
+    for (int alpha = 7; alpha < d3q19::directions; alpha += 4) {  // the diagonals of a plane
       const auto& e = d3q19::e[alpha];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double part = all[1 + static_cast<std::size_t>(alpha)];
-        result[1 + axis] += e[axis] * e[axis] * part;
-        result[4 + axis] += e[axis] * e[(axis + 1) % 3] * part;
+        const std::size_t next = (axis + 1) % 3;
+        result[1 + axis] += e[axis] * e[axis] * (even(alpha) + even(alpha + 2));
+        if (e[axis] * e[next] != 0) result[4 + axis] = e[axis] * e[next] * (even(alpha) - even(alpha + 2));
       }
     }
     return result;

@@ -59,13 +59,13 @@ struct CellMoments {
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
 };
 
-/// For any f that is called with a direction.
+/// For any f that is called with a direction; the same for a cell and its mirror image.
 template <class Population>
 CellMoments moments(const Population& f) {
-  CellMoments result{.excess_density = excess_density(f)};
-  for (int alpha = 1; alpha < d3q19::directions; ++alpha)
-    for (int axis = 0; axis < 3; ++axis) result.momentum[axis] += d3q19::e[alpha][axis] * static_cast<double>(f(alpha));
-  return result;
+  const auto odd = [&](int alpha) { return static_cast<double>(f(alpha)) - static_cast<double>(f(alpha + 1)); };
+  return {excess_density(f),
+          {odd(1) + (odd(7) + odd(9)) + (odd(11) + odd(13)), odd(3) + (odd(7) - odd(9)) + (odd(15) + odd(17)),
+           odd(5) + (odd(11) - odd(13)) + (odd(15) - odd(17))}};
 }
 
 template <class T>

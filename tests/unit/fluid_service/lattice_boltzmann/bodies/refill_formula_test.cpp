@@ -1,5 +1,7 @@
 #include "lattice_boltzmann/bodies/refill_formula.hpp"
 
+#include <random>
+
 #include <gtest/gtest.h>
 
 namespace copepod::fluid {
@@ -50,6 +52,33 @@ TEST(GradRefill, KeepsTheStressAndDropsHigherMoments) {
   const Populations expected = sheared(1e-3, 0.0);
   const Populations filled = GradRefill::fill(GradRefill::describe(sheared(1e-3, 1e-4)), {0.03, -0.01, 0.02});
   for (std::size_t alpha = 0; alpha < expected.size(); ++alpha) EXPECT_NEAR(filled[alpha], expected[alpha], 1e-16);
+}
+
+template <class Formula>
+class EveryRefill : public testing::Test {};
+using Formulas = testing::Types<EquilibriumRefill, NonequilibriumRefill, GradRefill>;
+TYPED_TEST_SUITE(EveryRefill, Formulas);
+
+TYPED_TEST(EveryRefill, GivesTheMirrorImageOfACellToItsMirrorImage) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-0.01, 0.01);
+  for (int repeat = 0; repeat < 100; ++repeat) {
+    Populations f;
+    for (double& population : f) population = number(random);
+    const Eigen::Vector3d u(number(random), number(random), number(random));
+    const Populations filled = TypeParam::fill(TypeParam::describe(f), u);
+    for (int axis = 0; axis < 3; ++axis) {
+      Populations image;
+      for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+        image[static_cast<std::size_t>(d3q19::mirrored(alpha, axis))] = f[static_cast<std::size_t>(alpha)];
+      Eigen::Vector3d image_u = u;
+      image_u[axis] *= -1.0;
+      const Populations filled_image = TypeParam::fill(TypeParam::describe(image), image_u);
+      for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+        EXPECT_EQ(filled_image[static_cast<std::size_t>(d3q19::mirrored(alpha, axis))],
+                  filled[static_cast<std::size_t>(alpha)]);
+    }
+  }
 }
 
 }  // namespace
