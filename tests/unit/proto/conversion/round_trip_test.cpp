@@ -126,6 +126,7 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
   EXPECT_EQ(received.initial_flow.kind, sent.initial_flow.kind);
   EXPECT_EQ(received.initial_flow.velocity_m_per_s, sent.initial_flow.velocity_m_per_s);
   EXPECT_EQ(received.initial_flow.speed_m_per_s, sent.initial_flow.speed_m_per_s);
+  EXPECT_EQ(received.film_thickness_m, sent.film_thickness_m);
   EXPECT_EQ(received.collision, sent.collision);
   EXPECT_EQ(received.moving_boundary, sent.moving_boundary);
   EXPECT_EQ(received.refill, sent.refill);

@@ -58,6 +58,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.initial_flow = {InitialFlowKind::shear, {1e-3, -2e-3, 1.0 / 7}, 1.0 / 9};
   setup.collision = CollisionKind::trt;
   setup.precision = Precision::single_precision;
+  setup.film_thickness_m = 1.0 / 13;
   setup.bodies = {{ShapeKind::sphere, 4e-6, 0}, {ShapeKind::capsule, 4e-6, 8e-6}};
   setup.fields = {"/runs/a/fields", 100, 5, 50, 2};
   return setup;
