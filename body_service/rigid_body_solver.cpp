@@ -61,7 +61,7 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       integrator_(make_time_integrator(setup.integrator, equations_, setup.step_s)),
       actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
       driving_nodes_(static_cast<Eigen::Index>(integrator_->driving_nodes().size())),
-      near_pairs_(equations_.model(), setup.periodic_length_m),
+      near_pairs_(equations_.model().shapes(), 0.0, setup.periodic_length_m),
       overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_),
       state_(equations_.model().initial_state()) {
   require_positive_step(setup.step_s);

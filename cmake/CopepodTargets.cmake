@@ -40,11 +40,21 @@ function(copepod_compile_options target)
   endif()
 endfunction()
 
+# Builds with sanitizers are there for their tests only: several sources at once, since most of the time goes into the
+# headers that they share. A private name must not be used twice in a target, nor in a header that another source uses.
+function(copepod_sources_together target)
+  if(COPEPOD_SANITIZER)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+    target_compile_options(${target} PRIVATE -Wno-shadow)  # of a private name of another source
+  endif()
+endfunction()
+
 # copepod_library(name SOURCES a.cpp … LINKS target …): a static library under the rules above.
 function(copepod_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   copepod_compile_options(${name})
+  copepod_sources_together(${name})
   target_link_libraries(${name} PUBLIC ${ARG_LINKS})
 endfunction()
 
@@ -53,5 +63,6 @@ function(copepod_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   copepod_compile_options(${name})
+  copepod_sources_together(${name})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
 endfunction()

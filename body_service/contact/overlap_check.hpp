@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "contact/near_pairs.hpp"
+#include "geometry/near_pairs.hpp"
 #include "geometry/segment_distance.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"

@@ -23,6 +23,7 @@ class BodyModel {
 
   [[nodiscard]] Eigen::Index bodies() const { return inverse_mass_per_kg_.size(); }
   [[nodiscard]] const std::string& name(Eigen::Index body) const { return names_[body]; }
+  [[nodiscard]] const std::vector<Shape>& shapes() const { return shapes_; }
   [[nodiscard]] const Shape& shape(Eigen::Index body) const { return shapes_[body]; }
   [[nodiscard]] MotionKind motion(Eigen::Index body) const { return motions_[body]; }
   [[nodiscard]] Eigen::Vector3d axis(Eigen::Index body) const { return axis_.col(body); }

@@ -28,6 +28,27 @@ Eigen::Vector3d fitted_arm(const CycleSums& sums, Eigen::Index arm) {
   return {sums.first_arm_m[arm] + sums.arm_m[arm] / samples, std::hypot(a, b), std::atan2(-b, a)};
 }
 
+bool fits(const Cycle& cycle, const Group& group) {
+  const auto bodies = static_cast<Eigen::Index>(group.bodies.size());
+  return cycle.number < 0 ||
+         (cycle.displacement_m.cols() == bodies && cycle.arms.cols() == static_cast<Eigen::Index>(group.arms.size()) &&
+          cycle.max_speed_m_per_s.size() == bodies && cycle.max_speed_along_m_per_s.size() == bodies);
+}
+
+/// Whether these can be the sums before a step, the first excepted.
+bool fits(const CycleSums& sums, const Group& group, std::int64_t step) {
+  if (!fits(sums.last, group) || !fits(sums.before_last, group)) return false;
+  const std::int64_t number = group.period_steps > 0 ? (step - 1) / group.period_steps : -1;
+  if (number < group.first_cycle || number >= group.stop_cycle) return sums.number < 0;
+  const auto bodies = static_cast<Eigen::Index>(group.bodies.size());
+  const auto arms = static_cast<Eigen::Index>(group.arms.size());
+  return sums.number == number && sums.samples == step - number * group.period_steps &&
+         sums.first_position_m.cols() == bodies && sums.max_speed_m_per_s.size() == bodies &&
+         sums.max_speed_along_m_per_s.size() == bodies && sums.first_arm_m.size() == arms &&
+         sums.arm_m.size() == arms && sums.arm_cosine_m.size() == arms && sums.arm_sine_m.size() == arms &&
+         sums.power_as_in_paper_W.has_value() == static_cast<bool>(group.power_as_in_paper_W);
+}
+
 }  // namespace
 
 CycleObserver::CycleObserver(std::vector<Group> groups) : groups_(std::move(groups)), sums_(groups_.size()) {}
@@ -125,20 +146,12 @@ void CycleObserver::close(const Group& group, CycleSums& sums, const StepRecord&
   sums.samples = 0;
 }
 
-void CycleObserver::restore(const std::vector<CycleSums>& sums) {
-  bool fits = sums.size() == groups_.size();
-  for (std::size_t i = 0; fits && i < sums.size(); ++i) {
-    if (sums[i].number < 0) continue;
-    const auto bodies = static_cast<Eigen::Index>(groups_[i].bodies.size());
-    const auto arms = static_cast<Eigen::Index>(groups_[i].arms.size());
-    fits = sums[i].first_position_m.cols() == bodies && sums[i].max_speed_m_per_s.size() == bodies &&
-           sums[i].max_speed_along_m_per_s.size() == bodies && sums[i].first_arm_m.size() == arms &&
-           sums[i].arm_m.size() == arms && sums[i].arm_cosine_m.size() == arms && sums[i].arm_sine_m.size() == arms;
-  }
-  if (!fits) {
+void CycleObserver::restore(const std::vector<CycleSums>& sums, std::int64_t step) {
+  if (!std::equal(sums.begin(), sums.end(), groups_.begin(), groups_.end(),
+                  [step](const CycleSums& each, const Group& group) { return fits(each, group, step); })) {
     throw StorageError(
-        "the checkpoint has the analysis of other swimmers than the case (it is of another case). Use another run "
-        "directory.");
+        "the checkpoint has the analysis of other swimmers than the case, or of another step (it is of another case). "
+        "Use another run directory.");
   }
   sums_ = sums;
 }

@@ -41,8 +41,9 @@ class CycleObserver final : public Observer {
 
   [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
   [[nodiscard]] const std::vector<CycleSums>& sums() const { return sums_; }
-  /// @throws StorageError if the sums are not of these swimmers
-  void restore(const std::vector<CycleSums>& sums);
+  /// @param step  that comes next
+  /// @throws StorageError if the sums are not of these swimmers before that step
+  void restore(const std::vector<CycleSums>& sums, std::int64_t step);
 
  private:
   void open(const Group& group, CycleSums& sums, const StepRecord& record);

@@ -1,7 +1,6 @@
 #include "analysis/cycle_table.hpp"
 
 #include <algorithm>
-#include <functional>
 
 namespace copepod::coupler {
 namespace {
@@ -24,17 +23,6 @@ std::string header(const std::vector<Group>& groups) {
   return text;
 }
 
-/// Cycles that have ended before a step begins.
-std::int64_t cycles_before(std::int64_t step, const std::vector<Group>& groups) {
-  std::int64_t cycles = 0;
-  for (const Group& group : groups) {
-    if (group.period_steps == 0) continue;
-    const std::int64_t stop = std::min((step - 1) / group.period_steps, group.stop_cycle);
-    cycles += std::max<std::int64_t>(stop - group.first_cycle, 0);
-  }
-  return cycles;
-}
-
 void append_optional(std::string& row, const std::optional<double>& value) {
   row += ',';
   if (value) append(row, *value);
@@ -43,13 +31,8 @@ void append_optional(std::string& row, const std::optional<double>& value) {
 }  // namespace
 
 CycleTable::CycleTable(const std::string& path, const std::vector<Group>& groups, const FluidCase& fluid, double step_s,
-                       std::int64_t from_step)
-    : fluid_(fluid),
-      step_s_(step_s),
-      most_arms_(most_arms(groups)),
-      file_(path, header(groups),
-            from_step > 0 ? [left = cycles_before(from_step, groups)](std::string_view) mutable { return left-- > 0; }
-                          : std::function<bool(std::string_view)>()) {}
+                       const std::optional<TableEnd>& end)
+    : fluid_(fluid), step_s_(step_s), most_arms_(most_arms(groups)), file_(path, header(groups), end) {}
 
 void CycleTable::add(const Group& group, const Cycle& cycle) {
   const CycleFigures figures = evaluate(cycle, group, fluid_, step_s_);

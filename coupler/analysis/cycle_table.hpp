@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,13 +18,13 @@ namespace copepod::coupler {
 /// amplitude and phase of each arm, counted from 0 (empty beyond a swimmer's last).
 class CycleTable {
  public:
-  /// @param from_step  0: starts a new file; else continues the existing one with the cycles that end from this step on
+  /// @param end  where to continue the table of a run that was interrupted; absent: starts a new one
   /// @throws StorageError if the file cannot be written
   CycleTable(const std::string& path, const std::vector<Group>& groups, const FluidCase& fluid, double step_s,
-             std::int64_t from_step);
+             const std::optional<TableEnd>& end);
 
   void add(const Group& group, const Cycle& cycle);
-  void sync() { file_.sync(); }
+  TableEnd sync() { return file_.sync(); }
 
  private:
   const FluidCase& fluid_;

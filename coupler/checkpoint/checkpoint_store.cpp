@@ -43,6 +43,17 @@ CouplerState read_state(const fs::path& folder) {
   return coupler_state_from_json(nlohmann::ordered_json::parse(stream, nullptr, false));
 }
 
+/// What is wrong with a state beside its checksum: the tables of the run directory are not those that it continues, or
+/// it is of another step than its folder.
+std::string find_damage(const CouplerState& state, std::int64_t step, const fs::path& run_directory) {
+  if (state.step != step) return "its coupler.json is of step " + std::to_string(state.step);
+  for (const auto& [name, end] : state.tables) {
+    std::string damage = find_damage(run_directory / name, end);
+    if (!damage.empty()) return damage;
+  }
+  return {};
+}
+
 }  // namespace
 
 CheckpointStore::CheckpointStore(fs::path folder, std::string case_key)
@@ -115,7 +126,8 @@ FoundCheckpoint CheckpointStore::newest() const {
         found.state = read_state(folder);
         found.fluid_path = folder / "fluid.h5";
         found.body_path = folder / "body.bin";
-        return found;
+        damage = find_damage(found.state, step_of_name(folder.filename().string()), folder_.parent_path());
+        if (damage.empty()) return found;
       } catch (const StorageError& error) {
         damage = error.what();
       }

@@ -119,10 +119,13 @@ void decode(const ordered_json& json, Members& members) {
 ordered_json to_json(const CouplerState& state) {
   ordered_json swimmers = ordered_json::array();
   for (const CycleSums& sums : state.swimmers) swimmers.push_back(encoded(sums));
+  ordered_json tables = ordered_json::object();
+  for (const auto& [name, end] : state.tables) tables[name] = {{"bytes", end.bytes}, {"checksum", end.checksum}};
   return {{"step", state.step},
           {"previous_loads", encoded(state.previous_loads)},
           {"previous_kinematics", encoded(state.previous_kinematics)},
           {"swimmers", swimmers},
+          {"tables", tables},
           {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}},
           {"components", {{"fluid", state.fluid_component}, {"body", state.body_component}}}};
 }
@@ -134,11 +137,13 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
     decode(json.at("previous_loads"), state.previous_loads);
     decode(json.at("previous_kinematics"), state.previous_kinematics);
     for (const ordered_json& swimmer : json.at("swimmers")) decode(swimmer, state.swimmers.emplace_back());
+    for (const auto& [name, end] : json.at("tables").items())
+      state.tables[name] = {whole_number<std::uint64_t>(end.at("bytes")),
+                            whole_number<std::uint64_t>(end.at("checksum"))};
     const ordered_json& mean = json.at("mean");
     state.mean = {whole_number<std::int64_t>(mean.at("start")), whole_number<std::int64_t>(mean.at("every_steps"))};
-    const ordered_json components = json.value("components", ordered_json::object());  // absent in older ones
-    state.fluid_component = components.value("fluid", "");
-    state.body_component = components.value("body", "");
+    json.at("components").at("fluid").get_to(state.fluid_component);
+    json.at("components").at("body").get_to(state.body_component);
     return state;
   } catch (const ordered_json::exception& error) {
     throw StorageError(std::string("coupler.json of a checkpoint is unusable (") + error.what() +

@@ -6,10 +6,6 @@
 
 namespace copepod::coupler {
 
-/// XXH3 hash of a file's bytes (64 bits, seed 0).
-/// @throws StorageError if it cannot be read
-std::uint64_t checksum(const std::filesystem::path& file);
-
 /// Writes `folder`/manifest.json: case, step, and size and checksum of every other file below `folder`.
 /// @throws StorageError
 void write_manifest(const std::filesystem::path& folder, const std::string& case_key, std::int64_t step);

@@ -35,11 +35,8 @@ CampaignEntry read_entry(Reader entry, const fs::path& folder) {
   CampaignEntry result;
   const std::string file = entry.text("case");
   result.case_file = (folder / file).string();
-  result.name = entry.text("name", fs::path(file).stem().string());
+  result.name = entry.name("name", fs::path(file).stem().string());
   result.settings = read_settings(entry);
-  if (result.name.find('/') != std::string::npos || result.name.starts_with(".")) {
-    entry.reject("name", "is '" + result.name + "' (it names a folder). Leave out slashes and a leading dot.");
-  }
   if (std::find(own_folders.begin(), own_folders.end(), result.name) != own_folders.end()) {
     entry.reject("name", "is '" + result.name +
                              "' (the campaign keeps its own files in a folder of this name). Give "
@@ -61,7 +58,7 @@ void check_names(const std::vector<CampaignEntry>& cases, Problems& problems) {
 
 Campaign read_campaign(Reader top, const fs::path& folder) {
   Campaign result;
-  result.name = top.text("campaign");
+  result.name = top.name("campaign");
   result.jobs = top.integer("jobs", Range::positive, 0);
   for (std::size_t i = 0; i < top.size("cases"); ++i) result.cases.push_back(read_entry(top.item("cases", i), folder));
   if (result.cases.empty()) {

@@ -78,6 +78,8 @@ ServicesCase read_services(Reader services) {
   }
   result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
   result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);
+  const bool has_network = result.transport.starts_with("tcp://");  // which may be cut for a while
+  result.silence_s = services.number("silence_s", Range::positive, has_network ? 30.0 : 3.0);
   return result;
 }
 
@@ -86,7 +88,8 @@ ordered_json resolved_services(const ServicesCase& services) {
           {"body", {{"command", services.body_command}}},
           {"transport", services.transport},
           {"connect_deadline_s", services.connect_deadline_s},
-          {"progress_deadline_s", services.progress_deadline_s}};
+          {"progress_deadline_s", services.progress_deadline_s},
+          {"silence_s", services.silence_s}};
 }
 
 /// `none`, `auto` (absent), or a number.
@@ -112,7 +115,7 @@ ordered_json resolved_number_or_auto(const std::optional<double>& number) {
 LubricationCase read_lubrication(Reader lubrication, FluidCase& fluid) {
   constexpr double calibrated_cells = 1.5;  // docs/decisions/lubrication.md
   LubricationCase result;
-  result.cut_off_cells = read_number_or_auto(lubrication, "cut_off_cells", "none", "cells");
+  result.cut_off_cells = read_number_or_auto(lubrication, "cut_off_cells", "auto", "cells");
   result.roughness_m = lubrication.number("roughness_m", Range::positive, result.roughness_m);
   if (fluid.kind == FluidKind::lattice_boltzmann)
     fluid.film_thickness_m = result.cut_off_cells.value_or(calibrated_cells) * fluid.cell_size_m;
@@ -163,7 +166,7 @@ ordered_json list(const std::vector<Item>& items, ordered_json (*resolve)(const 
 
 Case read_case(Reader top) {
   Case result;
-  result.name = top.text("case");
+  result.name = top.name("case");
   result.parameter_set = top.text("parameter_set", "");
   { top.section("parameter_sets").accept_all(); }
   static_cast<void>(top.has("forces"));  // an empty list is in the resolved cases of release 1.0
@@ -310,6 +313,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly) {
   std::set<std::string> required = required_features(make_fluid_setup(the_case, assembly, ""));
   if (the_case.fluid.solver == FluidSolverChoice::external) required = without_methods(std::move(required));
+  if (!the_case.lubrication.cut_off_cells) required.erase("thin_films");  // auto: with fluids that have them
   if (the_case.output.checkpoint_every_steps > 0) required.insert("checkpoint");
   return required;
 }

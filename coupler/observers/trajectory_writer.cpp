@@ -1,8 +1,5 @@
 #include "observers/trajectory_writer.hpp"
 
-#include <charconv>
-#include <functional>
-
 namespace copepod::coupler {
 namespace {
 
@@ -14,24 +11,15 @@ constexpr const char* header =
 }  // namespace
 
 TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
-                                   std::int64_t every_steps, std::int64_t from_step, std::int64_t sample_from)
+                                   std::int64_t every_steps, std::int64_t sample_from,
+                                   const std::optional<TableEnd>& end)
     : body_names_(std::move(body_names)),
       step_s_(step_s),
       every_steps_(every_steps),
       sample_from_(sample_from),
-      file_(path, header,
-            from_step > 0 ? [this, from_step](std::string_view row) { return is_before(from_step, row); }
-                          : std::function<bool(std::string_view)>()) {
+      last_written_(end ? 0 : -1),  // that of the first step is there
+      file_(path, header, end) {
   for (std::string& name : body_names_) name = csv_field(name);
-}
-
-/// Notes the step of a row that stays, so that what is left of the table ends with a sample that was taken.
-bool TrajectoryWriter::is_before(std::int64_t step, std::string_view row) {
-  std::int64_t row_step = 0;
-  const auto parsed = std::from_chars(row.data(), row.data() + row.size(), row_step);
-  if (parsed.ec != std::errc{} || row_step >= step) return false;
-  last_written_ = row_step;
-  return true;
 }
 
 void TrajectoryWriter::observe(const StepRecord& record) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,28 +21,27 @@ namespace copepod::coupler {
 class TrajectoryWriter final : public Observer {
  public:
   /// @param every_steps  0: first and last step only
-  /// @param from_step    0: starts a new file; else continues the existing one, without its rows from this
-  ///                     step on, which a run that was interrupted may have left
   /// @param sample_from  no samples before this step, except that of the first step
+  /// @param end          where to continue the file of a run that was interrupted; absent: starts a new one
   /// @throws StorageError if the file cannot be written
   TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
-                   std::int64_t every_steps, std::int64_t from_step = 0, std::int64_t sample_from = 0);
+                   std::int64_t every_steps, std::int64_t sample_from = 0, const std::optional<TableEnd>& end = {});
 
   void observe(const StepRecord& record) override;
   void finish(const StepRecord& last) override;
 
   /// Hands every row so far to the operating system and the disk.
-  void sync() { file_.sync(); }
+  /// @return where the table ends now
+  TableEnd sync() { return file_.sync(); }
 
  private:
   void add_rows(const StepRecord& record);
-  bool is_before(std::int64_t step, std::string_view row);
 
   std::vector<std::string> body_names_;
   double step_s_;
   std::int64_t every_steps_;
   std::int64_t sample_from_;
-  std::int64_t last_written_ = -1;
+  std::int64_t last_written_;  ///< −1: no row yet
   std::string row_;
   CsvFile file_;
 };

@@ -83,13 +83,17 @@ Handshake::Handshake(transport::Router& router, Parties& parties, std::string se
       session_id_(random_number()),
       epoch_(microseconds_since_1970()) {}
 
-void Handshake::handle(const transport::Frame& frame, double now_s) {
+std::string Handshake::handle(const transport::Frame& frame, double now_s) {
   const std::optional<Hello> hello = read_hello(decoder_, frame);
-  if (!hello) return;
+  if (!hello) return "A message was ignored (its sender is unknown, and it is not a Hello).";
   const auto verdict = judge_hello(*hello, {{}, session_token_, is_role_taken(*hello), frame.identity});
-  if (verdict.accepted()) return admit(*hello, frame.peer, *verdict.minor, now_s);
+  if (verdict.accepted()) {
+    admit(*hello, frame.peer, *verdict.minor, now_s);
+    return {};
+  }
   refuse(frame.peer, verdict.reason);
   if (!verdict.is_stranger && hello->lane == Lane::data) throw Refused(verdict.reason);
+  return verdict.reason;
 }
 
 /// Both lanes of a component carry the same instance number; a lane with another number belongs to

@@ -68,10 +68,10 @@ class Handshake {
 
   /// A message from a peer that is not a component yet, or a repeated Hello.
   /// Anything but a well-formed Hello is ignored: a tcp port is open to any sender.
-  /// @throws Refused if a component with our token cannot take part, once it has asked on its data lane,
-  /// where it
-  ///         reads our Refusal
-  void handle(const transport::Frame& frame, double now_s);
+  /// @return why a stranger was refused; empty if none was
+  /// @throws Refused if a component with our token cannot take part, once it has asked on its data lane, where it reads
+  ///         our Refusal
+  std::string handle(const transport::Frame& frame, double now_s);
 
  private:
   void admit(const session::Hello& hello, const std::string& peer, std::uint32_t minor, double now_s);

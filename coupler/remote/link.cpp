@@ -1,10 +1,13 @@
 #include "remote/link.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <future>
 #include <optional>
 #include <stdexcept>
+
+#include <spdlog/spdlog.h>
 
 #include "recording/recording_router.hpp"
 #include "session/handshake.hpp"
@@ -138,6 +141,7 @@ void Link::attend() {
     handle(frame_);
     return;
   }
+  for (std::string text = router_->next_remark(); !text.empty(); text = router_->next_remark()) log_remark(text);
   for (Party& party : parties_) {
     if (party.is_complete() && !party.is_finished()) look_after(party);
   }
@@ -163,7 +167,7 @@ void Link::handle(const transport::Frame& frame) {
       require_entitlement(*party, frame);
       handle_control(*party, frame);
     } else {
-      handshake_.handle(frame, now_s());
+      shake_hands(frame);
     }
   } catch (const conversion::DamagedMessage&) {
     ++damaged_;
@@ -173,9 +177,22 @@ void Link::handle(const transport::Frame& frame) {
   }
 }
 
+void Link::shake_hands(const transport::Frame& frame) {
+  if (const std::string refused = handshake_.handle(frame, now_s()); !refused.empty()) log_remark(refused);
+}
+
+/// Strangers may come in any number: from some on only a few of them are mentioned.
+void Link::log_remark(std::string text) {
+  constexpr std::uint64_t all_of_them = 16;
+  if (++remarks_ > all_of_them && !std::has_single_bit(remarks_)) return;
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  std::replace_if(text.begin(), text.end(), is_control, '?');  // it may hold a stranger's words
+  spdlog::warn("{} [{}]", text, remarks_);
+}
+
 void Link::handle_data(Party& party, const transport::Frame& frame) {
   const MessageKind kind = party.decoder.parse(frame.bytes());
-  if (kind == MessageKind::hello) return handshake_.handle(frame, now_s());
+  if (kind == MessageKind::hello) return shake_hands(frame);
   const Heard heard = hear(party.session, kind, party.decoder.header());
   if (heard.kind == Heard::Kind::refuse) throw conversion::MalformedMessage(heard.problem);
   party.session = heard.session;
@@ -187,13 +204,13 @@ void Link::handle_data(Party& party, const transport::Frame& frame) {
 
 void Link::handle_control(Party& party, const transport::Frame& frame) {
   const MessageKind kind = control_decoder_.parse(frame.bytes());
-  if (kind == MessageKind::hello) return handshake_.handle(frame, now_s());
+  if (kind == MessageKind::hello) return shake_hands(frame);
   const session::Header& header = control_decoder_.header();
   const bool ours = header.session_id == party.session.session_id && header.epoch == party.session.epoch;
   if (kind != MessageKind::pong || !ours) return;
   session::Pong pong;
   control_decoder_.read(pong);
-  party.liveness = on_pong(party.liveness, pong, now_s());
+  party.liveness = on_pong(party.liveness, pong, patience_, now_s());
   send_again_if_lost(party);
 }
 

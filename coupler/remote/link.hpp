@@ -90,6 +90,8 @@ class Link {
   void send_request(Party& party);
   [[nodiscard]] transport::Duration time_to_next_ping(double now_s) const;
   void handle(const transport::Frame& frame);
+  void shake_hands(const transport::Frame& frame);
+  void log_remark(std::string text);
   void handle_data(Party& party, const transport::Frame& frame);
   void handle_control(Party& party, const transport::Frame& frame);
   void ping(Party& party);
@@ -108,8 +110,9 @@ class Link {
   transport::Frame frame_;
   conversion::Encoder control_encoder_;
   conversion::Decoder control_decoder_;
-  std::int64_t step_ = -1;    ///< of the newest request
-  std::int64_t damaged_ = 0;  ///< messages whose checksum did not fit
+  std::int64_t step_ = -1;     ///< of the newest request
+  std::int64_t damaged_ = 0;   ///< messages whose checksum did not fit
+  std::uint64_t remarks_ = 0;  ///< about strangers
 };
 
 }  // namespace copepod::coupler

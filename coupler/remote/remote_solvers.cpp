@@ -87,6 +87,7 @@ RemoteComponents::RemoteComponents(const Options& options, const ServicesCase& s
                                    const std::atomic<int>& stop_signal) {
   settings_.connect_deadline_s = services.connect_deadline_s;
   settings_.progress_deadline_s = services.progress_deadline_s;
+  settings_.silence_s = services.silence_s;
   settings_.endpoint = options.endpoint;
   settings_.session = options.session;
   settings_.key_file = options.key_file;

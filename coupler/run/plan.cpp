@@ -125,7 +125,8 @@ ordered_json make_plan(const LoadedCase& loaded) {
       {"body",
        {{"solver", name_of(body_solver_names, the_case.body.solver)},
         {"command", command(the_case.services.body_command)}}},
-      {"transport", the_case.services.transport}};
+      {"transport", the_case.services.transport},
+      {"silence_s", the_case.services.silence_s}};
   plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},
                       {"body", with_accepted(required_of_body(the_case, make_body_setup(the_case, loaded.assembly)))}};
   plan["setups"] = {{"fluid", in_hex(make_fluid_setup(the_case, loaded.assembly, ""))},

@@ -104,6 +104,12 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   events_.phase("configuring");
   const std::int64_t first = first_step(checkpoint);
   FluidSetup fluid = make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string());
+  const Capabilities& capabilities = components_.fluid_capabilities();
+  if (fluid.film_thickness_m > 0.0 && !capabilities.features.contains("thin_films")) {
+    fluid.film_thickness_m = 0.0;
+    notice(capabilities.name + " " + capabilities.version +
+           " does not leave thin films out of its loads (thin_films): the coupler adds no lubrication.");
+  }
   if (loaded_.content.output.trace) {
     body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
     recording::open_timeline(timeline_, fluid.trace_directory, "coupler", 0);
@@ -134,13 +140,13 @@ void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundChe
   using Clock = std::chrono::steady_clock;
   const Case& the_case = loaded_.content;
   const DrivingProtocol driving(loaded_.assembly.drive);
-  RunObservers observers(loaded_, directory_, events_, first_step(checkpoint), step_);
+  RunObservers observers(loaded_, directory_, events_, checkpoint ? &checkpoint->state : nullptr, step_);
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
   SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_,
                         virtual_mass_, lubrication_);
   if (checkpoint) {
-    scheme.restore(checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
-    observers.cycles().restore(checkpoint->state.swimmers);
+    scheme.restore(checkpoint->state.step, checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
+    observers.cycles().restore(checkpoint->state.swimmers, checkpoint->state.step);
   }
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");

@@ -17,18 +17,27 @@ bool have_cycles(const std::vector<Group>& groups) {
   return std::any_of(groups.begin(), groups.end(), [](const Group& group) { return group.period_steps > 0; });
 }
 
+/// Where to continue a table; one that the checkpoint lacks cannot be continued: this end fits no file.
+std::optional<TableEnd> end_of(const std::filesystem::path& table, const CouplerState* resumed) {
+  if (resumed == nullptr) return std::nullopt;
+  const auto found = resumed->tables.find(table.filename().string());
+  return found == resumed->tables.end() ? TableEnd{} : found->second;
+}
+
 }  // namespace
 
 RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
-                           std::int64_t first_step, std::int64_t& step)
-    : keeper_(step),
+                           const CouplerState* resumed, std::int64_t& step)
+    : directory_(directory),
+      keeper_(step),
       trajectory_(directory.trajectory().string(), body_names(loaded.assembly), loaded.content.step_s,
-                  loaded.content.output.trajectory_every_steps, first_step, loaded.content.output.trajectory_from_step),
+                  loaded.content.output.trajectory_every_steps, loaded.content.output.trajectory_from_step,
+                  end_of(directory.trajectory(), resumed)),
       progress_(events, loaded.content.steps),
       cycles_(groups_of(loaded.content, loaded.assembly)) {
   if (have_cycles(cycles_.groups())) {
     cycle_table_.emplace(directory.cycles().string(), cycles_.groups(), loaded.content.fluid, loaded.content.step_s,
-                         first_step);
+                         end_of(directory.cycles(), resumed));
     cycles_.write_to(*cycle_table_);
   }
   all_.add(keeper_);
@@ -37,9 +46,10 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
   all_.add(progress_);
 }
 
-void RunObservers::sync_files() {
-  trajectory_.sync();
-  if (cycle_table_) cycle_table_->sync();
+TableEnds RunObservers::sync_files() {
+  TableEnds ends{{directory_.trajectory().filename().string(), trajectory_.sync()}};
+  if (cycle_table_) ends[directory_.cycles().filename().string()] = cycle_table_->sync();
+  return ends;
 }
 
 }  // namespace copepod::coupler

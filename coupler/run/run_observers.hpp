@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/cycle_observer.hpp"
+#include "checkpoint/coupler_state.hpp"
 #include "config/load_case.hpp"
 #include "observers/events.hpp"
 #include "observers/observer.hpp"
@@ -30,18 +31,22 @@ class StepKeeper final : public Observer {
 class RunObservers {
  public:
   /// References must outlive this object.
-  /// @param first_step  0, or that of the checkpoint which is resumed
-  /// @param step        receives the step that is being computed
-  RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events, std::int64_t first_step,
+  /// @param resumed  the checkpoint that the run continues from; null: it starts
+  /// @param step     receives the step that is being computed
+  /// @throws StorageError if files cannot be written, or are not what the checkpoint needs
+  RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events, const CouplerState* resumed,
                std::int64_t& step);
 
   Observer& all() { return all_; }
 
   [[nodiscard]] CycleObserver& cycles() { return cycles_; }
 
-  void sync_files();
+  /// Brings all rows so far to the disk.
+  /// @return where the tables end now
+  TableEnds sync_files();
 
  private:
+  const RunDirectory& directory_;
   StepKeeper keeper_;
   TrajectoryWriter trajectory_;
   Progress progress_;

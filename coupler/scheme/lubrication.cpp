@@ -40,8 +40,9 @@ Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, doubl
 
 const Loads* Lubrication::loads(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {
   if (!surfaces_) return nullptr;
-  predict(kinematics, applied, drive);
   find_films(kinematics);
+  if (films_.empty()) return nullptr;
+  predict(kinematics, applied, drive);
   solve();
   loads_.step = kinematics.step;
   add_up();
@@ -67,22 +68,6 @@ Lubrication::Matrix6 Lubrication::inverse_inertia(std::size_t body, const Kinema
   return result;
 }
 
-/// Motion at the end of the step without films.
-void Lubrication::predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {
-  for (std::size_t body = 0; body < motion_.size(); ++body) {
-    const auto column = static_cast<Eigen::Index>(body);
-    const BodySpecification& specification = bodies_.bodies[body];
-    const double displaced_kg = bodies_.fluid_density_kg_per_m3 * volume_m3(specification.shape);
-    Vector6 load;
-    load << applied.force_N.col(column) + drive.force_N.col(column) +
-                (specification.mass_kg - displaced_kg) * bodies_.gravity_m_per_s2,
-        applied.torque_N_m.col(column) + drive.torque_N_m.col(column);
-    response_[body] = fluid_.step_s * inverse_inertia(body, kinematics);
-    motion_[body] << kinematics.velocity_m_per_s.col(column), kinematics.angular_velocity_rad_per_s.col(column);
-    motion_[body] += response_[body] * load;
-  }
-}
-
 void Lubrication::find_films(const Kinematics& kinematics) {
   const FilmRange range(fluid_);
   const double viscosity_Pa_s = fluid_.density_kg_per_m3 * fluid_.kinematic_viscosity_m2_per_s;
@@ -90,36 +75,57 @@ void Lubrication::find_films(const Kinematics& kinematics) {
   surfaces_->find(kinematics);
   for (std::size_t body = 0; body < motion_.size(); ++body) {
     const Shape& shape = fluid_.bodies[body];
-    const Eigen::Vector3d axis = z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
-    const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
     for (const NearSurface& surface : surfaces_->of_body(body)) {
       if (surface.is_body() && !surface.is_mirrored() && surface.other < static_cast<int>(body)) continue;  // done
+      const Eigen::Vector3d axis = z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
+      const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
       find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, roughness_m_, contacts_);
-      if (!contacts_.empty()) add_film(body, surface);
+      if (!contacts_.empty()) add_film(static_cast<int>(body), surface);
     }
   }
 }
 
-void Lubrication::add_film(std::size_t body, const NearSurface& surface) {
+void Lubrication::add_film(int body, const NearSurface& surface) {
   Film& film = films_.emplace_back();
-  film.body = static_cast<int>(body);
+  film.body = body;
   film.other = surface.other;
   film.image = surface.is_mirrored();
-  Matrix6 resistance = Matrix6::Zero();
-  for (const FilmContact& contact : contacts_) resistance += contact.resistance();
-  film.response = response_[body];
+  for (const FilmContact& contact : contacts_) film.resistance += contact.resistance();
   if (surface.is_body()) {
     film.to_other = moved_to(-surface.core.centre_W_m) * mirroring(surface.mirrored);
-    const Matrix6& other = response_[static_cast<std::size_t>(surface.other)];
-    if (!film.image)
-      film.response += film.to_other * other * film.to_other.transpose();
-    else if (film.other == film.body)
-      film.response -= film.to_other * other;
   } else {
     const Boundary& wall = fluid_.boundaries[static_cast<std::size_t>(surface.face)];
     if (wall.kind == BoundaryKind::velocity) film.wall.head<3>() = wall.velocity_m_per_s;
   }
-  film.answer = (Matrix6::Identity() + resistance * film.response).partialPivLu().solve(resistance);
+}
+
+/// Of bodies beside films: how they respond to a load, and their motion at the end of the step without films.
+void Lubrication::predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {
+  const auto predict_body = [&](int number) {
+    const auto body = static_cast<std::size_t>(number);
+    const BodySpecification& specification = bodies_.bodies[body];
+    const double displaced_kg = bodies_.fluid_density_kg_per_m3 * volume_m3(specification.shape);
+    Vector6 load;
+    load << applied.force_N.col(number) + drive.force_N.col(number) +
+                (specification.mass_kg - displaced_kg) * bodies_.gravity_m_per_s2,
+        applied.torque_N_m.col(number) + drive.torque_N_m.col(number);
+    response_[body] = fluid_.step_s * inverse_inertia(body, kinematics);
+    motion_[body] << kinematics.velocity_m_per_s.col(number), kinematics.angular_velocity_rad_per_s.col(number);
+    motion_[body] += response_[body] * load;
+  };
+  for (Film& film : films_) {
+    predict_body(film.body);
+    film.response = response_[static_cast<std::size_t>(film.body)];
+    if (film.other >= 0) {
+      predict_body(film.other);
+      const Matrix6& other = response_[static_cast<std::size_t>(film.other)];
+      if (!film.image)
+        film.response += film.to_other * other * film.to_other.transpose();
+      else if (film.other == film.body)
+        film.response -= film.to_other * other;
+    }
+    film.answer = (Matrix6::Identity() + film.resistance * film.response).partialPivLu().solve(film.resistance);
+  }
 }
 
 void Lubrication::solve() {

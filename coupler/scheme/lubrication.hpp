@@ -33,7 +33,7 @@ class Lubrication {
   /// @param roughness_m  films do not get thinner
   Lubrication(const FluidSetup& fluid, const BodySetup& bodies, double roughness_m);
 
-  /// Loads of all films on the bodies; nullptr if there are no films.
+  /// Loads of all films on the bodies; nullptr where there are none.
   /// @param applied, drive  all other loads but weight and those that act between bodies
   const Loads* loads(const Kinematics& kinematics, const Loads& applied, const Loads& drive);
 
@@ -44,19 +44,20 @@ class Lubrication {
   /// Between a body and another one, or the image of one, or a wall; all about the centre of the first body.
   struct Film {
     int body = 0;
-    int other = -1;                      ///< −1: a wall
-    bool image = false;                  ///< of `other`, whose own film with the image of `body` gives it its load
-    Vector6 wall = Vector6::Zero();      ///< velocity of the wall
-    Matrix6 to_other = Matrix6::Zero();  ///< motion of the surface by that of the other body
-    Matrix6 response = Matrix6::Zero();  ///< change of the relative motion by a load, Δt M⁻¹ of both bodies
-    Matrix6 answer = Matrix6::Zero();    ///< (1 + K Δt M⁻¹)⁻¹ K
+    int other = -1;                        ///< −1: a wall
+    bool image = false;                    ///< of `other`, whose own film with the image of `body` gives it its load
+    Vector6 wall = Vector6::Zero();        ///< velocity of the wall
+    Matrix6 to_other = Matrix6::Zero();    ///< motion of the surface by that of the other body
+    Matrix6 resistance = Matrix6::Zero();  ///< K
+    Matrix6 response = Matrix6::Zero();    ///< change of the relative motion by a load, Δt M⁻¹ of both bodies
+    Matrix6 answer = Matrix6::Zero();      ///< (1 + K Δt M⁻¹)⁻¹ K
     Vector6 load = Vector6::Zero();
   };
 
   [[nodiscard]] Matrix6 inverse_inertia(std::size_t body, const Kinematics& kinematics) const;
-  void predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive);
   void find_films(const Kinematics& kinematics);
-  void add_film(std::size_t body, const NearSurface& surface);
+  void add_film(int body, const NearSurface& surface);
+  void predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive);
   void solve();
   void add_up();
 

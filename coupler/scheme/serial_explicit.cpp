@@ -1,8 +1,23 @@
 #include "scheme/serial_explicit.hpp"
 
+#include <string>
 #include <utility>
 
+#include "contract/errors.hpp"
+
 namespace copepod::coupler {
+namespace {
+
+bool has_bodies(const Loads& loads, Eigen::Index bodies) {
+  return loads.force_N.cols() == bodies && loads.torque_N_m.cols() == bodies;
+}
+
+bool has_bodies(const Kinematics& kinematics, Eigen::Index bodies) {
+  return kinematics.position_m.cols() == bodies && kinematics.orientation_wxyz.cols() == bodies &&
+         kinematics.velocity_m_per_s.cols() == bodies && kinematics.angular_velocity_rad_per_s.cols() == bodies;
+}
+
+}  // namespace
 
 void LoadAverage::apply(const Loads& raw, Loads& applied) {
   if (kind_ == LoadAveraging::none) {
@@ -54,7 +69,18 @@ void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_
   }
 }
 
-void SerialExplicit::restore(const Loads& previous_loads, const Kinematics& previous_kinematics) {
+void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, const Kinematics& previous_kinematics) {
+  const auto require = [](bool fits, const char* what) {
+    if (!fits) throw StorageError(std::string("the checkpoint cannot be resumed (") + what + "). Use another one.");
+  };
+  const auto is_before = [&](const auto& previous, bool is_needed) {
+    const Eigen::Index bodies = is_needed ? kinematics_.bodies() : 0;
+    return has_bodies(previous, bodies) && (bodies == 0 || previous.step == step_ - 1);
+  };
+  require(step == step_, "its bodies are at another step than the coupler");
+  require(is_before(previous_loads, averaging_.averages()), "its loads are not those of all bodies in the step before");
+  require(is_before(previous_kinematics, virtual_mass_.is_used()),
+          "its kinematics are not those of all bodies in the step before");
   averaging_.restore(previous_loads);
   virtual_mass_.restore(previous_kinematics);
 }

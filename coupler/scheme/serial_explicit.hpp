@@ -32,6 +32,8 @@ class LoadAverage {
   /// @param applied  overwritten with the loads to apply in step n
   void apply(const Loads& raw, Loads& applied);
 
+  [[nodiscard]] bool averages() const { return kind_ != LoadAveraging::none; }
+
   /// Raw loads of the step before, all that is needed to continue bit for bit; empty before the first step.
   [[nodiscard]] const Loads& previous() const { return previous_; }
   void restore(const Loads& previous) { previous_ = previous; }
@@ -62,7 +64,9 @@ class SerialExplicit {
   /// there is to save.
   [[nodiscard]] const Loads& previous_loads() const { return averaging_.previous(); }
   [[nodiscard]] const Kinematics& previous_kinematics() const { return virtual_mass_.previous(); }
-  void restore(const Loads& previous_loads, const Kinematics& previous_kinematics);
+  /// @param step  to which the solvers have been restored
+  /// @throws StorageError if the parts do not belong together
+  void restore(std::int64_t step, const Loads& previous_loads, const Kinematics& previous_kinematics);
 
   /// Hands the final state to the observer.
   void finish();

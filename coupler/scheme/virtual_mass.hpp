@@ -38,6 +38,9 @@ class VirtualMass {
   /// @param loads       of that step
   void add_to(Loads& loads, const Kinematics& kinematics);
 
+  /// Whether any body has one.
+  [[nodiscard]] bool is_used() const { return !additions_.empty(); }
+
   /// Kinematics of the step before, all that is needed to continue bit for bit; no bodies: none yet, or none needed.
   [[nodiscard]] const Kinematics& previous() const { return previous_; }
   void restore(const Kinematics& previous) { previous_ = previous; }

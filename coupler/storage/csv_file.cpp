@@ -1,10 +1,8 @@
 #include "storage/csv_file.hpp"
 
 #include <cerrno>
-#include <cstdint>
 #include <cstring>
 #include <fcntl.h>
-#include <fstream>
 #include <unistd.h>
 
 #include "contract/errors.hpp"
@@ -18,34 +16,45 @@ std::string csv_field(const std::string& name) {
   return field + "\"";
 }
 
-CsvFile::CsvFile(const std::string& path, const std::string& header,
-                 const std::function<bool(std::string_view row)>& keep)
+std::string find_damage(const std::string& path, const TableEnd& end) {
+  try {
+    return checksum_of_start(path, end.bytes).value() == end.checksum ? "" : path + " has changed";
+  } catch (const StorageError&) {
+    return path + " lacks rows that it had";
+  }
+}
+
+namespace {
+
+/// Checksum of what a table still holds up to `end`.
+Checksum intact_start(const std::string& path, const TableEnd& end) {
+  if (const std::string damage = find_damage(path, end); !damage.empty())
+    throw StorageError(damage + " (the run cannot continue it). Restore the file, or start a new run.");
+  return checksum_of_start(path, end.bytes);
+}
+
+}  // namespace
+
+CsvFile::CsvFile(const std::string& path, const std::string& header, const std::optional<TableEnd>& end)
     : path_(path),
-      header_(header),
+      checksum_(end ? intact_start(path, *end) : Checksum()),
       file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {
     throw StorageError(path + " cannot be written (" + std::strerror(errno) + "). Choose another --out folder.");
   }
-  keep_rows(keep);
+  if (!end) buffer_ = header + '\n';
+  cut_at(end ? end->bytes : 0);
   flush();
 }
 
-void CsvFile::keep_rows(const std::function<bool(std::string_view)>& keep) {
-  std::ifstream stream(path_, std::ios::binary);
-  std::string line;
-  std::int64_t kept = 0;
-  if (keep && std::getline(stream, line) && line == header_) {
-    kept = static_cast<std::int64_t>(line.size()) + 1;
-    while (std::getline(stream, line) && !stream.eof() && keep(line))
-      kept += static_cast<std::int64_t>(line.size()) + 1;
-  } else {
-    buffer_ = header_ + '\n';
-  }
-  if (::ftruncate(file_, kept) != 0 || ::lseek(file_, kept, SEEK_SET) != kept) {
+void CsvFile::cut_at(std::uint64_t bytes) {
+  const auto size = static_cast<off_t>(bytes);
+  if (::ftruncate(file_, size) != 0 || ::lseek(file_, size, SEEK_SET) != size) {
     const std::string reason = std::strerror(errno);
-    if (kept > 0) throw StorageError(path_ + " cannot be shortened (" + reason + "). Check its permissions.");
+    if (bytes > 0) throw StorageError(path_ + " cannot be shortened (" + reason + "). Check its permissions.");
   }
+  bytes_ = bytes;
 }
 
 CsvFile::~CsvFile() {
@@ -75,13 +84,16 @@ void CsvFile::flush() {
     }
     written += static_cast<std::size_t>(count);
   }
+  checksum_.add(buffer_);
+  bytes_ += buffer_.size();
   buffer_.clear();
   flushed_ = std::chrono::steady_clock::now();
 }
 
-void CsvFile::sync() {
+TableEnd CsvFile::sync() {
   flush();
   ::fsync(file_);
+  return {bytes_, checksum_.value()};
 }
 
 }  // namespace copepod::coupler

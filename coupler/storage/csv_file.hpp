@@ -3,23 +3,40 @@
 #include <array>
 #include <charconv>
 #include <chrono>
-#include <functional>
+#include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include <Eigen/Core>
 
+#include "storage/checksum.hpp"
+
 namespace copepod::coupler {
+
+/// Where a table ended at some time, and the checksum of what it held until there.
+struct TableEnd {
+  std::uint64_t bytes = 0;
+  std::uint64_t checksum = 0;
+
+  bool operator==(const TableEnd&) const = default;
+};
+
+using TableEnds = std::map<std::string, TableEnd>;  ///< by name of the file
+
+/// What is wrong with a table that is to be continued from `end`; empty if nothing is.
+std::string find_damage(const std::string& path, const TableEnd& end);
 
 /// A table of a run directory that grows row by row. Only whole lines reach the file, so a run that crashes leaves a
 /// readable one.
 class CsvFile {
  public:
-  /// @param header  first line, without its end
-  /// @param keep    of an existing table with this header, asked for each row in order: whether it stays. The file is
-  ///                cut after the last one that does; absent: a new file is started
-  /// @throws StorageError if the file cannot be written
-  CsvFile(const std::string& path, const std::string& header, const std::function<bool(std::string_view row)>& keep);
+  /// @param header  first line of a new file, without its end
+  /// @param end     where to continue an existing one, without what a run that was interrupted wrote behind it; absent:
+  ///                a new file is started
+  /// @throws StorageError if the file cannot be written, or is not what it was up to `end`
+  CsvFile(const std::string& path, const std::string& header, const std::optional<TableEnd>& end);
   CsvFile(const CsvFile&) = delete;
   CsvFile& operator=(const CsvFile&) = delete;
   ~CsvFile();
@@ -31,13 +48,15 @@ class CsvFile {
   /// @throws StorageError if the disk does not take them
   void flush();
   /// The same, and waits for the disk.
-  void sync();
+  /// @return where the table ends now
+  TableEnd sync();
 
  private:
-  void keep_rows(const std::function<bool(std::string_view)>& keep);
+  void cut_at(std::uint64_t bytes);
 
   std::string path_;
-  std::string header_;
+  std::uint64_t bytes_ = 0;  ///< in the file
+  Checksum checksum_;        ///< of them
   int file_ = -1;
   std::string buffer_;
   std::chrono::steady_clock::time_point flushed_;

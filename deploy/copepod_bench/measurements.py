@@ -124,7 +124,10 @@ def case_text(domain: Sequence[int], beads: int, ranks: int, steps: int, symmetr
                 "relaxation_time": 2.0 / 3.0,
                 "domain_cells": list(domain),
                 "symmetry_planes": list(symmetry_planes),
+                "moving_boundary": "bounce_back",  # as in docs/results/performance.md
+                "refill": "equilibrium",
             },
+            "lubrication": {"cut_off_cells": "none"},
             "bodies": bodies,
             "run": {"steps": steps},
             "output": {"trajectory": {"every_steps": steps}},

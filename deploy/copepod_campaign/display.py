@@ -8,7 +8,7 @@ from typing import TextIO
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.pool import Pool
 from copepod_run.progress import clock_text, redraws, width_of
-from copepod_run.messages import elapsed_text, write
+from copepod_run.messages import elapsed_text, redraw, write
 
 _LINE_EVERY_S = 60.0
 
@@ -63,14 +63,14 @@ class TerminalDisplay(PlainDisplay):
     """One line, redrawn in place; what starts and ends stands above it."""
 
     def notice(self, text: str) -> None:
-        write(self._stream, f"\r\033[Kcopepod: {text}\n")
+        redraw(self._stream, f"copepod: {text}", "\n")
 
     def draw(self) -> None:
         text = f"copepod: {self.line()}"
-        write(self._stream, f"\r{text[:width_of(self._stream)]}\033[K")
+        redraw(self._stream, text[: width_of(self._stream)])
 
     def close(self) -> None:
-        write(self._stream, "\r\033[K")
+        redraw(self._stream, "")
 
 
 def _wall_text(entry: Entry) -> str:

@@ -5,7 +5,10 @@ import sys
 
 try:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # blocked by deploy/copepod so far
-    from copepod_command.main import main  # late, so that Ctrl-C during the imports is handled
+    from copepod_run.messages import open_outputs  # late, so that Ctrl-C during the imports is handled
+
+    open_outputs()
+    from copepod_command.main import main
 
     code = main(sys.argv[1:])
 except KeyboardInterrupt:

@@ -1,8 +1,10 @@
 """`copepod check`: everything about a case that can be known before it runs."""
 
 import os
+import shlex
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import replace
 
 from copepod_run import build, components, estimate
 from copepod_run.errors import ExitCode, Stop
@@ -14,7 +16,10 @@ from copepod_run.plan import Plan, request_plan
 def check(options: Namespace) -> int:
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
     build.ensure_programs()
-    plan = components.settled(request_plan(options), options)
+    plan = request_plan(options)
+    if not options.start_components:
+        plan = replace(plan, unasked=_named_by_case(plan, options))
+    plan = components.settled(plan, options)
     problems = components.problems_of_components(plan)
     memory: list[Memory] = []
     try:
@@ -29,12 +34,25 @@ def check(options: Namespace) -> int:
         print(f"  {name:<{width}}{value}")
     for warning in [*plan.warnings, *estimate.warnings(memory), *_rank_warnings(plan)]:
         print(warning)
+    for role in sorted(plan.unasked):
+        command = shlex.join(plan.command_of(role) or [])
+        print(
+            f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
+            f"{command}). Use --start-components if you trust the case."
+        )
     for problem in problems:
         print(f"error: {problem}")
     if problems:
         raise Stop(ExitCode.BAD_CASE)
     print("ok")
     return ExitCode.FINISHED
+
+
+def _named_by_case(plan: Plan, options: Namespace) -> frozenset[str]:
+    """Roles of components whose commands the case has brought along, and not the user."""
+    return frozenset(
+        role for role in ("fluid", "body") if plan.command_of(role) is not None and getattr(options, role) is None
+    )
 
 
 def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> list[tuple[str, str]]:

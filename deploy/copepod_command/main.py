@@ -131,9 +131,15 @@ def _add_check(commands: _Commands) -> None:
         "check",
         help="validate a case without running it",
         epilog=_EXIT_CODES,
-        description="Checks a case and prints its key figures, estimates and warnings.",
+        description="Checks a case and prints its key figures, estimates and warnings. Nothing that the case names is "
+        "started.",
     )
     _add_case(parser)
+    parser.add_argument(
+        "--start-components",
+        action="store_true",
+        help="ask the components that the case names what they can do and need, which starts their commands",
+    )
     parser.set_defaults(action="copepod_command.check:check")
 
 

@@ -1,9 +1,10 @@
 """`copepod report`: tables and plots of run directories."""
 
 from argparse import Namespace
+from pathlib import Path
 
 from copepod_run import build
-from copepod_run.errors import ExitCode
+from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import plan_of
 
 
@@ -15,6 +16,10 @@ def report(options: Namespace) -> int:
     from copepod_report.report import write_report
 
     out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
+    if not options.out and Path(out).is_symlink():
+        raise Stop(
+            ExitCode.STORAGE_FAILED, f"{out} leads elsewhere (it is a symbolic link). Name the folder with --out."
+        )
     # The coupler is the only parser of cases.
     print(write_report(options.directories, out, lambda path: plan_of(path).case, PaperAdditions()))
     return ExitCode.FINISHED

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from copepod_report import comparison, cycles, flow, motion_plots, page
-from copepod_report.run_record import ReadCase, RunRecord, SwimmerRecord, collect, name_apart
+from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart, read_file
 from copepod_report.style import DARK, LIGHT, Theme, png_of
 from copepod_run.destinations import make_folder
+from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import MOST_TABLES
 
 
@@ -26,8 +27,16 @@ class Canvas:
             if drawn is None:
                 return []
             pictures[theme.name] = png_of(drawn)
-        (self.folder / f"{name}.png").write_bytes(pictures["light"])
+        self.write(f"{name}.png", pictures["light"])
         return [page.figure(pictures, caption, wide)]
+
+    def write(self, name: str, content: bytes) -> Path:
+        """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere."""
+        path = self.folder / re.sub(r"[^\w.+=-]+", "_", name)
+        path.unlink(missing_ok=True)
+        with open(path, "xb") as file:
+            file.write(content)
+        return path
 
 
 class Additions:
@@ -48,8 +57,19 @@ class Additions:
 def write_report(directories: Sequence[str], out: str, read_case: ReadCase, additions: Additions) -> Path:
     """Writes the report of the runs into the folder `out`; returns the path of the page.
 
-    Raises Stop(2) for folders without a run.
+    Raises Stop(2) for folders without a run, Stop(73) for damaged ones.
     """
+    try:
+        return _write_report(directories, out, read_case, additions)
+    except DAMAGE as problem:
+        raise Stop(
+            ExitCode.STORAGE_FAILED,
+            f"{_names(directories)} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). "
+            "Run the case again.",
+        ) from None
+
+
+def _write_report(directories: Sequence[str], out: str, read_case: ReadCase, additions: Additions) -> Path:
     collected = [run for directory in directories for run in collect(directory, read_case)]
     name_apart(collected)
     canvas = Canvas(Path(out))
@@ -66,15 +86,17 @@ def write_report(directories: Sequence[str], out: str, read_case: ReadCase, addi
     for run, anchor in zip(runs, anchors):
         figures = _figures_of(run, canvas, anchor, additions)
         sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
-    path = canvas.folder / "report.html"
-    path.write_text(page.page(f"Copepod: {_title(directories, runs)}", sections), encoding="utf-8")
-    return path
+    return canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
 
 
 def _title(directories: Sequence[str], runs: Sequence[RunRecord]) -> str:
     if len(runs) == 1:
         return runs[0].name
-    return ", ".join(Path(directory).name for directory in directories) if len(directories) < 4 else f"{len(runs)} runs"
+    return _names(directories) if len(directories) < 4 else f"{len(runs)} runs"
+
+
+def _names(directories: Sequence[str]) -> str:
+    return ", ".join(Path(directory).name for directory in directories)
 
 
 def _anchors(runs: Sequence[RunRecord]) -> list[str]:
@@ -140,16 +162,17 @@ def _flow_figure(run: RunRecord, canvas: Canvas, prefix: str) -> list[str]:
     """The mean flow, where the run recorded one, in the plane of the swimmers."""
     if not run.cell_size_m:  # no lattice, no fields
         return []
-    read = flow.read_mean_flow(run.directory / "fields.h5", *flow.plane_of(run))
+    place = flow.plane_of(run)
+    read = read_file(run.directory / "fields.h5", lambda path: flow.read_mean_flow(path, *place))
     if read is None:
         return []
     plane = read
-    place = "swimmers" if run.swimmers() else "middle"
+    where = "swimmers" if run.swimmers() else "middle"
     start, stop = run.case["output"]["fields"]["mean_over_steps"]
     return canvas.draw(
         f"{prefix}_mean_flow",
         lambda theme: flow.draw_mean_flow(run, plane, theme),
-        f"Flow in a plane through the {place}, mean over steps {start} to {stop}; beads at their mean positions. "
+        f"Flow in a plane through the {where}, mean over steps {start} to {stop}; beads at their mean positions. "
         "Where a bead was for a part of the time, its own velocity is in the mean.",
         wide=True,
     )

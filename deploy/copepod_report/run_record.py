@@ -32,16 +32,16 @@ class RunRecord:
         self.directory = Path(directory)
         self.label = label or self.directory.resolve().name
         for name in ("summary.json", "case.yaml", "trajectory.csv"):
-            if not (self.directory / name).exists():
+            if not (self.directory / name).is_file():
                 raise Stop(
                     ExitCode.BAD_CASE,
                     f"{directory} has no {name} (it is not a run, or the run did not finish). "
                     "Give run directories of finished runs.",
                 )
-        self.summary = _read(self.directory / "summary.json", lambda path: json.loads(path.read_text()))
+        self.summary = read_file(self.directory / "summary.json", _read_summary)
         self.case = read_case(self.directory / "case.yaml")
-        self.trajectory = _read(self.directory / "trajectory.csv", Trajectory)
-        self.cycles: dict[str, Cycles] = _read(self.directory / "cycles.csv", read_cycles)
+        self.trajectory = read_file(self.directory / "trajectory.csv", Trajectory)
+        self.cycles: dict[str, Cycles] = read_file(self.directory / "cycles.csv", read_cycles)
         self.cell_size_m = self.summary.get("cell_size_m")
         parameters = self.summary.get("parameter_set")
         self.name: str = f"{self.summary['case']} ({parameters})" if parameters else self.summary["case"]
@@ -65,12 +65,8 @@ def collect(directory: str | Path, read_case: ReadCase) -> list[RunRecord]:
     directory = Path(directory)
     if not (directory / "results.json").exists():
         return [RunRecord(directory, read_case)]
-    cases = json.loads((directory / "results.json").read_text())["cases"]
-    return [
-        RunRecord(directory / case["name"], read_case, case.get("label", ""))
-        for case in cases
-        if case["summary"] is not None
-    ]
+    finished = read_file(directory / "results.json", _read_finished)
+    return [RunRecord(directory / name, read_case, label) for name, label in finished]
 
 
 def name_apart(runs: Sequence[RunRecord]) -> None:
@@ -82,14 +78,33 @@ def name_apart(runs: Sequence[RunRecord]) -> None:
                 run.name = rename(run)
 
 
-def _read(path: Path, reader: Callable[[Path], _Content]) -> _Content:
-    """What `reader` makes of a file."""
+DAMAGE = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)  # what it may lead to
+
+
+def read_file(path: Path, reader: Callable[[Path], _Content]) -> _Content:
+    """What `reader` makes of a file, which need not exist. Raises Stop(73) if it is damaged, or something else."""
     try:
+        if path.exists() and not path.is_file():
+            raise ValueError("it is not a file")
         return reader(path)
-    except (ValueError, KeyError) as problem:
+    except (OSError, *DAMAGE) as problem:
         raise Stop(
             ExitCode.STORAGE_FAILED, f"{path} cannot be read (cut off or damaged: {problem}). Run the case again."
         ) from None
+
+
+def _read_summary(path: Path) -> Any:
+    summary = json.loads(path.read_text())
+    names = [summary["case"], *(entry["name"] for entry in measured(summary))]
+    if not all(isinstance(name, str) for name in names):
+        raise ValueError("a name in it is not a text")
+    return summary
+
+
+def _read_finished(path: Path) -> list[tuple[str, str]]:
+    """Name and label of the finished cases of a campaign."""
+    cases = json.loads(path.read_text())["cases"]
+    return [(case["name"], case.get("label", "")) for case in cases if case["summary"] is not None]
 
 
 def rotated(vector: ArrayLike, orientation_wxyz: Sequence[float]) -> np.ndarray:

@@ -35,6 +35,7 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
     settings = {
         "font.size": 10,
         "font.family": "DejaVu Sans",
+        "text.parse_math": False,  # names may hold dollar signs
         "text.color": theme.ink,
         "axes.labelcolor": theme.ink,
         "axes.edgecolor": theme.faint,

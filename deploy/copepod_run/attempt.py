@@ -1,5 +1,6 @@
 """One attempt at a run: three processes, from their start until nothing of them is left."""
 
+import errno
 import fcntl
 import os
 import secrets
@@ -42,9 +43,10 @@ class Attempt:
         with ExitStack() as stack:
             signals = stack.enter_context(SignalRecorder())
             scratch = Scratch(self._directory.path)
+            stack.callback(scratch.close)
             keys = scratch.keys(self._plan.transport)
             mark = secrets.token_hex(16)
-            launcher = LocalLauncher(mark, scratch.folders, self._directory.lock)
+            launcher = LocalLauncher(mark, scratch.folders, [self._directory.lock, *scratch.locks])
             stack.callback(launcher.close)
             endpoint, token = scratch.endpoint(self._plan.transport), secrets.token_hex(16)
             connection = components.Connection(endpoint, token, keys, self._directory.path / "logs")
@@ -79,6 +81,8 @@ class Attempt:
                     launcher.start(name, command, environment, path / "logs", events if name == "coupler" else None)
                 )
             except OSError as problem:
+                if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):  # its output cannot be written
+                    raise
                 raise Stop(
                     ExitCode.BAD_CASE,
                     f"{name} cannot be started ({problem}). Check this command: {self._shown(name, command)}",

@@ -75,18 +75,18 @@ def remove_folders(folders: Iterable[str | Path]) -> None:
 class Guard:
     """A process that cleans up after a run if the command itself is killed (kill -9), and is dismissed otherwise.
 
-    It keeps the lock of the run directory until it is done, so that no other run starts there too early.
+    It keeps the locks of the run's folders until it is done, so that no other run uses or removes them too early.
     """
 
-    def __init__(self, mark: str, folders: Sequence[Path], lock: int | None = None) -> None:
-        """`lock`: descriptor that locks the run directory, if there is one."""
+    def __init__(self, mark: str, folders: Sequence[Path], locks: Sequence[int] = ()) -> None:
+        """`locks`: descriptors that lock the run directory and `folders`."""
         self._process = subprocess.Popen(
             [sys.executable, "-S", "-P", __file__, mark, *map(str, folders)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
-            pass_fds=[] if lock is None else [lock],
+            pass_fds=locks,
             cwd="/",
         )
 

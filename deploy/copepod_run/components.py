@@ -16,7 +16,7 @@ from typing import Any
 from copepod_run.cleanup import MARK
 from copepod_run.checkout import build_digest, program
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.plan import Plan, case_arguments
+from copepod_run.plan import COUPLER_SILENCE_S, Plan, case_arguments
 from copepod_run.scratch import Scratch
 
 IN_PROCESS = "in_process"  # services.transport of a run without services
@@ -25,6 +25,7 @@ _BODY_SERVICES = {"own": "body_service", "external": "body_service", "bullet": "
 _MOST_RANKS_PER_CORE = 32
 _STARTERS = ("mpirun", "mpiexec", "srun")
 _ANSWER_WITHIN_S = 20
+_ORPHAN_AFTER_S = 10.0  # default of a component's --orphan-after
 _AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # mpirun would refuse to start
 
 
@@ -51,11 +52,18 @@ def coupler_command(options: Namespace, plan: Plan, directory: Path, connection:
 
 
 def fluid_command(plan: Plan, connection: Connection) -> list[str]:
-    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid"))
+    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid") + _patience(plan))
 
 
 def body_command(plan: Plan, connection: Connection) -> list[str]:
-    return body_program(plan) + connection.arguments("body")
+    return body_program(plan) + connection.arguments("body") + _patience(plan)
+
+
+def _patience(plan: Plan) -> list[str]:
+    """For the coupler: a component waits longer than the coupler does for it."""
+    if plan.silence_s <= COUPLER_SILENCE_S:
+        return []
+    return ["--orphan-after", f"{plan.silence_s + _ORPHAN_AFTER_S - COUPLER_SILENCE_S:g}"]
 
 
 def fluid_program(plan: Plan) -> list[str]:
@@ -89,7 +97,7 @@ def settled(plan: Plan, options: Namespace) -> Plan:
     """
     _require_programs(plan)
     own = plan.fluid_command
-    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks):
+    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks or "fluid" in plan.unasked):
         if not announces(own, "mpi"):
             return replace(plan, fluid_ranks=1)
     cores = len(os.sched_getaffinity(0))
@@ -177,7 +185,7 @@ def problems_of_components(plan: Plan, only_replaced: bool = False) -> list[str]
     return [
         problem
         for role, replacement, command in roles
-        if replacement or not only_replaced
+        if (replacement or not only_replaced) and role not in plan.unasked
         for problem in _problems_of(role, replacement is None, command, plan.requires[role])
     ]
 

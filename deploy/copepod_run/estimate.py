@@ -47,6 +47,8 @@ def memory_of(plan: Plan) -> list[Memory]:
     ]
     found = []
     for role, command, processes, is_ours in services if plan.transport != components.IN_PROCESS else []:
+        if role in plan.unasked:
+            continue
         # The services of this build estimate; asking them for their capabilities first would take longer than that.
         estimates = (is_ours and not chosen_programs()) or components.announces(command, "estimate")
         if estimates:

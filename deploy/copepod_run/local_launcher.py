@@ -26,14 +26,14 @@ class LocalLauncher(Launcher):
     """All processes of the run are children of this command; a guard cleans up if the command is killed."""
 
     def __init__(
-        self, mark: str, folders: Sequence[Path], lock: int, clock: Callable[[], float] = time.monotonic
+        self, mark: str, folders: Sequence[Path], locks: Sequence[int], clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """`mark`: value of COPEPOD_RUN for all processes; `folders`: removed at the end; `lock`: run directory's."""
+        """`mark`: value of COPEPOD_RUN for all processes; `folders`: removed at the end; `locks`: the guard's, too."""
         # Grandchildren whose parent dies become ours, so that none escapes.
         _libc.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
         self._mark = mark
         self._folders = folders
-        self._guard = cleanup.Guard(f"{MARK}={mark}", folders, lock)
+        self._guard = cleanup.Guard(f"{MARK}={mark}", folders, locks)
         self._processes: list[LocalProcess] = []
         self._clock = clock
         self._last_look = clock()

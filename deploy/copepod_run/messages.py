@@ -1,9 +1,13 @@
-"""The command's own lines on stderr, for people or as JSON, and one line per stage of the preparation."""
+"""What the command writes to the terminal: lines for people or JSON, and one line per stage of the preparation."""
 
+import io
 import json
+import locale
 import os
+import re
 import sys
 import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import TextIO
 
@@ -18,10 +22,55 @@ def elapsed_text(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
+# All but line feeds and tabs; with them the characters that change the direction of a line.
+_CONTROL_CHARACTERS = re.compile(
+    "[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\u061c\\u200e\\u200f\\u202a-\\u202e\\u2066-\\u2069]"
+)
+
+
+def printable(text: str) -> str:
+    """The text with control characters written as \\x1b: names and files from elsewhere may hold them."""
+    return _CONTROL_CHARACTERS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+class _Output(io.TextIOWrapper):
+    """Standard output or error: whatever is written, a terminal only obeys `redraw`."""
+
+    def write(self, text: str, /) -> int:
+        return super().write(printable(text))
+
+    write_as_it_is = io.TextIOWrapper.write
+
+
+def open_outputs() -> None:
+    """Makes standard output and error usable in any locale and if they are closed; for Python programs started, too."""
+    for descriptor in (0, 1, 2):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest that is free: this one
+    encoding, _, _ = os.environ.get("PYTHONIOENCODING", "").partition(":")
+    encoding = encoding or locale.getencoding()
+    os.environ["PYTHONIOENCODING"] = f"{encoding}:replace"
+    for name, descriptor in (("stdout", 1), ("stderr", 2)):
+        buffer = open(descriptor, "wb", closefd=False)
+        is_read_at_once = descriptor == 2 or buffer.raw.isatty()
+        setattr(sys, name, _Output(buffer, encoding, "replace", line_buffering=is_read_at_once))
+
+
 def write(stream: TextIO, text: str) -> None:
     """Writes and flushes; a reader that went away (`copepod run … 2>&1 | head`) or a full disk must not end a run."""
+    _write_by(stream.write, stream, text)
+
+
+def redraw(stream: TextIO, text: str, end: str = "") -> None:
+    """Writes over the line of a terminal that was drawn last."""
+    _write_by(getattr(stream, "write_as_it_is", stream.write), stream, f"\r{printable(text)}\033[K{end}")
+
+
+def _write_by(write: Callable[[str], int], stream: TextIO, text: str) -> None:
     try:
-        stream.write(text)
+        write(text)
         stream.flush()
     except OSError:
         silence(stream)
@@ -81,7 +130,7 @@ class Stage:
         now = time.monotonic()
         progress = f"{done}/{total}" if total else elapsed_text(now - self._start)
         if self._terminal:
-            self._write(f"\r\033[Kcopepod: {self._text} … {progress} ")
+            redraw(sys.stderr, f"copepod: {self._text} … {progress} ")
         elif now >= self._next_update:
             self._next_update = now + UPDATE_EVERY_S
             if _speaks_json:
@@ -100,7 +149,7 @@ class Stage:
         if _speaks_json:
             say(f"{self._text} … {ending}")
         elif self._terminal:
-            self._write(f"\r\033[Kcopepod: {self._text} … {ending}\n")
+            redraw(sys.stderr, f"copepod: {self._text} … {ending}", "\n")
         else:
             self._write(f"{ending}\n")
 

@@ -71,7 +71,7 @@ def describe_exit(
     if component == "fluid" and returncode != 0:
         if reported := reported_by_mpirun(output, host):
             return replace(reported, log=log, log_file=log_file)
-        if returncode > 128:  # a rank that was killed before it had started MPI
+        if 128 < returncode <= 128 + signal.SIGRTMAX:  # a rank that was killed before it had started MPI
             returncode = 128 - returncode
     every_rank = f"0-{ranks - 1}" if component == "fluid" and ranks > 1 else "0"
     if returncode < 0:

@@ -13,6 +13,9 @@ from copepod_run.errors import ExitCode, Stop
 from copepod_run.messages import say_lines
 
 
+COUPLER_SILENCE_S = 3.0  # default of services.silence_s without a network
+
+
 @dataclass(frozen=True)
 class Plan:
     """The answer of `coupler --plan`, see docs/protocol for its keys."""
@@ -26,12 +29,18 @@ class Plan:
     body_solver: str  # "own", "bullet" or "external"
     body_command: list[str] | None  # replaces the body service
     transport: str  # "ipc" or "tcp://host:port"
+    silence_s: float  # longest time without an answer between the processes
     requires: dict[str, dict[str, list[str]]]  # role: feature: announcements of which one is enough
     setups: dict[str, str]  # role: what the component receives, in Protocol Buffers, as hexadecimal digits
     estimate: dict[str, Any]
     warnings: list[str]
     notes: list[dict[str, str]]
     sweep: dict[str, Any] | None  # key and members (value, settings) of a case that is several
+    unasked: frozenset[str] = frozenset()  # roles of components that must not be started, not even to ask them
+
+    def command_of(self, role: str) -> list[str] | None:
+        """Replaces our fluid or body service."""
+        return self.fluid_command if role == "fluid" else self.body_command
 
 
 def case_arguments(options: Namespace) -> list[str]:
@@ -116,6 +125,7 @@ def parse_plan(text: str) -> Plan:
             body_solver=services["body"].get("solver", "own"),
             body_command=services["body"].get("command"),
             transport=services["transport"],
+            silence_s=float(services.get("silence_s", COUPLER_SILENCE_S)),
             requires=plan["requires"],
             setups=plan["setups"],
             estimate=plan.get("estimate", {}),

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any, TextIO
 
-from copepod_run.messages import notice, write
+from copepod_run.messages import notice, redraw, write
 
 Event = dict[str, Any]
 
@@ -157,7 +157,7 @@ class TerminalProgress:
 
     def notice(self, text: str) -> None:
         """A line of its own, above the bar."""
-        write(self._stream, f"\r\033[Kcopepod: {text}\n")
+        redraw(self._stream, f"copepod: {text}", "\n")
 
     def close(self) -> None:
         """Leaves the last state of the bar standing."""
@@ -178,7 +178,7 @@ class TerminalProgress:
         return (head + self._full * full + self._empty * (columns - full) + tail)[:width].rstrip()
 
     def _draw(self, text: str) -> None:
-        write(self._stream, f"\r{text[:width_of(self._stream)]}\033[K")
+        redraw(self._stream, text[: width_of(self._stream)])
 
 
 Progress = EventProgress | PlainProgress | TerminalProgress  # a display of one run

@@ -4,6 +4,7 @@ import os
 import secrets
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,19 +12,25 @@ from pathlib import Path
 
 from copepod_run import cleanup
 from copepod_run.cleanup import MARK
+from copepod_run.run_directory import take_lock
 
 LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
 _ROLES = ("coupler", "fluid", "body")
+_PLACES = ("/tmp", "/dev/shm")
+_YOUNG_S = 60.0  # a folder may be about to be locked
 
 
 class Scratch:
     """Private folders (0700) of one run.
 
-    MPI gets folders of its own: a killed mpirun cannot remove what it left in /tmp and /dev/shm.
+    MPI gets folders of its own: a killed mpirun cannot remove what it left in /tmp and /dev/shm. Those there are locked
+    by the command and by its guard; what is locked by neither is swept by a later run.
     """
 
     def __init__(self, run_path: Path) -> None:
+        _sweep()
         self.folders: list[Path] = []
+        self.locks: list[int] = []  # descriptors
         self._run_path = Path(run_path)
         self.sockets = Path(run_path) / ".sockets"
         if len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH:
@@ -64,7 +71,36 @@ class Scratch:
     def _private_folder(self, where: str) -> Path:
         folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))
         self.folders.append(folder)
+        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        self.locks.append(lock)
+        take_lock(lock)
         return folder
+
+    def close(self) -> None:
+        for lock in self.locks:
+            os.close(lock)
+
+
+def _sweep() -> None:
+    """Removes the folders of runs whose command and guard have both been killed."""
+    for where in _PLACES:
+        for folder in Path(where).glob("copepod-*-*"):
+            try:
+                if _is_abandoned(folder):
+                    shutil.rmtree(folder, ignore_errors=True)
+            except (OSError, ValueError):  # another user's, gone meanwhile, or something of another name
+                pass
+
+
+def _is_abandoned(folder: Path) -> bool:
+    """Whether nothing holds a folder any more. Raises OSError if it belongs to another user."""
+    if Path("/proc", str(int(folder.name.split("-")[1]))).exists() or time.time() - folder.stat().st_mtime < _YOUNG_S:
+        return False
+    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        return os.fstat(lock).st_uid == os.geteuid() and take_lock(lock)
+    finally:
+        os.close(lock)
 
 
 def _write_private(path: Path, lines: dict[str, str]) -> Path:
@@ -91,10 +127,11 @@ def guarded_folder() -> Iterator[GuardedFolder]:
     path = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir="/tmp"))  # a short path: it holds sockets
     folder = GuardedFolder(path, Scratch(path), secrets.token_hex(16))
     mark = f"{MARK}={folder.mark}"
-    guard = cleanup.Guard(mark, [path, *folder.scratch.folders])
+    guard = cleanup.Guard(mark, [path, *folder.scratch.folders], folder.scratch.locks)
     try:
         yield folder
     finally:
         cleanup.end_marked(mark)
         cleanup.remove_folders(folder.scratch.folders if folder.is_kept else [path, *folder.scratch.folders])
         guard.dismiss()
+        folder.scratch.close()

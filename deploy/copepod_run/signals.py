@@ -8,7 +8,7 @@ from types import FrameType
 class SignalRecorder:
     """Context in which SIGINT, SIGTERM and SIGHUP only leave a note; ignored signals (nohup) stay ignored.
 
-    SIGUSR1 asks for a checkpoint and does not end anything.
+    SIGUSR1 asks for a checkpoint and does not end anything; deploy/copepod ignores it outside.
     """
 
     def __init__(self) -> None:

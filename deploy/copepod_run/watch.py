@@ -159,9 +159,13 @@ class Watch:
 
     def _read_signals(self) -> None:
         self._signals.drain()
-        if self._signals.checkpoint_wanted and self.phase and "coupler" in self._alive:  # it expects the signal
+        self._pass_on_request()
+
+    def _pass_on_request(self) -> None:
+        """For a checkpoint, once the coupler expects the signal."""
+        if self._signals.checkpoint_wanted and self.phase and "coupler" in self._alive:
+            self._signals.checkpoint_wanted = False
             self._alive["coupler"].send(signal.SIGUSR1)
-        self._signals.checkpoint_wanted = False
 
     def _read_events(self, descriptor: int) -> None:
         received = os.read(descriptor, 65536)
@@ -177,6 +181,7 @@ class Watch:
         kind = event["event"]
         if kind == "phase":
             self.phase = event["phase"]
+            self._pass_on_request()
             self._next_look = 0.0  # all ranks exist once the run starts: record them before one can end
             self._look_at_processes()
             self._display.phase(self.phase)

@@ -1,7 +1,6 @@
 """Noise of the loads on a sphere that crosses the grid at a constant velocity, straight and obliquely."""
 
 import json
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +8,8 @@ import numpy as np
 
 from copepod_report.style import LIGHT, new_figure, png_of
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import COLOURS, Experiment, Section, lattice_case, sphere, table
+from copepod_validation.experiment import COLOURS, CaseDict, Results, Section
+from copepod_validation.experiment import by_scheme, lattice_case, sphere, table
 
 REFERENCE = (
     "A smooth force. A sphere of radius 4 moves at 0.02 cells per step in a closed box, along an axis or along "
@@ -34,18 +34,17 @@ class Point:
     tau: float
 
 
-def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
-    points = [Point(path, tau) for path in _PATHS for tau in (0.6, 1.0)]
-    found = []
-    for point in points[:1] if fast else points:
-        direction, start, cells = _PATHS[point.path]
-        velocity = SPEED * np.array(direction) / np.linalg.norm(direction)
-        signal = {"kind": "constant", "ramp_steps": _RAMP}
-        motion = {"prescribed": {"velocity_m_per_s": velocity.tolist(), "signal": signal}}
-        case = lattice_case(cells, point.tau, "no_slip", [sphere(RADIUS, start, motion)], _STEPS, **keys)
-        case["output"] = {"trajectory": {"every_steps": 1}}
-        found.append(Experiment(f"crossing_sphere-{scheme}-{point.path}_tau{point.tau:g}", scheme, point, case))
-    return found
+POINTS = [Point(path, tau) for path in _PATHS for tau in (0.6, 1.0)]
+LABEL = "{0.path}_tau{0.tau:g}"
+FAST = POINTS[:1]
+
+
+def case_of(point: Point) -> CaseDict:
+    direction, start, cells = _PATHS[point.path]
+    velocity = SPEED * np.array(direction) / np.linalg.norm(direction)
+    signal = {"kind": "constant", "ramp_steps": _RAMP}
+    motion = {"prescribed": {"velocity_m_per_s": velocity.tolist(), "signal": signal}}
+    return lattice_case(cells, point.tau, "no_slip", [sphere(RADIUS, start, motion)], _STEPS)
 
 
 @dataclass(frozen=True)
@@ -60,10 +59,10 @@ class Noise:
     work: float  # time at the surface, relative to the update of all cells [%]; NaN if the fluid does not report it
 
 
-def evaluate(folder: Path, experiment: Experiment) -> Noise:
+def evaluate(folder: Path, point: Point) -> Noise:
     trajectory = Trajectory(folder / "trajectory.csv")
     force = trajectory.of("sphere")["force_N"][trajectory.steps > _FROM]
-    along = np.array(_PATHS[experiment.point.path][0])
+    along = np.array(_PATHS[point.path][0])
     along /= np.linalg.norm(along)
     across = np.cross(along, (0.0, 1.0, 0.3))
     across /= np.linalg.norm(across)
@@ -97,35 +96,31 @@ def _residual(values: np.ndarray) -> np.ndarray:
     return (windows - powers @ np.linalg.lstsq(powers, windows, rcond=None)[0]).T.ravel()
 
 
-def section(results: Sequence[tuple[Experiment, Noise]]) -> Section:
-    rows: list[list[str]] = []
-    overview: dict[str, dict[str, str]] = {}
-    for experiment, noise in results:
-        point = experiment.point
-        values = [f"{value:.2f}" for value in (noise.rms, noise.peak, noise.averaged, noise.lateral)]
-        rows.append([point.path, f"{point.tau:g}", experiment.scheme, *values])
-    for scheme in dict.fromkeys(experiment.scheme for experiment, _ in results):
-        found = [noise for experiment, noise in results if experiment.scheme == scheme]
-        overview[scheme] = {
+def section(results: Results[Noise]) -> Section:
+    heads = "path | τ | scheme | raw [% rms] | raw, peak [%] | averaged [% rms] | lateral [% rms]"
+    rows = [
+        f"{point.path} | {point.tau:g} | {scheme} | "
+        f"{noise.rms:.2f} | {noise.peak:.2f} | {noise.averaged:.2f} | {noise.lateral:.2f}"
+        for scheme, point, noise in sorted(results, key=lambda result: (result[1].path, result[1].tau))
+    ]
+    overview = {
+        scheme: {
             "noise, raw [% rms]": f"{max(noise.rms for noise in found):.2f}",
             "averaged [% rms]": f"{max(noise.averaged for noise in found):.2f}",
             "work at the surface [%]": f"{np.median([noise.work for noise in found]):.1f}",
         }
-    heads = ["path", "τ", "scheme", "raw [% rms]", "raw, peak [%]", "averaged [% rms]", "lateral [% rms]"]
-    rows.sort(key=lambda row: row[:2])
-    markdown = table(heads, rows)
-    markdown += "\n\n![Spectra of the noise](accuracy_noise.png)"
-    return Section(markdown, {"accuracy_noise.png": _figure(results)}, overview)
+        for scheme, found in by_scheme(results).items()
+    }
+    markdown = table(heads, rows) + "\n\n![Spectra of the noise](accuracy_noise.png)"
+    return Section(markdown, overview, {"accuracy_noise.png": _figure(results)})
 
 
-def _figure(results: Sequence[tuple[Experiment, Noise]]) -> bytes:
+def _figure(results: Results[Noise]) -> bytes:
     """Amplitude spectra of the raw force at τ = 0.6, smoothed in bands."""
-    paths = [path for path in _PATHS if any(experiment.point == Point(path, 0.6) for experiment, _ in results)]
+    paths = list(dict.fromkeys(point.path for _, point, _ in results))
     figure, panels = new_figure(LIGHT, 3.2, ncols=len(paths), sharey=True, squeeze=False)
     for panel, path in zip(panels.flat, paths):
-        chosen = [(experiment.scheme, noise) for experiment, noise in results if experiment.point == Point(path, 0.6)]
-        for scheme, noise in chosen:
-            residual = noise.residual
+        for scheme, residual in [(one, noise.residual) for one, point, noise in results if point == Point(path, 0.6)]:
             power = np.abs(np.fft.rfft(residual * np.hanning(residual.size)))[1:] ** 2
             waves = np.arange(1, power.size + 1) / residual.size
             bands = zip(np.array_split(waves, _BANDS), np.array_split(power, _BANDS))

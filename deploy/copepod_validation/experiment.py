@@ -1,13 +1,15 @@
-"""What all experiments share: named schemes, and cases whose SI numbers are lattice units."""
+"""What all cases share: named schemes, experiments in lattice units, and tables by point and scheme."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from types import ModuleType
 from typing import Any, TypeVar
 
 from copepod_report.style import LIGHT
 
 CaseDict = dict[str, Any]
-Result = TypeVar("Result")
+Value = TypeVar("Value")
+Results = Sequence[tuple[str, Any, Value]]  # scheme, point, and what was measured there
 
 SCHEMES: dict[str, dict[str, str]] = {
     "paper": {"collision": "bgk", "moving_boundary": "bounce_back", "refill": "equilibrium"},
@@ -26,17 +28,31 @@ class Experiment:
 
     name: str
     scheme: str
-    point: Any  # a dataclass of the case's own
+    point: Any  # of the case's own class
     case: CaseDict
 
 
 @dataclass(frozen=True)
 class Section:
-    """Part of the page: Markdown, figures as PNG by file name, and (column, value) of the overview by scheme."""
+    """Part of the page: Markdown, (column, value) of the overview by scheme, and figures as PNG by file name."""
 
     markdown: str
-    figures: dict[str, bytes]
     overview: dict[str, dict[str, str]]
+    figures: dict[str, bytes] = field(default_factory=dict)
+
+
+def experiments(case: ModuleType, scheme: str, fast: bool) -> list[Experiment]:
+    """One for each point of a case, named by LABEL: of FAST, or of POINTS and what MORE has for the scheme. None where
+    bgk is unstable."""
+    points = case.FAST if fast else [*case.POINTS, *getattr(case, "MORE", {}).get(scheme, ())]
+    found = []
+    for point in points:
+        written = case.case_of(point)
+        if SCHEMES[scheme]["collision"] != "bgk" or written["fluid"]["relaxation_time"] > 0.52:
+            written["fluid"].update(SCHEMES[scheme])
+            label = case.LABEL.format(point).replace(", ", "_")
+            found.append(Experiment(f"{case.__name__.rpartition('.')[2]}-{scheme}-{label}", scheme, point, written))
+    return found
 
 
 def viscosity(tau: float) -> float:
@@ -45,9 +61,18 @@ def viscosity(tau: float) -> float:
 
 
 def lattice_case(
-    cells: Sequence[int], tau: float, boundary: str, bodies: Sequence[CaseDict], steps: int, **fluid: Any
+    cells: Sequence[int],
+    tau: float,
+    boundaries: str | CaseDict,
+    bodies: Sequence[CaseDict],
+    steps: int,
+    from_step: int = 0,
+    **fluid: Any,
 ) -> CaseDict:
-    """A case in a fluid of density 1 kg/m³ with cells of 1 m and steps of 1 s; `fluid` adds keys of this section."""
+    """A case in a fluid of density 1 kg/m³ with cells of 1 m and steps of 1 s, without the keys of a scheme.
+
+    The trajectory begins at `from_step`; `fluid` adds keys of this section. Loads are not averaged if no body is free.
+    """
     return {
         "fluid": {
             "solver": "lattice_boltzmann",
@@ -56,12 +81,13 @@ def lattice_case(
             "cell_size_m": 1,
             "relaxation_time": tau,
             "domain_cells": list(cells),
-            "boundaries": {axis: boundary for axis in "xyz"},
+            "boundaries": {axis: boundaries for axis in "xyz"} if isinstance(boundaries, str) else boundaries,
             **fluid,
         },
         "bodies": list(bodies),
-        "coupling": {"load_averaging": "none"},
+        "coupling": {} if any(body["motion"] == "free" for body in bodies) else {"load_averaging": "none"},
         "run": {"steps": steps},
+        "output": {"trajectory": {"every_steps": 1, "from_step": from_step}},
     }
 
 
@@ -72,15 +98,37 @@ def sphere(radius: float, position: Sequence[float], motion: Any, density: float
     return {"name": "sphere", "radius_m": radius, "mass_kg": mass, "position_m": place, "motion": motion, **more}
 
 
-def by_point(results: Sequence[tuple[Experiment, Result]]) -> tuple[list[str], dict[Any, dict[str, Result]]]:
-    """Schemes, and what they measured: {point: {scheme: result}}, in the order of the experiments."""
-    found: dict[Any, dict[str, Result]] = {}
-    for experiment, result in results:
-        found.setdefault(experiment.point, {})[experiment.scheme] = result
-    return list(dict.fromkeys(experiment.scheme for experiment, _ in results)), found
+def uniform_flow(speed: float) -> CaseDict:
+    """Along z, at first."""
+    return {"kind": "uniform", "velocity_m_per_s": [0, 0, speed]}
 
 
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Markdown."""
-    lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
-    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
+def by_scheme(results: Results[Value]) -> dict[str, list[Value]]:
+    """What was measured with each scheme, in the order of the results."""
+    found: dict[str, list[Value]] = {}
+    for scheme, _, value in results:
+        found.setdefault(scheme, []).append(value)
+    return found
+
+
+def worst(
+    results: Results[Value], head: str, error: Callable[[Value], float], form: str = "+.1f"
+) -> dict[str, dict[str, str]]:
+    """The largest error with each scheme, for the overview."""
+    found = by_scheme(results)
+    return {scheme: {head: format(max(map(error, values), key=abs), form)} for scheme, values in found.items()}
+
+
+def table(heads: str, rows: Iterable[str]) -> str:
+    """Markdown of rows whose cells are separated already."""
+    return "\n".join([f"| {heads} |", "|" + "---|" * (heads.count("|") + 1), *(f"| {row} |" for row in rows)])
+
+
+def table_by_point(
+    results: Results[Value], heads: str, row: Callable[[Any], str], cell: Callable[[Value], str], none: str = "–"
+) -> str:
+    """Markdown: for each point its `row`, below `heads`, and a cell for each scheme; `none` without a result."""
+    schemes, points = list(by_scheme(results)), dict.fromkeys(point for _, point, _ in results)
+    cells = {(point, scheme): cell(value) for scheme, point, value in results}
+    rows = (" | ".join([row(point), *(cells.get((point, scheme), none) for scheme in schemes)]) for point in points)
+    return table(" | ".join([heads, *schemes]), rows)

@@ -9,11 +9,11 @@ from typing import Any
 
 from copepod_campaign import campaign
 from copepod_run.errors import ExitCode, Stop
-from copepod_validation import crossing_sphere, frames, inertial_drag, oscillating_sphere, settling_sphere, shear
-from copepod_validation import slow_bodies, sphere_array, sudden_start, wall
-from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section
+from copepod_validation import crossing_sphere, frames, inertial_drag, light_bodies, oscillating_sphere
+from copepod_validation import settling_sphere, shear, slow_bodies, sphere_array, sudden_start, wall
+from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section, experiments
 
-# Each module has REFERENCE, experiments(scheme, its keys, fast), evaluate(folder, experiment) and section(results).
+# Each module has REFERENCE, points (see `experiments`), case_of(point), evaluate(folder, point) and section(results).
 _CASES = (
     sphere_array,
     wall,
@@ -25,6 +25,7 @@ _CASES = (
     settling_sphere,
     crossing_sphere,
     frames,
+    light_bodies,
 )
 CASES: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _CASES}
 FOLDER = Path("runs/validation")
@@ -40,17 +41,16 @@ def run(
     """
     _require(cases, CASES, "case")
     _require(schemes, SCHEMES, "scheme")
-    chosen = {
-        case: [one for scheme in schemes for one in CASES[case].experiments(scheme, SCHEMES[scheme], fast)]
-        for case in cases
-    }
-    items = [_written(experiment, fluid) for experiments in chosen.values() for experiment in experiments]
+    chosen = {case: [one for scheme in schemes for one in experiments(CASES[case], scheme, fast)] for case in cases}
+    items = [_written(experiment, fluid) for found in chosen.values() for experiment in found]
     options = Namespace(out=FOLDER, rerun_other_builds=True)
     campaign.run_items("validation", items, jobs, options, lambda _: again, lambda all: f"{len(all)} runs")
     return {
-        case: CASES[case].section([(one, CASES[case].evaluate(FOLDER / one.name, one)) for one in experiments])
-        for case, experiments in chosen.items()
-        if experiments
+        case: CASES[case].section(
+            [(one.scheme, one.point, CASES[case].evaluate(FOLDER / one.name, one.point)) for one in found]
+        )
+        for case, found in chosen.items()
+        if found
     }
 
 

@@ -1,13 +1,13 @@
 """Force on a sphere that oscillates in a periodic cube: Stokes drag, added mass and Basset's history force."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import Experiment, Section, by_point, lattice_case, sphere, table, viscosity
+from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
+from copepod_validation.experiment import table_by_point, viscosity, worst
 
 REFERENCE = (
     "6πμR(1 + λ + λ²/9) per velocity, λ² = iωR²/ν [Stokes 1851], for a simple cubic array of eight radii in fluid "
@@ -40,47 +40,41 @@ class Point:
     def tau(self) -> float:
         return 0.5 + 3 * np.pi * RADIUS**2 / (_PERIOD * self.depths**2)
 
-
-def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
-    found = []
-    for point in [Point(1.5)] if fast else [Point(depths) for depths in (0.75, 1.5, 3.0)]:
-        signal = {"kind": "sinusoid", "period_steps": _PERIOD}
-        motion = {"prescribed": {"velocity_m_per_s": [0, 0, _SPEED], "signal": signal}}
-        body = sphere(RADIUS, 3 * [0.5 * CELLS + 0.3], motion)
-        case = lattice_case([CELLS] * 3, point.tau, "periodic", [body], _PERIODS * _PERIOD, **keys)
-        case["output"] = {"trajectory": {"every_steps": 1, "from_step": (_PERIODS - 1) * _PERIOD}}
-        found.append(Experiment(f"oscillating_sphere-{scheme}-{point.depths:g}", scheme, point, case))
-    return found
+    @property
+    def resistance(self) -> complex:
+        return resistance(2j * np.pi / _PERIOD, RADIUS, CELLS, viscosity(self.tau))
 
 
-def evaluate(folder: Path, experiment: Experiment) -> complex:
+POINTS = [Point(0.75), Point(1.5), Point(3.0)]
+LABEL = "{0.depths:g}"
+FAST = POINTS[1:2]
+
+
+def case_of(point: Point) -> CaseDict:
+    signal = {"kind": "sinusoid", "period_steps": _PERIOD}
+    motion = {"prescribed": {"velocity_m_per_s": [0, 0, _SPEED], "signal": signal}}
+    body = sphere(RADIUS, 3 * [0.5 * CELLS + 0.3], motion)
+    return lattice_case([CELLS] * 3, point.tau, "periodic", [body], _PERIODS * _PERIOD, (_PERIODS - 1) * _PERIOD)
+
+
+def evaluate(folder: Path, point: Point) -> complex:
     """Phasor of the force, over that of theory."""
     trajectory = Trajectory(folder / "trajectory.csv")
     seen = (trajectory.steps >= (_PERIODS - 1) * _PERIOD) & (trajectory.steps < _PERIODS * _PERIOD)
-    omega = 2 * np.pi / _PERIOD
-    waves = np.exp(-1j * omega * trajectory.steps[seen])
+    waves = np.exp(-2j * np.pi / _PERIOD * trajectory.steps[seen])
     phasor = 2 * np.mean(trajectory.of("sphere")["force_N"][seen, 2] * waves)
     velocity = -1j * _SPEED  # of a sine
-    return complex(phasor / (-resistance(1j * omega, RADIUS, CELLS, viscosity(experiment.point.tau)) * velocity))
+    return complex(phasor / (-point.resistance * velocity))
 
 
-def section(results: Sequence[tuple[Experiment, complex]]) -> Section:
-    def row(point: Point) -> list[str]:
-        theory = resistance(2j * np.pi / _PERIOD, RADIUS, CELLS, viscosity(point.tau))
-        stokes = 6 * np.pi * viscosity(point.tau) * RADIUS
-        return [
-            f"{point.depths:g}",
-            f"{point.tau:.3f}",
-            f"{abs(theory) / stokes:.2f}",
-            f"{np.degrees(np.angle(theory)):.0f}°",
-        ]
+def section(results: Results[complex]) -> Section:
+    def row(point: Point) -> str:
+        drag, stokes = point.resistance, 6 * np.pi * viscosity(point.tau) * RADIUS
+        return f"{point.depths:g} | {point.tau:.3f} | {abs(drag) / stokes:.2f} | {np.degrees(np.angle(drag)):.0f}°"
 
     def cell(ratio: complex) -> str:
         return f"{100 * (abs(ratio) - 1):+.1f}, {np.degrees(np.angle(ratio)):+.1f}°"
 
-    schemes, values = by_point(results)
-    heads = ["R/δ", "τ", "force over Stokes'", "ahead of the velocity by", *schemes]
-    rows = [row(point) + [cell(ratios[scheme]) for scheme in schemes] for point, ratios in values.items()]
-    markdown = table(heads, rows) + "\n\nError of the force's amplitude [%] and phase."
-    worst = {scheme: max(abs(ratios[scheme] - 1) for ratios in values.values()) for scheme in schemes}
-    return Section(markdown, {}, {scheme: {"oscillation [%]": f"{100 * error:.1f}"} for scheme, error in worst.items()})
+    heads = "R/δ | τ | force over Stokes' | ahead of the velocity by"
+    markdown = table_by_point(results, heads, row, cell) + "\n\nError of the force's amplitude [%] and phase."
+    return Section(markdown, worst(results, "oscillation [%]", lambda ratio: 100 * abs(ratio - 1), ".1f"))

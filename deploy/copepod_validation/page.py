@@ -23,21 +23,21 @@ This command wrote the page on {date} ({processor}; programs {build}). It holds 
 
 ## What to choose
 
-Use `moving_boundary: parabolic` with `refill: nonequilibrium` and `collision: trt`, at eight cells per diameter or
-more. The surface is then where it is, at every relaxation time, and the loads are the quietest: with eight cells the
-drag of dilute arrays is within 0.4 %, wherever the centre is between the cells. `central_linear` has the surface in the
-right place too, but three times the noise and 1.4 % error at eight cells. For bodies that move with inertia the two are
-level: at twelve cells per diameter the settling sphere of Re = 32 is 0.9 and 0.2 % off the finer run; with
-`bounce_back` 3 %. `bounce_back`, the default, makes a staircase of every body: its error depends on radius and place
-and decreases slowly with the resolution, and its loads are noisy. With `interpolated` the surface moves with the
-relaxation time. `paper` is what published results of this code used; with it the size of bodies depends on the
-viscosity. Keep it to reproduce them.
+The defaults: `collision: trt`, `moving_boundary: parabolic`, `refill: nonequilibrium`, `lubrication: {{cut_off_cells:
+auto}}`, at eight cells per diameter or more. The surface is then where it is, at every relaxation time, and the loads
+are the quietest: with eight cells the drag of dilute arrays is within 0.4 %, wherever the centre is between the cells.
+`central_linear` has the surface in the right place too, but three times the noise and 1.4 % error at eight cells. For
+bodies that move with inertia the two are level: at twelve cells per diameter the settling sphere of Re = 32 is 0.9 and
+0.2 % off the finer run; with `bounce_back` 3 %. `bounce_back` makes a staircase of every body: its error depends on
+radius and place and decreases slowly with the resolution, and its loads are noisy. With `interpolated` the surface
+moves with the relaxation time. `paper` is what published results of this code used; with it the size of bodies depends
+on the viscosity. Keep it to reproduce them.
 
 The mean of the loads of two steps, which bodies receive by default (`load_averaging: two_step`), removes the part of
-the noise that alternates from step to step. Where surfaces come closer than two cells, write
-`lubrication: {{cut_off_cells: auto}}`: with `parabolic` and `central_linear` the loads on spheres near walls and each
-other are then right to within 5 % at every gap, with four cells per radius. Without it the drag of the case `wall` is
-−6, −57 and −89 % off at gaps of 0.5, 0.24 and 0.08 cells.
+the noise that alternates from step to step. Where surfaces come closer than two cells, lubrication acts: with
+`parabolic` and `central_linear` the loads on spheres near walls and each other are right to within 5 % at every gap,
+with four cells per radius. Without it the drag of the case `wall` is −6, −57 and −89 % off at gaps of 0.5, 0.24 and
+0.08 cells.
 
 ## Overview
 """
@@ -54,6 +54,7 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
     heads = list(dict.fromkeys(head for figures in overview.values() for head in figures))
     rows = [["keys", *map(_keys, overview)]]
     rows += [[head, *(figures.get(head, "–") for figures in overview.values())] for head in heads]
+    schemes = ["", *(f"`{scheme}`" for scheme in overview)]
     head = _HEAD.format(
         command=command,
         date=datetime.date.today().isoformat(),
@@ -63,7 +64,7 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
         schemes=", ".join(overview),
         part=part,
     )
-    parts = [*_wrapped(head), table(["", *(f"`{scheme}`" for scheme in overview)], rows)]
+    parts = [*_wrapped(head), table(" | ".join(schemes), map(" | ".join, rows))]
     for case, section in sections.items():
         parts += [
             f"## {case.replace('_', ' ').capitalize()}",

@@ -1,23 +1,14 @@
 """Drag of capsules and of pairs of spheres in slow flow, in a periodic cube."""
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import (
-    CaseDict,
-    Experiment,
-    Section,
-    by_point,
-    lattice_case,
-    sphere,
-    table,
-    viscosity,
-)
+from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
+from copepod_validation.experiment import table_by_point, uniform_flow, viscosity, worst
 
 REFERENCE = (
     "Drag of each body over 6πμR. Spheres that follow each other: Stimson and Jeffery [Proc. R. Soc. A 111, 1926]; "
@@ -37,7 +28,7 @@ _SPEED, _APPROACH = 2e-4, 2e-9
 @dataclass(frozen=True)
 class Point:
     kind: str
-    gap: float  # between spheres, over the radius; of a capsule none
+    gap: float = 0.0  # between spheres, over the radius; of a capsule none
 
     @property
     def edge(self) -> int:
@@ -58,9 +49,17 @@ class Point:
             return capsule_drag(0 if self.kind == "capsule, across" else 2)
         return (FOLLOWING if self.kind == "following" else APPROACHING)[self.gap]
 
+    @property
+    def body_force(self) -> float:
+        """Lets the fluid flow at _SPEED past bodies at rest, by theory."""
+        mobility = 1 / (RADIUS * self.reference) + _mobility_by_images(self)
+        return (1 if self.is_capsule else 2) * 6 * np.pi * viscosity(1.0) * _SPEED / mobility / self.edge**3
+
 
 POINTS = [Point("following", gap) for gap in FOLLOWING] + [Point("approaching", gap) for gap in APPROACHING]
-POINTS += [Point("capsule, along", 0.0), Point("capsule, across", 0.0)]
+POINTS += [Point("capsule, along"), Point("capsule, across")]
+LABEL = "{0.kind}_gap{0.gap:g}"
+FAST = POINTS[:1]
 
 
 def capsule_drag(axis: int) -> float:
@@ -123,23 +122,12 @@ def _mobility_by_images(point: Point) -> float:
     return own - other if point.kind == "approaching" else own + other + 2 * size
 
 
-def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
-    return [
-        Experiment(
-            f"slow_bodies-{scheme}-{point.kind.replace(', ', '_')}_gap{point.gap:g}", scheme, point, _case(point, keys)
-        )
-        for point in (POINTS[:1] if fast else POINTS)
-    ]
-
-
-def _case(point: Point, keys: Mapping[str, str]) -> CaseDict:
-    middle, nu = 0.5 * point.edge, viscosity(1.0)
-    flow: CaseDict = {}
+def case_of(point: Point) -> CaseDict:
+    middle = 0.5 * point.edge
+    flow: CaseDict = {"symmetry_planes": ["x", "y"]}
     if point.kind != "approaching":
-        count = 1 if point.is_capsule else 2
-        mobility = 1 / (RADIUS * point.reference) + _mobility_by_images(point)
-        flow["body_force_N_per_m3"] = [0, 0, count * 6 * np.pi * nu * _SPEED / mobility / point.edge**3]
-        flow["initial_flow"] = {"kind": "uniform", "velocity_m_per_s": [0, 0, _SPEED]}
+        flow["body_force_N_per_m3"] = [0, 0, point.body_force]
+        flow["initial_flow"] = uniform_flow(_SPEED)
     if point.is_capsule:
         turn = np.pi / 4 if point.kind == "capsule, across" else 0.0
         body = sphere(RADIUS, (middle, middle, middle + 0.3), "fixed", shape="capsule", length_m=2 * RADIUS)
@@ -154,25 +142,13 @@ def _case(point: Point, keys: Mapping[str, str]) -> CaseDict:
                 bodies.append(sphere(RADIUS, place, "fixed"))
             bodies[-1]["name"] = name
     boundaries = {"x": "free_slip", "y": "free_slip", "z": "periodic"}  # x and y are planes of symmetry
-    case = lattice_case(
-        [point.edge] * 3,
-        1.0,
-        "periodic",
-        bodies,
-        point.steps,
-        boundaries=boundaries,
-        symmetry_planes=["x", "y"],
-        **flow,
-        **keys,
-    )
-    case["lubrication"] = {"cut_off_cells": "auto"}
-    case["output"] = {"trajectory": {"every_steps": 1}}
-    return case
+    case = lattice_case([point.edge] * 3, 1.0, boundaries, bodies, point.steps, **flow)
+    return case | {"lubrication": {"cut_off_cells": "auto"}}
 
 
-def evaluate(folder: Path, experiment: Experiment) -> float:
+def evaluate(folder: Path, point: Point) -> float:
     """Error of the drag of the free bodies [%]."""
-    point, trajectory = experiment.point, Trajectory(folder / "trajectory.csv")
+    trajectory = Trajectory(folder / "trajectory.csv")
     force = np.array([trajectory.of(name)["force_N"][:, 2] for name in trajectory.bodies])
     last = float(np.abs(force[:, -100:]).mean())
     velocity = _APPROACH
@@ -180,20 +156,18 @@ def evaluate(folder: Path, experiment: Experiment) -> float:
         # The velocity of the flow is what momentum it has left; a gradient of pressure would act on the bodies, too.
         displaced = (4 / 3 + 2 * point.is_capsule) * np.pi * RADIUS**3 * len(force)
         share = 1 - displaced / point.edge**3
-        driving = experiment.case["fluid"]["body_force_N_per_m3"][2] * share
+        driving = point.body_force * share
         velocity = share * _SPEED + float(np.sum(driving - force.sum(axis=0) / point.edge**3))
         last /= share
     mobility = 6 * np.pi * viscosity(1.0) * velocity / last - _mobility_by_images(point)
     return 100 * (1 / (mobility * RADIUS * point.reference) - 1)
 
 
-def section(results: Sequence[tuple[Experiment, float]]) -> Section:
-    schemes, values = by_point(results)
-    rows = [
-        [point.kind, "–" if point.is_capsule else f"{point.gap * RADIUS:g}", f"{point.reference:.3f}"]
-        + [f"{errors[scheme]:+.2f}" for scheme in schemes]
-        for point, errors in values.items()
-    ]
-    markdown = table(["bodies", "gap [cells]", "drag over Stokes'", *schemes], rows) + "\n\nError of the drag [%]."
-    worst = {scheme: max((errors[scheme] for errors in values.values()), key=abs) for scheme in schemes}
-    return Section(markdown, {}, {scheme: {"pairs, capsules [%]": f"{error:+.1f}"} for scheme, error in worst.items()})
+def section(results: Results[float]) -> Section:
+    def row(point: Point) -> str:
+        gap = "–" if point.is_capsule else f"{point.gap * RADIUS:g}"
+        return f"{point.kind} | {gap} | {point.reference:.3f}"
+
+    markdown = table_by_point(results, "bodies | gap [cells] | drag over Stokes'", row, "{:+.2f}".format)
+    markdown += "\n\nError of the drag [%]."
+    return Section(markdown, worst(results, "pairs, capsules [%]", float))

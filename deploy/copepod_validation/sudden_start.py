@@ -1,13 +1,14 @@
 """Impulse on a sphere that starts suddenly in a periodic cube: Stokes drag, added mass and Basset's history force."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import Experiment, Section, by_point, lattice_case, sphere, table, viscosity
+from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
+from copepod_validation.experiment import table_by_point, viscosity, worst
 from copepod_validation.oscillating_sphere import CELLS, RADIUS, resistance
 
 REFERENCE = (
@@ -35,14 +36,14 @@ class Point:
     tau: float
 
 
-def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
-    found = []
-    for point in [Point(0.55)] if fast else [Point(0.55), Point(0.7), Point(1.0)]:
-        body = sphere(RADIUS, 3 * [0.5 * CELLS + 0.3], "prescribed", velocity_m_per_s=[0, 0, _SPEED])
-        case = lattice_case([CELLS] * 3, point.tau, "periodic", [body], _STEPS, **keys)
-        case["output"] = {"trajectory": {"every_steps": 1}}
-        found.append(Experiment(f"sudden_start-{scheme}-tau{point.tau:g}", scheme, point, case))
-    return found
+POINTS = [Point(0.55), Point(0.7), Point(1.0)]
+LABEL = "tau{0.tau:g}"
+FAST = POINTS[:1]
+
+
+def case_of(point: Point) -> CaseDict:
+    body = sphere(RADIUS, 3 * [0.5 * CELLS + 0.3], "prescribed", velocity_m_per_s=[0, 0, _SPEED])
+    return lattice_case([CELLS] * 3, point.tau, "periodic", [body], _STEPS)
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,9 @@ class Start:
     alternating: float
 
 
-def evaluate(folder: Path, experiment: Experiment) -> Start:
+def evaluate(folder: Path, point: Point) -> Start:
     force = Trajectory(folder / "trajectory.csv").of("sphere")["force_N"][:, 2]
-    nu, impulse = viscosity(experiment.point.tau), np.cumsum(force)
+    nu, impulse = viscosity(point.tau), np.cumsum(force)
     errors = []
     for step in range(200, _STEPS, 50):
         theory = -_SPEED * inverse_laplace(lambda s: resistance(s, RADIUS, CELLS, nu) / s**2, step + 1)
@@ -65,12 +66,8 @@ def evaluate(folder: Path, experiment: Experiment) -> Start:
     return Start(max(errors, key=abs), 100 * float(alternating))
 
 
-def section(results: Sequence[tuple[Experiment, Start]]) -> Section:
-    schemes, values = by_point(results)
-    rows = [
-        [f"{point.tau:g}", *(f"{found[scheme].error:+.2f} ({found[scheme].alternating:.2g})" for scheme in schemes)]
-        for point, found in values.items()
-    ]
-    markdown = table(["τ", *schemes], rows) + "\n\nLargest error of the impulse [%]; in brackets alternating part [%]."
-    worst = {scheme: max((found[scheme].error for found in values.values()), key=abs) for scheme in schemes}
-    return Section(markdown, {}, {scheme: {"sudden start [%]": f"{error:+.1f}"} for scheme, error in worst.items()})
+def section(results: Results[Start]) -> Section:
+    cell = "{0.error:+.2f} ({0.alternating:.2g})".format
+    markdown = table_by_point(results, "τ", "{0.tau:g}".format, cell)
+    markdown += "\n\nLargest error of the impulse [%]; in brackets alternating part [%]."
+    return Section(markdown, worst(results, "sudden start [%]", lambda start: start.error))

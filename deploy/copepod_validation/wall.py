@@ -1,6 +1,5 @@
 """A sphere that moves near a wall or turns there, so slowly and briefly that the gap stays what it is."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,17 +7,8 @@ import numpy as np
 
 from copepod_report.style import LIGHT, new_figure, png_of
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import (
-    COLOURS,
-    CaseDict,
-    Experiment,
-    Section,
-    by_point,
-    lattice_case,
-    sphere,
-    table,
-    viscosity,
-)
+from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
+from copepod_validation.experiment import table_by_point, viscosity, worst
 
 REFERENCE = (
     "Drag over 6πμRU, torque over 8πμR³Ω. Towards the wall: Brenner's series [Chem. Eng. Sci. 16, 1961]; along it "
@@ -27,11 +17,6 @@ REFERENCE = (
     "at the widest gap by 2 %: in one of 32 × 24 × 18 radii the error of central_linear there is 0.0 %. All with "
     "`lubrication: {cut_off_cells: auto}`, which acts at gaps below two cells."
 )
-TOWARDS = (2.3524, 1.5431, 1.26, 1.125, 1.06, 1.02)  # height of the centre over the radius
-ALONG = {2.3524: 1.3079, 1.5431: 1.5675, 1.1276: 2.1514, 1.0453: 2.6475, 1.005004: 3.7863}
-TURNING = {1.5431: 1.0998, 1.1276: 1.3877, 1.0453: 1.6996, 1.005004: 2.5056}
-# Each in boxes of 16 radii: 2700 points to the cube of the radius.
-FINE = (("towards", 1.06), ("towards", 1.02), ("along", 1.0453), ("turning", 1.0453))
 _SPEED = 1e-9  # of the surface
 
 
@@ -48,11 +33,18 @@ def approach(height: float) -> float:
     return float(4 / 3 * np.sinh(alpha) * terms.sum())
 
 
+DRAG = {  # by the height of the centre over the radius
+    "towards": {height: approach(height) for height in (2.3524, 1.5431, 1.26, 1.125, 1.06, 1.02)},
+    "along": {2.3524: 1.3079, 1.5431: 1.5675, 1.1276: 2.1514, 1.0453: 2.6475, 1.005004: 3.7863},
+    "turning": {1.5431: 1.0998, 1.1276: 1.3877, 1.0453: 1.6996, 1.005004: 2.5056},
+}
+
+
 @dataclass(frozen=True)
 class Point:
     way: str  # "towards", "along" or "turning"
     height: float  # of the centre, over the radius
-    radius: float
+    radius: float = 4.0
 
     @property
     def gap(self) -> float:
@@ -65,28 +57,17 @@ class Point:
 
     @property
     def reference(self) -> float:
-        if self.way == "towards":
-            return approach(self.height)
-        return (ALONG if self.way == "along" else TURNING)[self.height]
+        return DRAG[self.way][self.height]
 
 
-def experiments(scheme: str, keys: Mapping[str, str], fast: bool) -> list[Experiment]:
-    ways = {"towards": TOWARDS, "along": ALONG, "turning": TURNING}
-    points = [Point(way, height, 4.0) for way, heights in ways.items() for height in heights]
-    if scheme == "parabolic":
-        points += [Point(way, height, 8.0) for way, height in FINE]
-    return [
-        Experiment(
-            f"wall-{scheme}-{point.way}_height{point.height:g}_radius{point.radius:g}",
-            scheme,
-            point,
-            _case(point, keys),
-        )
-        for point in (points[4:5] if fast else points)
-    ]
+POINTS = [Point(way, height) for way, drags in DRAG.items() for height in drags]
+LABEL = "{0.way}_height{0.height:g}_radius{0.radius:g}"
+FAST = POINTS[4:5]
+_FINE = (("towards", 1.06), ("towards", 1.02), ("along", 1.0453), ("turning", 1.0453))
+MORE = {"parabolic": [Point(*fine, 8.0) for fine in _FINE]}  # boxes of 16 radii: 2700 points to the cube of the radius
 
 
-def _case(point: Point, keys: Mapping[str, str]) -> CaseDict:
+def case_of(point: Point) -> CaseDict:
     R = point.radius
     motion: CaseDict = {"velocity_m_per_s": [0, 0, -_SPEED] if point.way == "towards" else [_SPEED, 0, 0]}
     if point.way == "turning":
@@ -94,13 +75,9 @@ def _case(point: Point, keys: Mapping[str, str]) -> CaseDict:
     body = sphere(R, (8 * R, 8 * R, point.height * R), "prescribed", **motion)
     planes = ["x", "y"] if point.way == "towards" else ["y"]
     boundaries = {"x": "periodic", "z": "no_slip", **{axis: "free_slip" for axis in planes}}  # which here is periodic
-    box = [int(16 * R), int(16 * R), int(12 * R)]
-    case = lattice_case(
-        box, 1.0, "periodic", [body], point.steps, boundaries=boundaries, symmetry_planes=planes, **keys
-    )
-    case["lubrication"] = {"cut_off_cells": "auto"}
-    case["output"] = {"trajectory": {"every_steps": 1, "from_step": point.steps * 2 // 3}}
-    return case
+    box, start = [int(16 * R), int(16 * R), int(12 * R)], point.steps * 2 // 3
+    case = lattice_case(box, 1.0, boundaries, [body], point.steps, start, symmetry_planes=planes)
+    return case | {"lubrication": {"cut_off_cells": "auto"}}
 
 
 @dataclass(frozen=True)
@@ -112,8 +89,8 @@ class Drag:
     alternating: float
 
 
-def evaluate(folder: Path, experiment: Experiment) -> Drag:
-    point, sample = experiment.point, Trajectory(folder / "trajectory.csv").of("sphere")
+def evaluate(folder: Path, point: Point) -> Drag:
+    sample = Trajectory(folder / "trajectory.csv").of("sphere")
     if point.way == "turning":
         load, stokes = sample["torque_N_m"][1:-1, 1], 8 * np.pi * viscosity(1.0) * point.radius**2 * _SPEED
     else:
@@ -124,42 +101,26 @@ def evaluate(folder: Path, experiment: Experiment) -> Drag:
     return Drag(100 * (last / (stokes * point.reference) - 1), 100 * abs(last / before - 1), 50 * abs(step / last))
 
 
-def section(results: Sequence[tuple[Experiment, Drag]]) -> Section:
-    schemes, values = by_point(results)
-    rows = [
-        [point.way, f"{point.radius:g}", f"{point.gap:.2f}", f"{point.reference:.3f}"]
-        + [f"{drags[scheme].error:+.2f}" if scheme in drags else "" for scheme in schemes]
-        for point, drags in values.items()
-    ]
-    markdown = table(["way", "R [cells]", "gap [cells]", "over Stokes'", *schemes], rows)
-    change, alternating = max(drag.change for _, drag in results), max(drag.alternating for _, drag in results)
-    markdown += (
+def section(results: Results[Drag]) -> Section:
+    heads = "way | R [cells] | gap [cells] | over Stokes'"
+    row = "{0.way} | {0.radius:g} | {0.gap:.2f} | {0.reference:.3f}".format
+    change, alternating = max(drag.change for _, _, drag in results), max(drag.alternating for _, _, drag in results)
+    markdown = table_by_point(results, heads, row, "{0.error:+.2f}".format, none="") + (
         "\n\nError of the load [%], mean of two steps, between which the sudden start leaves it alternating by up to "
         f"±{alternating:.1g} %. The last third of the runs changed it by at most {change:.1g} %.\n\n"
         "![Error of the load over the gap](accuracy_wall.png)"
     )
-    worst = {
-        scheme: max((drags[scheme].error for drags in values.values() if scheme in drags), key=abs)
-        for scheme in schemes
-    }
-    overview = {scheme: {"wall [%]": f"{error:+.1f}"} for scheme, error in worst.items()}
-    return Section(markdown, {"accuracy_wall.png": _figure(schemes, values)}, overview)
+    overview = worst(results, "wall [%]", lambda drag: drag.error)
+    return Section(markdown, overview, {"accuracy_wall.png": _figure(results)})
 
 
-def _figure(schemes: Sequence[str], values: Mapping[Point, Mapping[str, Drag]]) -> bytes:
+def _figure(results: Results[Drag]) -> bytes:
     figure, panels = new_figure(LIGHT, 3.2, ncols=3, sharey=True)
-    for panel, way in zip(panels, ("towards", "along", "turning")):
-        chosen = [point for point in values if point.way == way and point.radius == 4]
-        for scheme in schemes:
-            panel.semilogx(
-                [point.gap for point in chosen],
-                [values[point][scheme].error for point in chosen],
-                "o-",
-                markersize=4,
-                linewidth=1,
-                color=COLOURS[scheme],
-                label=scheme,
-            )
+    for panel, way in zip(panels, DRAG):
+        for scheme in by_scheme(results):
+            chosen = [(p.gap, drag.error) for one, p, drag in results if (one, p.way, p.radius) == (scheme, way, 4)]
+            gaps, errors = np.reshape(chosen, (-1, 2)).T
+            panel.semilogx(gaps, errors, "o-", markersize=4, linewidth=1, color=COLOURS[scheme], label=scheme)
         panel.axhline(0, color=LIGHT.ink, linewidth=0.8)
         panel.set_title(f"{way} the wall" if way != "turning" else "turning", fontsize=10)
         panel.set_xlabel("gap [cells]")

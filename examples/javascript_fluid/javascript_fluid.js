@@ -221,7 +221,11 @@ function serve(options) {
 
   control.events.on("connect", () => (brokenSince = undefined));
   control.events.on("disconnect", () => (brokenSince ??= Date.now()));
+  let looked = Date.now();
   setInterval(() => {
+    const wasSuspended = Date.now() - looked > 1000;
+    looked = Date.now();
+    if (wasSuspended) [lastPing, brokenSince] = [lastPing, brokenSince].map((time) => time && looked);
     const [silent_s, broken_s] = [lastPing, brokenSince].map((time) => (Date.now() - (time ?? Date.now())) / 1000);
     if (lastPing && (silent_s > options["orphan-after"] || broken_s > 3)) process.exit(LOST);
   }, 100);

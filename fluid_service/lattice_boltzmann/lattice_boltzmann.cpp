@@ -41,7 +41,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       links_(map_, layout_, halo_.interior()),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
       films_(setup),
-      exchange_momentum_(choose_momentum_exchange<T>(setup.moving_boundary, constants_)),
+      exchange_momentum_(make_momentum_exchange<T>(setup.moving_boundary, constants_, layout_, map_, films_)),
       reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size()),
       load_sum_halves_(2 * load_components * setup.bodies.size()),
@@ -74,16 +74,16 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   map_.accept_fresh_cells();
   timer_.book(Phase::refill);
 
-  if (exchange_momentum_.uses_second_cell) {
+  if (exchange_momentum_->uses_second_cell) {
     halo_.start(populations_.data(), placement_);
     timer_.book(Phase::halo);
     receive_halo();
   }
-  if (exchange_momentum_.conserving) count_changed_cells();
+  if (exchange_momentum_->conserving) count_changed_cells();
   reflected_.clear();
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    exchange_momentum_.exchange(populations_.data(), layout_, placement_, map_, films_, b, links_.of_body(b),
-                                constants_, returned_mass(b), load_sums_[b], reflected_);
+    (*exchange_momentum_)(populations_.data(), placement_, b, links_.of_body(b), returned_mass(b), load_sums_[b],
+                          reflected_);
   timer_.book(Phase::momentum);
   sum_loads();
   report_loads(kinematics, loads);
@@ -95,8 +95,7 @@ void LatticeBoltzmann<T>::count_changed_cells() {
   const auto add = [this](const BodyMap::ChangedCell& changed, int sign) {
     if (step_ == 0 || !layout_.block().contains(changed.cell)) return;  // at step 0 bodies displace fluid at rest
     load_sums_[static_cast<std::size_t>(changed.body)][mass_component] +=
-        sign * fixed_point::from_double(
-                   excess_density_of_cell(populations_.data(), layout_, layout_.site(changed.cell), placement_));
+        sign * fixed_point::from_double(moments_of(layout_.site(changed.cell)).excess_density);
   };
   for (const BodyMap::ChangedCell& covered : map_.covered()) add(covered, 1);
   for (const BodyMap::ChangedCell& uncovered : map_.uncovered()) add(uncovered, -1);
@@ -115,7 +114,7 @@ void LatticeBoltzmann<T>::sum_loads() {
   auto half = load_sum_halves_.begin();
   for (const LoadSums& sums : load_sums_)
     for (const fixed_point::Sum sum : sums) half = std::ranges::copy(fixed_point::halves(sum), half).out;
-  if (exchange_momentum_.conserving)
+  if (exchange_momentum_->conserving)
     communicator_.sum_to_all(load_sum_halves_);
   else
     communicator_.sum_to_leader(load_sum_halves_);
@@ -125,7 +124,7 @@ void LatticeBoltzmann<T>::sum_loads() {
       sum = fixed_point::from_halves(half[0], half[1]);
       half += 2;
     }
-  if (!exchange_momentum_.conserving) return;
+  if (!exchange_momentum_->conserving) return;
   for (Eigen::Index b = 0; b < absorbed_mass_.cols(); ++b) {
     const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
     absorbed_mass_(0, b) += fixed_point::to_double(sums[mass_component]);
@@ -185,7 +184,7 @@ void LatticeBoltzmann<T>::receive_halo() {
 template <class T>
 void LatticeBoltzmann<T>::advance() {
   timer_.start();
-  const bool received = exchange_momentum_.uses_second_cell;  // in exchange
+  const bool received = exchange_momentum_->uses_second_cell;  // in exchange
   if (!received) halo_.start(populations_.data(), placement_);
   // Before walls: it needs the moments of populations that no wall has changed.
   pressure_faces_.apply(populations_.data(), placement_);
@@ -235,14 +234,15 @@ void LatticeBoltzmann<T>::check_row(std::int64_t x, std::int64_t y) const {
 }
 
 template <class T>
-CellMoments LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
+Moments<double> LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
   constexpr double largest_excess_density = 0.5;
   constexpr double largest_momentum = 0.4;
-  const CellMoments m = moments_of_cell(populations_.data(), layout_, layout_.site(cell), placement_);
-  if (std::abs(m.excess_density) < largest_excess_density && m.momentum.norm() < largest_momentum) return m;
+  const Moments<double> m = moments_of(layout_.site(cell));
+  const double momentum = m.momentum_vector().norm();
+  if (std::abs(m.excess_density) < largest_excess_density && momentum < largest_momentum) return m;
   throw SolverError("the flow diverged at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) + ", " +
                         std::to_string(cell[2]) + ") (density " + std::to_string(1.0 + m.excess_density) +
-                        ", momentum " + std::to_string(m.momentum.norm()) +
+                        ", momentum " + std::to_string(momentum) +
                         " in lattice units). Use a larger relaxation time, collision: trt, or a shorter step.",
                     communicator_.rank(), step_ - 1);
 }
@@ -265,9 +265,9 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
       const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(owner - 1)];
       velocity = body.surface_velocity(domain_.from_position(body.position, cell));
     } else {
-      const CellMoments m = checked_moments(cell);
+      const Moments<double> m = checked_moments(cell);
       density += m.excess_density;
-      velocity = (m.momentum - half_force) / density;
+      velocity = (m.momentum_vector() - half_force) / density;
     }
     result.density_kg_per_m3.push_back(units_.density_kg_per_m3(density));
     for (int axis = 0; axis < 3; ++axis) result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
@@ -297,8 +297,7 @@ fixed_point::Sum LatticeBoltzmann<T>::excess_mass() const {
   fixed_point::Sum sum = 0;
   const auto add = [&](const Cell& cell) {
     const Site site = layout_.site(cell);
-    if (map_.owner(site.index) == BodyMap::fluid)
-      sum += fixed_point::from_double(excess_density_of_cell(populations_.data(), layout_, site, placement_));
+    if (map_.owner(site.index) == BodyMap::fluid) sum += fixed_point::from_double(moments_of(site).excess_density);
   };
   for_each_cell(layout_.block(), add, showing_progress());
   return sum;
@@ -372,39 +371,6 @@ std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Com
   if (setup.precision == Precision::single_precision)
     return std::make_unique<LatticeBoltzmann<float>>(setup, communicator);
   return std::make_unique<LatticeBoltzmann<double>>(setup, communicator);
-}
-
-namespace {
-
-/// @param copies  of the fields
-std::int64_t bytes_of_block(const Box& block, const Domain& domain, int number_bytes, std::int64_t copies) {
-  constexpr std::int64_t huge_page = std::int64_t{2} << 20;
-  constexpr std::int64_t field_bytes = 4 * sizeof(double) + sizeof(std::int32_t);
-  const PopulationLayout layout(block, number_bytes);
-  const std::int64_t pages = (layout.values() * number_bytes + huge_page - 1) / huge_page;
-  std::int64_t bytes =
-      pages * huge_page + layout.cells() * std::int64_t{sizeof(std::int32_t)} + copies * field_bytes * block.volume();
-  for (int axis = 0; axis < 3; ++axis) {
-    // Five populations per face cell, sent and received.
-    const std::int64_t faces = (block.low[axis] > 0 ? 1 : 0) + (block.high[axis] < domain.cells()[axis] ? 1 : 0);
-    bytes += faces * 2 * 5 * number_bytes * (block.volume() / block.extent(axis));
-  }
-  return bytes;
-}
-
-}  // namespace
-
-std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks) {
-  const Domain domain(setup, LatticeUnits(setup));
-  const BlockPartition partition(domain.cells(), ranks);
-  const int number_bytes = setup.precision == Precision::single_precision ? sizeof(float) : sizeof(double);
-  const bool writes_fields = setup.fields.every_steps > 0 || setup.fields.mean_stop > 0;
-  const std::int64_t copies = setup.fields.mean_stop > 0 ? 3 : writes_fields ? 2 : 0;
-  std::int64_t largest = 0;
-  for (int rank = 0; rank < ranks; ++rank)
-    largest = std::max(largest, bytes_of_block(partition.block(rank), domain, number_bytes, copies));
-  constexpr std::int64_t hdf5_library = std::int64_t{4} << 20;
-  return largest + (writes_fields ? hdf5_library : 0);
 }
 
 }  // namespace copepod::fluid

@@ -96,7 +96,10 @@ class LatticeBoltzmann final : public FluidSolver {
   void check_rows() const;
   void check_all_rows() const;
   void check_row(std::int64_t x, std::int64_t y) const;
-  [[nodiscard]] CellMoments checked_moments(const Cell& cell) const;
+  [[nodiscard]] Moments<double> moments_of(const Site& site) const {
+    return moments(layout_.gather(populations_.data(), site, placement_));
+  }
+  [[nodiscard]] Moments<double> checked_moments(const Cell& cell) const;
   [[nodiscard]] std::uint64_t digest_of_fluid_cells() const;
   [[nodiscard]] fixed_point::Sum excess_mass() const;
   /// For loops over the block that take long.
@@ -121,7 +124,7 @@ class LatticeBoltzmann final : public FluidSolver {
   BoundaryLinks links_;
   std::unique_ptr<Refiller<T>> refill_;
   ThinFilms films_;
-  MomentumExchange<T> exchange_momentum_;
+  std::unique_ptr<MomentumExchange<T>> exchange_momentum_;
   ReflectedPopulations<T> reflected_;
   std::vector<LoadSums> load_sums_;            ///< by body
   std::vector<std::int64_t> load_sum_halves_;  ///< of all of them

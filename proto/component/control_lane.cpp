@@ -65,7 +65,7 @@ class Conversation {
     header_.session_id = welcome.session_id;
     header_.epoch = welcome.epoch;
     welcomed_ = true;
-    signs_ = {now_s(), -1};
+    signs_ = {now_s(), -1, now_s()};
   }
 
   void answer_ping() {
@@ -83,9 +83,7 @@ class Conversation {
   }
 
   void look_for_coupler() {
-    const bool connected = dealer_->connected();
-    if (connected) signs_.disconnected_since_s = -1;
-    if (!connected && signs_.disconnected_since_s < 0) signs_.disconnected_since_s = now_s();
+    signs_ = on_look(signs_, dealer_->connected(), patience_, now_s());
     const std::string reason = orphan_reason(signs_, patience_, now_s());
     if (reason.empty() || vitals_.context.stop_requested() != 0) return;
     log_.error("{}", reason);

@@ -14,13 +14,6 @@ Eigen::Vector3d length_of_domain_m(const FluidSetup& setup) {
                                              static_cast<double>(setup.domain_cells[2]));
 }
 
-std::vector<double> radii_m(const std::vector<Shape>& bodies, double margin_m) {
-  std::vector<double> result;
-  result.reserve(bodies.size());
-  for (const Shape& shape : bodies) result.push_back(bounding_radius_m(shape) + margin_m);
-  return result;
-}
-
 std::array<double, 3> periodic_length_m(const FluidSetup& setup) {
   std::array<double, 3> result{};
   const Eigen::Vector3d length_m = length_of_domain_m(setup);
@@ -42,7 +35,7 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
     : setup_(setup),
       reach_m_(reach_m),
       length_m_(length_of_domain_m(setup)),
-      grid_(radii_m(setup.bodies, 0.5 * reach_m), periodic_length_m(setup)),
+      near_pairs_(setup.bodies, reach_m, periodic_length_m(setup)),
       surfaces_(setup.bodies.size()) {
   for (std::size_t face = 0; face < 6; ++face)
     mirror_[face] =
@@ -59,8 +52,7 @@ CoreSegment NearSurfaces::core(int body, const Kinematics& kinematics) const {
 
 void NearSurfaces::find(const Kinematics& kinematics) {
   for (auto& surfaces : surfaces_) surfaces.clear();
-  grid_.find_pairs(kinematics.position_m, pairs_);
-  for (const auto& [A, B] : pairs_) {
+  for (const auto& [A, B] : near_pairs_.at(kinematics.position_m)) {
     add_images(A, B, kinematics);
     add_images(B, A, kinematics);
   }
@@ -94,7 +86,7 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
       surface.core.half_W_m[axis] *= -1.0;
     }
     if (!exists) continue;
-    surface.core.centre_W_m = grid_.nearest_image_m(surface.core.centre_W_m - centre_m);
+    surface.core.centre_W_m = near_pairs_.nearest_image_m(surface.core.centre_W_m - centre_m);
     if (segment_distance_m(own, surface.core) - radius_m - surface.radius_m < reach_m_)
       surfaces_[static_cast<std::size_t>(body)].push_back(surface);
   }

@@ -8,7 +8,7 @@
 
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
-#include "geometry/neighbour_grid.hpp"
+#include "geometry/near_pairs.hpp"
 #include "geometry/segment_distance.hpp"
 
 namespace copepod {
@@ -68,8 +68,7 @@ class NearSurfaces {
   double reach_m_;
   Eigen::Vector3d length_m_;
   std::array<bool, 6> mirror_{};  ///< by face
-  NeighbourGrid grid_;
-  std::vector<BodyPair> pairs_;
+  NearPairs near_pairs_;
   std::vector<std::vector<NearSurface>> surfaces_;
 };
 

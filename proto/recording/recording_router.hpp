@@ -21,6 +21,7 @@ class RecordingRouter final : public transport::Router {
   bool receive(transport::Frame& frame, transport::Duration wait) override;
   bool send(const std::string& peer, transport::Bytes bytes) override;
   bool connected(const std::string& peer) override { return router_->connected(peer); }
+  std::string next_remark() override { return router_->next_remark(); }
 
  private:
   struct Speaker {

@@ -13,12 +13,14 @@ Liveness on_ping(Liveness liveness, const Patience& patience, double now_s) {
   return liveness;
 }
 
-Liveness on_pong(Liveness liveness, const Pong& pong, double now_s) {
+Liveness on_pong(Liveness liveness, const Pong& pong, const Patience& patience, double now_s) {
   const Pong& before = liveness.pong;
   if (pong.stamp_ns < before.stamp_ns) return liveness;
   const bool moved = pong.step != before.step || pong.phase != before.phase || pong.progress != before.progress ||
                      pong.received_sequence != before.received_sequence ||
                      pong.replied_sequence != before.replied_sequence;
+  const double silent_s = liveness.unanswered_since_s < 0 ? 0.0 : now_s - liveness.unanswered_since_s;
+  if (silent_s > patience.pause_s) liveness.last_change_s += silent_s;  // in which nothing could be seen to move
   if (moved) liveness.last_change_s = now_s;
   liveness.pong = pong;
   liveness.unanswered_since_s = -1;
@@ -37,6 +39,7 @@ Liveness on_look(Liveness liveness, bool connected, const Patience& patience, do
   if (was_away) {
     liveness.last_change_s = now_s;
     if (liveness.unanswered_since_s >= 0) liveness.unanswered_since_s = now_s;
+    if (liveness.disconnected_since_s >= 0) liveness.disconnected_since_s = now_s;
   }
   liveness.attention_s = now_s;
   if (connected) liveness.disconnected_since_s = -1;
@@ -50,7 +53,8 @@ Health judge(const Liveness& liveness, bool work_due, const Patience& patience, 
   const bool unanswered = liveness.unanswered_since_s >= 0;
   if (unanswered && now_s - liveness.unanswered_since_s > patience.silence_s) return Health::silent;
   const bool busy = work_due || liveness.pong.phase != Phase::waiting;
-  if (busy && now_s - liveness.last_change_s > patience.progress_deadline_s) return Health::hung;
+  const double seen_s = unanswered ? liveness.unanswered_since_s : now_s;
+  if (busy && seen_s - liveness.last_change_s > patience.progress_deadline_s) return Health::hung;
   return Health::fine;
 }
 

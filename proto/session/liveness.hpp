@@ -36,8 +36,9 @@ enum class Health { fine, disconnected, silent, hung };
 /// A ping was sent.
 Liveness on_ping(Liveness liveness, const Patience& patience, double now_s);
 
-/// A pong arrived. One that was overtaken by a newer one is ignored.
-Liveness on_pong(Liveness liveness, const Pong& pong, double now_s);
+/// A pong arrived. One that was overtaken by a newer one is ignored. After a silence (a network that was cut) the
+/// component is not blamed for what it did not show meanwhile.
+Liveness on_pong(Liveness liveness, const Pong& pong, const Patience& patience, double now_s);
 
 /// A request was sent on the data lane: the component has the full deadline for it, and is asked after
 /// `resend_after_s` whether it has arrived.

@@ -8,13 +8,26 @@ namespace copepod::session {
 struct OrphanPatience {
   double orphan_after_s = 10.0;  ///< without a ping
   double disconnected_s = 3.0;   ///< without a connection
+  double pause_s = 1.0;          ///< a gap in the component's own attention that excuses the coupler
 };
 
 /// Signs of life of the coupler, as a component sees them. Times are seconds of one monotonic clock.
 struct CouplerSigns {
   double last_ping_s = 0.0;          ///< or when the Welcome came
   double disconnected_since_s = -1;  ///< negative: connected
+  double attention_s = 0.0;          ///< when the component last looked
 };
+
+/// The component looks, after it has read every message that had arrived. If it was away for a while itself (a
+/// suspended job or machine), the coupler's clocks start anew: it was suspended too.
+inline CouplerSigns on_look(CouplerSigns signs, bool connected, const OrphanPatience& patience, double now_s) {
+  const bool was_away = now_s - signs.attention_s > patience.pause_s;
+  if (was_away) signs.last_ping_s = now_s;
+  if (connected) signs.disconnected_since_s = -1;
+  if (!connected && (was_away || signs.disconnected_since_s < 0)) signs.disconnected_since_s = now_s;
+  signs.attention_s = now_s;
+  return signs;
+}
 
 /// Why the component must take its coupler for lost; empty as long as it need not.
 inline std::string orphan_reason(const CouplerSigns& signs, const OrphanPatience& patience, double now_s) {

@@ -1,14 +1,13 @@
 #include "transport/authenticator.hpp"
 
 #include <array>
-#include <vector>
 
 namespace copepod::transport {
 
 namespace {
 
 /// Frames of a request: version, id, domain, address, routing id, mechanism, then credentials [RFC 27].
-enum Place : std::size_t { version = 0, request_id = 1, mechanism = 5, credential = 6, count = 7 };
+enum Place : std::size_t { version = 0, request_id = 1, address = 3, mechanism = 5, credential = 6, count = 7 };
 
 std::string as_bytes(const std::string& z85_key) {
   std::array<std::uint8_t, 32> bytes{};
@@ -25,7 +24,8 @@ Authenticator::Authenticator(zmq::context_t& context, const std::map<std::string
   socket_.bind("inproc://zeromq.zap.01");
 }
 
-void Authenticator::answer() {
+std::vector<std::string> Authenticator::answer() {
+  std::vector<std::string> rejected;
   zmq::message_t part;
   while (socket_.recv(part, zmq::recv_flags::dontwait)) {
     std::vector<std::string> request{part.to_string()};
@@ -34,6 +34,7 @@ void Authenticator::answer() {
     const bool has_key = request[Place::mechanism] == "CURVE";
     const auto found = has_key ? admitted_.find(request[Place::credential]) : admitted_.end();
     const bool is_admitted = found != admitted_.end();
+    if (!is_admitted) rejected.push_back(request[Place::address]);
     const std::array<std::string, 6> reply = {request[Place::version],          request[Place::request_id],
                                               is_admitted ? "200" : "400",      is_admitted ? "" : "unknown key",
                                               is_admitted ? found->second : "", ""};
@@ -42,6 +43,7 @@ void Authenticator::answer() {
       socket_.send(zmq::buffer(reply[i]), is_last ? zmq::send_flags::none : zmq::send_flags::sndmore);
     }
   }
+  return rejected;
 }
 
 }  // namespace copepod::transport

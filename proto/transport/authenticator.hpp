@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include <zmq.hpp>
 
@@ -16,7 +17,8 @@ class Authenticator {
   Authenticator(zmq::context_t& context, const std::map<std::string, std::string>& admitted);
 
   /// Answers all requests that have arrived.
-  void answer();
+  /// @return addresses of those who were rejected
+  std::vector<std::string> answer();
 
  private:
   zmq::socket_t socket_;

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "contract/errors.hpp"
+#include "system/storage_errno.hpp"
 
 namespace copepod::transport {
 
@@ -21,10 +22,16 @@ std::string owner_of(int descriptor) {
   return owner.empty() ? "unknown" : owner;
 }
 
+[[noreturn]] void throw_full(const std::string& path, int error) {
+  throw StorageError("The lock file " + path + " cannot be written (" + std::strerror(error) +
+                     "). Free space and inodes on that disk.");
+}
+
 }  // namespace
 
 LockFile::LockFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
   if (descriptor_ < 0) {
+    if (is_storage_errno(errno)) throw_full(path, errno);
     throw Refused("The lock file " + path + " cannot be opened (" + std::strerror(errno) +
                   "). Choose a directory that exists and that you may write.");
   }
@@ -38,8 +45,9 @@ LockFile::LockFile(const std::string& path) : descriptor_(open(path.c_str(), O_R
   const bool written = ftruncate(descriptor_, 0) == 0 &&
                        pwrite(descriptor_, pid.data(), pid.size(), 0) == static_cast<ssize_t>(pid.size());
   if (!written) {
+    const int error = errno;
     close(descriptor_);
-    throw Refused("The lock file " + path + " cannot be written (is the disk full?). Free some space.");
+    throw_full(path, error);
   }
 }
 

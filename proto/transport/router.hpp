@@ -22,6 +22,9 @@ class Router {
   /// @return false if the peer cannot be reached
   virtual bool send(const std::string& peer, Bytes bytes) = 0;
 
+  /// Next remark about a stranger, as one sentence for a log; empty if there is none.
+  virtual std::string next_remark() { return {}; }
+
   /// Whether the connection over which the peer spoke last still stands. Unknown peers are not connected.
   virtual bool connected(const std::string& peer) = 0;
 };

@@ -12,7 +12,8 @@ namespace copepod::transport {
 
 /// Binds a ROUTER socket. For ipc the path is guarded by a lock file beside it.
 /// @param keys  messages are encrypted, and only holders of an admitted key may connect
-/// @throws Refused if the address is taken or cannot be bound, CaseError if it is not valid or needs keys
+/// @throws Refused if the address is taken or cannot be bound, CaseError if it is not valid or needs keys, StorageError
+///         if the disk is full
 std::unique_ptr<Router> bind_router(const std::string& endpoint, const std::optional<CouplerKeys>& keys = std::nullopt);
 
 /// Connects a DEALER socket; the coupler need not be there yet.

@@ -1,10 +1,17 @@
+#include <algorithm>
+#include <arpa/inet.h>
+#include <array>
+#include <chrono>
+#include <deque>
 #include <map>
 #include <optional>
 #include <set>
+#include <sys/socket.h>
 
 #include <zmq.hpp>
 
 #include "contract/errors.hpp"
+#include "system/storage_errno.hpp"
 #include "transport/authenticator.hpp"
 #include "transport/connection_monitor.hpp"
 #include "transport/endpoint.hpp"
@@ -19,14 +26,32 @@ namespace {
 constexpr int kRouterLingerMs = 1000;  ///< for the last messages of a coupler that ends
 
 constexpr std::uint64_t kMessagesPerAuthentication = 64;  ///< where there is no quiet moment for it
+constexpr std::size_t kMostRemarks = 64;                  ///< that wait to be read
+constexpr std::chrono::seconds kStalledAfter{3};
+
+/// Address of the other end: "10.0.0.7:4711", or what there is instead.
+std::string address_of(int descriptor) {
+  sockaddr_in address{};
+  socklen_t size = sizeof address;
+  std::array<char, INET_ADDRSTRLEN> text{};
+  if (getpeername(descriptor, reinterpret_cast<sockaddr*>(&address), &size) != 0 || address.sin_family != AF_INET ||
+      inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size()) == nullptr)
+    return "an unknown address";
+  return std::string(text.data()) + ":" + std::to_string(ntohs(address.sin_port));
+}
 
 /// Which connection, by file descriptor, each peer spoke on last, and which connections stand.
 class ConnectionBook {
  public:
-  void opened(int descriptor) { standing_.insert(descriptor); }
+  void opened(int descriptor) {
+    standing_.insert(descriptor);
+    const auto speaks_on_it = [descriptor](const auto& last) { return last.second == descriptor; };
+    if (std::none_of(last_.begin(), last_.end(), speaks_on_it)) unheard_[descriptor] = Clock::now();
+  }
 
   void closed(int descriptor) {
     standing_.erase(descriptor);
+    unheard_.erase(descriptor);
     // The kernel will reuse the number: no peer may seem connected by it.
     for (auto& [peer, last] : last_) {
       if (last == descriptor) last = -1;
@@ -34,6 +59,7 @@ class ConnectionBook {
   }
 
   void spoke(const std::string& peer, int descriptor) {
+    if (!unheard_.empty()) unheard_.erase(descriptor);
     const auto found = last_.find(peer);
     if (found == last_.end()) {
       last_.emplace(peer, descriptor);
@@ -47,8 +73,20 @@ class ConnectionBook {
     return found != last_.end() && standing_.contains(found->second);
   }
 
+  /// A connection on which no message has come for too long; each is returned once.
+  std::optional<int> next_stalled() {
+    const auto oldest = std::min_element(unheard_.begin(), unheard_.end(),
+                                         [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (oldest == unheard_.end() || Clock::now() - oldest->second < kStalledAfter) return std::nullopt;
+    const int descriptor = oldest->first;
+    unheard_.erase(oldest);
+    return descriptor;
+  }
+
  private:
+  using Clock = std::chrono::steady_clock;
   std::set<int> standing_;
+  std::map<int, Clock::time_point> unheard_;  ///< since they were opened
   std::map<std::string, int> last_;
 };
 
@@ -70,6 +108,9 @@ class ZeroMqRouter final : public Router {
     try {
       socket_.bind(endpoint);
     } catch (const zmq::error_t& error) {
+      if (is_storage_errno(error.num()))
+        throw StorageError("The socket " + endpoint + " cannot be made (" + error.what() +
+                           "). Free space and inodes on that disk.");
       throw Refused("The address " + endpoint + " cannot be bound (" + error.what() +
                     "). Free it or choose another one.");
     }
@@ -77,10 +118,21 @@ class ZeroMqRouter final : public Router {
 
   bool receive(Frame& frame, Duration wait) override {
     const bool is_quiet = !receiver_.receive(socket_, peer_, wait);
-    if (authenticator_ && (is_quiet || ++messages_ % kMessagesPerAuthentication == 0)) authenticator_->answer();
+    if (authenticator_ && (is_quiet || ++messages_ % kMessagesPerAuthentication == 0)) authenticate();
     if (!is_quiet) return take(frame);
     read_monitor();
+    while (const std::optional<int> stalled = book_.next_stalled()) {
+      remark("A connection from " + address_of(*stalled) +
+             " has not sent a message (another program, or a component that hangs).");
+    }
     return false;
+  }
+
+  std::string next_remark() override {
+    if (remarks_.empty()) return {};
+    std::string remark = std::move(remarks_.front());
+    remarks_.pop_front();
+    return remark;
   }
 
   bool send(const std::string& peer, Bytes bytes) override {
@@ -113,6 +165,15 @@ class ZeroMqRouter final : public Router {
     socket_.set(zmq::sockopt::curve_secretkey, keys.secret);
   }
 
+  void authenticate() {
+    for (const std::string& address : authenticator_->answer())
+      remark("A connection from " + address + " was refused (its key is not one of this run).");
+  }
+
+  void remark(std::string text) {
+    if (remarks_.size() < kMostRemarks) remarks_.push_back(std::move(text));
+  }
+
   /// Takes frames (peer, message); anything of another shape is not a message of the protocol.
   bool take(Frame& frame) {
     if (!peer_.more()) return false;
@@ -139,6 +200,9 @@ class ZeroMqRouter final : public Router {
         case ConnectionMonitor::Event::closed:
           book_.closed(descriptor);
           break;
+        case ConnectionMonitor::Event::broken_off:
+          remark("A connection was given up (its handshake was not completed: another program, or other keys).");
+          break;
         default:
           break;
       }
@@ -153,6 +217,7 @@ class ZeroMqRouter final : public Router {
   std::optional<Authenticator> authenticator_;
   ConnectionBook book_;
   std::uint64_t messages_ = 0;
+  std::deque<std::string> remarks_;
   zmq::message_t peer_;
   zmq::message_t message_;
 };

@@ -71,6 +71,11 @@ BROKEN = {
             "coupler silent: exit code 69": STAYS,
         },
     ),
+    "takes_its_suspension_for_a_loss": (
+        "fluid",
+        ["ends"],
+        {"suspended for 3.5 s: continues": "exit code 69"},
+    ),
     "ends_as_if_all_were_well": (
         "fluid",
         ["handshake"],

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "transport/dealer.hpp"
@@ -30,5 +32,11 @@ class InMemoryWire {
   struct State;
   std::shared_ptr<State> state_;  // owners: the wire and its ends
 };
+
+/// Messages of text.
+inline std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+inline std::string text_of(const Frame& frame) {
+  return {reinterpret_cast<const char*>(frame.bytes().data()), frame.bytes().size()};
+}
 
 }  // namespace copepod::transport

@@ -5,11 +5,13 @@ import resource
 import shlex
 import shutil
 import signal
+import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
-from hurt_run import PROGRAMS, HurtRun, digest, undisturbed_digest, wait_for
+from hurt_run import CASE, PROGRAMS, HurtRun, digest, undisturbed_digest, wait_for
+from copepod_session import COMMAND
 
 SECOND_HALF = 500
 NEVER = ("--set", "output.checkpoint.every_steps=0")
@@ -113,6 +115,26 @@ class Checkpoint(unittest.TestCase):
         self.halted.unlink()
         self.assert_finishes(run)
         self.assertEqual(self.checkpoints(), ["step_000000100", "step_000000200"])
+
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("unshare"), "mounts a file system")
+    def test_disk_without_inodes_is_named_whatever_file_is_the_first_to_lack_one(self):
+        codes = set()
+        for inodes in range(2, 24):
+            mount = f"mount -t tmpfs -o nr_inodes={inodes},size=50m none {self.folder}"
+            run = [COMMAND, "run", CASE, "--out", self.folder / "out", "--ranks", "1", "--set", "run.steps=30", *NEVER]
+            answer = subprocess.run(
+                ["unshare", "--mount", "sh", "-c", f"{mount} && exec {shlex.join(map(str, run))}"],
+                env={**os.environ, "COPEPOD_BIN_DIR": str(PROGRAMS)},
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+            )
+            codes.add(answer.returncode)
+            if answer.returncode == 0:
+                break
+            self.assertEqual(answer.returncode, 73, f"{inodes}: {answer.stderr}")
+            self.assertIn("No space left on device", answer.stderr.splitlines()[-1])
+        self.assertEqual(codes, {0, 73})
 
     @staticmethod
     def limit_files_of_the_fluid(run, size):

@@ -14,6 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 COMMAND = ROOT / "deploy" / "copepod"
 FAKES = Path(__file__).resolve().parent / "fakes"
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 
 # A loss is noticed within about a second on an idle machine; without the mechanism under test, a run would end by a
 # deadline of 30 s or more. This limit lies between, so that a busy machine does not matter.
@@ -34,12 +35,12 @@ def wait_until(condition, what, timeout_s=60):
 class Session:
     """One `copepod …` in its own process group and working directory."""
 
-    def __init__(self, arguments, folder, programs, environment=()):
+    def __init__(self, arguments, folder, programs, environment=(), program=COMMAND):
         variables = {**os.environ, "COPEPOD_BIN_DIR": str(programs), **dict(environment)}
         self.folder = Path(folder)
         self._started_at = time.time()
         self.process = subprocess.Popen(
-            [str(COMMAND), *map(str, arguments)],
+            [str(program), *map(str, arguments)],
             cwd=folder,
             env=variables,
             stdin=subprocess.DEVNULL,
@@ -115,6 +116,13 @@ class Session:
         sockets = list(self.folder.rglob(".sockets"))
         return [*self.processes(), *sockets, *self.scratch_folders()]
 
+    def is_guard(self, pid):
+        """Whether a process is the one that cleans up after this command."""
+        try:
+            return f"/copepod-{self.process.pid}-" in Path(f"/proc/{pid}/cmdline").read_text()
+        except OSError:
+            return False
+
     def scratch_folders(self):
         """Temporary folders of this command, without those of an earlier process of the same id."""
         found = [path for where in ("/tmp", "/dev/shm") for path in Path(where).glob(f"copepod-{self.process.pid}-*")]
@@ -155,8 +163,8 @@ class CommandTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name).resolve()
 
-    def start(self, *arguments, environment=()):
-        session = Session(arguments, self.folder, self.programs, environment)
+    def start(self, *arguments, environment=(), program=COMMAND):
+        session = Session(arguments, self.folder, self.programs, environment, program)
         self.addCleanup(self._end_for_sure, session)
         return session
 
@@ -174,6 +182,25 @@ class CommandTest(unittest.TestCase):
         if session.process.poll() is None:
             session.process.send_signal(signal.SIGTERM)
             session.end()
+
+
+class WholeRunTest(CommandTest):
+    """Runs of whole cases by the programs that were built, to their end; ctest limits their time."""
+
+    programs = PROGRAMS
+
+    def finish(self, *arguments, code=0):
+        """The ended session of a command."""
+        session = self.start(*arguments)
+        self.assert_ends(session, code, timeout_s=None)
+        return session
+
+    def run_of(self, case, *settings, code=0):
+        """Folder of a run of the case below configs/, or of a file, with other values of some keys: «key=value»."""
+        out = self.folder / f"run_{len(list(self.folder.glob('run_*')))}"
+        words = [word for setting in settings for word in ("--set", setting)]
+        self.finish("run", ROOT / "configs" / case, *words, "--out", out, code=code)
+        return out
 
 
 class TinyRunTest(CommandTest):

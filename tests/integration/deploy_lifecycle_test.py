@@ -2,12 +2,14 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import time
 import unittest
+from pathlib import Path
 
-from copepod_session import COMMAND, FAKES, TinyRunTest
+from copepod_session import COMMAND, FAKES, PROMPT_S, TinyRunTest, wait_until
 
 
 STOPPED_S = 0.7  # half of what the command tolerates
@@ -88,6 +90,43 @@ class RunLifecycle(TinyRunTest):
         session.kill(signal.SIGKILL, "fluid", rank="1")
         self.assert_ends(session, 69)
         self.assertRegex(session.last_line, "fluid service on host .*, rank 1, .*ended, and mpirun did not notice")
+
+    def test_request_for_a_checkpoint_at_the_very_start_ends_nothing(self):
+        env = self.folder / "bin/env"  # by which the command starts Python
+        env.parent.mkdir()
+        env.write_text('#!/bin/sh\ntouch reached\nwhile [ ! -e go ]; do sleep 0.01; done\nexec /usr/bin/env "$@"\n')
+        env.chmod(0o755)
+        session = self.start("run", self.case(steps=100), environment={"PATH": f"{env.parent}:{os.environ['PATH']}"})
+        session.wait_for_file("reached")
+        session.process.send_signal(signal.SIGUSR1)
+        (self.folder / "go").touch()
+        self.assert_ends(session, 0)
+
+    def test_request_for_a_checkpoint_before_the_run_has_begun_is_passed_on(self):
+        session = self.start("run", self.case(steps=100))
+        status = Path(f"/proc/{session.process.pid}/status")
+        handled = re.compile(r"SigCgt:\s+(\w+)")
+        bit = 1 << (signal.SIGUSR1 - 1)
+        wait_until(lambda: int(handled.search(status.read_text())[1], 16) & bit, "a handler of SIGUSR1", PROMPT_S)
+        session.process.send_signal(signal.SIGUSR1)
+        self.assert_ends(session, 0)
+        self.assertTrue((self.folder / "runs/tiny/asked").exists())
+
+    def test_folders_of_a_run_whose_guard_was_killed_too_are_swept_by_a_later_run(self):
+        session = self.start_long_run()
+        processes = set(session.processes())
+        running = self.start_long_run()
+        guard = next(pid for pid in map(int, filter(str.isdigit, os.listdir("/proc"))) if session.is_guard(pid))
+        os.kill(guard, signal.SIGKILL)
+        session.process.kill()
+        session.end()
+        wait_until(lambda: not processes & set(session.processes()), "no process of the killed run", PROMPT_S)
+        for folder in [*session.scratch_folders(), *running.scratch_folders()]:
+            os.utime(folder, (0, 0))
+        self.assertEqual({folder.parent.name for folder in session.scratch_folders()}, {"tmp", "shm"})
+        self.assertEqual(self.start("run", self.case(steps=1)).end(), 0)
+        self.assertEqual(session.scratch_folders(), [])
+        self.assertTrue(running.scratch_folders())
 
     def test_frozen_component_is_named_once_the_coupler_reports_it(self):
         session = self.start_long_run("--fluid", f"{FAKES}/fluid_service", "--ranks", "1")

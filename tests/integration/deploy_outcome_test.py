@@ -46,6 +46,10 @@ class DescribeExit(unittest.TestCase):
         exit = describe_exit("fluid", -9, KILLED_RANK, "here", ranks=4)
         self.assertEqual((exit.signal, exit.rank, exit.host), (9, "3", "sea"))
 
+    def test_mpirun_that_could_not_start_its_ranks_was_not_killed(self):
+        exit = describe_exit("fluid", 243, "", "here", ranks=4)
+        self.assertEqual((exit.signal, exit.code), (0, 243))
+
     def test_success_is_success_whatever_the_log_says(self):
         exit = describe_exit("fluid", 0, FAILED_RANK, "here", ranks=4)
         self.assertEqual((exit.signal, exit.code), (0, 0))

@@ -100,6 +100,20 @@ class Refusals(TinyRunTest):
             self.assertIn(words, "".join(session.stdout))
             self.assertNotIn("ok\n", session.stdout)
 
+    def test_check_starts_no_command_of_the_case_unless_the_user_trusts_it(self):
+        script = self.component("exit 1")
+        script.write_text(f"#!/bin/bash\ntouch {self.folder}/started\nexec {FAKES}/body_service --capabilities\n")
+        for role, ranks in (("body", 1), ("fluid", 3)):
+            case = self.case(**{role: str(script)}, ranks=ranks)
+            session = self.start("check", case)
+            self.assert_ends(session, 0)
+            self.assertFalse((self.folder / "started").exists())
+            said = "".join(session.stdout)
+            self.assertIn(f"warning: the {role} component was not asked what it can do", said)
+            self.assertIn(f"a command of the case: {script}). Use --start-components if you trust the case.", said)
+        self.assert_ends(self.start("check", self.case(body=str(script)), "--start-components"), 0)
+        self.assertTrue((self.folder / "started").exists())
+
     def test_resume_of_nothing_is_an_error(self):
         session = self.start("run", self.case(), "--resume")
         self.assert_ends(session, 2)

@@ -91,6 +91,48 @@ class Storage(CommandTest):
         self.assertEqual(code, 0)
         self.assertTrue((self.folder / "here/summary.json").exists())
 
+    def test_closed_outputs_end_no_command(self):
+        environment = {**os.environ, "COPEPOD_BIN_DIR": str(FAKES)}
+        for number, closed in enumerate(("1>&-", "2>&-", "0<&- 1>&- 2>&-")):
+            for command in (f"run case.yaml --out here{number}", "check case.yaml"):
+                script = f"{COMMAND} {command} {closed}"
+                answer = subprocess.run(
+                    ["bash", "-c", script], cwd=self.folder, env=environment, capture_output=True, text=True
+                )
+                self.assertEqual(answer.returncode, 0, script + answer.stderr)
+                self.assertNotIn("Traceback", answer.stderr)
+            self.assertTrue((self.folder / f"here{number}/summary.json").exists())
+
+    def test_any_locale_will_do(self):
+        (self.folder / "case.yaml").write_text(json.dumps({"name": "µ-tiny", "steps": 5, "ranks": 1}))
+        for variables in ({"LC_ALL": "C"}, {"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "en_US.ISO-8859-1"}):
+            for command in ("check", "run"):
+                session = self.start(command, "case.yaml", environment=variables)
+                self.assert_ends(session, 0)
+                self.assertIn("-tiny", "".join(session.stdout))
+
+    def test_path_need_not_be_set(self):
+        environment = {name: value for name, value in os.environ.items() if name != "PATH"}
+        answer = subprocess.run(
+            [COMMAND, "run", "case.yaml"],
+            cwd=self.folder,
+            env={**environment, "COPEPOD_BIN_DIR": str(FAKES)},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+        )
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+
+    def test_control_characters_of_a_case_reach_no_terminal(self):
+        name = "tiny\x1b[2J\x9b2J\u202e"
+        (self.folder / "case.yaml").write_text(json.dumps({"name": name, "steps": 5, "warnings": [f"warning: {name}"]}))
+        for command in ("check", "run"):
+            session = self.start(command, "case.yaml")
+            self.assert_ends(session, 0)
+            said = "".join([*session.stdout, *session.stderr])
+            self.assertIn("tiny\\x1b[2J\\x9b2J\\u202e", said)
+            self.assertTrue(all(character == "\n" or character.isprintable() for character in said), said)
+
     def test_provenance_that_cannot_be_replaced_does_not_hide_how_the_run_ended(self):
         (self.folder / "case.yaml").write_text(json.dumps({"name": "tiny", "steps": 3000, "step_s": 0.01, "ranks": 1}))
         session = self.start("run", "case.yaml")

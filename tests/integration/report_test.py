@@ -1,7 +1,9 @@
 """`copepod report` on a run whose motion is known in closed form."""
 
 import json
+import os
 import re
+import shutil
 import unittest
 from types import SimpleNamespace
 
@@ -118,6 +120,62 @@ class Report(CommandTest):
             code, session = self.report("run")
             self.assertEqual(code, 73, "".join(session.stderr))
             self.assertIn(f"run/{name} cannot be read (cut off or damaged: ", session.last_line)
+
+    def test_names_and_links_from_elsewhere_lead_nowhere(self):
+        write_run(self.folder / "run")
+        for name in ("case.yaml", "summary.json", "trajectory.csv", "cycles.csv"):
+            path = self.folder / "run" / name
+            path.write_text(re.sub(r"\bswimmer\b(?!s)", "/../../../escaped $x", path.read_text()))
+        target = self.folder / "target"
+        target.write_text("precious")
+        (self.folder / "run/report").mkdir()
+        for name in ("report.html", "design_a_mean_flow.png"):
+            (self.folder / "run/report" / name).symlink_to(target)
+        code, session = self.report("run")
+        self.assertEqual(code, 0, "".join(session.stderr))
+        self.assertEqual(target.read_text(), "precious")
+        self.assertEqual(sorted(path.name for path in self.folder.iterdir()), ["run", "target"])
+        self.assertTrue((self.folder / "run/report/design_a__.._.._.._escaped_x_positions.png").is_file())
+
+    def test_folder_of_the_report_is_no_link_unless_the_user_names_it(self):
+        write_run(self.folder / "run", mean_flow=False)
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "run/report").symlink_to(self.folder / "elsewhere")
+        code, session = self.report("run")
+        self.assertEqual(code, 73, "".join(session.stderr))
+        self.assertIn("run/report leads elsewhere (it is a symbolic link).", session.last_line)
+        self.assertEqual(self.report("run", "--out", "run/report")[0], 0)
+
+    def test_damaged_contents_are_named(self):
+        damages = {
+            "fields.h5": lambda path: os.truncate(path, 3000),
+            "summary.json": lambda path: path.write_text('["design_a"]'),
+            "cycles.csv": lambda path: path.write_text(path.read_text().replace(".", "x")),
+            "trajectory.csv": lambda path: path.write_text("step,body\n1,a\n"),
+            "results.json": os.mkfifo,
+        }
+        for name, damage in damages.items():
+            shutil.rmtree(self.folder / "run", ignore_errors=True)
+            write_run(self.folder / "run")
+            damage(self.folder / "run" / name)
+            code, session = self.report("run")
+            self.assertEqual(code, 73, name + "".join(session.stderr))
+            self.assertIn(f"run/{name} cannot be read", session.last_line)
+
+    def test_summary_of_other_content_is_no_traceback(self):
+        write_run(self.folder / "run", mean_flow=False)
+        path = self.folder / "run/summary.json"
+        summary = json.loads(path.read_text())
+        for key, value in (
+            ("mlups", "fast"),
+            ("timing", [1]),
+            ("wall_s", "long"),
+            ("swimmers", [{"name": "swimmer", "kinematics": {"cycle": 1}}]),
+        ):
+            path.write_text(json.dumps({**summary, key: value}))
+            code, session = self.report("run")
+            self.assertEqual((code, len(session.stderr)), (73, 1), "".join(session.stderr))
+            self.assertIn("run cannot be evaluated (a file is damaged: ", session.last_line)
 
     def test_arm_fit_finds_mean_amplitude_and_phase(self):
         phase = np.linspace(0, 2 * np.pi, 101)

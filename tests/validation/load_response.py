@@ -5,14 +5,20 @@ docs/decisions/virtual_mass.md quotes.
     tests/validation/load_response.py [bounce_back|interpolated|central_linear|parabolic]     some minutes
 """
 
-import csv
+import json
 import math
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
 import numpy as np
-from light_bodies import CASE, CELL_M, DENSITY_KG_PER_M3, ROOT, VISCOSITY_M2_PER_S
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "deploy"))
+
+from copepod_report.trajectory import Trajectory  # noqa: E402
+from copepod_validation.experiment import lattice_case, sphere, viscosity  # noqa: E402
 
 STEPS = 60  # before the sound of the sphere's images in the periodic box returns
 BOX = 48
@@ -20,41 +26,29 @@ BOX = 48
 
 def response(radius, tau, boundary, turns):
     """s_j: impulse in step j after a step in (angular) velocity, by that of as much fluid; shape (STEPS,)."""
-    step_s = (tau - 0.5) * CELL_M**2 / (3 * VISCOSITY_M2_PER_S)
-    radius_m = radius * CELL_M
-    speed = 1e-6 * CELL_M / step_s / (radius_m if turns else 1.0)
-    values = {
-        "fluid.relaxation_time": tau,
-        "fluid.domain_cells": [BOX] * 3,
-        "fluid.boundaries": "{x: periodic, y: periodic, z: periodic}",
-        "fluid.moving_boundary": boundary,
-        "bodies.0.radius_m": radius_m,
-        "bodies.0.position_m": [(BOX / 2 + shift) * CELL_M for shift in (0.3, 0.2, 0.1)],
-        "bodies.0.motion": "prescribed",
-        f"bodies.0.{'angular_velocity_rad_per_s' if turns else 'velocity_m_per_s'}": [0, 0, speed],
-        "actuators": "[]",
-        "coupling.load_averaging": "none",
-        "run.steps": STEPS,
-        "output.trajectory.every_steps": 1,
-    }
-    words = [word for key, value in values.items() for word in ("--set", f"{key}={value}")]
+    speed = 1e-6 / (radius if turns else 1.0)
+    motion = {"angular_velocity_rad_per_s" if turns else "velocity_m_per_s": [0, 0, speed]}
+    body = sphere(radius, [BOX / 2 + shift for shift in (0.3, 0.2, 0.1)], "prescribed", **motion)
+    scheme = {"collision": "trt", "moving_boundary": boundary, "refill": "nonequilibrium"}
+    case = {"case": "load_response", **lattice_case([BOX] * 3, tau, "periodic", [body], STEPS, **scheme)}
     with tempfile.TemporaryDirectory() as folder:
-        command = [ROOT / "deploy/copepod", "run", CASE, "--out", f"{folder}/run", *words]
+        file = Path(folder, "case.yaml")
+        file.write_text(json.dumps(case), encoding="utf-8")
+        command = [ROOT / "deploy/copepod", "run", file, "--out", f"{folder}/run"]
         subprocess.run(command, check=True, capture_output=True)
-        with open(f"{folder}/run/trajectory.csv", encoding="utf-8") as file:
-            load = [float(row["tz_N_m" if turns else "fz_N"]) for row in csv.DictReader(file)][:STEPS]
-    displaced = DENSITY_KG_PER_M3 * 4 / 3 * math.pi * radius_m**3 * (0.4 * radius_m**2 if turns else 1.0)
-    return -np.array(load) * step_s / (displaced * speed)
+        sample = Trajectory(Path(folder, "run/trajectory.csv")).of("sphere")
+    displaced = 4 / 3 * math.pi * radius**3 * (0.4 * radius**2 if turns else 1.0)
+    return -sample["torque_N_m" if turns else "force_N"][:STEPS, 2] / (displaced * speed)
 
 
 def continued(found, radius, tau, turns):
     """The response with its later part from the theory of unsteady Stokes flow."""
-    viscosity = (tau - 0.5) / 3
-    time = (np.arange(1 << 14) + 0.5) * viscosity / radius**2
+    nu = viscosity(tau)
+    time = (np.arange(1 << 14) + 0.5) * nu / radius**2
     if turns:  # 1/√(πt) − exp(t) erfc(√t), its expansion for large t
-        tail = 15 * viscosity / radius**2 * (1 + 1 / (6 * np.sqrt(np.pi * time) * np.maximum(time, 1)))
+        tail = 15 * nu / radius**2 * (1 + 1 / (6 * np.sqrt(np.pi * time) * np.maximum(time, 1)))
     else:
-        tail = 4.5 * viscosity / radius**2 * (1 + 1 / np.sqrt(np.pi * time))
+        tail = 4.5 * nu / radius**2 * (1 + 1 / np.sqrt(np.pi * time))
     tail[: len(found)] = found
     return tail
 

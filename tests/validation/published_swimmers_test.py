@@ -1,6 +1,5 @@
 """Swimmers against published theory: a fast part of what docs/results/swimmers.md shows."""
 
-import os
 import sys
 import unittest
 from pathlib import Path
@@ -10,44 +9,32 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
-from copepod_session import CommandTest  # noqa: E402
+from copepod_session import WholeRunTest  # noqa: E402
 from copepod_swimmers.pair import pair_of  # noqa: E402
 from copepod_swimmers.runs import Member  # noqa: E402
 from copepod_swimmers.three_spheres import speed_of  # noqa: E402
 from copepod_swimmers.triangle import turn_of  # noqa: E402
 
-CASES = ROOT / "configs/swimmers"
 
-
-class Swimmers(CommandTest):
-    programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
-
-    def run_of(self, case, **settings):
-        """The finished run of a case with other values of some keys; «__» in a name stands for a dot."""
-        self.number = getattr(self, "number", 0) + 1
-        words = [word for key, value in settings.items() for word in ("--set", f"{key.replace('__', '.')}={value}")]
-        out = f"run_{self.number}"
-        session = self.start("run", CASES / f"{case}.yaml", "--set", "sweep=null", *words, "--out", out)
-        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
-        return Member(self.folder / out, 0.0)
+class Swimmers(WholeRunTest):
+    def member(self, case, *settings):
+        return Member(self.run_of(f"swimmers/{case}.yaml", "sweep=null", *settings), 0.0)
 
     def test_speed_over_phase_lag_is_that_of_golestanian_and_ajdari(self):
         """Leading order is 9 to 11 % low for spheres a quarter of an arm and strokes of a quarter of an arm; a stroke
         of any size leaves 5 to 8 %; the interaction of spheres of finite size explains the rest, to 0.1 %."""
         for lag in (1757, 7029, 22844):
-            speed = speed_of(self.run_of("three_spheres_stokes", swimmers__0__stroke__phase_lag_steps=lag))
+            speed = speed_of(self.member("three_spheres_stokes", f"swimmers.0.stroke.phase_lag_steps={lag}"))
             leading, any_stroke, any_radius = (speed.measured / theory for theory in speed.theory)
             self.assertTrue(1.085 < leading < 1.105, leading)
             self.assertTrue(1.045 < any_stroke < 1.08, any_stroke)
             self.assertAlmostEqual(any_radius, 1, delta=1.5e-3)
 
     def test_a_wave_around_a_triangle_turns_it_by_the_area_of_the_stroke(self):
-        forwards = turn_of(self.run_of("triangle"))
+        forwards = turn_of(self.member("triangle"))
         backwards = turn_of(
-            self.run_of(
-                "triangle",
-                swimmers__0__arms__1__drive__signal__lag_deg=240,
-                swimmers__0__arms__2__drive__signal__lag_deg=120,
+            self.member(
+                "triangle", *(f"swimmers.0.arms.{arm}.drive.signal.lag_deg={360 - 120 * arm}" for arm in (1, 2))
             )
         )
         self.assertAlmostEqual(forwards.phase, 2 * np.pi / 3, delta=1e-3)
@@ -61,7 +48,7 @@ class Swimmers(CommandTest):
     def test_a_pair_side_by_side_is_its_own_mirror_image_with_the_delays_exchanged(self):
         """The delayed one of two swimmers is slower or faster; distance and speeds are those that theory gives."""
         together, right, left = (
-            pair_of(self.run_of("pair", **{f"swimmers__{number}__phase_deg": degrees}))
+            pair_of(self.member("pair", f"swimmers.{number}.phase_deg={degrees}"))
             for number, degrees in ((1, 0), (1, 60), (0, 60))
         )
         self.assertAlmostEqual(together.speeds[1] / together.speeds[0], 1, delta=1e-6)

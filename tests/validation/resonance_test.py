@@ -12,7 +12,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
-from copepod_session import CommandTest  # noqa: E402
+from copepod_session import PROGRAMS, WholeRunTest  # noqa: E402
 from copepod_run.plan import resolved_case  # noqa: E402
 from copepod_paper.resonance import VacuumSwimmer, points_of, sweeps_of  # noqa: E402
 from copepod_report.run_record import collect  # noqa: E402
@@ -49,19 +49,14 @@ class ModalSolution(unittest.TestCase):
             self.assertAlmostEqual(swimmer.steady_amplitude_m(0) / expected, 1, delta=1e-12)
 
 
-class Resonance(CommandTest):
-    programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
-
+class Resonance(WholeRunTest):
     def test_softest_resonant_and_stiffest_swimmer_have_ten_digits_after_a_million_steps(self):
         reference = rows_of(REFERENCE / "vacuum_resonance.csv")
         chosen = [reference[0], reference[18], reference[37]]
         values = ", ".join(row["stiffness_N_per_m"] for row in chosen)
-        session = self.start(
-            "run", ROOT / "configs/paper/resonance.yaml", "--set", f"sweep.values=[{values}]", "--out", "sweep"
-        )
-        self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
-        os.environ["COPEPOD_BIN_DIR"] = str(self.programs)
-        points = points_of(next(iter(sweeps_of(collect(self.folder / "sweep", resolved_case)).values())))
+        sweep = self.run_of("paper/resonance.yaml", f"sweep.values=[{values}]")
+        os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
+        points = points_of(next(iter(sweeps_of(collect(sweep, resolved_case)).values())))
         self.assertEqual(len(points), 3)
         for point, row in zip(points, chosen):
             self.assertLess(point.deviation, 1e-10)
@@ -72,17 +67,8 @@ class Resonance(CommandTest):
     def test_one_process_computes_the_same_bits_as_three(self):
         digests = set()
         for transport in ("ipc", "in_process"):
-            session = self.start(
-                "run",
-                ROOT / "configs/quick/vacuum.yaml",
-                "--set",
-                f"services.transport={transport}",
-                "--out",
-                transport,
-            )
-            self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
-            self.assert_nothing_left(session)
-            digests.add(json.loads((self.folder / transport / "summary.json").read_text())["digest"])
+            run = self.run_of("quick/vacuum.yaml", f"services.transport={transport}")
+            digests.add(json.loads((run / "summary.json").read_text())["digest"])
         self.assertEqual(len(digests), 1, digests)
 
 

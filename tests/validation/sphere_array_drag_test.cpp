@@ -73,7 +73,7 @@ double coarse_drag(MovingBoundary boundary, CollisionKind collision, double rela
   return drag_of(setup, radius, off_lattice, static_cast<int>(steps)).ratio;
 }
 
-// docs/decisions/trt_by_default.md has the figures, those at a relaxation time of 0.6 too.
+// docs/decisions/accurate_by_default.md has the figures, those at a relaxation time of 0.6 too.
 TEST(SphereArrayDrag, DependsOnTheRelaxationTimeWithBgkButNotWithTrt) {
   using enum MovingBoundary;
   using enum CollisionKind;

@@ -1,7 +1,6 @@
 """Properties of any swimmer at low Reynolds number: scallop theorem, reversal, amplitude squared, two balances."""
 
 import json
-import os
 import sys
 import unittest
 from pathlib import Path
@@ -11,11 +10,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
-from copepod_session import CommandTest  # noqa: E402
+from copepod_session import WholeRunTest  # noqa: E402
 from copepod_report.cycles import read_cycles  # noqa: E402
 from copepod_report.trajectory import Trajectory  # noqa: E402
 
-CASES = ROOT / "configs/validation"
 BEADS = ("swimmer.B2", "swimmer.B1", "swimmer.B3")
 PERIOD = 4000
 MASS_KG = 5.44e-13
@@ -24,18 +22,12 @@ DAMPING_N_S_PER_M = 1.57237e-7
 REST_M = 16e-6
 
 
-class SwimmerTest(CommandTest):
-    programs = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
-
+class SwimmerTest(WholeRunTest):
     def swim(self, case, **stroke):
         """(speed in cells per step, run directory) of a case with another stroke."""
-        self.number = getattr(self, "number", 0) + 1
-        settings = [word for key, value in stroke.items() for word in ("--set", f"swimmers.0.stroke.{key}={value}")]
-        out = f"run_{self.number}"
-        session = self.start("run", CASES / f"{case}.yaml", *settings, "--out", out)
-        self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
-        swimmer = json.loads((self.folder / out / "summary.json").read_text())["swimmers"][0]
-        return swimmer["u_swim_lattice"], self.folder / out
+        settings = (f"swimmers.0.stroke.{key}={value}" for key, value in stroke.items())
+        run = self.run_of(f"validation/{case}.yaml", *settings)
+        return json.loads((run / "summary.json").read_text())["swimmers"][0]["u_swim_lattice"], run
 
 
 class Ledger:
@@ -99,16 +91,9 @@ class InStokesFlow(SwimmerTest):
 
     def test_in_every_cycle_the_drive_pays_for_fluid_and_springs(self):
         """Power that the run itself reports in cycles.csv, without dampers, against energies at the ends of cycles."""
-        ends = (
-            "--set",
-            f"output.trajectory={{every_steps: {PERIOD}}}",
-            "--set",
-            "swimmers.0.spring.damping_N_s_per_m=0",
-        )
-        session = self.start("run", CASES / "stokes_swimmer.yaml", *ends, "--out", "out")
-        self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
-        trajectory = Trajectory(self.folder / "out/trajectory.csv")
-        cycles = read_cycles(self.folder / "out/cycles.csv")["swimmer"]
+        settings = (f"output.trajectory={{every_steps: {PERIOD}}}", "swimmers.0.spring.damping_N_s_per_m=0")
+        run = self.run_of("validation/stokes_swimmer.yaml", *settings)
+        trajectory, cycles = Trajectory(run / "trajectory.csv"), read_cycles(run / "cycles.csv")["swimmer"]
         beads = [trajectory.of(bead) for bead in BEADS]
         position, velocity = (np.array([bead[key] for bead in beads]) for key in ("position_m", "velocity_m_per_s"))
         stretch = np.linalg.norm(np.diff(position, axis=0), axis=2) - REST_M
@@ -126,19 +111,15 @@ class InAnyDirection(SwimmerTest):
 
     def last_cycle(self, *settings):
         """(speed along the arms, speed across, angle between arms and z axis in degrees): last of twelve cycles."""
-        self.number = getattr(self, "number", 0) + 1
-        out = f"run_{self.number}"
-        words = [word for setting in settings for word in ("--set", setting)]
-        session = self.start("run", CASES / "turned_swimmer.yaml", *words, "--out", out)
-        self.assertEqual(session.end(timeout_s=200), 0, "".join(session.stderr))
-        trajectory = Trajectory(self.folder / out / "trajectory.csv")
+        run = self.run_of("validation/turned_swimmer.yaml", *settings)
+        trajectory = Trajectory(run / "trajectory.csv")
         z = np.array([trajectory.of(bead)["position_m"] for bead in BEADS])
         start, end = (int(np.flatnonzero(trajectory.steps == step)[0]) for step in (11 * PERIOD, 12 * PERIOD))
         axis = z[2, start] - z[0, start]
         axis /= np.linalg.norm(axis)
         moved = (z[:, end] - z[:, start]).mean(axis=0) / 1e-6 / PERIOD
         along = float(moved @ axis)
-        swimmer = json.loads((self.folder / out / "summary.json").read_text())["swimmers"][0]
+        swimmer = json.loads((run / "summary.json").read_text())["swimmers"][0]
         self.assertAlmostEqual(swimmer["u_swim_lattice"] / along, 1, delta=1e-3)  # of the middle bead
         self.assertAlmostEqual(swimmer["kinematics"]["u_along_cells_per_step"] / along, 1, delta=1e-6)
         return along, float(np.linalg.norm(moved - along * axis)), float(np.degrees(np.arccos(axis[2])))

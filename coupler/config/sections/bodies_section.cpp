@@ -112,7 +112,7 @@ void read_prescribed_motion(Reader& body, double step_s, SingleBody& result) {
 
 SingleBody read_body(Reader body, double step_s) {
   SingleBody result;
-  result.name = body.text("name");
+  result.name = body.name("name");
   result.shape = read_shape(body);
   result.mass_kg = body.number("mass_kg", Range::positive);
   result.position_m = body.numbers("position_m", 3);
@@ -168,7 +168,7 @@ ordered_json resolved_spring(const NamedSpring& spring) {
 
 NamedGroup read_group(Reader group) {
   NamedGroup result;
-  result.name = group.text("name");
+  result.name = group.name("name");
   result.bodies = group.words("bodies");
   const std::set<std::string> distinct(result.bodies.begin(), result.bodies.end());
   if (result.bodies.empty() || distinct.size() != result.bodies.size()) {

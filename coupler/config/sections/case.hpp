@@ -136,8 +136,9 @@ struct NamedGroup {
 
 /// What lubrication theory adds to the fluid's loads; its cut-off becomes FluidSetup::film_thickness_m.
 struct LubricationCase {
-  std::optional<double> cut_off_cells = 0.0;  ///< thickness of the films; 0: none, absent: auto
-  double roughness_m = 1e-9;                  ///< films do not get thinner
+  /// Thickness of the films; 0: none; absent: auto, with fluids that announce thin_films.
+  std::optional<double> cut_off_cells;
+  double roughness_m = 1e-9;  ///< films do not get thinner
 };
 
 struct OutputCase {
@@ -165,6 +166,7 @@ struct ServicesCase {
   std::string transport = "ipc";      ///< "ipc", "tcp://host:port" or "in_process"
   double connect_deadline_s = 60.0;   ///< for the Hello of each component
   double progress_deadline_s = 60.0;  ///< longest time without progress while work is due
+  double silence_s = 3.0;             ///< longest time without an answer to a ping
 };
 
 /// One key of the case that takes several values, one run each.

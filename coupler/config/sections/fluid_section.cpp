@@ -143,8 +143,8 @@ FluidCase read_fluid(Reader fluid) {
   result.initial_flow = read_initial_flow(fluid.section("initial_flow"));
   result.collision = fluid.choice("collision", collision_names, std::optional(CollisionKind::trt));
   result.moving_boundary =
-      fluid.choice("moving_boundary", moving_boundary_names, std::optional(MovingBoundary::bounce_back));
-  result.refill = fluid.choice("refill", refill_names, std::optional(Refill::equilibrium));
+      fluid.choice("moving_boundary", moving_boundary_names, std::optional(MovingBoundary::parabolic));
+  result.refill = fluid.choice("refill", refill_names, std::optional(Refill::nonequilibrium));
   result.precision = fluid.choice("precision", precision_names, std::optional(Precision::double_precision));
   return result;
 }

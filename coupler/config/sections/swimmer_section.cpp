@@ -30,7 +30,7 @@ double half_extent_m(const Bead& bead, const Eigen::Vector3d& direction) {
 
 Bead read_named_bead(Reader bead) {
   Bead result;
-  result.name = bead.text("name");
+  result.name = bead.name("name");
   result.shape = read_shape(bead);
   if (bead.has("density_kg_per_m3") == bead.has("mass_kg")) {
     bead.reject("mass_kg",
@@ -226,7 +226,7 @@ double extent_along_m(const Bead& bead) { return 2.0 * half_extent_m(bead, Eigen
 
 Swimmer read_swimmer(Reader swimmer, double step_s) {
   Swimmer result;
-  result.name = swimmer.text("name");
+  result.name = swimmer.name("name");
   result.center_m = swimmer.numbers("center_m", 3);
   result.orientation_wxyz = read_frame(swimmer);
   result.phase_deg = read_phase_deg(swimmer);

@@ -144,6 +144,17 @@ std::string Reader::text(const std::string& key, const std::optional<std::string
   return value->text;
 }
 
+std::string Reader::name(const std::string& key, const std::optional<std::string>& otherwise) {
+  const std::string name = text(key, otherwise);
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  if (std::any_of(name.begin(), name.end(), is_control)) {
+    reject(key, "has control characters (a terminal would obey them). Leave them out.");
+  } else if (name.find('/') != std::string::npos || name.starts_with(".")) {
+    reject(key, "is '" + name + "' (it names files and folders). Leave out slashes and a leading dot.");
+  }
+  return name;
+}
+
 const Value* Reader::wanted_list(const std::string& key, std::size_t size, bool required) {
   const Value* value = wanted(key, required);
   if (value == nullptr) return nullptr;

@@ -40,6 +40,8 @@ class Reader {
   double number(const std::string& key, Range range, std::optional<double> otherwise = {});
   std::int64_t integer(const std::string& key, Range range, std::optional<std::int64_t> otherwise = {});
   std::string text(const std::string& key, const std::optional<std::string>& otherwise = {});
+  /// A text that may name files and be printed on a terminal.
+  std::string name(const std::string& key, const std::optional<std::string>& otherwise = {});
   Eigen::VectorXd numbers(const std::string& key, Eigen::Index size,
                           const std::optional<Eigen::VectorXd>& otherwise = {});
   std::vector<std::int64_t> integers(const std::string& key, std::size_t size, Range range,

@@ -1,14 +1,11 @@
 #pragma once
 
-#include "lattice_boltzmann/lattice/d3q19.hpp"
+#include <algorithm>
 
-// Link formulas: what a body's surface sends back along a link. Each is a type with
-//   `returning`            f_ᾱ(x_f, t + 1) − w_ᾱ
-//   `uses_wall_distance`   reads q, which costs a square root per link
-//   `uses_second_cell`     reads f̃_α of x_f − e_α
-//   `uses_collision`       reads the momentum of x_f, the relaxation times and the body force
-//   `conserving`           with the Galilean invariant momentum exchange [Wen et al. 2014] and conservation of mass
-// choose_momentum_exchange picks the one named in the case.
+#include "lattice_boltzmann/kernel/collision.hpp"
+
+// Link formulas: what a body's surface sends back along a link. Each has `returning`, f_ᾱ(x_f, t + 1) − w_ᾱ;
+// make_momentum_exchange picks the one named in the case.
 
 namespace copepod::fluid {
 
@@ -21,23 +18,25 @@ struct Link {
   double wall_distance = 0.5;  ///< q: the surface is at x_f + q e_α
   double inward = 0.0;         ///< f̃_ᾱ(x_f), which leaves for the second cell
   double behind = 0.0;         ///< f̃_α(x_f − e_α), which the second cell sends
-  // For formulas that use the collision:
-  double odd_equilibrium = 0.0;  ///< 3 w_α e_α·j, j the momentum of x_f
-  double source = 0.0;           ///< 3 w_α e_α·F, F the body force
-  double per_odd = 0.0;          ///< 1/(τ⁻ − 1)
-  double per_even = 0.0;         ///< 1/(2 τ⁺ − 1)
-  double share = 0.0;            ///< 4 min(τ⁺, 1)
+  double e_dot_j = 0.0;        ///< e_α·j, j the momentum of x_f
 };
 
 /// w_α ρ_w e_α·u_w, by which a moving surface acts in every formula.
 inline double wall_term(const Link& link) { return d3q19::weight(link.direction) * link.density * link.e_dot_u_w; }
+
+/// What a formula needs, and does, beyond bounce-back.
+struct LinkFormula {
+  static constexpr bool uses_wall_distance = true;  ///< reads q, which costs a square root per link
+  static constexpr bool uses_second_cell = true;    ///< reads f̃_α(x_f − e_α)
+  /// With the Galilean invariant momentum exchange [Wen et al. 2014] and conservation of mass.
+  static constexpr bool conserving = true;
+};
 
 /// Moving bounce-back [paper, section 2.3; Ladd 1994], as if the surface were half-way, q = 1/2:
 ///   f_ᾱ(x_f) = f̃_α(x_f) − 6 w_α ρ_w e_α·u_w
 struct BounceBack {
   static constexpr bool uses_wall_distance = false;
   static constexpr bool uses_second_cell = false;
-  static constexpr bool uses_collision = false;
   static constexpr bool conserving = false;
 
   static double returning(const Link& link) {
@@ -48,12 +47,7 @@ struct BounceBack {
 /// Linear interpolation before or after the reflection [Bouzidi, Firdaouss, Lallemand 2001]:
 ///   q < 1/2:  f_ᾱ(x_f) = 2q f̃_α(x_f) + (1 − 2q) f̃_α(x_f − e_α) − 6 w_α ρ_w e_α·u_w
 ///   q ≥ 1/2:  f_ᾱ(x_f) = [f̃_α(x_f) + (2q − 1) f̃_ᾱ(x_f) − 6 w_α ρ_w e_α·u_w] / 2q
-struct Interpolated {
-  static constexpr bool uses_wall_distance = true;
-  static constexpr bool uses_second_cell = true;
-  static constexpr bool uses_collision = false;
-  static constexpr bool conserving = true;
-
+struct Interpolated : LinkFormula {
   static double returning(const Link& link) {
     const double twice = 2.0 * link.wall_distance;
     if (twice < 1.0) return twice * link.leaving + (1.0 - twice) * link.behind - 6.0 * wall_term(link);
@@ -63,12 +57,7 @@ struct Interpolated {
 
 /// Central linear interpolation [Ginzburg, Verhaeghe, d'Humières 2008], with TRT at the same place for every τ:
 ///   f_ᾱ(x_f) = f̃_α(x_f) + (1 − 2q)/(1 + 2q) [f̃_α(x_f − e_α) − f̃_ᾱ(x_f)] − 12/(1 + 2q) w_α ρ_w e_α·u_w
-struct CentralLinear {
-  static constexpr bool uses_wall_distance = true;
-  static constexpr bool uses_second_cell = true;
-  static constexpr bool uses_collision = false;
-  static constexpr bool conserving = true;
-
+struct CentralLinear : LinkFormula {
   static double returning(const Link& link) {
     const double scale = 1.0 / (1.0 + 2.0 * link.wall_distance);
     const double weight = (1.0 - 2.0 * link.wall_distance) * scale;
@@ -86,21 +75,34 @@ struct CentralLinear {
 /// The steady state has r = 0 at every τ: a parabola through the surface, but for the gradient of pressure in X + S. Of
 /// the kind of [Marson et al. 2021; Ginzburg et al. 2023], without a state of its own. At τ⁻ = 1 the collision leaves
 /// nothing of f⁻ − e, and X is lost.
-struct Parabolic {
-  static constexpr bool uses_wall_distance = true;
-  static constexpr bool uses_second_cell = true;
-  static constexpr bool uses_collision = true;
-  static constexpr bool conserving = true;
+class Parabolic : public LinkFormula {
+ public:
+  template <class T>
+  explicit Parabolic(const CollisionConstants<T>& c)
+      : force_{c.force[0], c.force[1], c.force[2]},
+        per_odd_(1.0 / (odd_time(c) - 1.0)),
+        per_even_(1.0 / (2.0 * even_time(c) - 1.0)),
+        share_(4.0 * std::min(even_time(c), 1.0)) {}
 
-  static double returning(const Link& link) {
+  [[nodiscard]] double returning(const Link& link) const {
+    const auto& e = d3q19::e[link.direction];
     const double q = link.wall_distance;
+    const double thrice_w = 3.0 * d3q19::weight(link.direction);
+    const double odd_equilibrium = thrice_w * link.e_dot_j;
+    const double source = thrice_w * (e[0] * force_[0] + e[1] * force_[1] + e[2] * force_[2]);
     const double odd = 0.5 * (link.leaving - link.inward);
-    const double change_and_source = (odd - link.odd_equilibrium) * link.per_odd;
-    const double change = change_and_source - link.source;
-    const double missing = link.odd_equilibrium - 0.5 * link.source + q * (link.leaving - link.behind + change) +
-                           q * q * link.per_even * change_and_source - 3.0 * wall_term(link);
-    return link.behind - 2.0 * (odd + change) + link.share / (1.0 + 2.0 * q) * missing;
+    const double change_and_source = (odd - odd_equilibrium) * per_odd_;
+    const double change = change_and_source - source;
+    const double missing = odd_equilibrium - 0.5 * source + q * (link.leaving - link.behind + change) +
+                           q * q * per_even_ * change_and_source - 3.0 * wall_term(link);
+    return link.behind - 2.0 * (odd + change) + share_ / (1.0 + 2.0 * q) * missing;
   }
+
+ private:
+  double force_[3];
+  double per_odd_;   ///< 1/(τ⁻ − 1)
+  double per_even_;  ///< 1/(2 Λ⁺)
+  double share_;     ///< 4 min(τ⁺, 1)
 };
 
 }  // namespace copepod::fluid

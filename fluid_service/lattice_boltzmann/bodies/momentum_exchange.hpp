@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -78,34 +79,6 @@ struct ReflectedPopulations {
   }
 };
 
-/// Sends back what meets a body, by a link formula (link_formula.hpp), and adds up the momentum that the body
-/// takes [paper, section 2.3; Yu et al. 2003; Ladd 1994]:
-///   u_w = U + Ω × (x_f − X)
-///   F = Σ_links e_α (f̃_α + f_ᾱ),   T = Σ_links (x_f − X) × e_α (f̃_α + f_ᾱ)
-/// Every point of a link gives the same torque and the same e_α·u_w, so x_f stands for the wall point.
-///
-/// Conserving formulas also count the mass that the surface absorbs, m = Σ_links (f̃_α − f_ᾱ), and its momentum,
-/// −Σ_links u_w (f̃_α − f_ᾱ), which makes the force Galilean invariant [Wen et al. 2014]. What a surface has
-/// absorbed it gives back within some steps, with f_ᾱ, in proportion to w_α: almost without momentum.
-///
-/// Populations are deviations f − w: the constant pressure of the fluid at rest never enters, and bodies that
-/// touch feel no spurious force from links that are missing between them.
-/// @param films     what is left out of the loads
-/// @param cells     of the body, on this rank
-/// @param collision of the flow, for formulas that use it
-/// @param returned  mass to be given back, by the weight of the body's links
-/// @param loads     sums to which this rank's share is added
-/// @throws SolverError if a population is not finite or absurdly large, naming the cell
-template <class T>
-struct MomentumExchange {
-  void (*exchange)(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-                   const ThinFilms& films, std::size_t body, std::span<const BoundaryCell> cells,
-                   const CollisionConstants<T>& collision, double returned, LoadSums& loads,
-                   ReflectedPopulations<T>& reflected);
-  bool uses_second_cell = false;  ///< other ranks' populations must have arrived before
-  bool conserving = false;
-};
-
 namespace momentum_exchange {
 
 /// Larger than any population of a flow that makes sense, and a cell's links together stay within the range
@@ -157,132 +130,168 @@ inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout&
   return (link.e_dot_u_w - e_dot_u) / std::max(link.wall_distance + distance, 0.1);
 }
 
-/// f_ᾱ(x_f) by the formula of the case. A formula that needs a second cell where there is none gives way to
-/// bounce-back from half-way along the link, where the fluid between the two surfaces moves with
-///   e_α·u_w + (1/2 − q) d(e_α·u)/ds
-template <class Formula, class T>
-double reflected_by_surface(const T* populations, const PopulationLayout& layout, Placement placement,
-                            const BodyMap& map, const BoundaryCell& boundary, Link link) {
-  if constexpr (Formula::uses_second_cell) {
-    if (((boundary.second_cells >> link.direction) & 1U) == 0) {
-      link.e_dot_u_w += (0.5 - link.wall_distance) * slope_between_surfaces(map, layout, boundary, link);
-      return BounceBack::returning(link);
-    }
-    link.behind = populations[layout.entry(boundary.site, link.direction, placement)];  // where it enters x_f
-  }
-  return Formula::returning(link);
-}
-
-template <class Formula, class T>
-void exchange(const T* populations, const PopulationLayout& layout, Placement placement, const BodyMap& map,
-              const ThinFilms& films, std::size_t body_index, std::span<const BoundaryCell> cells,
-              const CollisionConstants<T>& collision, [[maybe_unused]] double returned, LoadSums& loads,
-              ReflectedPopulations<T>& reflected) {
-  const Domain& domain = map.domain();
-  const LatticeBody& body = map.bodies()[body_index];
-  const bool beside_films = films.beside(body_index);
-  LoadSums sums = loads;  // a local copy, which need not be stored for every cell
-  const auto add = [&sums](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
-    const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
-                         fixed_point::to_double(force[2])};
-    for (int axis = 0; axis < 3; ++axis) sums[static_cast<std::size_t>(axis)] += force[axis];
-    sums[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
-    sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
-    sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
-  };
-  [[maybe_unused]] const double per_even = 1.0 / (2.0 * even_time(collision) - 1.0);
-  [[maybe_unused]] const double per_odd = 1.0 / (odd_time(collision) - 1.0);
-  [[maybe_unused]] const double share = 4.0 * std::min(even_time(collision), 1.0);
-  Populations source{};
-  for (int alpha = 0; alpha < d3q19::directions && Formula::uses_collision; ++alpha)
-    source[static_cast<std::size_t>(alpha)] =
-        3.0 * d3q19::weight(alpha) * along(alpha, {collision.force[0], collision.force[1], collision.force[2]});
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (i + prefetch_distance < cells.size()) prefetch(populations, layout, placement, cells[i + prefetch_distance]);
-    const BoundaryCell& boundary = cells[i];
-    double f[d3q19::directions];
-    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-      f[alpha] = populations[layout.location(boundary.site, alpha, placement)];
-    const Moments<double> m = moments(f);  // of the same bits for a cell and its mirror image
-    const double density = 1.0 + m.excess_density;
-    const Eigen::Vector3d momentum(m.momentum[0], m.momentum[1], m.momentum[2]);
-    const auto plane = static_cast<std::size_t>(boundary.position[0] - layout.block().low[0]);
-    auto& target = boundary.border ? reflected.border : reflected.interior[plane];
-    // The link as the body sees it: from r in direction `seen`.
-    const auto reflect = [&](int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
-                             std::int64_t(&force)[3]) {
-      const auto& e = d3q19::e[seen];
-      Link link{.direction = alpha,
-                .leaving = f[alpha],
-                .density = density,
-                .e_dot_u_w = along(seen, u),
-                .inward = f[d3q19::opposite(alpha)]};
-      if constexpr (Formula::uses_collision) {
-        link.odd_equilibrium = 3.0 * d3q19::weight(alpha) * along(alpha, momentum);
-        link.source = source[static_cast<std::size_t>(alpha)];
-        link.per_odd = per_odd;
-        link.per_even = per_even;
-        link.share = share;
-      }
-      if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
-      double exact = reflected_by_surface<Formula>(populations, layout, placement, map, boundary, link);
-      if constexpr (Formula::conserving) exact += d3q19::weight(alpha) * returned;
-      const T returning = static_cast<T>(exact);
-      const double exchanged = link.leaving + static_cast<double>(returning);
-      if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
-      const double resolved =
-          beside_films ? films.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]))
-                       : 1.0;
-      const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
-      for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
-      if constexpr (Formula::conserving) {
-        const double absorbed = link.leaving - static_cast<double>(returning);
-        for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(resolved * absorbed * u[axis]);
-        sums[mass_component] += fixed_point::from_double(absorbed);
-        sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
-      }
-      // The population that leaves the solid cell x_f + e_α towards x_f.
-      target.push_back({layout.entry(boundary.site, d3q19::opposite(alpha), placement), returning});
-    };
-    const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
-    const Eigen::Vector3d u = body.surface_velocity(r);
-    const std::uint32_t to_images = domain.links_to_images(body.position, r, boundary.position, boundary.directions);
-    std::int64_t force[3] = {0, 0, 0};
-    for (std::uint32_t bits = boundary.directions & ~to_images; bits != 0; bits &= bits - 1)
-      reflect(std::countr_zero(bits), std::countr_zero(bits), r, u, force);
-    add(r, force);
-    for (std::uint32_t bits = to_images; bits != 0; bits &= bits - 1) {
-      const int alpha = std::countr_zero(bits);
-      const LinkToBody link = domain.link_to_body(body.position, boundary.position, alpha);
-      std::int64_t on_image[3] = {0, 0, 0};
-      reflect(alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
-      add(link.r, on_image);
-    }
-  }
-  loads = sums;
-}
-
-template <class Formula, class T>
-MomentumExchange<T> by() {
-  return {&exchange<Formula, T>, Formula::uses_second_cell, Formula::conserving};
-}
-
 }  // namespace momentum_exchange
+
+/// Sends back what meets a body, by a link formula (link_formula.hpp), and adds up the momentum that the body
+/// takes [paper, section 2.3; Yu et al. 2003; Ladd 1994]:
+///   u_w = U + Ω × (x_f − X)
+///   F = Σ_links e_α (f̃_α + f_ᾱ),   T = Σ_links (x_f − X) × e_α (f̃_α + f_ᾱ)
+/// Every point of a link gives the same torque and the same e_α·u_w, so x_f stands for the wall point.
+///
+/// Conserving formulas also count the mass that the surface absorbs, m = Σ_links (f̃_α − f_ᾱ), and its momentum,
+/// −Σ_links u_w (f̃_α − f_ᾱ), which makes the force Galilean invariant [Wen et al. 2014]. What a surface has
+/// absorbed it gives back within some steps, with f_ᾱ, in proportion to w_α: almost without momentum.
+///
+/// Populations are deviations f − w: the constant pressure of the fluid at rest never enters, and bodies that
+/// touch feel no spurious force from links that are missing between them.
+template <class T>
+class MomentumExchange {
+ public:
+  const bool uses_second_cell;  ///< other ranks' populations must have arrived before
+  const bool conserving;
+
+  MomentumExchange(const MomentumExchange&) = delete;
+  MomentumExchange& operator=(const MomentumExchange&) = delete;
+  virtual ~MomentumExchange() = default;
+
+  /// Of one body, which leaves thin films out of its loads.
+  /// @param cells     of the body, on this rank
+  /// @param returned  mass to be given back, by the weight of the body's links
+  /// @param loads     sums to which this rank's share is added
+  /// @throws SolverError if a population is not finite or absurdly large, naming the cell
+  virtual void operator()(const T* populations, Placement placement, std::size_t body,
+                          std::span<const BoundaryCell> cells, double returned, LoadSums& loads,
+                          ReflectedPopulations<T>& reflected) const = 0;
+
+ protected:
+  MomentumExchange(bool second_cell, bool conserves) : uses_second_cell(second_cell), conserving(conserves) {}
+};
+
+template <class Formula, class T>
+class MomentumExchangeBy final : public MomentumExchange<T> {
+ public:
+  MomentumExchangeBy(const Formula& formula, const PopulationLayout& layout, const BodyMap& map, const ThinFilms& films)
+      : MomentumExchange<T>(Formula::uses_second_cell, Formula::conserving),
+        formula_(formula),
+        layout_(layout),
+        map_(map),
+        films_(films) {}
+
+  void operator()(const T* populations, Placement placement, std::size_t body_index,
+                  std::span<const BoundaryCell> cells, [[maybe_unused]] double returned, LoadSums& loads,
+                  ReflectedPopulations<T>& reflected) const override {
+    using namespace momentum_exchange;
+    const Domain& domain = map_.domain();
+    const LatticeBody& body = map_.bodies()[body_index];
+    const bool beside_films = films_.beside(body_index);
+    LoadSums sums = loads;  // a local copy, which need not be stored for every cell
+    const auto add = [&sums](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
+      const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
+                           fixed_point::to_double(force[2])};
+      for (int axis = 0; axis < 3; ++axis) sums[static_cast<std::size_t>(axis)] += force[axis];
+      sums[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
+      sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
+      sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
+    };
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (i + prefetch_distance < cells.size()) prefetch(populations, layout_, placement, cells[i + prefetch_distance]);
+      const BoundaryCell& boundary = cells[i];
+      const Populations f = layout_.gather(populations, boundary.site, placement);
+      const Moments<double> m = moments(f);  // of the same bits for a cell and its mirror image
+      const Eigen::Vector3d momentum = m.momentum_vector();
+      const auto plane = static_cast<std::size_t>(boundary.position[0] - layout_.block().low[0]);
+      auto& target = boundary.border ? reflected.border : reflected.interior[plane];
+      // The link as the body sees it: from r in direction `seen`.
+      const auto reflect = [&](int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
+                               std::int64_t(&force)[3]) {
+        const auto& e = d3q19::e[seen];
+        Link link{.direction = alpha,
+                  .leaving = f[static_cast<std::size_t>(alpha)],
+                  .density = 1.0 + m.excess_density,
+                  .e_dot_u_w = along(seen, u),
+                  .inward = f[static_cast<std::size_t>(d3q19::opposite(alpha))],
+                  .e_dot_j = along(alpha, momentum)};
+        if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
+        double exact = returning(populations, placement, boundary, link);
+        if constexpr (Formula::conserving) exact += d3q19::weight(alpha) * returned;
+        const T stored = static_cast<T>(exact);
+        const double exchanged = link.leaving + static_cast<double>(stored);
+        if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
+        double resolved = 1.0;
+        if (beside_films)
+          resolved = films_.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
+        const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
+        for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
+        if constexpr (Formula::conserving) {
+          const double absorbed = link.leaving - static_cast<double>(stored);
+          for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(resolved * absorbed * u[axis]);
+          sums[mass_component] += fixed_point::from_double(absorbed);
+          sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
+        }
+        // The population that leaves the solid cell x_f + e_α towards x_f.
+        target.push_back({layout_.entry(boundary.site, d3q19::opposite(alpha), placement), stored});
+      };
+      const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
+      const Eigen::Vector3d u = body.surface_velocity(r);
+      const std::uint32_t to_images = domain.links_to_images(body.position, r, boundary.position, boundary.directions);
+      std::int64_t force[3] = {0, 0, 0};
+      for (std::uint32_t bits = boundary.directions & ~to_images; bits != 0; bits &= bits - 1)
+        reflect(std::countr_zero(bits), std::countr_zero(bits), r, u, force);
+      add(r, force);
+      for (std::uint32_t bits = to_images; bits != 0; bits &= bits - 1) {
+        const int alpha = std::countr_zero(bits);
+        const LinkToBody link = domain.link_to_body(body.position, boundary.position, alpha);
+        std::int64_t on_image[3] = {0, 0, 0};
+        reflect(alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
+        add(link.r, on_image);
+      }
+    }
+    loads = sums;
+  }
+
+ private:
+  /// f_ᾱ(x_f). A formula that needs a second cell where there is none gives way to bounce-back from half-way along the
+  /// link, where the fluid between the two surfaces moves with
+  ///   e_α·u_w + (1/2 − q) d(e_α·u)/ds
+  double returning(const T* populations, Placement placement, const BoundaryCell& boundary, Link& link) const {
+    if constexpr (Formula::uses_second_cell) {
+      if (((boundary.second_cells >> link.direction) & 1U) == 0) {
+        Link half_way = link;
+        half_way.e_dot_u_w +=
+            (0.5 - link.wall_distance) * momentum_exchange::slope_between_surfaces(map_, layout_, boundary, link);
+        return BounceBack().returning(half_way);
+      }
+      link.behind = populations[layout_.entry(boundary.site, link.direction, placement)];  // where it enters x_f
+    }
+    return formula_.returning(link);
+  }
+
+  Formula formula_;
+  const PopulationLayout& layout_;
+  const BodyMap& map_;
+  const ThinFilms& films_;
+};
 
 /// With the link formula of a case; CentralLinear in place of Parabolic within 0.02 of τ⁻ = 1.
 /// @throws CaseError for one that this version does not have
 template <class T>
-MomentumExchange<T> choose_momentum_exchange(MovingBoundary formula, const CollisionConstants<T>& collision) {
+std::unique_ptr<MomentumExchange<T>> make_momentum_exchange(MovingBoundary formula,
+                                                            const CollisionConstants<T>& collision,
+                                                            const PopulationLayout& layout, const BodyMap& map,
+                                                            const ThinFilms& films) {
+  const auto by = [&]<class Formula>(const Formula& chosen) -> std::unique_ptr<MomentumExchange<T>> {
+    return std::make_unique<MomentumExchangeBy<Formula, T>>(chosen, layout, map, films);
+  };
   switch (formula) {
     case MovingBoundary::bounce_back:
-      return momentum_exchange::by<BounceBack, T>();
+      return by(BounceBack());
     case MovingBoundary::interpolated:
-      return momentum_exchange::by<Interpolated, T>();
-    case MovingBoundary::central_linear:
-      return momentum_exchange::by<CentralLinear, T>();
+      return by(Interpolated());
     case MovingBoundary::parabolic:
-      return std::abs(odd_time(collision) - 1.0) < 0.02 ? momentum_exchange::by<CentralLinear, T>()
-                                                        : momentum_exchange::by<Parabolic, T>();
+      if (std::abs(odd_time(collision) - 1.0) >= 0.02) return by(Parabolic(collision));
+      [[fallthrough]];
+    case MovingBoundary::central_linear:
+      return by(CentralLinear());
   }
   throw CaseError("unknown moving_boundary (a newer coupler?). Use bounce_back.");
 }

@@ -17,9 +17,7 @@ namespace copepod::fluid {
 struct EquilibriumRefill {
   using Neighbour = std::array<double, 1>;  ///< excess density
 
-  static Neighbour describe(const Populations& f) {
-    return {excess_density([&](int alpha) { return f[static_cast<std::size_t>(alpha)]; })};
-  }
+  static Neighbour describe(const Populations& f) { return {moments(f).excess_density}; }
   static Populations fill(const Neighbour& mean, const Eigen::Vector3d& u_w) { return equilibrium(mean[0], u_w); }
 };
 
@@ -29,8 +27,8 @@ struct NonequilibriumRefill {
   using Neighbour = std::array<double, 1 + d3q19::directions>;  ///< excess density, f̃_α − f_α^{eq}
 
   static Neighbour describe(const Populations& f) {
-    const CellMoments m = moments([&](int alpha) { return f[static_cast<std::size_t>(alpha)]; });
-    const Populations at_rest = equilibrium(m.excess_density, m.momentum / (1.0 + m.excess_density));
+    const Moments<double> m = moments(f);
+    const Populations at_rest = equilibrium(m.excess_density, m.momentum_vector() / (1.0 + m.excess_density));
     Neighbour result{m.excess_density};
     for (std::size_t alpha = 0; alpha < f.size(); ++alpha) result[1 + alpha] = f[alpha] - at_rest[alpha];
     return result;

@@ -49,8 +49,8 @@ class PressureFaces {
   void apply(T* populations, Placement placement) {
     entering_.clear();
     for (const Link& link : links_) {
-      const CellMoments m = moments_of_cell(populations, layout_, link.cell, placement);
-      const Eigen::Vector3d u = (m.momentum - half_force_) * (1.0 / (1.0 + m.excess_density));
+      const Moments<double> m = moments(layout_.gather(populations, link.cell, placement));
+      const Eigen::Vector3d u = (m.momentum_vector() - half_force_) * (1.0 / (1.0 + m.excess_density));
       const double leaving = populations[layout_.location(link.cell, d3q19::opposite(link.direction), placement)];
       entering_.push_back(anti_bounce_back(link.direction, leaving, link.excess_density, u));
     }

@@ -4,6 +4,7 @@
 
 #include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/lattice/d3q19.hpp"
+#include "lattice_boltzmann/lattice/moments.hpp"
 
 // Collision of one cell: arithmetic on 19 values only, no memory layout, no loops over cells, so that a
 // device compiler can take it as it is. `V` is a floating-point value or a SIMD pack of them, `T` the scalar.
@@ -39,30 +40,6 @@ CollisionConstants<T> collision_constants(CollisionKind kind, double relaxation_
   return {static_cast<T>(0.5 / relaxation_time),
           static_cast<T>(0.5 / odd_time),
           {static_cast<T>(body_force_lu[0]), static_cast<T>(body_force_lu[1]), static_cast<T>(body_force_lu[2])}};
-}
-
-/// Excess density δρ = Σ g_α and momentum j = Σ g_α e_α of deviations g_α = f_α − w_α.
-/// The sums are grouped so that mirror images and opposite directions are treated alike.
-template <class V>
-struct Moments {
-  V excess_density;
-  V momentum[3];
-};
-
-template <class V>
-[[gnu::always_inline]] inline Moments<V> moments(const V (&g)[d3q19::directions]) {
-  const V axes = (g[1] + g[2]) + (g[3] + g[4]) + (g[5] + g[6]);
-  const V diagonals =
-      ((g[7] + g[8]) + (g[9] + g[10])) + ((g[11] + g[12]) + (g[13] + g[14])) + ((g[15] + g[16]) + (g[17] + g[18]));
-  const V d7 = g[7] - g[8];
-  const V d9 = g[9] - g[10];
-  const V d11 = g[11] - g[12];
-  const V d13 = g[13] - g[14];
-  const V d15 = g[15] - g[16];
-  const V d17 = g[17] - g[18];
-  return {g[0] + axes + diagonals,
-          {(g[1] - g[2]) + (d7 + d9) + (d11 + d13), (g[3] - g[4]) + (d7 - d9) + (d15 + d17),
-           (g[5] - g[6]) + (d11 - d13) + (d15 - d17)}};
 }
 
 /// Collides one cell in place:

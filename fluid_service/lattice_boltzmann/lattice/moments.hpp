@@ -1,13 +1,13 @@
 #pragma once
 
 #include <array>
+#include <type_traits>
 
 #include <Eigen/Core>
 
-#include "lattice_boltzmann/lattice/population_layout.hpp"
+#include "lattice_boltzmann/lattice/d3q19.hpp"
 
-// Populations of one cell and their moments, in double whatever the solver stores. Populations are deviations
-// f_α − w_α.
+// Populations of one cell, their moments and their equilibrium. Populations are deviations f_α − w_α.
 
 namespace copepod::fluid {
 
@@ -31,47 +31,32 @@ inline Populations equilibrium(double excess_density, const Eigen::Vector3d& u) 
   return f;
 }
 
-/// δρ = Σ (f_α − w_α), for any f that is called with a direction. Pairs are added first: the sum is then the
-/// same for a cell and its mirror image.
-template <class Population>
-double excess_density(const Population& f) {
-  double axes = 0.0;
-  double diagonals[3] = {0.0, 0.0, 0.0};
-  for (int alpha = 1; alpha < d3q19::directions; alpha += 2) {
-    const double pair = static_cast<double>(f(alpha)) + static_cast<double>(f(alpha + 1));
-    if (alpha < 7)
-      axes += pair;
-    else
-      diagonals[(alpha - 7) / 4] += pair;
-  }
-  return (static_cast<double>(f(0)) + axes) + (diagonals[0] + diagonals[1] + diagonals[2]);
-}
+/// Excess density δρ = Σ g_α and momentum j = Σ g_α e_α of deviations g_α = f_α − w_α.
+template <class V>
+struct Moments {
+  V excess_density;
+  V momentum[3];
 
-template <class T>
-double excess_density_of_cell(const T* populations, const PopulationLayout& layout, const Site& cell,
-                              Placement placement) {
-  return excess_density([&](int alpha) { return populations[layout.location(cell, alpha, placement)]; });
-}
-
-/// Excess density δρ = Σ (f̃_α − w_α) and momentum Σ f̃_α e_α of one cell, lattice units.
-struct CellMoments {
-  double excess_density = 0.0;
-  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  [[nodiscard]] Eigen::Vector3d momentum_vector() const { return {momentum[0], momentum[1], momentum[2]}; }
 };
 
-/// For any f that is called with a direction; the same for a cell and its mirror image.
-template <class Population>
-CellMoments moments(const Population& f) {
-  const auto odd = [&](int alpha) { return static_cast<double>(f(alpha)) - static_cast<double>(f(alpha + 1)); };
-  return {excess_density(f),
-          {odd(1) + (odd(7) + odd(9)) + (odd(11) + odd(13)), odd(3) + (odd(7) - odd(9)) + (odd(15) + odd(17)),
-           odd(5) + (odd(11) - odd(13)) + (odd(15) - odd(17))}};
-}
-
-template <class T>
-CellMoments moments_of_cell(const T* populations, const PopulationLayout& layout, const Site& cell,
-                            Placement placement) {
-  return moments([&](int alpha) { return populations[layout.location(cell, alpha, placement)]; });
+/// The sums are grouped so that mirror images and opposite directions are treated alike.
+/// @param g  19 numbers, or SIMD packs of numbers
+template <class G>
+[[gnu::always_inline]] inline auto moments(const G& g) {
+  using V = std::remove_cvref_t<decltype(g[0])>;
+  const V axes = (g[1] + g[2]) + (g[3] + g[4]) + (g[5] + g[6]);
+  const V diagonals =
+      ((g[7] + g[8]) + (g[9] + g[10])) + ((g[11] + g[12]) + (g[13] + g[14])) + ((g[15] + g[16]) + (g[17] + g[18]));
+  const V d7 = g[7] - g[8];
+  const V d9 = g[9] - g[10];
+  const V d11 = g[11] - g[12];
+  const V d13 = g[13] - g[14];
+  const V d15 = g[15] - g[16];
+  const V d17 = g[17] - g[18];
+  return Moments<V>{g[0] + axes + diagonals,
+                    {(g[1] - g[2]) + (d7 + d9) + (d11 + d13), (g[3] - g[4]) + (d7 - d9) + (d15 + d17),
+                     (g[5] - g[6]) + (d11 - d13) + (d15 - d17)}};
 }
 
 }  // namespace copepod::fluid

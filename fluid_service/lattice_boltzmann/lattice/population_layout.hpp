@@ -104,6 +104,15 @@ class PopulationLayout {
   [[nodiscard]] std::int64_t entry(const Site& site, int alpha, Placement placement) const {
     return location(site, d3q19::opposite(alpha), other(placement));
   }
+  /// All f̃_α of a cell, in double whatever the solver stores.
+  template <class T>
+  [[nodiscard]] std::array<double, d3q19::directions> gather(const T* populations, const Site& site,
+                                                             Placement placement) const {
+    const Locations& from = locations(site.faces, placement);
+    std::array<double, d3q19::directions> f{};
+    for (std::size_t alpha = 0; alpha < f.size(); ++alpha) f[alpha] = populations[site.index + from[alpha]];
+    return f;
+  }
 
   /// A slot of a row's end cell, relative to its index, and where the row's other cells would have it.
   struct Detour {

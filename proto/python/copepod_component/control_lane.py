@@ -12,6 +12,7 @@ from .errors import ExitCode, Refused
 from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Damaged, Envelope, from_frame, to_frame
 
 DISCONNECTED_S = 3.0
+PAUSE_S = 1.0  # a gap in this thread's own attention
 GRACE_S = 2.0  # for the solver's thread, after a stop request
 
 
@@ -25,7 +26,7 @@ class ControlLane(threading.Thread):
         self._header: Any = None  # (session_id, epoch) once welcomed
         self._connected = False
         self._disconnected_since = None
-        self._last_ping = 0.0
+        self._last_ping = self._last_look = 0.0
 
     def run(self):
         socket = self._socket
@@ -88,9 +89,13 @@ class ControlLane(threading.Thread):
 
     def _look_for_coupler(self):
         now = time.monotonic()
+        was_away = now - self._last_look > PAUSE_S  # suspended, and the coupler too: its clocks start anew
+        self._last_look = now
+        if was_away:
+            self._last_ping = now
         if self._connected:
             self._disconnected_since = None
-        elif self._disconnected_since is None:
+        elif was_away or self._disconnected_since is None:
             self._disconnected_since = now
         broken = self._disconnected_since is not None and now - self._disconnected_since > DISCONNECTED_S
         if (broken or now - self._last_ping > self._orphan_after_s) and not self._context.stop_code:

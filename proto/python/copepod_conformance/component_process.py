@@ -63,6 +63,11 @@ class ComponentProcess:
             time.sleep(0.05)
         return [_command_line(pid) for pid in alive]
 
+    def send_signal(self, number):
+        """To each of its processes."""
+        for pid in marked_processes(self._mark):
+            os.kill(pid, number)
+
     def cpu_seconds(self):
         """CPU time so far of each of its processes, by process id."""
         return {pid: _cpu_seconds(pid) for pid in marked_processes(self._mark)}

@@ -3,6 +3,7 @@
 import dataclasses
 import secrets
 import shutil
+import signal
 import tempfile
 import time
 from pathlib import Path
@@ -166,6 +167,15 @@ class Conversation:
 
     def stop_pings(self):
         self._last_ping = None
+
+    def suspend(self, seconds):
+        """All processes are stopped for a while, the coupler too: no pings."""
+        self.sent.append(f"nothing, no pings either, while its processes are stopped for {seconds:g} s")
+        self.process.send_signal(signal.SIGSTOP)
+        self._last_ping = None
+        self.wait(seconds)
+        self.process.send_signal(signal.SIGCONT)
+        self._last_ping = 0.0
 
     def vanish(self):
         """The coupler's socket is gone, as if its process had been killed."""

@@ -13,6 +13,9 @@ _ORPHAN = Rule(
     "a coupler whose connection is broken for 3 s, or that sends no ping for --orphan-after "
     "seconds, is lost: the component ends with code 69, at the latest 2 s later",
 )
+_SUSPENDED = Rule(
+    "Who is alive", "a component that was suspended itself for more than a second begins to wait for its coupler anew"
+)
 _END = Rule("A run", "Finish is answered with Finished; then the component ends with exit code 0")
 _NOTHING_LEFT = Rule("Who is alive", "whatever ends a component, no process of it is left behind 2 s later")
 _IDLE = Rule("Who is alive", "a process that waits uses less than 5 % of a core")
@@ -104,6 +107,14 @@ def _kept_by_pings(trial):
     trial.finish()
 
 
+def _suspended(trial):
+    trial.configure()
+    trial.advance(1)
+    trial.suspend(3.5)
+    trial.advance(1)
+    trial.finish()
+
+
 def _nothing_left_after(ending):
     def run(trial):
         trial.configure()
@@ -178,6 +189,7 @@ def checks(subject):
         ),
         Check(end, "coupler silent: exit code 69", _ORPHAN, _left_without_pings, options=("--orphan-after", "1")),
         Check(end, "coupler only pings: the component waits", _ORPHAN, _kept_by_pings, options=("--orphan-after", "1")),
+        Check(end, "suspended for 3.5 s: continues", _SUSPENDED, _suspended, options=("--orphan-after", "2")),
         *(
             Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after(ending))
             for text, ending in endings

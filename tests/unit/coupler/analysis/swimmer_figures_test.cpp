@@ -11,7 +11,7 @@ namespace copepod::coupler {
 namespace {
 
 constexpr double cell_m = 1e-6;
-constexpr double step_s = 7.54831e-10;
+constexpr double paper_step_s = 7.54831e-10;
 Bead bead(ShapeKind kind, double radius_cells, double length_cells, const Eigen::Vector4d& orientation_wxyz) {
   return {"", {kind, radius_cells * cell_m, length_cells * cell_m}, 1.0, {0, 0, 0}, orientation_wxyz};
 }
@@ -58,7 +58,7 @@ struct DesignA {
     the_case.fluid.density_kg_per_m3 = 1360;
     the_case.fluid.kinematic_viscosity_m2_per_s = 7.36e-5;
     the_case.fluid.cell_size_m = cell_m;
-    the_case.step_s = step_s;
+    the_case.step_s = paper_step_s;
     measured.displacement_m = 9.05e-6 * 28116 * cell_m;
     measured.arms[0] = {16.1 * cell_m, 2.53 * cell_m, std::asin(0.94)};
     measured.arms[1] = {16.1 * cell_m, 3.80 * cell_m, 0.0};
@@ -71,7 +71,7 @@ TEST(SwimmerFigures, ReproduceThePapersRowOfDesignA) {
   const DesignA a;
   const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
   const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, 0.5, a.swimmer, a.the_case);
-  const double to_lattice = step_s / cell_m;
+  const double to_lattice = paper_step_s / cell_m;
   EXPECT_NEAR(figures.u_swim_m_per_s * to_lattice, 9.05e-6, 1e-12);
   EXPECT_NEAR(as_in_paper.at_rounded_omega.u_GA_m_per_s * to_lattice, 8.98e-6, 0.05e-6);
   EXPECT_NEAR(figures.at_omega.u_GA_m_per_s / as_in_paper.at_rounded_omega.u_GA_m_per_s, 2.23474e-4 / 2.2e-4, 1e-5);

@@ -11,19 +11,13 @@
 #include "checkpoint/manifest.hpp"
 #include "contract/errors.hpp"
 #include "fakes.hpp"
+#include "storage/checksum.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 CouplerState state_of(std::int64_t step) {
   CouplerState state;
@@ -151,6 +145,46 @@ TEST_F(Store, NeverUsesADamagedManifestForSomethingElse) {
   }
 }
 
+TEST_F(Store, NeedsTheRowsThatTheTablesOfTheRunHad) {
+  const fs::path table = around.path("trajectory.csv");
+  std::ofstream(table) << "step,body\n0,a\n";
+  const auto write_with_table = [&](std::int64_t step) {
+    const std::uintmax_t bytes = fs::file_size(table);
+    CouplerState state = state_of(step);
+    state.tables["trajectory.csv"] = {bytes, checksum_of_start(table, bytes).value()};
+    store.prepare(fluid, body, state);
+    store.commit(step);
+  };
+  write_with_table(1000);
+  std::ofstream(table, std::ios::app) << "10,a\n";
+  write_with_table(2000);
+  EXPECT_EQ(store.newest().state.step, 2000);
+  fs::resize_file(table, fs::file_size(table) - 1);
+  const FoundCheckpoint found = store.newest();
+  EXPECT_EQ(found.state.step, 1000);
+  ASSERT_EQ(found.skipped.size(), 1U);
+  EXPECT_NE(found.skipped[0].find("trajectory.csv lacks rows that it had"), std::string::npos) << found.skipped[0];
+  fs::remove(table);
+  EXPECT_THROW(store.newest(), StorageError);
+}
+
+TEST_F(Store, BelievesNoManifestThatLeavesAFileOutAndNoStateOfAnotherStep) {
+  write(1000);
+  write(2000);
+  const fs::path newest = folder / "step_000002000";
+  auto manifest = nlohmann::json::parse(content_of(newest / "manifest.json"));
+  manifest["files"].erase(0);
+  std::ofstream(newest / "manifest.json") << manifest;
+  EXPECT_EQ(store.newest().state.step, 1000);
+  fs::remove(newest / "manifest.json");
+  fs::copy_file(folder / "step_000001000" / "coupler.json", newest / "coupler.json",
+                fs::copy_options::overwrite_existing);
+  write_manifest(newest, "case one", 2000);
+  const FoundCheckpoint found = store.newest();
+  EXPECT_EQ(found.state.step, 1000);
+  EXPECT_EQ(found.skipped.size(), 1U);
+}
+
 TEST_F(Store, FindsATruncatedAndAMissingFile) {
   write(1000);
   write(2000);
@@ -230,7 +264,7 @@ TEST(Checksum, DependsOnEveryByteAndOnTheLength) {
   const fs::path file = folder.path("checksum.bin");
   const auto of = [&](const std::string& content) {
     std::ofstream(file, std::ios::binary) << content;
-    return checksum(file);
+    return checksum_of_start(file, content.size()).value();
   };
   const std::string text(100'003, 'x');
   EXPECT_NE(of(text), of(text + std::string(1, '\0')));
@@ -238,7 +272,13 @@ TEST(Checksum, DependsOnEveryByteAndOnTheLength) {
   other[70'001] = 'y';
   EXPECT_NE(of(text), of(other));
   EXPECT_EQ(of(text), of(text));
-  EXPECT_THROW(checksum("/nonexistent"), StorageError);
+  Checksum in_pieces;
+  in_pieces.add(text.substr(0, 12'345));
+  in_pieces.add(text.substr(12'345));
+  EXPECT_EQ(in_pieces.value(), of(text));
+  EXPECT_EQ(checksum_of_start(file, 100).value(), of(text.substr(0, 100)));
+  EXPECT_THROW(checksum_of_start(file, 101), StorageError);
+  EXPECT_THROW(checksum_of_start("/nonexistent", 1), StorageError);
 }
 
 }  // namespace

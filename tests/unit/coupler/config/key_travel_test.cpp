@@ -18,6 +18,7 @@
 #include "config/yaml/yaml_text.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "copepod/v1/setup.pb.h"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -145,13 +146,6 @@ Leaves leaves_of(const Setup& setup) {
   conversion::write(read_back, written_again);
   EXPECT_EQ(wire.SerializeAsString(), written_again.SerializeAsString()) << "setup_conversion.cpp loses a field";
   return leaves;
-}
-
-std::string content_of(const std::string& path) {
-  std::ifstream stream(path);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
 }
 
 const std::string every_key = std::string(CONFIG_TESTS) + "/every_key.yaml";

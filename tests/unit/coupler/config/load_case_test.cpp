@@ -98,6 +98,17 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "motion:free", "shape:capsule", "shape:sphere", "springs"}));
 }
 
+TEST(Requirements, NameThinFilmsOnlyForACaseThatGivesTheirThickness) {
+  const auto films_of = [](const std::string& cut_off) {
+    const LoadedCase loaded =
+        load_case(std::string(CONFIGS) + "/quick/three_sphere.yaml", {"lubrication.cut_off_cells=" + cut_off});
+    return required_of_fluid(loaded.content, loaded.assembly).count("thin_films");
+  };
+  EXPECT_EQ(films_of("none"), 0U);
+  EXPECT_EQ(films_of("auto"), 0U);
+  EXPECT_EQ(films_of("1.5"), 1U);
+}
+
 TEST(Requirements, AreFewForOtherSolvers) {
   const auto required = [](const std::string& solver) {
     const LoadedCase loaded = every_key({"fluid.solver=" + solver});
@@ -133,6 +144,14 @@ TEST(SolverChoice, ChangesNothingElse) {
     EXPECT_EQ(loaded.content.step_s, lattice.content.step_s) << solver;
     EXPECT_EQ(loaded.content.services.fluid_ranks, solver == std::string("external") ? 2 : 1) << solver;
   }
+}
+
+TEST(Services, AreGivenMoreTimeToAnswerOverANetworkUnlessTheCaseSaysHowMuch) {
+  const std::string quick = std::string(CONFIGS) + "/quick/three_sphere.yaml";
+  EXPECT_EQ(load_case(quick, {}).content.services.silence_s, 3.0);
+  const std::string tcp = "services.transport=tcp://127.0.0.1:5555";
+  EXPECT_EQ(load_case(quick, {tcp}).content.services.silence_s, 30.0);
+  EXPECT_EQ(load_case(quick, {tcp, "services.silence_s=7"}).content.services.silence_s, 7.0);
 }
 
 TEST(SolverChoice, TakesACommandInItsOwnLine) {

@@ -8,18 +8,12 @@
 
 #include "config/campaign.hpp"
 #include "config/load_case.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
 
 using nlohmann::json;
-
-std::string content_of(const std::string& path) {
-  std::ifstream stream(path);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 /// Collects the key paths that a schema describes, and those that lack a description.
 class SchemaKeys {

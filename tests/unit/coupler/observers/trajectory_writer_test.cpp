@@ -108,7 +108,7 @@ TEST(TrajectoryWriter, LeavesOutWhatLiesBetweenTheFirstStepAndTheBeginningOfSamp
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path("window.csv");
   {
-    TrajectoryWriter writer(path.string(), {"one", "two"}, 0.5, 2, 0, 5);
+    TrajectoryWriter writer(path.string(), {"one", "two"}, 0.5, 2, 5);
     for (std::int64_t step = 0; step < 10; ++step) writer.observe(Moment(step).record());
     writer.finish(Moment(10).record());
   }
@@ -149,11 +149,9 @@ TEST(TrajectoryWriter, QuotesNamesThatWouldBreakTheTable) {
     TrajectoryWriter writer(path.string(), {"a,b", "call \"hi\""}, 0.5, 1);
     writer.finish(Moment(0).record());
   }
-  std::ifstream stream(path);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  EXPECT_NE(text.str().find(",\"a,b\","), std::string::npos);
-  EXPECT_NE(text.str().find(",\"call \"\"hi\"\"\","), std::string::npos);
+  const std::string text = content_of(path);
+  EXPECT_NE(text.find(",\"a,b\","), std::string::npos);
+  EXPECT_NE(text.find(",\"call \"\"hi\"\"\","), std::string::npos);
 }
 
 TEST(TrajectoryWriter, SaysWhyAFileCannotBeWritten) {

@@ -1,6 +1,11 @@
 #include "remote/link.hpp"
 
+#include <span>
+#include <sstream>
+
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include "components.hpp"
 #include "memory_coupling.hpp"
@@ -79,6 +84,32 @@ TEST(Link, LostRequestsAndRepliesAreMadeGoodWithoutASecondStep) {
   EXPECT_EQ(fluid.summarise().cell_updates, 3U);
   EXPECT_EQ(body.summarise().digest, local_body->summarise().digest);
   coupling.link->finish();
+}
+
+TEST(Link, StrangersLeaveALineInTheLogWhichNoTerminalObeys) {
+  std::ostringstream log;
+  const auto former = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  MemoryCoupling coupling(doubles::constant_drag_component(), doubles::free_point_component());
+  session::Hello hello;
+  hello.session_token = "a guess";
+  hello.host = "\x1b[2Jthere";
+  conversion::Encoder encoder;
+  coupling.wire.make_dealer("guessing")->send(encoder.encode(session::Header{}, hello));
+  const std::string noise = "GET / HTTP/1.1";
+  coupling.wire.make_dealer("noisy")->send(std::as_bytes(std::span(noise)));
+  coupling.link->await_components();
+  RemoteFluid fluid(*coupling.link, fluid_setup(), 0);
+  RemoteBody body(*coupling.link, body_setup(), 0);
+  coupling.link->finish();
+  coupling.join();
+  spdlog::set_default_logger(former);
+  EXPECT_NE(log.str().find("The fluid component on ?[2Jthere was refused (its session token"), std::string::npos)
+      << log.str();
+  EXPECT_NE(log.str().find("A message was ignored (its sender is unknown, and it is not a Hello). [2]"),
+            std::string::npos)
+      << log.str();
 }
 
 TEST(Link, BrokenDataLaneThatComesBackCostsNothingButTime) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <csignal>
 
+#include "checkpoint/manifest.hpp"
 #include "run/program_fixture.hpp"
 
 namespace copepod::coupler {
@@ -60,6 +61,89 @@ TEST_F(Program, FallsBackToTheCheckpointBeforeADamagedOne) {
   bool told = false;
   for (const json& event : events()) told = told || (event["event"] == "notice");
   EXPECT_TRUE(told);
+}
+
+TEST_F(Program, FallsBackToTheCheckpointWhoseRowsAreStillThere) {
+  EXPECT_EQ(run(checkpoints_every_700), 0);
+  const json undisturbed = file("summary.json");
+  const std::string trajectory = content_of(out_dir / "trajectory.csv");
+  std::filesystem::resize_file(out_dir / "trajectory.csv", trajectory.find("\n2000,"));
+  EXPECT_EQ(run({"--resume"}), 0) << out.str();
+  EXPECT_NE(out.str().find("trajectory.csv lacks rows that it had"), std::string::npos) << out.str();
+  EXPECT_EQ(file("summary.json")["resumed_from_step"], 1400);
+  EXPECT_EQ(file("summary.json")["digest"], undisturbed["digest"]);
+  EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory);
+}
+
+TEST_F(Program, CannotResumeWithoutTheRowsThatTheRunHad) {
+  for (const char* table : {"trajectory.csv", "cycles.csv"}) {
+    std::filesystem::remove_all(out_dir);
+    EXPECT_EQ(run(checkpoints_every_700), 0);
+    std::filesystem::remove(out_dir / table);
+    EXPECT_EQ(run({"--resume"}), 73) << table;
+    const auto reason = events().back()["reason"].get<std::string>();
+    EXPECT_NE(reason.find(std::string(table) + " lacks rows"), std::string::npos) << reason;
+    EXPECT_FALSE(std::filesystem::exists(out_dir / table)) << "it must not be started anew";
+  }
+}
+
+class ChangedCheckpoint : public Program {
+ protected:
+  void SetUp() override {
+    EXPECT_EQ(run({"--set", "output.checkpoint.every_steps=700", "--set", "run.steps=2000"}), 0);
+    state = json::parse(content_of(newest / "coupler.json"));
+    key = json::parse(content_of(newest / "manifest.json"))["case"];
+  }
+  /// Exit code of a run that resumes the newest checkpoint with this state, whose checksums are right.
+  int resume_with(const json& changed) {
+    std::filesystem::remove(newest / "manifest.json");
+    std::ofstream(newest / "coupler.json") << changed;
+    write_manifest(newest, key, 1400);
+    return run({"--resume"});
+  }
+
+  std::filesystem::path newest = out_dir / "checkpoints" / "step_000001400";
+  json state;
+  std::string key;  ///< of the case
+};
+
+TEST_F(ChangedCheckpoint, IsResumedIfNothingHasChanged) { EXPECT_EQ(resume_with(state), 0) << out.str(); }
+
+TEST_F(ChangedCheckpoint, IsRefusedWithLoadsOfFewerBodies) {
+  for (const char* part : {"force_N", "torque_N_m"}) {
+    for (const std::size_t numbers : {0U, 3U, 6U}) {
+      json changed = state;
+      auto list = changed["previous_loads"][part].get<std::vector<double>>();
+      list.resize(numbers);
+      changed["previous_loads"][part] = list;
+      EXPECT_EQ(resume_with(changed), 73) << part << ' ' << numbers;
+    }
+  }
+  json none = state;
+  none["previous_loads"]["force_N"] = none["previous_loads"]["torque_N_m"] = json::array();
+  EXPECT_EQ(resume_with(none), 73);
+  EXPECT_NE(events().back()["reason"].get<std::string>().find("loads are not those of all bodies"), std::string::npos);
+}
+
+TEST_F(ChangedCheckpoint, IsRefusedWithLoadsOfAnotherStepOrKinematicsThatTheCaseDoesNotNeed) {
+  json changed = state;
+  changed["previous_loads"]["step"] = 1;
+  EXPECT_EQ(resume_with(changed), 73);
+  changed = state;
+  changed["previous_kinematics"]["position_m"] = {1.0, 2.0, 3.0};
+  EXPECT_EQ(resume_with(changed), 73);
+}
+
+TEST_F(ChangedCheckpoint, IsRefusedWithAnotherCycleThanItsStepIsIn) {
+  const json& sums = state["swimmers"][0];
+  for (const char* number : {"number", "samples"}) {
+    json changed = state;
+    changed["swimmers"][0][number] = sums[number].get<int>() - 1;
+    EXPECT_EQ(resume_with(changed), 73) << number;
+  }
+  json shorter = state;
+  shorter["swimmers"][0]["last"]["arms"] = {1.0, 2.0, 3.0};
+  EXPECT_EQ(resume_with(shorter), 73);
 }
 
 TEST_F(Program, CannotResumeWithoutACheckpointOrWithThatOfAnotherCase) {

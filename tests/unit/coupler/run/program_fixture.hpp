@@ -17,13 +17,6 @@
 
 namespace copepod::coupler {
 
-inline std::string content_of(const std::filesystem::path& path) {
-  std::ifstream stream(path);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
 /// The coupler program with components in this process.
 class Program : public testing::Test {
  protected:

@@ -1,5 +1,6 @@
 #include "storage/csv_file.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -14,19 +15,12 @@ namespace {
 
 class Table : public testing::Test {
  protected:
-  [[nodiscard]] std::string content() const {
-    std::ifstream stream(path);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
-  }
+  [[nodiscard]] std::string content() const { return content_of(path); }
   void write(const std::string& text) const { std::ofstream(path) << text; }
 
   TemporaryFolder folder;
   std::string path = folder.path("table.csv");
 };
-
-bool is_small(std::string_view row) { return row < "5"; }
 
 TEST_F(Table, HoldsItsHeaderAtOnceAndItsRowsWhenFlushed) {
   CsvFile file(path, "a,b", {});
@@ -38,27 +32,48 @@ TEST_F(Table, HoldsItsHeaderAtOnceAndItsRowsWhenFlushed) {
   EXPECT_EQ(content(), "a,b\n1,2\n3,4\n");
 }
 
-TEST_F(Table, ReplacesAnExistingOneUnlessRowsAreKept) {
+TEST_F(Table, ReplacesAnExistingOneUnlessItIsContinued) {
   write("a,b\n1,2\n");
   { const CsvFile file(path, "a,b", {}); }
   EXPECT_EQ(content(), "a,b\n");
 }
 
-TEST_F(Table, KeepsRowsUpToTheFirstThatMustGo) {
-  write("a,b\n1,2\n3,4\n7,8\n2,2\n");
+TEST_F(Table, IsContinuedFromAnEndThatItHad) {
+  TableEnd end;
   {
-    CsvFile file(path, "a,b", is_small);
-    file.add("9,9");
+    CsvFile file(path, "a,b", {});
+    file.add("1,2");
+    file.add("3,4");
+    end = file.sync();
+    file.add("7,8");
   }
-  EXPECT_EQ(content(), "a,b\n1,2\n3,4\n9,9\n");
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    EXPECT_EQ(find_damage(path, end), "");
+    CsvFile file(path, "a,b", end);
+    file.add("9,9");
+    end = file.sync();
+    file.add("5,5");
+  }
+  EXPECT_EQ(content(), "a,b\n1,2\n3,4\n9,9\n9,9\n5,5\n");
 }
 
-TEST_F(Table, KeepsNoRowThatWasCutOffAndNoTableOfAnotherHeader) {
-  write("a,b\n1,2\n3,4");
-  { const CsvFile file(path, "a,b", is_small); }
-  EXPECT_EQ(content(), "a,b\n1,2\n");
-  { const CsvFile file(path, "a,b,c", is_small); }
-  EXPECT_EQ(content(), "a,b,c\n");
+TEST_F(Table, IsNotContinuedWhereItIsNotWhatItWas) {
+  TableEnd end;
+  {
+    CsvFile file(path, "a,b", {});
+    file.add("1,2");
+    end = file.sync();
+  }
+  for (const char* changed : {"", "a,b\n1,", "a,b\n1,3\n7,8\n", "a,c\n1,2\n"}) {
+    write(changed);
+    EXPECT_NE(find_damage(path, end), "") << changed;
+    EXPECT_THROW(CsvFile(path, "a,b", end), StorageError) << changed;
+    EXPECT_EQ(content(), changed);
+  }
+  std::filesystem::remove(path);
+  EXPECT_NE(find_damage(path, end).find("lacks rows"), std::string::npos);
+  EXPECT_THROW(CsvFile(path, "a,b", end), StorageError);
+  EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 TEST_F(Table, CannotBeWrittenWhereThereIsNoFolder) {

@@ -50,7 +50,7 @@ class Recording : public testing::Test {
   TemporaryFolder folder_;
 };
 
-std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+using transport::bytes_of;
 
 TEST_F(Recording, KeepsEveryBlockInItsOrder) {
   {

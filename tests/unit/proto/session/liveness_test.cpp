@@ -15,7 +15,7 @@ Pong pong(std::int64_t step, Phase phase, std::uint64_t progress = 0) { return {
 Liveness watch(Liveness liveness, double from_s, double to_s, bool answers, const Pong& answer = {}) {
   for (double now = from_s; now < to_s; now += 0.1) {
     if (ping_is_due(liveness, kPatience, now)) liveness = on_ping(liveness, kPatience, now);
-    if (answers) liveness = on_pong(liveness, answer, now);
+    if (answers) liveness = on_pong(liveness, answer, kPatience, now);
     liveness = on_look(liveness, true, kPatience, now);
   }
   return liveness;
@@ -70,26 +70,47 @@ TEST(Liveness, TheCouplersOwnAbsenceExcusesTheComponent) {
   EXPECT_EQ(judge(liveness, true, kPatience, 100), Health::fine);
 }
 
+TEST(Liveness, ABrokenConnectionMayComeBackAfterTheCouplersOwnAbsence) {
+  Liveness liveness = watch({}, 0, 1, true, pong(3, Phase::exchanging));
+  liveness = on_look(liveness, false, kPatience, 1);
+  liveness = on_look(liveness, false, kPatience, 100);  // both were suspended
+  EXPECT_EQ(judge(liveness, true, kPatience, 100.4), Health::fine);
+  EXPECT_EQ(judge(liveness, true, kPatience, 100.6), Health::disconnected);
+}
+
+TEST(Liveness, ACutNetworkIsNoHangAndPausesItsClock) {
+  Patience patience;
+  patience.silence_s = 30;
+  Liveness liveness = on_request({}, patience, 0.02, 0);
+  liveness = watch(liveness, 0, 50, true, pong(3, Phase::exchanging));
+  liveness = watch(liveness, 50, 79, false);
+  EXPECT_EQ(judge(liveness, true, patience, 79), Health::fine);
+  liveness = watch(liveness, 79, 88, true, pong(3, Phase::exchanging));
+  EXPECT_EQ(judge(liveness, true, patience, 88), Health::fine);
+  liveness = watch(liveness, 88, 90, true, pong(3, Phase::exchanging));
+  EXPECT_EQ(judge(liveness, true, patience, 90), Health::hung);
+}
+
 Pong pong_of_ping_at(double sent_s, Phase phase, std::uint64_t received, std::uint64_t replied) {
   return {static_cast<std::uint64_t>(1e9 * sent_s), 3, phase, 0, received, replied};
 }
 
 TEST(Liveness, TellsThatARequestWasLost) {
-  Liveness liveness = on_pong({}, pong_of_ping_at(10, Phase::waiting, 4, 4), 10.1);
+  Liveness liveness = on_pong({}, pong_of_ping_at(10, Phase::waiting, 4, 4), kPatience, 10.1);
   EXPECT_TRUE(was_lost(liveness, 5, 9.9, 0.02)) << "the component waits and has not seen request 5";
   EXPECT_FALSE(was_lost(liveness, 5, 9.99, 0.02)) << "it may still be on its way";
   EXPECT_FALSE(was_lost(liveness, 5, 10.05, 0.02)) << "the pong came after the request, but the ping before";
   EXPECT_TRUE(was_lost(liveness, 4, 9.9, 0.02)) << "it has answered request 4, but the reply did not come";
-  liveness = on_pong(liveness, pong_of_ping_at(20, Phase::exchanging, 5, 4), 20);
+  liveness = on_pong(liveness, pong_of_ping_at(20, Phase::exchanging, 5, 4), kPatience, 20);
   EXPECT_FALSE(was_lost(liveness, 5, 9.9, 0.02)) << "the component works on request 5";
-  liveness = on_pong(liveness, pong_of_ping_at(21, Phase::advancing, 4, 4), 21);
+  liveness = on_pong(liveness, pong_of_ping_at(21, Phase::advancing, 4, 4), kPatience, 21);
   EXPECT_FALSE(was_lost(liveness, 5, 9.9, 0.02)) << "request 5 waits behind the bulk update";
 }
 
 TEST(Liveness, APongThatWasOvertakenTellsNothing) {
-  Liveness liveness = on_pong({}, pong_of_ping_at(10, Phase::exchanging, 5, 4), 10.1);
+  Liveness liveness = on_pong({}, pong_of_ping_at(10, Phase::exchanging, 5, 4), kPatience, 10.1);
   const double before_s = liveness.last_change_s;
-  liveness = on_pong(liveness, pong_of_ping_at(9, Phase::waiting, 4, 4), 10.2);
+  liveness = on_pong(liveness, pong_of_ping_at(9, Phase::waiting, 4, 4), kPatience, 10.2);
   EXPECT_EQ(liveness.pong.received_sequence, 5U);
   EXPECT_EQ(liveness.last_change_s, before_s);
 }

@@ -10,12 +10,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Bytes bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
-
-std::string text_of(const Frame& frame) {
-  return {reinterpret_cast<const char*>(frame.bytes().data()), frame.bytes().size()};
-}
-
 TEST(InMemoryWire, CarriesMessagesBothWaysInOrder) {
   InMemoryWire wire;
   const auto router = wire.make_router();

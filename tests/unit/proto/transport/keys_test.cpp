@@ -1,8 +1,10 @@
 #include "transport/keys.hpp"
 
+#include <arpa/inet.h>
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
@@ -73,6 +75,28 @@ TEST_F(Door, StrangersAreTurnedAwayAndKnowIt) {
   EXPECT_TRUE(turns_away(*elsewhere)) << "the key of another coupler";
   const auto keyless = knock(std::nullopt);
   EXPECT_TRUE(turns_away(*keyless)) << "no key";
+}
+
+TEST_F(Door, RefusedKeysAndConnectionsThatStallAreRemarked) {
+  const auto unknown = knock(ComponentKeys{stranger.secret(), coupler.known()});
+  EXPECT_TRUE(turns_away(*unknown));
+  const int silent = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(std::stoi(endpoint().substr(endpoint().rfind(':') + 1))));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(connect(silent, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  std::string remarks;
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  Frame frame;
+  while (remarks.find("has not sent a message") == std::string::npos && std::chrono::steady_clock::now() < end) {
+    router->receive(frame, 10ms);
+    for (std::string remark = router->next_remark(); !remark.empty(); remark = router->next_remark()) remarks += remark;
+  }
+  close(silent);
+  EXPECT_NE(remarks.find("A connection from 127.0.0.1 was refused (its key is not one"), std::string::npos) << remarks;
+  EXPECT_NE(remarks.find("A connection from 127.0.0.1:"), std::string::npos) << remarks;
+  EXPECT_NE(remarks.find("has not sent a message"), std::string::npos) << remarks;
 }
 
 TEST(Endpoint, NeedsKeysWhereOtherMachinesCanListen) {

@@ -6,17 +6,12 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "in_memory.hpp"
 
 namespace copepod::transport {
 namespace {
 
 using namespace std::chrono_literals;
-
-Bytes bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
-
-std::string text_of(const Frame& frame) {
-  return {reinterpret_cast<const char*>(frame.bytes().data()), frame.bytes().size()};
-}
 
 /// A router's wait also ends when a connection changes; this one does not.
 bool receive_within(Router& router, Frame& frame, Duration wait) {

@@ -10,14 +10,14 @@ namespace copepod::fluid {
 namespace {
 
 TEST(BounceBack, SendsBackWhatMeetsAWallAtRest) {
-  EXPECT_EQ(BounceBack::returning({.direction = 5, .leaving = 0.0123, .density = 1.1}), 0.0123);
+  EXPECT_EQ(BounceBack().returning({.direction = 5, .leaving = 0.0123, .density = 1.1}), 0.0123);
 }
 
 TEST(BounceBack, AMovingWallTakesMomentumFromWhatFollowsIt) {
   const Link axis{.direction = 1, .leaving = 0.01, .density = 1.1, .e_dot_u_w = 0.05};
-  EXPECT_NEAR(BounceBack::returning(axis), 0.01 - 6.0 / 18.0 * 1.1 * 0.05, 1e-17);
+  EXPECT_NEAR(BounceBack().returning(axis), 0.01 - 6.0 / 18.0 * 1.1 * 0.05, 1e-17);
   const Link diagonal{.direction = 7, .leaving = 0.01, .density = 1.1, .e_dot_u_w = 0.05};
-  EXPECT_NEAR(BounceBack::returning(diagonal), 0.01 - 6.0 / 36.0 * 1.1 * 0.05, 1e-17);
+  EXPECT_NEAR(BounceBack().returning(diagonal), 0.01 - 6.0 / 36.0 * 1.1 * 0.05, 1e-17);
 }
 
 /// A link along which the fluid shears: E ± 3 w e·u(s), u(s) = u + s u' with the wall at s = q.
@@ -32,9 +32,12 @@ Link sheared(double q, double e_dot_u, double slope) {
           .wall_distance = q,
           .inward = even - 3.0 * w * e_dot_u,
           .behind = even + 3.0 * w * (e_dot_u - slope),
-          .odd_equilibrium = 3.0 * w * e_dot_u,
-          .per_odd = 5.0,
-          .share = 3.0};
+          .e_dot_j = e_dot_u};
+}
+
+/// A collision with relaxation times τ⁺ and τ⁻ and a force along x.
+CollisionConstants<double> two_times(double even_time, double odd_time, double force = 0.0) {
+  return {0.5 / even_time, 0.5 / odd_time, {force, 0.0, 0.0}};
 }
 
 // What would leave x_f + e_α in direction ᾱ if the flow continued there.
@@ -42,10 +45,10 @@ TEST(LinkFormulas, AreExactInAShearedFlowWhereverTheWallIs) {
   for (const double q : {0.0, 0.1, 0.3, 0.5, 0.7, 1.0}) {
     const Link link = sheared(q, 0.02, 0.005);
     const double expected = 0.01 - 3.0 / 36.0 * (0.02 + 0.005);
-    EXPECT_NEAR(CentralLinear::returning(link), expected, 1e-17) << q;
-    EXPECT_NEAR(Interpolated::returning(link), expected, 1e-17) << q;
-    EXPECT_NEAR(Parabolic::returning(link), expected, 1e-17) << q;
-    EXPECT_EQ(std::abs(BounceBack::returning(link) - expected) < 1e-17, q == 0.5) << q;
+    EXPECT_NEAR(CentralLinear().returning(link), expected, 1e-17) << q;
+    EXPECT_NEAR(Interpolated().returning(link), expected, 1e-17) << q;
+    EXPECT_NEAR(Parabolic(two_times(0.8, 1.2)).returning(link), expected, 1e-17) << q;
+    EXPECT_EQ(std::abs(BounceBack().returning(link) - expected) < 1e-17, q == 0.5) << q;
   }
 }
 
@@ -67,22 +70,10 @@ TEST(Parabolic, IsExactInAParabolicFlowAtEveryRelaxationTime) {
                         .wall_distance = q,
                         .inward = even + b - odd + change,
                         .behind = even + odd,
-                        .odd_equilibrium = a + 0.5 * source,
-                        .source = source,
-                        .per_odd = 1.0 / (odd_time - 1.0),
-                        .per_even = 1.0 / (2.0 * even_time - 1.0),
-                        .share = 3.0};
-        EXPECT_NEAR(Parabolic::returning(link), even - odd, 1e-15) << even_time << ' ' << odd_time << ' ' << q;
+                        .e_dot_j = (a + 0.5 * source) / (3.0 * w)};
+        const Parabolic parabolic(two_times(even_time, odd_time, source / (3.0 * w)));
+        EXPECT_NEAR(parabolic.returning(link), even - odd, 1e-15) << even_time << ' ' << odd_time << ' ' << q;
       }
-}
-
-TEST(Parabolic, GivesWayToCentralLinearWhereTheCollisionForgetsTheOddHalf) {
-  const auto chosen = [](MovingBoundary formula, double relaxation_time) {
-    const auto collision = collision_constants<double>(CollisionKind::trt, relaxation_time, Eigen::Vector3d::Zero());
-    return choose_momentum_exchange(formula, collision).exchange;
-  };
-  EXPECT_EQ(chosen(MovingBoundary::parabolic, 0.875), chosen(MovingBoundary::central_linear, 0.875));
-  EXPECT_NE(chosen(MovingBoundary::parabolic, 0.85), chosen(MovingBoundary::central_linear, 0.85));
 }
 
 /// A sphere or capsule in a box on one rank, and populations at hand.
@@ -130,8 +121,8 @@ struct Box16 {
     sums = {};
     reflected.clear();
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
-    choose_momentum_exchange(formula, collision)
-        .exchange(populations.data(), *layout, Placement::home, *map, films, 0, cells, collision, 0.0, sums, reflected);
+    (*make_momentum_exchange(formula, collision, *layout, *map, films))(populations.data(), Placement::home, 0, cells,
+                                                                        0.0, sums, reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
@@ -276,6 +267,19 @@ TEST(MomentumExchange, OfABodyNearItsOwnImageHasTheRightArms) {
   const Eigen::Vector3d force(-0.5, 0.0, 0.5);
   EXPECT_LT((box.force() - force).norm(), 1e-14);
   EXPECT_LT((box.torque() - Eigen::Vector3d(8.5, 0.5, 0.5).cross(force)).norm(), 1e-14);
+}
+
+TEST(MomentumExchange, TakesCentralLinearForParabolicWhereTheCollisionForgetsTheOddHalf) {
+  Box16 box;
+  const auto collision = [](double relaxation_time) {
+    return collision_constants<double>(CollisionKind::trt, relaxation_time, Eigen::Vector3d::Zero());
+  };
+  const auto chosen = [&](double relaxation_time) {
+    return make_momentum_exchange(MovingBoundary::parabolic, collision(relaxation_time), *box.layout, *box.map,
+                                  box.films);
+  };
+  EXPECT_TRUE((dynamic_cast<MomentumExchangeBy<CentralLinear, double>*>(chosen(0.875).get())));
+  EXPECT_TRUE((dynamic_cast<MomentumExchangeBy<Parabolic, double>*>(chosen(0.85).get())));
 }
 
 // What is left is even in e_α and cancels over the closed surface.

@@ -5,22 +5,23 @@
 
 #include <Eigen/Core>
 
+#include "contract/shape.hpp"
 #include "geometry/neighbour_grid.hpp"
-#include "model/body_model.hpp"
 
-namespace copepod::body {
+namespace copepod {
 
-/// The pairs of bodies that are near each other, for all that acts between them.
+/// The pairs of bodies that are near each other.
 ///
 /// Pairs are looked up in a grid only when a body has moved by more than a margin since the last time; in
-/// between the list still holds every pair that could touch.
+/// between the list still holds every pair that is near.
 class NearPairs {
  public:
+  /// @param reach_m            between surfaces: how far apart bodies may be to count as near
   /// @param periodic_length_m  0: that direction is not periodic
-  NearPairs(const BodyModel& model, const std::array<double, 3>& periodic_length_m);
+  NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m);
 
-  /// Every pair of bodies whose bounding balls intersect, nearest periodic images taken, and a few that are
-  /// further apart. Ascending: bodies that are neighbours in the setup are neighbours in memory.
+  /// Every pair of bodies whose bounding balls are less than the reach apart, nearest periodic images taken, and a
+  /// few that are further apart. Ascending: bodies that are neighbours in the setup are neighbours in memory.
   /// @param position_m  finite, shape (3, bodies)
   const std::vector<BodyPair>& at(const Eigen::Matrix3Xd& position_m);
 
@@ -42,4 +43,4 @@ class NearPairs {
   Eigen::Matrix3Xd listed_position_m_;  ///< when the pairs were listed; no columns: never
 };
 
-}  // namespace copepod::body
+}  // namespace copepod

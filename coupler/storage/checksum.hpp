@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string_view>
+
+namespace copepod::coupler {
+
+/// XXH3 hash (64 bits, seed 0) of bytes that come one after the other.
+class Checksum {
+ public:
+  Checksum();
+  Checksum(Checksum&&) noexcept;
+  Checksum& operator=(Checksum&&) noexcept;
+  ~Checksum();
+
+  void add(std::string_view bytes);
+  /// Of all bytes so far; more may follow.
+  [[nodiscard]] std::uint64_t value() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Of the first `bytes` bytes of a file.
+/// @throws StorageError if it cannot be read, or is shorter
+Checksum checksum_of_start(const std::filesystem::path& file, std::uint64_t bytes);
+
+}  // namespace copepod::coupler

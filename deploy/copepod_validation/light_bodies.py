@@ -1,0 +1,136 @@
+"""Spheres of any density that a constant force drives through fluid at rest: how they start, and where they tend to."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from copepod_report.trajectory import Trajectory
+from copepod_run.checkout import ROOT
+from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
+from copepod_validation.experiment import table_by_point, viscosity, worst
+
+REFERENCE = (
+    "Spheres of a density ρ over the fluid's, with `coupling.virtual_mass: auto`, the default "
+    "([decision](../decisions/virtual_mass.md)). Terminal velocity: that of the sphere of the fluid's density, in a "
+    "closed box of four radii and 16 cells, at 1e-4 cells per step without walls. Start: the exact velocity of a "
+    "sphere in an unbounded fluid, with Stokes drag, added mass and Basset's history force [Maxey and Riley, Phys. "
+    "Fluids 26, 1983], in a periodic cube of 64 cells, in which the fluid feels the opposite force."
+)
+BODIES = {
+    "own": "own",
+    "Bullet": "bullet",
+    "Python": {"command": f"/usr/bin/python3 {ROOT}/proto/python/examples/point_masses.py"},
+}
+_SPEED = {"terminal": 1e-4, "start": 1e-5}  # without walls, in cells per step
+_STEPS = {"terminal": 20000, "start": 300}
+_DENSITIES = (0.01, 0.1, 0.2, 0.5, 1.0, 10.0, 100.0)  # over the fluid's
+_NEUTRAL = {0.55: 0.5433, 2 / 3: 0.5431, 1.0: 0.5430, 2.0: 0.5430}  # by τ: where heavier spheres start, as measured
+
+
+@dataclass(frozen=True)
+class Point:
+    kind: str  # "terminal" or "start"
+    density: float
+    tau: float
+    radius: float = 4.0
+    bodies: str = "own"
+
+    @property
+    def cells(self) -> int:
+        """Along an edge of the cube."""
+        return 64 if self.kind == "start" else 16 + 4 * int(self.radius)
+
+    @property
+    def resistance(self) -> float:
+        return 6 * np.pi * viscosity(self.tau) * self.radius
+
+
+LABEL = "{0.kind}_r{0.radius:g}_tau{0.tau:.3g}_{0.bodies}_density{0.density:g}"
+POINTS: list[Point] = []
+FAST = [Point("start", 0.01, tau) for tau in (0.55, 2.0)]
+_STARTS = [Point("start", density, tau) for tau in _NEUTRAL for density in _DENSITIES[:-1]]
+MORE = {
+    "central_linear": [
+        *(Point("terminal", density, tau) for tau in _NEUTRAL for density in _DENSITIES),
+        *(Point("terminal", 0.01, tau, bodies=bodies) for bodies in ("Bullet", "Python") for tau in (0.55, 2.0)),
+        *(Point("terminal", density, tau, radius=8.0) for tau in (2 / 3, 2.0) for density in (0.01, 1.0)),
+        *_STARTS,
+        *(Point("start", 0.01, tau, bodies="Python") for tau in _NEUTRAL),
+    ],
+    "parabolic": _STARTS,
+}
+
+
+def case_of(point: Point) -> CaseDict:
+    speed, steps, fluid = _SPEED[point.kind], _STEPS[point.kind], {}
+    force = point.resistance * speed
+    boundaries, from_step, start = "no_slip", steps * 9 // 10, 0.0
+    if point.kind == "start":
+        boundaries, from_step = "periodic", 0
+        fluid["body_force_N_per_m3"] = [0, 0, -force / point.cells**3]
+    elif point.density > 1:  # its relaxation is longer than the run
+        start = _NEUTRAL[point.tau] * speed
+    place = [0.5 * point.cells + shift for shift in (0.3, 0.2, -0.9)]
+    body = sphere(point.radius, place, "free", point.density, velocity_m_per_s=[0, 0, start])
+    case = lattice_case([point.cells] * 3, point.tau, boundaries, [body], steps, from_step, **fluid)
+    drive = {"kind": "world_force", "body": "sphere", "direction": [0, 0, 1]}
+    case["actuators"] = [drive | {"signal": {"kind": "constant", "amplitude_N": force}}]
+    return case | {"body": {"solver": BODIES[point.bodies]}}
+
+
+def exact_start(point: Point) -> np.ndarray:
+    """Velocity after each step, over the terminal one, of a sphere that a constant force sets into motion from rest:
+        (ρ + 1/2) V' = D (1 − V) − 9/(2 r) √(ν/π) ∫ V'(s)/√(t − s) ds,   D = 9 ν/(2 r²)
+    in steps [Basset 1888; Maxey and Riley 1983], V' constant within a step."""
+    nu, steps = viscosity(point.tau), np.arange(_STEPS["start"])
+    drag, history = 4.5 * nu / point.radius**2, 4.5 / point.radius * np.sqrt(nu / np.pi)
+    weights = 2 * (np.sqrt(steps + 0.5) - np.sqrt(np.maximum(steps - 0.5, 0)))
+    gained = np.zeros(len(steps))
+    for n in steps:
+        past = weights[n:0:-1] @ gained[:n]
+        rest = drag * (1 - gained.sum()) - history * past
+        gained[n] = rest / (point.density + 0.5 + 0.5 * drag + history * weights[0])
+    return np.cumsum(gained)
+
+
+def evaluate(folder: Path, point: Point) -> float:
+    """Terminal velocity over that without walls; largest deviation of a start, from a third of the steps on [%]."""
+    found = Trajectory(folder / "trajectory.csv").of("sphere")["velocity_m_per_s"][1:, 2] / _SPEED[point.kind]
+    if point.kind == "terminal":
+        return float(found.mean())
+    # The force on the fluid accelerates it as a whole.
+    drift = point.resistance / (point.cells**3 - 4 / 3 * np.pi * point.radius**3)
+    exact = exact_start(point)
+    deviation = np.abs((found + drift * np.arange(1, len(found) + 1)) / exact - 1)
+    return float(100 * deviation[len(found) // 3 - 1 :].max())
+
+
+def section(results: Results[float]) -> Section:
+    values = {(scheme, point): value for scheme, point, value in results}
+
+    def cell(scheme: str, point: Point, value: float) -> str:
+        if point.kind == "start":
+            return f"{value:.1f}"
+        neutral = values[scheme, replace(point, density=1.0, bodies="own")]
+        return f"{value:.4f} ({100 * (value / neutral - 1):+.2f})"
+
+    notes = {
+        "terminal": "Terminal velocity over that without walls, mean over the last tenth of 20000 steps; in brackets "
+        "the deviation from the sphere of the fluid's density [%]. Heavier spheres start at that velocity: their "
+        "relaxation is longer than the run.",
+        "start": "Largest deviation of the start over the steps 100 to 300, relative to the velocity there [%]. Heavy "
+        "spheres, which move without virtual mass, deviate as much as light ones: what is left is the error of the "
+        "fluid at four cells per radius and of the images, not of the coupling.",
+    }
+    tables = []
+    for kind in dict.fromkeys(point.kind for _, point, _ in results):
+        found = [
+            (f"ρ = {point.density:g}", (scheme, replace(point, density=0.0)), cell(scheme, point, value))
+            for scheme, point, value in results
+            if point.kind == kind
+        ]
+        row = "{0[0]} | {0[1].radius:g} | {0[1].tau:.3g} | {0[1].bodies}".format
+        tables += [table_by_point(found, "scheme | R [cells] | τ | bodies", row, str), notes[kind]]
+    starts = [result for result in results if result[1].kind == "start"]
+    return Section("\n\n".join(tables), worst(starts, "start of light bodies [%]", float, ".1f"))

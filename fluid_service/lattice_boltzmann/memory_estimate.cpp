@@ -1,0 +1,40 @@
+#include <algorithm>
+
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+/// @param copies  of the fields
+std::int64_t bytes_of_block(const Box& block, const Domain& domain, int number_bytes, std::int64_t copies) {
+  constexpr std::int64_t huge_page = std::int64_t{2} << 20;
+  constexpr std::int64_t field_bytes = 4 * sizeof(double) + sizeof(std::int32_t);
+  const PopulationLayout layout(block, number_bytes);
+  const std::int64_t pages = (layout.values() * number_bytes + huge_page - 1) / huge_page;
+  std::int64_t bytes =
+      pages * huge_page + layout.cells() * std::int64_t{sizeof(std::int32_t)} + copies * field_bytes * block.volume();
+  for (int axis = 0; axis < 3; ++axis) {
+    // Five populations per face cell, sent and received.
+    const std::int64_t faces = (block.low[axis] > 0 ? 1 : 0) + (block.high[axis] < domain.cells()[axis] ? 1 : 0);
+    bytes += faces * 2 * 5 * number_bytes * (block.volume() / block.extent(axis));
+  }
+  return bytes;
+}
+
+}  // namespace
+
+std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks) {
+  const Domain domain(setup, LatticeUnits(setup));
+  const BlockPartition partition(domain.cells(), ranks);
+  const int number_bytes = setup.precision == Precision::single_precision ? sizeof(float) : sizeof(double);
+  const bool writes_fields = setup.fields.every_steps > 0 || setup.fields.mean_stop > 0;
+  const std::int64_t copies = setup.fields.mean_stop > 0 ? 3 : writes_fields ? 2 : 0;
+  std::int64_t largest = 0;
+  for (int rank = 0; rank < ranks; ++rank)
+    largest = std::max(largest, bytes_of_block(partition.block(rank), domain, number_bytes, copies));
+  constexpr std::int64_t hdf5_library = std::int64_t{4} << 20;
+  return largest + (writes_fields ? hdf5_library : 0);
+}
+
+}  // namespace copepod::fluid

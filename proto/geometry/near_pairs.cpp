@@ -1,0 +1,59 @@
+#include "geometry/near_pairs.hpp"
+
+#include <algorithm>
+
+namespace copepod {
+
+namespace {
+
+/// Share of its radius by which a body may move before the pairs are listed anew.
+constexpr double margin_per_radius = 0.25;
+
+std::vector<double> margins_m(const std::vector<Shape>& shapes) {
+  std::vector<double> margins;
+  margins.reserve(shapes.size());
+  for (const Shape& shape : shapes) margins.push_back(margin_per_radius * shape.radius_m);
+  return margins;
+}
+
+/// Radii of balls that intersect whenever the bodies could be near after each has moved by its margin.
+std::vector<double> ball_radii_m(const std::vector<Shape>& shapes, double reach_m,
+                                 const std::vector<double>& margin_m) {
+  std::vector<double> radii;
+  radii.reserve(shapes.size());
+  for (const Shape& shape : shapes) radii.push_back(bounding_radius_m(shape) + 0.5 * reach_m + margin_m[radii.size()]);
+  return radii;
+}
+
+}  // namespace
+
+NearPairs::NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m)
+    : margin_m_(margins_m(shapes)), grid_(ball_radii_m(shapes, reach_m, margin_m_), periodic_length_m) {
+  for (std::size_t body = 0; body < shapes.size(); ++body) {
+    const double extent_m = 2.0 * bounding_radius_m(shapes[body]);
+    if (std::ranges::any_of(periodic_length_m, [&](double length_m) { return length_m > 0.0 && extent_m > length_m; }))
+      longer_than_the_box_.push_back(static_cast<int>(body));
+  }
+}
+
+const std::vector<BodyPair>& NearPairs::at(const Eigen::Matrix3Xd& position_m) {
+  if (moved_beyond_margin(position_m)) {
+    listed_position_m_ = position_m;
+    grid_.find_pairs(position_m, pairs_);
+    std::ranges::sort(pairs_);
+  }
+  return pairs_;
+}
+
+/// Turning does not matter: it maps the bounding balls, by which pairs are listed, to themselves.
+bool NearPairs::moved_beyond_margin(const Eigen::Matrix3Xd& position_m) const {
+  if (listed_position_m_.cols() != position_m.cols()) return true;
+  for (std::size_t body = 0; body < margin_m_.size(); ++body) {
+    const auto column = static_cast<Eigen::Index>(body);
+    const double shift_m2 = (position_m.col(column) - listed_position_m_.col(column)).squaredNorm();
+    if (shift_m2 > margin_m_[body] * margin_m_[body]) return true;
+  }
+  return false;
+}
+
+}  // namespace copepod

@@ -1,0 +1,86 @@
+"""deploy/slurm/copepod.sbatch as Slurm would run it: time limit, cancellation, and a job that is queued again."""
+
+import os
+import re
+import signal
+import unittest
+
+from copepod_session import COMMAND, ROOT, TinyRunTest
+
+SCRIPT = ROOT / "deploy/slurm/copepod.sbatch"
+BEFORE_TIME_LIMIT = getattr(signal, "SIG" + re.search(r"#SBATCH --signal=B:(\w+)@", SCRIPT.read_text())[1])
+OUT = "runs/job-7"
+
+
+class SlurmScript(TinyRunTest):
+    def setUp(self):
+        super().setUp()
+        scontrol = self.folder / "bin/scontrol"
+        scontrol.parent.mkdir()
+        scontrol.write_text(f'#!/bin/sh\necho "$@" >> {self.folder}/scontrol_calls\n')
+        scontrol.chmod(0o755)
+
+    def start_job(self, command=COMMAND, **changes):
+        variables = {
+            "PATH": f"{self.folder}/bin:{os.environ['PATH']}",
+            "COPEPOD": str(command),
+            "SLURM_JOB_ID": "7",
+            "SLURM_CPUS_PER_TASK": "1",
+        }
+        return self.start(SCRIPT, self.case(**changes), environment=variables, program="/bin/bash")
+
+    def start_long_job(self, **changes):
+        job = self.start_job(**changes)
+        job.wait_for("copepod: step 0 of")
+        if "checkpoint_at" in changes:
+            job.wait_for_file("**/checkpoints/*/manifest.json")
+        return job
+
+    def requeued(self):
+        calls = self.folder / "scontrol_calls"
+        return calls.read_text().splitlines() if calls.exists() else []
+
+    def test_job_is_queued_again_before_its_time_limit_and_continues(self):
+        job = self.start_long_job(checkpoint_at=5)
+        job.process.send_signal(BEFORE_TIME_LIMIT)
+        self.assert_ends(job, 143)
+        self.assertEqual(self.requeued(), ["requeue 7"])
+        self.assert_ends(self.start_job(steps=5), 0)
+        self.assertTrue((self.folder / OUT / "resumed").exists())
+
+    def test_job_that_is_queued_again_before_its_first_checkpoint_starts_anew(self):
+        job = self.start_long_job()
+        job.process.send_signal(BEFORE_TIME_LIMIT)
+        self.assert_ends(job, 143)
+        self.assert_ends(self.start_job(steps=5), 0)
+        self.assertTrue((self.folder / OUT / "summary.json").exists())
+        self.assertEqual(len(list((self.folder / "runs").glob("job-7-until-*/provenance.json"))), 1)
+
+    def test_cancelled_job_stays_cancelled(self):
+        job = self.start_long_job(checkpoint_at=5)
+        job.process.send_signal(signal.SIGTERM)
+        self.assert_ends(job, 143)
+        self.assertEqual(self.requeued(), [])
+
+    def test_job_that_is_cancelled_while_it_ends_stays_cancelled(self):
+        command = self.folder / "slow"
+        command.write_text(
+            "#!/bin/bash\ntrap 'touch first_signal; trap \"exit 143\" TERM' TERM\ntouch started\n"
+            "while :; do sleep 0.01; done\n"
+        )
+        command.chmod(0o755)
+        job = self.start_job(command)
+        job.wait_for_file("started")
+        job.process.send_signal(BEFORE_TIME_LIMIT)
+        job.wait_for_file("first_signal")
+        job.process.send_signal(signal.SIGTERM)
+        self.assert_ends(job, 143)
+        self.assertEqual(self.requeued(), [])
+
+    def test_exit_code_of_a_run_that_ends_by_itself_is_that_of_the_job(self):
+        self.assert_ends(self.start_job(fail=73), 73)
+        self.assertEqual(self.requeued(), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
