@@ -20,6 +20,7 @@ DATA, CONTROL = "data", "control"
 _LANE_OF_NUMBER = {handshake.LANE_DATA: DATA, handshake.LANE_CONTROL: CONTROL}
 _PING_EVERY_S = 0.5
 _SLICE_S = 0.05
+_CONTINUES_LATER_S = 1.0  # so that a component looks for pings before the next one comes, on a busy machine too
 
 
 @dataclasses.dataclass(frozen=True)
@@ -169,12 +170,13 @@ class Conversation:
         self._last_ping = None
 
     def suspend(self, seconds):
-        """All processes are stopped for a while, the coupler too: no pings."""
+        """All processes are stopped for a while, the coupler too: no pings, and the coupler is the last to continue."""
         self.sent.append(f"nothing, no pings either, while its processes are stopped for {seconds:g} s")
         self.process.send_signal(signal.SIGSTOP)
         self._last_ping = None
         self.wait(seconds)
         self.process.send_signal(signal.SIGCONT)
+        self.wait(_CONTINUES_LATER_S)
         self._last_ping = 0.0
 
     def vanish(self):

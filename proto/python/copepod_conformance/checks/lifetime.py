@@ -101,8 +101,8 @@ def _left_without_pings(trial):
 
 def _kept_by_pings(trial):
     trial.configure()
-    trial.wait(3.0)
-    trial.sent.append("only pings for 3 s; --orphan-after is 1 s")
+    trial.wait(4.0)
+    trial.sent.append("only pings for 4 s; --orphan-after is 2 s")
     trial.advance(1)
     trial.finish()
 
@@ -188,7 +188,7 @@ def checks(subject):
             for state in ("greeted", "ready", "stepping")
         ),
         Check(end, "coupler silent: exit code 69", _ORPHAN, _left_without_pings, options=("--orphan-after", "1")),
-        Check(end, "coupler only pings: the component waits", _ORPHAN, _kept_by_pings, options=("--orphan-after", "1")),
+        Check(end, "coupler only pings: the component waits", _ORPHAN, _kept_by_pings, options=("--orphan-after", "2")),
         Check(end, "suspended for 3.5 s: continues", _SUSPENDED, _suspended, options=("--orphan-after", "2")),
         *(
             Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after(ending))
