@@ -3,15 +3,14 @@
 import os
 import selectors
 import signal
-import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Protocol
 
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.programs import Programs
-from copepod_run.local_launcher import end_with_parent
-from copepod_run.progress import Event, EventReader
+from copepod_run.progress import Event
+from copepod_run.run_process import RunProcess
 from copepod_run.signals import SignalRecorder
 
 RESTARTS = 3  # by itself, when a component is lost
@@ -38,22 +37,10 @@ class Job:
         self.entry = entry
         self._resumed = entry.state is State.HALF_DONE
         entry.state = State.RUNNING
-        parent = os.getpid()
         logs = entry.path.parent / "logs"
         self._log = open(logs / f"{entry.name}.log", "ab")
-        self._process = subprocess.Popen(
-            self._command(entry, ranks),
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=self._log,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
-            preexec_fn=lambda: end_with_parent(parent),
-        )
-        assert self._process.stderr is not None
-        self._stderr = self._process.stderr
-        self.descriptor = self._stderr.fileno()
-        self._reader = EventReader(on_other=lambda line: self._note(line.decode(errors="replace")))
+        self._process = RunProcess(self._command(entry, ranks), environment, self._log, self._note)
+        self.descriptor = self._process.descriptor
         self._last_line = ""
         self.share = 0.0
         self.remaining_s: float | None = None
@@ -62,15 +49,13 @@ class Job:
 
     def read(self) -> None:
         """Takes what the run has written; at its end, `ended` is set and the entry has its result."""
-        received = os.read(self.descriptor, 65536)
-        if not received:
-            self._finish()
-            return
-        for event in self._reader.feed(received):
+        for event in self._process.read():
             if event["event"] == "progress":
                 self._take(event)
             elif event["event"] == "notice":
                 self._note(f"copepod: {event['text']}")
+        if self._process.exit_code is not None:
+            self._finish(self._process.exit_code)
 
     def _note(self, line: str) -> None:
         """A line for people; the last one gives the reason if a run fails."""
@@ -80,10 +65,10 @@ class Job:
 
     def stop(self) -> None:
         """Lets the run write a checkpoint and end."""
-        self._process.send_signal(signal.SIGTERM)
+        self._process.send(signal.SIGTERM)
 
     def kill(self) -> None:
-        self._process.kill()
+        self._process.send(signal.SIGKILL)
 
     def _take(self, event: Event) -> None:
         self.share = event["step"] / max(event["steps"], 1)
@@ -91,16 +76,14 @@ class Job:
             self.remaining_s = event["remaining_s"]
             self.weight_per_s = event["steps_per_s"] * self.entry.weight / max(event["steps"], 1)
 
-    def _finish(self) -> None:
+    def _finish(self, code: int) -> None:
         self.ended = True
-        code = self._process.wait()
-        self._stderr.close()
         self._log.close()
         if code == 0 and self.entry.summary:
             self.entry.state = State.DONE
             return
         self.entry.state = State.FAILED
-        self.entry.exit_code = code if code > 0 else 128 - code
+        self.entry.exit_code = code
         self.entry.remark = self._last_line or f"ended with code {code} without reporting an error"
 
     def _command(self, entry: Entry, ranks: int) -> list[str]:
@@ -109,7 +92,7 @@ class Job:
             words += ["--set", setting]
         if entry.plan.case.get("fluid", {}).get("solver") == "lattice_boltzmann":
             words += ["--ranks", str(ranks)]
-        words += ["--out", str(entry.path), "--restarts", str(RESTARTS), "--progress", "json"]
+        words += ["--out", str(entry.path), "--restarts", str(RESTARTS)]
         return words + (["--resume"] if self._resumed else [])
 
 

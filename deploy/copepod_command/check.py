@@ -4,7 +4,7 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from copepod_run import build, components, estimate
 from copepod_run.errors import ExitCode, Stop
@@ -13,8 +13,36 @@ from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan, request_plan
 
 
+@dataclass(frozen=True)
+class Findings:
+    """What is known of a case before it runs."""
+
+    name: str
+    steps: int
+    figures: list[tuple[str, str]]  # (name, value)
+    warnings: list[str]
+    problems: list[str]  # what keeps it from running
+
+
 def check(options: Namespace) -> int:
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
+    found = findings(options)
+    width = max((len(name) for name, _ in found.figures), default=0) + 2
+    print(f"{options.case}: {found.name}, {found.steps} steps")
+    for name, value in found.figures:
+        print(f"  {name:<{width}}{value}")
+    for warning in found.warnings:
+        print(warning)
+    for problem in found.problems:
+        print(f"error: {problem}")
+    if found.problems:
+        raise Stop(ExitCode.BAD_CASE)
+    print("ok")
+    return ExitCode.FINISHED
+
+
+def findings(options: Namespace) -> Findings:
+    """Everything that can be known of a case. Raises Stop(2) with the errors of the coupler if it is bad."""
     build.ensure_programs()
     plan = request_plan(options)
     if not options.start_components:
@@ -27,25 +55,14 @@ def check(options: Namespace) -> int:
     except Stop as refusal:
         problems.append(refusal.message)
     rows = [(note["what"], note["value"]) for note in plan.notes]
-    rows += _estimate_rows(plan, memory)
-    width = max((len(name) for name, _ in rows), default=0) + 2
-    print(f"{options.case}: {plan.name}, {plan.steps} steps")
-    for name, value in rows:
-        print(f"  {name:<{width}}{value}")
-    for warning in [*plan.warnings, *estimate.warnings(memory), *_rank_warnings(plan)]:
-        print(warning)
+    warnings = [*plan.warnings, *estimate.warnings(memory), *_rank_warnings(plan)]
     for role in sorted(plan.unasked):
         command = shlex.join(plan.command_of(role) or [])
-        print(
+        warnings.append(
             f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
             f"{command}). Use --start-components if you trust the case."
         )
-    for problem in problems:
-        print(f"error: {problem}")
-    if problems:
-        raise Stop(ExitCode.BAD_CASE)
-    print("ok")
-    return ExitCode.FINISHED
+    return Findings(plan.name, plan.steps, rows + _estimate_rows(plan, memory), warnings, problems)
 
 
 def _named_by_case(plan: Plan, options: Namespace) -> frozenset[str]:

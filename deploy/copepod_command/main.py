@@ -12,7 +12,7 @@ from types import FrameType
 from copepod_run import destinations
 from copepod_run.checkout import called_as
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.messages import say, silence
+from copepod_run.messages import say, say_lines, silence
 
 _EXIT_CODES = """exit codes: 0 finished, 1 a build, test or conformance check failed, 2 bad case or command line,
 65 refused by the peer, 69 a component was lost, 70 a solver failed, 73 storage failed, 74 deadline passed,
@@ -49,6 +49,8 @@ def _carry_out(arguments: Sequence[str]) -> int:
         code: int = getattr(importlib.import_module(module), function)(options)
         return code
     except Stop as stop:
+        if stop.errors:
+            say_lines(stop.errors)
         if stop.message:
             say(stop.message)
         return stop.code

@@ -21,7 +21,9 @@ class ExitCode(enum.IntEnum):
 class Stop(Exception):
     """Ends the command: exit code and, if there is one, the last line on stderr («problem (why). What to do.»)."""
 
-    def __init__(self, code: int, message: str = "") -> None:
-        super().__init__(message)
+    def __init__(self, code: int, message: str = "", errors: str = "") -> None:
+        """`errors`: lines of another program that come before the message, as they are."""
+        super().__init__(errors + message)
         self.code = code
         self.message = message
+        self.errors = errors

@@ -55,7 +55,7 @@ def case_arguments(options: Namespace) -> list[str]:
 
 
 def request_plan(options: Namespace) -> Plan:
-    """Asks the coupler. Raises Stop(2) after passing on its list of errors if the case is bad."""
+    """Asks the coupler. Raises Stop(2) with its list of errors if the case is bad."""
     return parse_plan(_ask_coupler(["--plan", *case_arguments(options)]))
 
 
@@ -65,7 +65,7 @@ def plan_of(file: str | Path, settings: Sequence[str] = ()) -> Plan:
 
 
 def request_campaign(file: str) -> dict[str, Any]:
-    """Name, jobs and cases of a campaign file. Raises Stop(2) after passing on the errors if it is bad."""
+    """Name, jobs and cases of a campaign file. Raises Stop(2) with its errors if it is bad."""
     return json.loads(_ask_coupler(["--campaign", file]))
 
 
@@ -82,7 +82,7 @@ def resolved_case(file: str | Path) -> dict[str, Any] | None:
 
 
 def _ask_coupler(arguments: Sequence[str]) -> str:
-    """What the coupler prints; its list of errors is passed on."""
+    """What the coupler prints. Raises Stop(2) with its list of errors."""
     try:
         answer = subprocess.run(
             [str(program("coupler")), *arguments],
@@ -98,9 +98,9 @@ def _ask_coupler(arguments: Sequence[str]) -> str:
             f"{program('coupler')} cannot be started ({problem.strerror}). If a build is under way, wait for it; "
             "otherwise run: copepod setup",
         ) from None
-    say_lines(answer.stderr)
     if answer.returncode == ExitCode.BAD_CASE:
-        raise Stop(ExitCode.BAD_CASE)
+        raise Stop(ExitCode.BAD_CASE, errors=answer.stderr)
+    say_lines(answer.stderr)
     if answer.returncode != 0:
         raise Stop(
             ExitCode.SOLVER_FAILED,

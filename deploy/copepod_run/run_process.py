@@ -1,0 +1,50 @@
+"""A `copepod run` as a process of its own, for campaigns and Python: its events, its lines, and how it ends."""
+
+import os
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from typing import IO
+
+from copepod_run.local_launcher import end_with_parent
+from copepod_run.progress import Event, EventReader
+
+
+class RunProcess:
+    """Ends with the thread that has started it. SIGINT and SIGTERM let it write a checkpoint."""
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        environment: Mapping[str, str],
+        output: IO[bytes] | int,
+        on_line: Callable[[str], None],
+    ) -> None:
+        """`command`: up to its options; `output`: for the result table; `on_line(text)`: takes what is not an event."""
+        parent = os.getpid()
+        self._popen = subprocess.Popen(
+            [*command, "--progress", "json"],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+            preexec_fn=lambda: end_with_parent(parent),
+        )
+        assert self._popen.stderr is not None
+        self._stderr = self._popen.stderr
+        self.descriptor = self._stderr.fileno()  # becomes readable when there is something to read()
+        self.exit_code: int | None = None  # 128 + number if a signal has ended it
+        self._reader = EventReader(on_other=lambda line: on_line(line.decode(errors="replace")))
+
+    def read(self) -> list[Event]:
+        """Events that have arrived, after waiting for some; at the end of the process `exit_code` is set."""
+        received = os.read(self.descriptor, 65536)
+        if received:
+            return self._reader.feed(received)
+        code = self._popen.wait()
+        self._stderr.close()
+        self.exit_code = code if code >= 0 else 128 - code
+        return []
+
+    def send(self, number: int) -> None:
+        self._popen.send_signal(number)
