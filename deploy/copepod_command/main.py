@@ -182,7 +182,7 @@ def _add_report(commands: _Commands) -> None:
         epilog=_EXIT_CODES,
         description="Writes report.html, a page that needs no network, and its plots as PNG.",
     )
-    parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory of a finished run")
+    parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory, also of an unfinished run")
     parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report; several runs: report)")
     parser.set_defaults(action="copepod_command.report:report")
 

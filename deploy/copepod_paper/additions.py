@@ -41,7 +41,7 @@ class PaperAdditions(Additions):
 
     def _resonance(self, name: str, members: Sequence[RunRecord], canvas: Canvas) -> str:
         points = resonance.points_of(members)
-        (canvas.folder / f"{name}.md").write_text(resonance.markdown(points) + "\n", encoding="utf-8")
+        canvas.write(f"{name}.md", (resonance.markdown(points) + "\n").encode())
         drawn = canvas.draw(
             name,
             lambda theme: resonance.curve(points, theme),

@@ -1,6 +1,7 @@
 """cycles.csv: what a run measured of every swimmer in each full cycle, and its plots."""
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,16 +18,34 @@ def read_cycles(path: Path) -> dict[str, Cycles]:
 
     Raises ValueError or KeyError if it is not such a table.
     """
-    if not path.exists():
-        return {}
-    with open(path, newline="") as file:
-        rows = csv.reader(file)
-        header: list[str] = next(rows, [])
-        by_swimmer: dict[str, list[list[float]]] = {}
-        for row in rows:
-            if len(row) == len(header):
-                by_swimmer.setdefault(row[0], []).append([float(text) if text else np.nan for text in row[1:]])
+    text = path.read_text() if path.exists() else ""
+    rows = csv.reader(io.StringIO(text[: text.rfind("\n") + 1]))  # a row may be half written
+    header: list[str] = next(rows, [])
+    by_swimmer: dict[str, list[list[float]]] = {}
+    for row in rows:
+        if len(row) == len(header):
+            by_swimmer.setdefault(row[0], []).append([float(text) if text else np.nan for text in row[1:]])
     return {name: dict(zip(header[1:], np.array(values).T)) for name, values in by_swimmer.items()}
+
+
+def kinematics_so_far(cycles: Cycles) -> dict[str, Any]:
+    """Keys of a swimmer's `kinematics` in summary.json, of the last full cycle."""
+    last = {column: float(values[-1]) for column, values in cycles.items()}
+    arms = [column.removesuffix("_mean_m") for column in last if column.endswith("_mean_m")]
+    optional = ("power_W", "dissipation_W", "efficiency", "Re")  # empty in vacuum
+    return {
+        **{key: None if np.isnan(last[key]) else last[key] for key in optional},
+        "cycle": int(last["cycle"]),
+        "u_along_um_per_s": 1e6 * last["u_along_m_per_s"],
+        "u_across_um_per_s": 1e6 * last["u_across_m_per_s"],
+        "tilt_rad": last["tilt_rad"],
+        "rotation_rad": [last[f"rotation_{axis}_rad"] for axis in "xyz"],
+        "arms": [
+            {"mean_m": last[f"{arm}_mean_m"], "amplitude_m": last[f"{arm}_amplitude_m"]}
+            for arm in arms
+            if not np.isnan(last[f"{arm}_mean_m"])
+        ],
+    }
 
 
 def centroids_m(cycles: Cycles) -> np.ndarray:

@@ -35,7 +35,7 @@ def read_mean_flow(path: Path, point_cells: Sequence[float], along: int, across:
     if not path.exists():
         return None
     (normal,) = {0, 1, 2} - {along, across}
-    with h5py.File(path, "r") as file:
+    with h5py.File(path, "r", locking=False) as file:
         if "mean" not in file:
             return None
         layers = _layers_at(point_cells[normal])
@@ -122,7 +122,7 @@ def _draw_beads(axes: Any, run: RunRecord, plane: FlowPlane, theme: Theme) -> No
     window = run.case["output"]["fields"]["mean_over_steps"]
     cell = run.cell_size_m
     shown = [plane.along, plane.across]
-    for swimmer in run.swimmers():
+    for swimmer in run.swimmers() if len(run.trajectory) else []:
         beads = zip(
             swimmer.beads, swimmer.mean_positions_m(*window), swimmer.directions(), itertools.cycle(theme.beads)
         )

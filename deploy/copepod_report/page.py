@@ -40,7 +40,8 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     """One run: its key figures, its swimmers' tables, its plots; `folded`: closed until the reader opens it."""
     heading = f"<h2>{escape(run.name)}</h2>"
     opening, closing = (f"<details><summary>{heading}</summary>", "</details>") if folded else (heading, "")
-    parts = [f'<section id="{anchor}">{opening}', f"<p>{escape(str(run.directory))}</p>", "<dl>"]
+    parts = [f'<section id="{anchor}">{opening}', f"<p>{escape(str(run.directory))}</p>"]
+    parts += [f'<p class="status {run.status.state}">{escape(run.status.sentences())}</p>', "<dl>"]
     parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in run_rows(run.summary)]
     parts.append("</dl>")
     entries = measured(run.summary)

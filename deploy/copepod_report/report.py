@@ -14,9 +14,9 @@ from copepod_run.figures import MOST_TABLES
 
 
 class Canvas:
-    """Where plots are written: PNG files in a folder, and HTML with both themes."""
+    """Where plots are written: PNG files in a folder, and HTML with both themes; without a folder only HTML."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path | None) -> None:
         self.folder = folder
 
     def draw(self, name: str, draw: Callable[[Theme], Any], caption: str, wide: bool = False) -> list[str]:
@@ -30,13 +30,14 @@ class Canvas:
         self.write(f"{name}.png", pictures["light"])
         return [page.figure(pictures, caption, wide)]
 
-    def write(self, name: str, content: bytes) -> Path:
+    def write(self, name: str, content: bytes) -> None:
         """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere."""
+        if self.folder is None:
+            return
         path = self.folder / re.sub(r"[^\w.+=-]+", "_", name)
         path.unlink(missing_ok=True)
         with open(path, "xb") as file:
             file.write(content)
-        return path
 
 
 class Additions:
@@ -62,19 +63,37 @@ def write_report(directories: Sequence[str], out: str, read_case: ReadCase, addi
     try:
         return _write_report(directories, out, read_case, additions)
     except DAMAGE as problem:
-        raise Stop(
-            ExitCode.STORAGE_FAILED,
-            f"{_names(directories)} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). "
-            "Run the case again.",
-        ) from None
+        raise _damaged(_names(directories), problem) from None
+
+
+def page_of(directory: str | Path, read_case: ReadCase, additions: Additions = Additions()) -> str:
+    """The page of one run directory as it is now, whether the run continues or has ended; writes nothing.
+
+    Raises Stop(2) for a folder without a case.yaml, Stop(73) for damaged files, not for half-written ones.
+    """
+    run = RunRecord(directory, read_case)
+    try:
+        figures = _figures_of(run, Canvas(None), run.name, additions)
+        return page.page(f"Copepod: {run.name}", [page.run_section(run, "run", figures)])
+    except DAMAGE as problem:
+        raise _damaged(str(directory), problem) from None
+
+
+def _damaged(names: str, problem: Exception) -> Stop:
+    return Stop(
+        ExitCode.STORAGE_FAILED,
+        f"{names} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). Run the case again.",
+    )
 
 
 def _write_report(directories: Sequence[str], out: str, read_case: ReadCase, additions: Additions) -> Path:
     collected = [run for directory in directories for run in collect(directory, read_case)]
     name_apart(collected)
-    canvas = Canvas(Path(out))
-    make_folder(canvas.folder)
-    runs, chapters = additions.chapters(collected, canvas)
+    folder = Path(out)
+    make_folder(folder)
+    canvas = Canvas(folder)
+    left, chapters = additions.chapters([run for run in collected if run.status.is_finished], canvas)
+    runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = _anchors(runs)
     sections = []
     if len(runs) > 1:
@@ -86,7 +105,8 @@ def _write_report(directories: Sequence[str], out: str, read_case: ReadCase, add
     for run, anchor in zip(runs, anchors):
         figures = _figures_of(run, canvas, anchor, additions)
         sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
-    return canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
+    canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
+    return folder / "report.html"
 
 
 def _title(directories: Sequence[str], runs: Sequence[RunRecord]) -> str:
@@ -111,9 +131,10 @@ def _anchors(runs: Sequence[RunRecord]) -> list[str]:
 def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Additions) -> list[str]:
     """HTML of all plots of a run; each is also written as a PNG file."""
     figures = []
-    few = len(run.cycles) <= MOST_TABLES
+    few = len(run.swimmers()) <= MOST_TABLES
+    has_motion = len(run.trajectory) > 1
     for swimmer in run.swimmers() if few else []:
-        if swimmer.is_three_beads:
+        if swimmer.is_three_beads and has_motion:
             figures += _figures_of_swimmer(swimmer, canvas, f"{prefix}_{swimmer.name}", additions)
     for name, measured in run.cycles.items() if few else []:
         figures += canvas.draw(
@@ -122,7 +143,7 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
             f"{name}: Velocity along and across the own axis, rotation, means and amplitudes of the arms, cycle by "
             "cycle. A first cycle far from the others is outside the frame.",
         )
-    if not run.swimmers():
+    if not run.swimmers() and has_motion:
         figures += canvas.draw(
             f"{prefix}_bodies", lambda theme: motion_plots.displacements(run, theme), "Displacements of all bodies."
         )
@@ -143,11 +164,15 @@ def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, add
 
     plots: list[tuple[str, Callable[[Theme], Any], str]] = [
         ("positions", positions, "Positions of the three beads, from the middle bead's start."),
-        ("cycle", lambda theme: motion_plots.one_cycle(swimmer, theme), "Displacements over the last driven period."),
+        (
+            "cycle",
+            lambda theme: motion_plots.one_cycle(swimmer, theme),
+            "Displacements over the last full period of the drive.",
+        ),
         (
             "arms",
             lambda theme: motion_plots.arms(swimmer, theme),
-            "Arms over the last driven period, and the fits that d1, d2 and the phases come from.",
+            "Arms over the last full period of the drive, and the fits that d1, d2 and the phases come from.",
         ),
         ("forces", lambda theme: motion_plots.driving_forces(swimmer, theme), "Driving forces along the axis."),
     ]
@@ -163,7 +188,12 @@ def _flow_figure(run: RunRecord, canvas: Canvas, prefix: str) -> list[str]:
     if not run.cell_size_m:  # no lattice, no fields
         return []
     place = flow.plane_of(run)
-    read = read_file(run.directory / "fields.h5", lambda path: flow.read_mean_flow(path, *place))
+    try:
+        read = read_file(run.directory / "fields.h5", lambda path: flow.read_mean_flow(path, *place))
+    except Stop:
+        if run.status.is_finished:
+            raise
+        read = None  # it is being written
     if read is None:
         return []
     plane = read

@@ -2,14 +2,15 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from copepod_report.cycles import Cycles, read_cycles
+from copepod_report.cycles import Cycles, kinematics_so_far, read_cycles
+from copepod_report.run_status import state_of, status_of
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import at, measured
@@ -22,29 +23,56 @@ _ORIENTATIONS = {"parallel": (1.0, 0.0, 0.0, 0.0), "perpendicular": (0.5**0.5, 0
 
 
 class RunRecord:
-    """A run: `summary`, resolved `case` as the coupler reads it, `trajectory`, `cycles` by swimmer, derived figures."""
+    """A run: `status`, `summary`, resolved `case` as the coupler reads it, `trajectory`, `cycles` by swimmer.
+
+    Of a run that has not finished they hold what there is so far, and the summary what follows from its cycles.
+    """
 
     def __init__(self, directory: str | Path, read_case: ReadCase, label: str = "") -> None:
         """`label`: its name among other runs of its case, by default that of its directory.
 
-        Raises Stop(2) if the folder does not hold a finished run, Stop(73) if one of its files is damaged.
+        Raises Stop(2) if the folder does not hold a run, Stop(73) if one of its files is damaged.
         """
         self.directory = Path(directory)
         self.label = label or self.directory.resolve().name
-        for name in ("summary.json", "case.yaml", "trajectory.csv"):
+        state = state_of(self.directory)
+        needed = ("case.yaml", "summary.json", "trajectory.csv") if state[0] == "finished" else ("case.yaml",)
+        for name in needed:
             if not (self.directory / name).is_file():
-                raise Stop(
-                    ExitCode.BAD_CASE,
-                    f"{directory} has no {name} (it is not a run, or the run did not finish). "
-                    "Give run directories of finished runs.",
-                )
-        self.summary = read_file(self.directory / "summary.json", _read_summary)
+                raise Stop(ExitCode.BAD_CASE, f"{directory} has no {name} (it is not a run). Give run directories.")
+        if state[0] == "finished":
+            self.summary = read_file(self.directory / "summary.json", _read_summary)
         self.case = read_case(self.directory / "case.yaml")
-        self.trajectory = read_file(self.directory / "trajectory.csv", Trajectory)
+        self.trajectory = read_file(
+            self.directory / "trajectory.csv", lambda path: Trajectory(path, may_be_empty=state[0] != "finished")
+        )
         self.cycles: dict[str, Cycles] = read_file(self.directory / "cycles.csv", read_cycles)
+        self.status = status_of(self.directory, self.case, state, int(self.trajectory.steps[-1:].sum()))
+        if not self.status.is_finished:
+            self.summary = self._summary_so_far()
         self.cell_size_m = self.summary.get("cell_size_m")
         parameters = self.summary.get("parameter_set")
         self.name: str = f"{self.summary['case']} ({parameters})" if parameters else self.summary["case"]
+
+    def _summary_so_far(self) -> dict[str, Any]:
+        """Keys of summary.json as far as they are known before the end."""
+        steps, time_s = self.trajectory.steps[-1:], self.trajectory.time_s[-1:]
+        step_s = float(time_s[0] / steps[0]) if steps.any() else self.case.get("step_s")
+        cell_size_m = at(self.case, "fluid.cell_size_m") or None
+        entries: dict[str, list[dict[str, Any]]] = {"swimmers": [], "groups": []}
+        swimmers = {section["name"] for section in self.case.get("swimmers") or []}
+        for name in dict.fromkeys([*swimmers, *self.cycles]):
+            figures = kinematics_so_far(self.cycles[name]) if name in self.cycles else {}
+            entries["swimmers" if name in swimmers else "groups"].append({"name": name, "kinematics": figures})
+        return {
+            "case": self.case.get("case") or self.label,
+            "parameter_set": self.case.get("parameter_set"),
+            "status": self.status.state,
+            "steps": self.status.step,
+            "step_s": step_s,
+            "cell_size_m": cell_size_m,
+            **entries,
+        }
 
     @property
     def length_unit(self) -> tuple[float, str]:
@@ -54,7 +82,8 @@ class RunRecord:
     def arms_of(self, name: str) -> list[str]:
         """The ends of each arm of a swimmer or group: «A–B»."""
         arms = [at(entry, "kinematics.arms") or [] for entry in measured(self.summary) if entry["name"] == name]
-        return ["–".join(body.removeprefix(f"{name}.") for body in arm["bodies"]) for arm in (arms or [[]])[0]]
+        ends = [arm["bodies"] for arm in (arms or [[]])[0] if "bodies" in arm]
+        return ["–".join(body.removeprefix(f"{name}.") for body in pair) for pair in ends]
 
     def swimmers(self) -> "list[SwimmerRecord]":
         return [SwimmerRecord(self, section) for section in self.case.get("swimmers") or []]
@@ -169,11 +198,15 @@ class SwimmerRecord:
         return self.run.trajectory.steps / self.period
 
     def last_period(self) -> np.ndarray:
-        """Mask of the samples in the last driven period; empty if the run ended before."""
+        """Mask of the samples in the last driven period; empty if the run ended before.
+
+        Of a run that has not finished: the last full one so far.
+        """
         steps = self.run.trajectory.steps
-        start, stop = (self.cycles - 1) * self.period, self.cycles * self.period
+        cycles = self.cycles if self.run.status.is_finished else min(self.cycles, int(steps[-1]) // self.period)
+        start, stop = (cycles - 1) * self.period, cycles * self.period
         mask = (steps >= start) & (steps <= stop)
-        return mask if steps[-1] >= stop and mask.sum() > 8 else np.zeros_like(mask)
+        return mask if steps[-1] >= stop > 0 and mask.sum() > 8 else np.zeros_like(mask)
 
     def mean_positions_m(self, start_step: int, stop_step: int) -> np.ndarray:
         """World positions of the beads averaged over [start_step, stop_step), shape (beads, 3)."""
@@ -182,7 +215,7 @@ class SwimmerRecord:
         mask = mask if mask.any() else np.ones_like(mask)
         return np.array([self._body(bead)["position_m"][mask].mean(axis=0) for bead in self.bead_names])
 
-    def _body(self, bead: str) -> dict[str, np.ndarray]:
+    def _body(self, bead: str) -> Mapping[str, np.ndarray]:
         return self.run.trajectory.of(f"{self.name}.{bead}")
 
 

@@ -1,6 +1,9 @@
 """trajectory.csv as arrays."""
 
 import csv
+import io
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,37 +23,73 @@ class Trajectory:
 
     steps               shape (samples,)
     time_s              shape (samples,)
-    of(body)            dictionary of arrays, shape (samples, 3): its values by quantity
+    of(body)            mapping from quantities to arrays, shape (samples, 3)
+    all_of(quantity)    the same of all bodies, shape (samples, bodies, 3)
     """
 
-    def __init__(self, path: Path) -> None:
-        """Reads the file; an incomplete last sample (of a run that was killed) is left out.
+    def __init__(self, path: Path, may_be_empty: bool = False) -> None:
+        """Reads the file; an incomplete last sample (of a run that was killed, or continues) is left out.
 
-        Raises ValueError or KeyError if it does not hold such a table with at least one sample.
+        Raises ValueError or KeyError if it does not hold such a table, with at least one sample unless `may_be_empty`.
         """
-        with open(path, newline="") as file:
-            rows = csv.reader(file)
-            header: list[str] = next(rows, [])
-            complete = [row for row in rows if len(row) == len(header)]
-        column = {name: number for number, name in enumerate(header)}
-        self.bodies = list(dict.fromkeys(row[column["body"]] for row in complete))
-        samples = len(complete) // max(len(self.bodies), 1)
-        if samples == 0:
+        text = path.read_text() if path.exists() or not may_be_empty else ""
+        self._text = text[: text.rfind("\n") + 1]  # a row may be half written
+        header: list[str] = next(csv.reader(io.StringIO(self._text[: self._text.find("\n") + 1])), [])
+        self._column = {name: number for number, name in enumerate(header)}
+        self.bodies = _first_names(self._text, self._column["body"]) if header else []
+        self._values: dict[str, np.ndarray] = {}
+        times = self._parsed(("step", "time_s"))[:, :1]
+        if len(times) == 0 and not may_be_empty:
             raise ValueError("it holds no sample")
-        complete = complete[: samples * len(self.bodies)]
-        names = ["step", "time_s", *(name for columns in _VECTORS.values() for name in columns)]
-        places = [column[name] for name in names]
-        values = np.array([[float(row[place]) for place in places] for row in complete])
-        values = values.reshape(samples, len(self.bodies), len(names))
-        self.steps = values[:, 0, 0].astype(np.int64)
-        self.time_s = values[:, 0, 1]
-        self._values = {
-            vector: values[:, :, [names.index(name) for name in columns]] for vector, columns in _VECTORS.items()
-        }
+        self.steps = times[..., 0].ravel().astype(np.int64)
+        self.time_s = times[..., 1].ravel()
+        self.all_of("position_m")
 
-    def of(self, body: str) -> dict[str, np.ndarray]:
-        number = self.bodies.index(body)
-        return {vector: array[:, number] for vector, array in self._values.items()}
+    def of(self, body: str) -> Mapping[str, np.ndarray]:
+        return _OfBody(self, self.bodies.index(body))
+
+    def all_of(self, quantity: str) -> np.ndarray:
+        if quantity not in self._values:
+            self._values[quantity] = self._parsed(_VECTORS[quantity])
+        return self._values[quantity]
 
     def __len__(self) -> int:
         return len(self.steps)
+
+    def _parsed(self, names: Sequence[str]) -> np.ndarray:
+        """Columns, shape (samples, bodies, columns); a quantity is parsed when it is asked for."""
+        if not self.bodies:
+            return np.empty((0, 0, len(names)))
+        places = [self._column[name] for name in names]
+        rows = io.StringIO(self._text)
+        values = np.loadtxt(rows, delimiter=",", skiprows=1, usecols=places, quotechar='"', comments=None, ndmin=2)
+        samples = len(values) // len(self.bodies)
+        return values[: samples * len(self.bodies)].reshape(samples, len(self.bodies), len(names))
+
+
+class _OfBody(Mapping[str, np.ndarray]):
+    """The values of one body by quantity."""
+
+    def __init__(self, trajectory: Trajectory, number: int) -> None:
+        self._trajectory = trajectory
+        self._number = number
+
+    def __getitem__(self, quantity: str) -> np.ndarray:
+        return self._trajectory.all_of(quantity)[:, self._number]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_VECTORS)
+
+    def __len__(self) -> int:
+        return len(_VECTORS)
+
+
+def _first_names(text: str, column: int) -> list[str]:
+    """The bodies of the first sample, which every sample repeats."""
+    rows = itertools.islice(csv.reader(io.StringIO(text)), 1, None)
+    names: dict[str, None] = {}
+    for row in rows:
+        if row[column] in names:
+            break
+        names[row[column]] = None
+    return list(names)

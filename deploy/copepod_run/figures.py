@@ -168,11 +168,9 @@ def result_table(summary: Mapping[str, Any], directory: str | Path) -> str:
 
 def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """(name, value) of everything that is not about a swimmer."""
-    wall_s = summary.get("wall_s") or 0.0
-    rows = [
-        ("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"),
-        ("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s"),
-    ]
+    rows = [("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s")]
+    if (wall_s := summary.get("wall_s")) is not None:  # of a run that has finished
+        rows.insert(0, ("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"))
     if summary.get("mlups"):
         ranks = "1 rank" if summary.get("ranks", 1) == 1 else f"{summary['ranks']} ranks"
         rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, {ranks}"))

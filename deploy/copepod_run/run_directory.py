@@ -62,8 +62,7 @@ class RunDirectory:
         return has_checkpoint(self.path)
 
     def last_step_on_disk(self) -> int:
-        """Step of the last complete checkpoint, -1 if there is none."""
-        return max((int(path.parent.name.removeprefix("step_")) for path in _checkpoints(self.path)), default=-1)
+        return last_checkpoint_step(self.path)
 
     def record_exit(self, code: int, reason: str) -> None:
         """Adds to provenance.json how the run ended, for a coupler that could not do so itself. Never raises.
@@ -101,6 +100,11 @@ def _replace(path: Path, text: str) -> None:
 def has_checkpoint(path: Path) -> bool:
     """Whether there is a complete one."""
     return any(_checkpoints(path))
+
+
+def last_checkpoint_step(path: Path) -> int:
+    """Step of the last complete checkpoint, -1 if there is none."""
+    return max((int(path.parent.name.removeprefix("step_")) for path in _checkpoints(path)), default=-1)
 
 
 def _checkpoints(path: Path) -> Iterator[Path]:

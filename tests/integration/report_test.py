@@ -1,5 +1,6 @@
 """`copepod report` on a run whose motion is known in closed form."""
 
+import fcntl
 import json
 import os
 import re
@@ -10,12 +11,20 @@ from types import SimpleNamespace
 import numpy as np
 
 from copepod_session import CommandTest
-from synthetic_run import ARMS, CELL_M, DOMAIN, PERIOD, SPEED, write_run
+from synthetic_run import ARMS, CELL_M, DOMAIN, PERIOD, SPEED, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
+from copepod_report.report import page_of
 from copepod_report.flow import plane_of, read_mean_flow
 from copepod_report.run_record import collect, fit_arm, name_apart
 from copepod_report.style import LIGHT
 from copepod_report.trajectory import Trajectory
+from copepod_run.errors import Stop
+
+
+def read_case(path):
+    """As the stand-in coupler does."""
+    return json.loads(path.read_text())["case"]
+
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -108,10 +117,72 @@ class Report(CommandTest):
         self.assertFalse((self.folder / "run/report/design_a_swimmer_arms.png").exists())
         self.assertTrue((self.folder / "run/report/design_a_swimmer_positions.png").exists())
 
+    def test_running_run_shows_how_far_it_is_and_what_there_is(self):
+        write_unfinished_run(self.folder / "run", at_step=1000)
+        lock = os.open(self.folder / "run", os.O_RDONLY)
+        fcntl.flock(lock, fcntl.LOCK_EX)  # as the command that runs there
+        try:
+            code, session = self.report("run")
+        finally:
+            os.close(lock)
+        self.assertEqual(code, 0, "".join(session.stderr))
+        text = (self.folder / "run/report/report.html").read_text()
+        self.assertIn("Running, at step 1000 of 2400 (41 %).", text)
+        self.assertIn("<td>velocity along its own axis</td><td>1e+06</td>", text)  # of the second cycle
+        plots = {path.name for path in (self.folder / "run/report").glob("*.png")}
+        wanted = {f"design_a_swimmer_{name}.png" for name in ("positions", "cycle", "arms", "forces", "by_cycle")}
+        self.assertEqual(plots, wanted)
+
+    def test_page_of_an_ended_run_says_why_it_ended_and_how_to_continue(self):
+        for provenance, expected in (
+            ({}, "Ended at step 1000 of 2400 (41 %), or shortly after, without a record"),
+            ({"status": "failed", "exit_code": 70, "exit_reason": "NaN at <1>."}, "Failed at step 1000 of 2400 (41 %)"),
+            ({"status": "failed", "exit_code": 130, "exit_reason": "stopped by signal 2"}, "Stopped by a signal at"),
+        ):
+            shutil.rmtree(self.folder / "run", ignore_errors=True)
+            write_unfinished_run(self.folder / "run", **provenance)
+            text = page_of(self.folder / "run", read_case)
+            self.assertIn(expected, text)
+            self.assertIn("There is no checkpoint.", text)
+            self.assertEqual("NaN at &lt;1&gt;." in text, "NaN" in provenance.get("exit_reason", ""))
+        (self.folder / "run/checkpoints/step_1200").mkdir(parents=True)
+        (self.folder / "run/checkpoints/step_1200/manifest.json").write_text("{}")
+        text = page_of(self.folder / "run", read_case)
+        self.assertIn("Stopped by a signal at step 1200", text)
+        self.assertIn("The last checkpoint is of step 1200", text)
+        self.assertFalse((self.folder / "run/report").exists())
+
+    def test_half_written_files_of_a_running_run_are_read_as_far_as_they_go(self):
+        write_unfinished_run(self.folder / "run", at_step=2 * PERIOD)
+        trajectory, cycles = self.folder / "run/trajectory.csv", self.folder / "run/cycles.csv"
+        rows, whole = trajectory.read_text(), cycles.read_text()
+        for size in (0, 30, rows.index("\n") + 1, 700, len(rows) - 2):  # the last number is cut, and still a number
+            trajectory.write_text(rows[:size])
+            cycles.write_text(whole[:size])
+            (self.folder / "run/fields.h5").write_bytes(b"\x89HDF")
+            self.assertIn("<h2>design_a</h2>", page_of(self.folder / "run", read_case))
+        self.assertEqual(len(Trajectory(trajectory)), 2 * PERIOD // 20)
+        for name in ("trajectory.csv", "cycles.csv", "fields.h5", "provenance.json"):
+            (self.folder / "run" / name).unlink()
+        self.assertIn("Ended at step 0 of 2400", page_of(self.folder / "run", read_case))
+
+    def test_damage_of_an_unfinished_run_is_named(self):
+        write_unfinished_run(self.folder / "run")
+        path = self.folder / "run/trajectory.csv"
+        path.write_text(path.read_text().replace("e-06", "e-x6"))
+        with self.assertRaises(Stop) as caught:
+            page_of(self.folder / "run", read_case)
+        self.assertEqual(caught.exception.code, 73)
+
+    def test_resumed_run_does_not_show_the_summary_of_the_run_before(self):
+        write_run(self.folder / "run", mean_flow=False)
+        (self.folder / "run/provenance.json").write_text('{"status": "running"}')
+        self.assertNotIn("00ff00ff00ff00ff", page_of(self.folder / "run", read_case))
+
     def test_folder_without_a_run_is_an_error(self):
         code, session = self.report(".")
         self.assertEqual(code, 2)
-        self.assertIn(". has no summary.json", session.last_line)
+        self.assertIn(". has no case.yaml (it is not a run)", session.last_line)
 
     def test_damaged_files_are_named(self):
         write_run(self.folder / "run", mean_flow=False)

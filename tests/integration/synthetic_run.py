@@ -17,6 +17,8 @@ def write_run(folder, name="design_a", published=None, mean_flow=True, steps=240
     """Run directory `folder`: case.yaml is what the stand-in coupler reads."""
     folder.mkdir(parents=True)
     case = {
+        "case": name,
+        "run": {"steps": steps},
         "fluid": {"solver": "lattice_boltzmann", "domain_cells": list(DOMAIN), "precision": "double"},
         "swimmers": [
             {
@@ -66,6 +68,15 @@ def write_run(folder, name="design_a", published=None, mean_flow=True, steps=240
     _write_cycles(folder / "cycles.csv", min(CYCLES, steps // PERIOD))
     if mean_flow:
         _write_fields(folder / "fields.h5")
+
+
+def write_unfinished_run(folder, steps=2400, at_step=1000, **provenance):
+    """One that has not reached its last step; `provenance`: entries of provenance.json."""
+    write_run(folder, mean_flow=False, steps=steps)
+    (folder / "summary.json").unlink()
+    (folder / "provenance.json").write_text(json.dumps({"status": "running", **provenance}))
+    _write_trajectory(folder / "trajectory.csv", at_step)
+    _write_cycles(folder / "cycles.csv", at_step // PERIOD)
 
 
 def _write_trajectory(path, steps):

@@ -1,0 +1,87 @@
+"""fields.h5: the flow at a step or as a mean over steps. The only place where a report reads this file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+MEAN = "mean"
+_SNAPSHOT = "step_"
+_VELOCITY = "velocity_m_per_s"
+_COARSE = 24  # points along each axis of a look at the whole domain
+
+
+@dataclass(frozen=True)
+class FieldTimes:
+    """What the velocity is recorded of: the steps of snapshots, and whether there is a mean."""
+
+    steps: tuple[int, ...] = ()
+    has_mean: bool = False
+
+
+@dataclass(frozen=True)
+class FieldLayer:
+    """Velocity in a plane of the lattice; shape (rows, columns, 3): the later axis of the plane first."""
+
+    velocity_m_per_s: np.ndarray
+    first_cell: tuple[int, int, int]  # of the recorded box, x, y, z
+    at_cells: float  # coordinate of the plane along its normal
+
+
+def times_in(path: Path) -> FieldTimes:
+    """Nothing without a file. Raises OSError if it is damaged, or being written."""
+    if not path.exists():
+        return FieldTimes()
+    with _opened(path) as file:
+        groups = [name for name in file if _VELOCITY in file[name]]
+        steps = sorted(int(name.removeprefix(_SNAPSHOT)) for name in groups if name.startswith(_SNAPSHOT))
+        return FieldTimes(tuple(steps), MEAN in groups)
+
+
+def read_layer(path: Path, time: str | int, normal: int, coordinate_cells: float) -> FieldLayer:
+    """The plane normal to an axis (0, 1, 2) nearest to a coordinate; `time`: «mean» or the step of a snapshot.
+
+    On a face between two layers of cells it is their mean.
+    """
+    with _opened(path) as file:
+        group = file[_name(time)]
+        velocity = group[_VELOCITY]
+        first = [int(group.attrs.get(f"first_cell_{axis}", 0)) for axis in "xyz"]  # of a part of the domain
+        inside = coordinate_cells - first[normal]
+        layers = _layers_at(inside, velocity.shape[2 - normal])
+        mean = np.mean([_layer(velocity, normal, layer) for layer in layers], axis=0)
+        return FieldLayer(mean, (first[0], first[1], first[2]), first[normal] + float(np.mean(layers)) + 0.5)
+
+
+def read_coarse(path: Path, time: str | int) -> np.ndarray:
+    """Velocity [m/s] at some points all over the recorded box, shape (nz, ny, nx, 3)."""
+    with _opened(path) as file:
+        velocity = file[_name(time)][_VELOCITY]
+        strides = [max(1, cells // _COARSE) for cells in velocity.shape[:3]]
+        layers = range(strides[0] // 2, velocity.shape[0], strides[0])
+        rows, columns = (slice(stride // 2, None, stride) for stride in strides[1:])
+        return np.array([velocity[layer][rows, columns] for layer in layers])
+
+
+def _opened(path: Path) -> Any:
+    return h5py.File(path, "r", locking=False)  # the run that writes it must not fail because of a reader
+
+
+def _name(time: str | int) -> str:
+    return MEAN if time == MEAN else f"{_SNAPSHOT}{time:09d}"
+
+
+def _layers_at(coordinate_cells: float, cells: int) -> list[int]:
+    """The layer of cells that holds a coordinate, or the two beside it if it lies on their faces."""
+    face = round(coordinate_cells)
+    if abs(coordinate_cells - face) < 1e-6 and 0 < face < cells:
+        return [face - 1, face]
+    return [min(max(int(coordinate_cells), 0), cells - 1)]
+
+
+def _layer(velocity: Any, normal: int, number: int) -> np.ndarray:
+    index: list[slice | int] = [slice(None)] * 3
+    index[2 - normal] = number
+    return velocity[tuple(index)]

@@ -1,0 +1,85 @@
+"""How far a run is and how it ended, from what its directory holds; it may still be running."""
+
+import json
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from copepod_run.errors import ExitCode
+from copepod_run.figures import at
+from copepod_run.run_directory import last_checkpoint_step, take_lock
+
+_STOPPED = (129, ExitCode.INTERRUPTED, ExitCode.TERMINATED)  # by a signal
+
+
+@dataclass(frozen=True)
+class RunStatus:
+    """`state`: «finished», «running», «stopped», «failed» or, without a record of its end, «interrupted»."""
+
+    state: str
+    step: int  # the last in the files
+    steps: int  # of the whole run; 0 if unknown
+    reason: str = ""  # of a failure
+    checkpoint: int = -1  # step of the last complete one; -1: none
+
+    @property
+    def is_finished(self) -> bool:
+        return self.state == "finished"
+
+    def sentences(self) -> str:
+        """For the head of a page: state, how far, and why it ended."""
+        if self.is_finished:
+            return f"Finished after {self.step} steps."
+        share = f" of {self.steps} ({100 * self.step // self.steps} %)" if self.steps else ""
+        text = {
+            "running": f"Running, at step {self.step}{share}. This page shows the run so far.",
+            "stopped": f"Stopped by a signal at step {self.step}{share}, or shortly after.",
+            "failed": f"Failed at step {self.step}{share}, or shortly after: {self.reason or 'no reason recorded'}",
+            "interrupted": f"Ended at step {self.step}{share}, or shortly after, without a record (killed, or the "
+            "machine went down).",
+        }[self.state]
+        if self.state == "running":
+            return text
+        last = f"the last checkpoint is of step {self.checkpoint}; «copepod run … --resume» continues from it"
+        return f"{text} {last[0].upper() + last[1:] if self.checkpoint >= 0 else 'There is no checkpoint'}."
+
+
+def state_of(directory: Path) -> tuple[str, str]:
+    """(state, reason) from provenance.json; without one a summary is that of a finished run."""
+    provenance = _read_object(directory / "provenance.json")
+    reason = re.sub(r"\s+", " ", str(provenance.get("exit_reason") or ""))
+    status = provenance.get("status")
+    if status == "finished" or (status is None and (directory / "summary.json").exists()):
+        return "finished", ""
+    if status == "failed":
+        return ("stopped" if provenance.get("exit_code") in _STOPPED else "failed"), reason
+    return ("running" if _is_in_use(directory) else "interrupted"), ""
+
+
+def status_of(directory: Path, case: dict[str, Any], state: tuple[str, str], step: int) -> RunStatus:
+    """`step`: the last in its tables; a checkpoint may be of a later one."""
+    checkpoint = last_checkpoint_step(directory)
+    return RunStatus(state[0], max(step, checkpoint), at(case, "run.steps") or 0, state[1], checkpoint)
+
+
+def _read_object(path: Path) -> dict[str, Any]:
+    """Of a JSON file; empty if it is missing or half written."""
+    try:
+        content = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _is_in_use(directory: Path) -> bool:
+    """Whether a command runs there: it holds the lock on the folder."""
+    try:
+        descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        return not take_lock(descriptor)
+    finally:
+        os.close(descriptor)
