@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from copepod_report import comparison, cycles, flow, motion_plots, page
+from copepod_report import comparison, cycles, flow, motion_plots, page, view
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart, read_file
 from copepod_report.style import DARK, LIGHT, Theme, png_of
 from copepod_run.destinations import make_folder
@@ -103,8 +103,9 @@ def _write_report(directories: Sequence[str], out: str, read_case: ReadCase, add
         sections.append(page.comparison_section(runs, anchors, figures))
     sections += chapters
     for run, anchor in zip(runs, anchors):
-        figures = _figures_of(run, canvas, anchor, additions)
+        figures = [view.of_run(run), *_figures_of(run, canvas, anchor, additions)]
         sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
+    sections.append(view.scripts())
     canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
     return folder / "report.html"
 

@@ -10,6 +10,7 @@ import numpy as np
 
 _VECTORS = {
     "position_m": ("x_m", "y_m", "z_m"),
+    "orientation_wxyz": ("qw", "qx", "qy", "qz"),
     "velocity_m_per_s": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
     "angular_velocity_rad_per_s": ("wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"),
     "force_N": ("fx_N", "fy_N", "fz_N"),
@@ -23,7 +24,7 @@ class Trajectory:
 
     steps               shape (samples,)
     time_s              shape (samples,)
-    of(body)            mapping from quantities to arrays, shape (samples, 3)
+    of(body)            mapping from quantities to arrays, shape (samples, 3); orientations (samples, 4)
     all_of(quantity)    the same of all bodies, shape (samples, bodies, 3)
     """
 

@@ -40,6 +40,7 @@ BUILD_AND_RUN = (
     "python3-zmq",
     "python3-xxhash",
     "python3-protobuf",
+    "libjs-three",
 )
 CONTINUOUS_INTEGRATION = (
     "clang-format",
@@ -53,6 +54,7 @@ CONTINUOUS_INTEGRATION = (
     "mypy",
     "nodejs",
     "npm",
+    "chromium",
 )
 # Often installed from elsewhere, in versions that conflict with Debian's: the command is what counts.
 _COMMANDS = {"nodejs": "node", "npm": "npm"}

@@ -1,0 +1,191 @@
+"""What the interactive view draws: shapes, arms and walls from the case, and the motion packed into few bytes."""
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+MOST_FRAMES = 1000
+MOST_SAMPLES = 30000  # frames times bodies: 0.6 MB of text
+_UNITS = (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
+_THREE_BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
+_LEVELS = 65535  # of a 16-bit number
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Motion of all bodies in the world frame.
+
+    steps, time_s        shape (samples,)
+    position_m           shape (samples, bodies, 3), speed_m_per_s (samples, bodies)
+    orientation_wxyz     shape (samples, bodies, 4), unit quaternions
+    """
+
+    bodies: Sequence[str]
+    steps: np.ndarray
+    time_s: np.ndarray
+    position_m: np.ndarray
+    orientation_wxyz: np.ndarray
+    speed_m_per_s: np.ndarray
+
+    def thinned(self, most: int) -> "Samples":
+        """At most `most` samples at equal distances, and the last one."""
+        chosen = np.arange(0, len(self.steps), max(1, math.ceil(len(self.steps) / most)))
+        if len(self.steps) and chosen[-1] != len(self.steps) - 1:
+            chosen = np.append(chosen, len(self.steps) - 1)
+        arrays = (self.steps, self.time_s, self.position_m, self.orientation_wxyz, self.speed_m_per_s)
+        return Samples(self.bodies, *(array[chosen] for array in arrays))
+
+
+def most_frames(bodies: int) -> int:
+    """Frames that a view of so many bodies shows."""
+    return max(2, min(MOST_FRAMES, MOST_SAMPLES // max(bodies, 1)))
+
+
+def scene_of(name: str, case: Mapping[str, Any], cell_size_m: float | None, samples: Samples) -> dict[str, Any]:
+    """Everything that the view of a run draws, as JSON; lengths in `unit`.
+
+    `case`: as the coupler resolves it; `cell_size_m`: None where there is no lattice.
+    """
+    shapes = _shapes(case)
+    unit, metres = _unit(max((radius for radius, _, _ in shapes.values()), default=1e-6))
+    bodies = []
+    for body in samples.bodies:
+        radius, length, colour = shapes.get(body, (0.0, 0.0, 0))
+        bodies.append({"name": body, "radius": radius / metres, "length": length / metres, "colour": colour})
+    number = {body: index for index, body in enumerate(samples.bodies)}
+    arms = [[number[a], number[b]] for a, b in _arms(case) if a in number and b in number]
+    return {
+        "name": name,
+        "unit": unit,
+        "bodies": bodies,
+        "arms": arms,
+        "up": [-component for component in case.get("gravity_m_per_s2") or [0, 0, 0]],
+        "box": _box(case.get("fluid") or {}, cell_size_m, metres),
+        "period_steps": _period(case),
+        "motion": _motion(samples.thinned(most_frames(len(samples.bodies))), metres),
+    }
+
+
+def slice_of(speed_m_per_s: np.ndarray, along: int, across: int, low: Sequence[float], high: Sequence[float]) -> Any:
+    """A plane of the flow: colours stand for the square root of the speed, of shape (cells across, cells along).
+
+    `low`, `high`: opposite corners of the plane in the unit of the scene.
+    """
+    rows, columns = (max(1, math.ceil(cells / 256)) for cells in speed_m_per_s.shape)
+    shown = speed_m_per_s[::rows, ::columns]
+    most = float(np.quantile(shown, 0.998)) or 1.0
+    levels = np.round(255 * np.sqrt(np.clip(shown / most, 0.0, 1.0))).astype(np.uint8)
+    return {
+        "along": along,
+        "across": across,
+        "low": list(low),
+        "high": list(high),
+        "shape": list(shown.shape),
+        "most_m_per_s": most,
+        "levels": _text(levels),
+    }
+
+
+def _shapes(case: Mapping[str, Any]) -> dict[str, tuple[float, float, int]]:
+    """Radius and length [m] and number of the colour of every body by its name; the length of spheres is 0."""
+    found = {}
+    for swimmer in case.get("swimmers") or []:
+        for place, bead in enumerate(swimmer["beads"]):
+            found[f"{swimmer['name']}.{_bead_name(bead, place)}"] = _shape(bead, place)
+    for place, body in enumerate(case.get("bodies") or []):
+        found[body["name"]] = _shape(body, place)
+    return found
+
+
+def _bead_name(bead: Mapping[str, Any], place: int) -> str:
+    return bead.get("name") or _THREE_BEADS[min(place, 2)]
+
+
+def _shape(body: Mapping[str, Any], place: int) -> tuple[float, float, int]:
+    length = body.get("length_m") or 0.0 if body.get("shape") == "capsule" else 0.0
+    return float(body["radius_m"]), float(length), place % 3
+
+
+def _arms(case: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Names of the bodies at the ends of every arm and spring."""
+    arms = []
+    for swimmer in case.get("swimmers") or []:
+        names = [_bead_name(bead, place) for place, bead in enumerate(swimmer["beads"])]
+        pairs = [arm["beads"] for arm in swimmer.get("arms") or []] or list(zip(names, names[1:]))
+        arms += [(f"{swimmer['name']}.{a}", f"{swimmer['name']}.{b}") for a, b in pairs]
+    return arms + [(spring["bodies"][0], spring["bodies"][1]) for spring in case.get("springs") or []]
+
+
+def _unit(length_m: float) -> tuple[str, float]:
+    """Name and metres of the largest unit in which a length is at least one."""
+    return next(((name, metres) for name, metres in _UNITS if length_m >= metres), _UNITS[-1])
+
+
+def _box(fluid: Mapping[str, Any], cell_size_m: float | None, metres: float) -> dict[str, Any] | None:
+    """The domain; `walls` are faces such as «x_low», `symmetry` the normals of the mirror planes through its middle."""
+    if fluid.get("no_slip_plane", "none") != "none":
+        return {"size": None, "walls": [fluid["no_slip_plane"]], "symmetry": [], "periodic": []}
+    if not cell_size_m or not all(fluid.get("domain_cells") or [0]):
+        return None
+    boundaries = fluid.get("boundaries") or {}
+    walls, periodic = [], []
+    for axis in "xyz":
+        faces = boundaries.get(axis, "no_slip")
+        for side in ("low", "high"):
+            kind = faces.get(side) if isinstance(faces, Mapping) else faces
+            kind = "no_slip" if isinstance(kind, Mapping) and "velocity_m_per_s" in kind else kind
+            if kind == "no_slip":
+                walls.append(f"{axis}_{side}")
+            elif kind == "periodic" and side == "low":
+                periodic.append(axis)
+    size = [cells * cell_size_m / metres for cells in fluid["domain_cells"]]
+    return {"size": size, "walls": walls, "symmetry": list(fluid.get("symmetry_planes") or []), "periodic": periodic}
+
+
+def _period(case: Mapping[str, Any]) -> int:
+    """Steps of a cycle of the first swimmer that has a stroke or a driven arm; 0 if there is none."""
+    for swimmer in case.get("swimmers") or []:
+        signals = [(arm.get("drive") or {}).get("signal") or {} for arm in swimmer.get("arms") or []]
+        for signal in [swimmer.get("stroke") or {}, *signals]:
+            if signal.get("period_steps"):
+                return int(signal["period_steps"])
+    return 0
+
+
+def _motion(samples: Samples, metres: float) -> dict[str, Any]:
+    """16-bit numbers between the least and the greatest value of each body; orientations only of those that turn."""
+    position = samples.position_m / metres
+    low, span = position.min(axis=0), np.ptp(position, axis=0)
+    fastest = samples.speed_m_per_s.max(axis=0)
+    orientation = samples.orientation_wxyz * np.where(samples.orientation_wxyz[..., :1] < 0, -1.0, 1.0)
+    turning = np.flatnonzero((np.abs(np.sum(orientation * orientation[:1], axis=-1)) < 1 - 1e-7).any(axis=0))
+    return {
+        "steps": samples.steps.tolist(),
+        "time_s": [float(f"{time:.9g}") for time in samples.time_s],
+        "low": _rounded(low),
+        "span": _rounded(span),
+        "positions": _levels_of(position - low, span),
+        "fastest_m_per_s": [float(f"{speed:.5g}") for speed in fastest],
+        "speeds": _levels_of(samples.speed_m_per_s, fastest),
+        "orientations": [[round(number, 6) for number in quaternion] for quaternion in orientation[0].tolist()],
+        "turning": turning.tolist(),
+        "rotations": _text(np.round(32767 * orientation[:, turning, 1:]).astype("<i2")),
+    }
+
+
+def _rounded(vectors: np.ndarray) -> list[list[float]]:
+    return [[float(f"{number:.9g}") for number in vector] for vector in vectors]
+
+
+def _levels_of(values: np.ndarray, span: np.ndarray) -> str:
+    """Shares of the span, from 0 to 65535."""
+    shares = values / np.where(span > 0, span, 1.0)
+    return _text(np.round(_LEVELS * np.clip(shares, 0.0, 1.0)).astype("<u2"))
+
+
+def _text(numbers: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(numbers).tobytes()).decode()

@@ -1,0 +1,431 @@
+// One interactive view: its controls, and what mouse, fingers and keys do to it.
+
+const SECONDS_PER_CYCLE = 2; // of the stroke, at normal speed
+const SECONDS_PER_RUN = 12; // without a stroke
+const SPEEDS = [["¼ ×", 0.25], ["½ ×", 0.5], ["1 ×", 1], ["2 ×", 2], ["4 ×", 4]];
+const KEYS =
+  "Drag, or arrow keys: turn. Shift and drag, or shift and arrow keys: move. Wheel or pinch after a click into the " +
+  "view, or + and −: zoom. Space: play. Comma and full stop: one sample back and forth. N and B: next and previous " +
+  "body. Home: reset.";
+
+/** The text of a number for people: three digits. */
+function threeDigits(value) {
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(3)));
+}
+
+/** A duration or a speed in a unit of a good size, from SI. */
+function withUnit(value, unit) {
+  const size = Math.abs(value);
+  const found = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]].find(([, factor]) => size >= factor) || ["n", 1e-9];
+  const [prefix, factor] = size === 0 ? ["", 1] : found;
+  return `${threeDigits(value / factor)} ${prefix}${unit}`;
+}
+
+function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
+    else made.setAttribute(key, value);
+  }
+  made.append(...children);
+  return made;
+}
+
+const prefersLittleMotion = window.matchMedia("(prefers-reduced-motion: reduce)");
+
+class View {
+  /** `place`: the element to fill; `live`: new samples will arrive, and the view stays with the newest. */
+  constructor(place, scene, THREE, live = false) {
+    Object.assign(this, { place, scene, THREE, at: 0, playing: false, follows: false, selected: null });
+    this.isAtEnd = live;
+    this.visible = { paths: true, flow: true, domain: true };
+    this.build();
+    const motion = new Motion(scene.motion, scene.bodies.length);
+    this.slider.max = motion.last;
+    if (live) this.at = motion.last;
+    this.watchPage();
+  }
+
+  build() {
+    this.holder = element("div", { class: "canvas" });
+    this.labels = ["x", "y", "z"].map((name) => element("span", { class: "axis", "aria-hidden": "true" }, name));
+    this.tip = element("div", { class: "tip", role: "status", hidden: "" });
+    this.holder.append(...this.labels, this.tip);
+    this.playButton = element("button", { type: "button", class: "play", onclick: () => this.toggle() });
+    this.slider = element("input", {
+      ...{ type: "range", min: 0, max: 0, step: 1, value: 0, "aria-label": "time" },
+      oninput: () => (this.pause(), this.goTo(Number(this.slider.value))),
+    });
+    this.clock = element("output", { class: "clock" });
+    this.speed = element("select", { "aria-label": "speed of the playback" });
+    SPEEDS.forEach(([name, value]) => this.speed.append(element("option", { value }, name)));
+    this.speed.value = "1";
+    const bar = element("div", { class: "bar" }, this.playButton, this.slider, this.clock, this.speed);
+    this.place.append(this.holder, bar, this.switches());
+    this.showPlaying();
+  }
+
+  switches() {
+    const list = element("div", { class: "switches" });
+    const add = (name, checked, act) => {
+      const box = element("input", { type: "checkbox", onchange: () => (act(box.checked), this.draw()) });
+      box.checked = checked;
+      list.append(element("label", {}, box, ` ${name}`));
+    };
+    const show = (what) => (checked) => {
+      this.visible[what] = checked;
+      if (this.stage) this.stage.setVisible(what, checked);
+    };
+    add("paths", true, show("paths"));
+    add("domain", true, show("domain"));
+    if (this.scene.flow) add("flow", true, show("flow"));
+    add("follow the bodies", false, (checked) => (this.follows = checked));
+    list.append(element("button", { type: "button", onclick: () => this.lookAt("bodies") }, "bodies"));
+    if (this.scene.box && this.scene.box.size)
+      list.append(element("button", { type: "button", onclick: () => this.lookAt("domain") }, "whole domain"));
+    list.append(element("details", {}, element("summary", {}, "keys"), element("p", {}, KEYS)));
+    return list;
+  }
+
+  /** Draws only while on the screen: a page of many runs holds few contexts of WebGL at a time. */
+  watchPage() {
+    new IntersectionObserver((entries) => (entries.pop().isIntersecting ? this.open() : this.close()), {
+      rootMargin: "50px",
+    }).observe(this.holder);
+    new ResizeObserver(() => this.draw()).observe(this.holder);
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (this.recolour(), this.draw()));
+  }
+
+  open() {
+    if (this.stage) return;
+    const label = `Interactive view of ${this.scene.name}. ${KEYS}`;
+    this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": label });
+    this.holder.prepend(this.canvas);
+    try {
+      this.stage = new Stage(this.THREE, this.canvas, this.scene);
+    } catch (problem) {
+      this.place.replaceChildren(
+        element("p", { class: "missing" }, `The interactive view needs WebGL (${problem.message}). The figures show the run.`)
+      );
+      return;
+    }
+    this.listen();
+    for (const [what, visible] of Object.entries(this.visible)) this.stage.setVisible(what, visible);
+    if (!this.orbit) {
+      this.orbit = new Orbit(this.stage.whole(), this.scene.up);
+      this.lookAt(this.bodiesAreSmall() ? "bodies" : "domain");
+    }
+    this.recolour();
+    this.draw();
+  }
+
+  close() {
+    if (!this.stage) return;
+    this.pause();
+    this.stage.close();
+    this.canvas.remove();
+    this.stage = null;
+  }
+
+  bodiesAreSmall() {
+    const size = ({ low, high }) => Math.hypot(...plus(high, low, -1));
+    return size(this.stage.whole()) > 6 * size(this.stage.extent);
+  }
+
+  lookAt(what) {
+    if (!this.stage) return;
+    const { clientWidth, clientHeight } = this.holder;
+    this.orbit.frame(what === "domain" ? this.stage.whole() : this.stage.extent, clientWidth / clientHeight);
+    this.centre = null;
+    this.draw();
+  }
+
+  recolour() {
+    if (!this.stage) return;
+    const style = getComputedStyle(this.place);
+    const colour = (name) => style.getPropertyValue(name).trim();
+    const [line, face, mirror, arms] = ["--soft", "--line", "--mark", "--soft"].map(colour);
+    const beads = [0, 1, 2].map((number) => colour(`--bead-${number}`));
+    const flow = colour("--flow").split(",").map((part) => part.trim());
+    this.stage.recolour({ beads, flow, line, face, mirror, arms });
+  }
+
+  /** New samples of a run that goes on. */
+  update(scene) {
+    if (scene.bodies.length !== this.scene.bodies.length || JSON.stringify(scene.box) !== JSON.stringify(this.scene.box)) {
+      this.close();
+      this.orbit = null;
+      this.scene = scene;
+      this.slider.max = scene.motion.steps.length - 1;
+      this.at = scene.motion.steps.length - 1;
+      return this.open();
+    }
+    const step = this.motion.stepAt(this.at);
+    this.scene.motion = scene.motion;
+    if (this.stage) this.stage.replaceMotion(scene.motion);
+    this.idle = null;
+    this.slider.max = this.motion.last;
+    if (this.isAtEnd && !prefersLittleMotion.matches && this.stage) {
+      this.at = this.motion.frameAt(step);
+      this.play();
+    } else {
+      this.goTo(this.isAtEnd ? this.motion.last : this.motion.frameAt(step), this.isAtEnd);
+    }
+  }
+
+  get motion() {
+    if (this.stage) return this.stage.motion;
+    this.idle = this.idle || new Motion(this.scene.motion, this.scene.bodies.length);
+    return this.idle;
+  }
+
+  goTo(at, isAtEnd = at >= this.motion.last) {
+    this.at = Math.max(0, Math.min(this.motion.last, at));
+    this.isAtEnd = isAtEnd;
+    this.draw();
+  }
+
+  toggle() {
+    if (this.playing) return this.pause();
+    if (this.at >= this.motion.last) this.at = 0;
+    this.isAtEnd = false;
+    this.play();
+  }
+
+  play() {
+    if (this.playing || this.motion.last === 0) return;
+    this.playing = true;
+    this.before = performance.now();
+    this.showPlaying();
+    requestAnimationFrame((now) => this.advance(now));
+  }
+
+  pause() {
+    this.playing = false;
+    this.showPlaying();
+  }
+
+  /** Steps of the run that pass in a second of the playback at normal speed. */
+  stepsPerSecond() {
+    const { steps } = this.motion;
+    const all = steps[steps.length - 1] - steps[0];
+    return this.scene.period_steps ? this.scene.period_steps / SECONDS_PER_CYCLE : all / SECONDS_PER_RUN;
+  }
+
+  advance(now) {
+    if (!this.playing || !this.stage) return;
+    const seconds = Math.min(0.2, (now - this.before) / 1000);
+    const { motion } = this;
+    const pace = this.isAtEnd // catches up with a run that goes on, within a second
+      ? Math.max(this.stepsPerSecond(), motion.steps[motion.last] - motion.stepAt(this.at))
+      : this.stepsPerSecond() * Number(this.speed.value);
+    this.before = now;
+    const at = motion.frameAt(motion.stepAt(this.at) + pace * seconds);
+    this.at = at;
+    if (at >= motion.last) {
+      this.pause();
+      this.isAtEnd = true;
+    }
+    this.drawNow();
+    if (this.playing) requestAnimationFrame((later) => this.advance(later));
+  }
+
+  showPlaying() {
+    this.playButton.textContent = this.playing ? "⏸" : "▶";
+    this.playButton.setAttribute("aria-label", this.playing ? "pause" : "play");
+  }
+
+  draw() {
+    if (!this.stage || this.wanted) return;
+    this.wanted = true;
+    requestAnimationFrame(() => {
+      this.wanted = false;
+      this.drawNow();
+    });
+  }
+
+  drawNow() {
+    if (!this.stage) return;
+    const { clientWidth: width, clientHeight: height } = this.holder;
+    if (!width || !height) return;
+    this.stage.show(this.at);
+    this.followBodies();
+    this.stage.render(this.orbit, width, height);
+    this.writeTime();
+    this.placeLabels();
+    this.writeTip();
+    this.place.dataset.drawn = Number(this.place.dataset.drawn || 0) + 1;
+  }
+
+  followBodies() {
+    const all = this.stage.states.map((state) => state.position);
+    const centre = scaled(all.reduce((sum, position) => plus(sum, position)), 1 / all.length);
+    if (this.follows && this.centre) this.orbit.target = plus(this.orbit.target, plus(centre, this.centre, -1));
+    this.centre = centre;
+  }
+
+  writeTime() {
+    const { motion } = this;
+    const [before, after] = [Math.floor(this.at), Math.min(Math.floor(this.at) + 1, motion.last)];
+    const time = motion.time_s[before] + (this.at - before) * (motion.time_s[after] - motion.time_s[before]);
+    const step = Math.round(motion.stepAt(this.at));
+    this.slider.value = Math.round(this.at);
+    this.clock.textContent = `${withUnit(time, "s")}, step ${step}`;
+    this.slider.setAttribute("aria-valuetext", this.clock.textContent);
+  }
+
+  placeLabels() {
+    const corner = this.stage.domain ? this.stage.domain.low : this.stage.extent.low;
+    this.labels.forEach((label, axis) => {
+      label.hidden = !this.visible.domain;
+      const end = plus(corner, plus(this.stage.axes[axis], corner, -1), 1.06);
+      const { left, top } = this.stage.projected(end);
+      label.style.left = `${100 * left}%`;
+      label.style.top = `${100 * top}%`;
+    });
+  }
+
+  /** Name, position and speed of the body under the pointer, or chosen by keys. */
+  writeTip() {
+    const entry = this.selected;
+    this.tip.hidden = !entry;
+    if (!entry) return;
+    const { position } = this.stage.placed(entry);
+    const { name } = this.scene.bodies[entry.body];
+    const text = position.map((value) => value.toPrecision(4)).join(", ");
+    const speed = withUnit(this.stage.states[entry.body].speed_m_per_s, "m/s");
+    this.tip.replaceChildren(
+      element("b", {}, entry.image.length ? `${name}, mirror image` : name),
+      element("span", {}, `(${text}) ${this.scene.unit}`),
+      element("span", {}, speed)
+    );
+    const { left, top } = this.stage.projected(position);
+    this.tip.style.left = `clamp(0px, ${100 * left}%, 100% - ${this.tip.offsetWidth}px)`;
+    this.tip.style.top = `clamp(0px, ${100 * top}% + 14px, 100% - ${this.tip.offsetHeight}px)`;
+  }
+
+  listen() {
+    const { canvas } = this;
+    const fingers = new Map();
+    let gesture = null; // of two fingers: their middle and distance
+    const share = (pixels) => pixels / this.holder.clientHeight;
+    const seen = () => {
+      const [a, b] = [...fingers.values()];
+      return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) || 1 };
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      gesture = fingers.size === 2 ? seen() : null;
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const before = fingers.get(event.pointerId);
+      if (!before) return this.point(event);
+      const [right, down] = [event.clientX - before.x, event.clientY - before.y];
+      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      if (gesture && fingers.size === 2) {
+        const now = seen();
+        this.orbit.pan(share(now.x - gesture.x), share(gesture.y - now.y));
+        this.orbit.zoom(gesture.apart / now.apart);
+        gesture = now;
+      } else if (event.shiftKey || event.buttons & 6) {
+        this.orbit.pan(share(right), share(-down));
+      } else {
+        this.orbit.turn(4 * share(right), 4 * share(down));
+      }
+      this.draw();
+    });
+    const release = (event) => (fingers.delete(event.pointerId), (gesture = null));
+    canvas.addEventListener("pointerup", release);
+    canvas.addEventListener("pointercancel", release);
+    canvas.addEventListener("pointerleave", () => fingers.size || this.select(null));
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        if (document.activeElement !== canvas) return; // the page scrolls
+        event.preventDefault();
+        this.orbit.zoom(Math.exp(0.0015 * event.deltaY * (event.deltaMode ? 30 : 1)));
+        this.draw();
+      },
+      { passive: false }
+    );
+    canvas.addEventListener("webglcontextlost", () => canvas === this.canvas && this.close());
+    canvas.addEventListener("keydown", (event) => this.press(event));
+  }
+
+  point(event) {
+    const frame = this.canvas.getBoundingClientRect();
+    const x = (2 * (event.clientX - frame.left)) / frame.width - 1;
+    const y = 1 - (2 * (event.clientY - frame.top)) / frame.height;
+    this.select(this.stage.entryAt(x, y, this.orbit));
+  }
+
+  select(entry) {
+    if (entry === this.selected) return;
+    this.selected = entry;
+    this.draw();
+  }
+
+  selectNext(offset) {
+    const { entries } = this.stage;
+    const place = entries.indexOf(this.selected);
+    this.select(entries[(place + offset + entries.length + (place < 0 && offset < 0 ? 1 : 0)) % entries.length]);
+  }
+
+  press(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const move = (right, up) => (event.shiftKey ? this.orbit.pan(-0.05 * right, -0.05 * up) : this.orbit.turn(-0.1 * right, 0.1 * up));
+    const keys = {
+      ArrowLeft: () => move(-1, 0),
+      ArrowRight: () => move(1, 0),
+      ArrowUp: () => move(0, 1),
+      ArrowDown: () => move(0, -1),
+      "+": () => this.orbit.zoom(0.9),
+      "=": () => this.orbit.zoom(0.9),
+      "-": () => this.orbit.zoom(1 / 0.9),
+      " ": () => this.toggle(),
+      ",": () => (this.pause(), this.goTo(Math.ceil(this.at) - 1)),
+      ".": () => (this.pause(), this.goTo(Math.floor(this.at) + 1)),
+      n: () => this.selectNext(1),
+      b: () => this.selectNext(-1),
+      Home: () => this.lookAt(this.bodiesAreSmall() ? "bodies" : "domain"),
+      Escape: () => (this.select(null), this.canvas.blur()),
+    };
+    const act = keys[event.key] || keys[event.key.toLowerCase()];
+    if (!act) return;
+    event.preventDefault();
+    act();
+    this.draw();
+  }
+}
+
+/** three.js from the page, where it is compressed; only when a view needs it. */
+async function loadThree() {
+  if (window.THREE) return window.THREE;
+  const packed = bytesOf(document.getElementById("three").textContent);
+  const code = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  document.head.append(element("script", {}, code));
+  return window.THREE;
+}
+
+/** Fills an element with the view of a scene, or with why there is none; returns the view or null. */
+async function openView(place, scene, live) {
+  try {
+    const THREE = await loadThree();
+    place.replaceChildren();
+    return new View(place, scene, THREE, live);
+  } catch (problem) {
+    const reason = `The interactive view does not work in this browser (${problem.message}). The figures show the run.`;
+    place.replaceChildren(element("p", { class: "missing" }, reason));
+    return null;
+  }
+}
+
+window.copepod = { openView, withUnit, threeDigits, views: [] };
+document.querySelectorAll(".view").forEach(async (figure) => {
+  const scene = JSON.parse(figure.querySelector("script").textContent);
+  window.copepod.views.push(await openView(figure.querySelector(".stage"), scene, false));
+});
