@@ -107,7 +107,11 @@ def _faces(box: Mapping[str, Any]) -> str:
     """«walls at x, y and z low; periodic along z; mirror planes across x and y»."""
     whole = [axis for axis in "xyz" if {f"{axis}_low", f"{axis}_high"} <= set(box["walls"])]
     single = [name.replace("_", " ") for name in box["walls"] if name[0] not in whole]
-    kinds = (("walls at", whole + single), ("periodic along", box["periodic"]), ("mirror planes across", box["symmetry"]))
+    kinds = (
+        ("walls at", whole + single),
+        ("periodic along", box["periodic"]),
+        ("mirror planes across", box["symmetry"]),
+    )
     return "; ".join(f"{kind} {', '.join(names)}" for kind, names in kinds if names) or "open on all sides"
 
 

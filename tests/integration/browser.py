@@ -24,7 +24,7 @@ class Browser:
         self._answers, answers = os.pipe()
         self._process = subprocess.Popen(
             # The descriptors of the protocol are 3 and 4.
-            ["bash", "-c", f"exec {CHROMIUM} \"$@\" 3<&{commands} 4>&{answers}", "chromium", *_OPTIONS.split()]
+            ["bash", "-c", f'exec {CHROMIUM} "$@" 3<&{commands} 4>&{answers}', "chromium", *_OPTIONS.split()]
             + [f"--user-data-dir={self._folder}", *options, "about:blank"],
             pass_fds=(commands, answers),
             stdin=subprocess.DEVNULL,

@@ -152,7 +152,7 @@ class View {
     this.stage.recolour({ beads, flow, line, face, mirror, arms });
   }
 
-  /** New samples of a run that goes on. */
+  /** New samples of a run that continues. */
   update(scene) {
     if (scene.bodies.length !== this.scene.bodies.length || JSON.stringify(scene.box) !== JSON.stringify(this.scene.box)) {
       this.close();
@@ -218,7 +218,7 @@ class View {
     if (!this.playing || !this.stage) return;
     const seconds = Math.min(0.2, (now - this.before) / 1000);
     const { motion } = this;
-    const pace = this.isAtEnd // catches up with a run that goes on, within a second
+    const pace = this.isAtEnd // catches up with a live run within a second
       ? Math.max(this.stepsPerSecond(), motion.steps[motion.last] - motion.stepAt(this.at))
       : this.stepsPerSecond() * Number(this.speed.value);
     this.before = now;

@@ -1,0 +1,192 @@
+"""The interactive view of a run: its numbers, and that Chromium draws, plays, turns and explains it."""
+
+import base64
+import json
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+
+import copepod_session  # noqa: F401  (makes the command's modules importable)
+from browser import CHROMIUM, Browser
+from copepod_report import page, view
+from copepod_report.scene import MOST_SAMPLES, Samples, most_frames, scene_of
+
+BEADS = [
+    {"shape": "sphere", "radius_m": 4e-6, "length_m": 0},
+    {"shape": "capsule", "radius_m": 4e-6, "length_m": 8e-6},
+    {"shape": "sphere", "radius_m": 4e-6, "length_m": 0},
+]
+CASE = {
+    "fluid": {
+        "domain_cells": [40, 40, 80],
+        "boundaries": {"x": "no_slip", "y": {"low": "no_slip", "high": {"pressure_Pa": 0}}, "z": "periodic"},
+        "symmetry_planes": ["x"],
+    },
+    "swimmers": [{"name": "swimmer", "beads": BEADS, "stroke": {"period_steps": 100}}],
+}
+# Brightest channel of the beads' colours: blue, red, green. Counts pixels of each, and sums up the picture.
+PICTURE = """(() => {
+  const view = window.copepod.views[0];
+  view.drawNow();
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = [view.canvas.width, view.canvas.height];
+  const paint = copy.getContext("2d");
+  paint.drawImage(view.canvas, 0, 0);
+  const counts = {blue: 0, red: 0, green: 0, sum: 0};
+  const pixels = paint.getImageData(0, 0, copy.width, copy.height).data;
+  for (let at = 0; at < pixels.length; at += 4) {
+    const [r, g, b, a] = pixels.slice(at, at + 4);
+    counts.sum = (counts.sum * 31 + r + 2 * g + 3 * b) % 1000003;
+    if (a < 255 || Math.max(r, g, b) - Math.min(r, g, b) < 60) continue;
+    counts[b > r && b > g ? "blue" : r > g ? "red" : "green"]++;
+  }
+  return counts;
+})()"""
+
+
+def samples_of(count=201):
+    """Three beads in a row beside the mirror plane; the middle one turns about x."""
+    steps = np.arange(count)
+    angle = 2 * np.pi * steps / 100
+    position = np.empty((count, 3, 3))
+    position[..., 0], position[..., 1] = 20e-6, 20e-6
+    position[:, 0, 2] = 24e-6 + 2e-6 * np.cos(angle)
+    position[:, 1, 2] = 40e-6 + 2e-8 * steps
+    position[:, 2, 2] = 56e-6 + 3e-6 * np.sin(angle)
+    orientation = np.zeros((count, 3, 4))
+    orientation[..., 0] = 1.0
+    orientation[:, 1, 0], orientation[:, 1, 1] = np.cos(angle / 2), np.sin(angle / 2)
+    speed = np.full((count, 3), 2e-3)
+    names = [f"swimmer.{bead}" for bead in ("B2", "B1", "B3")]
+    return Samples(names, steps, 1e-9 * steps, position, orientation, speed)
+
+
+def numbers(text, kind):
+    return np.frombuffer(base64.b64decode(text), kind)
+
+
+class Scene(unittest.TestCase):
+    def setUp(self):
+        self.scene = scene_of("three beads", CASE, 1e-6, samples_of())
+
+    def test_positions_are_exact_to_a_ten_thousandth_of_the_motion(self):
+        motion = self.scene["motion"]
+        levels = numbers(motion["positions"], "<u2").reshape(201, 3, 3)
+        found = np.array(motion["low"]) + np.array(motion["span"]) * levels / 65535
+        np.testing.assert_allclose(found, 1e6 * samples_of().position_m, atol=1e-4 * 6)
+
+    def test_only_bodies_that_turn_have_orientations_by_sample(self):
+        motion = self.scene["motion"]
+        self.assertEqual(motion["turning"], [1])
+        vectors = numbers(motion["rotations"], "<i2").reshape(201, 1, 3) / 32767
+        expected = samples_of().orientation_wxyz[:, 1]
+        expected = expected * np.where(expected[:, :1] < 0, -1, 1)
+        np.testing.assert_allclose(vectors[:, 0], expected[:, 1:], atol=1e-4)
+
+    def test_shapes_arms_and_domain_come_from_the_case(self):
+        self.assertEqual(self.scene["unit"], "µm")
+        self.assertEqual(self.scene["arms"], [[0, 1], [1, 2]])
+        lengths = [round(body["length"], 9) for body in self.scene["bodies"]]
+        self.assertEqual(lengths, [0, 8, 0])
+        box = self.scene["box"]
+        self.assertEqual(box["walls"], ["x_low", "x_high", "y_low"])
+        self.assertEqual((box["periodic"], box["symmetry"]), (["z"], ["x"]))
+        np.testing.assert_allclose(box["size"], [40, 40, 80])
+
+    def test_long_runs_and_swarms_are_thinned_and_keep_their_last_sample(self):
+        thinned = samples_of(5000).thinned(100)
+        self.assertLessEqual(len(thinned.steps), 101)
+        self.assertEqual(thinned.steps[-1], 4999)
+        self.assertLessEqual(300 * most_frames(300), MOST_SAMPLES)
+
+    def test_names_cannot_end_the_script(self):
+        html = view.figure({**self.scene, "name": "</script><b>"})
+        self.assertEqual(html.count("</script>"), 1)
+
+    def test_missing_three_js_is_named(self):
+        with mock.patch.object(view, "THREE_JS", Path("/nothing")):
+            self.assertIn("libjs-three", view.figure(self.scene))
+            self.assertEqual(view.scripts(), "")
+
+
+@unittest.skipUnless(CHROMIUM, "chromium is not installed (deploy/copepod setup --ci installs it)")
+class InChromium(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="copepod_view_")
+        cls.addClassCleanup(folder.cleanup)
+        cls.path = Path(folder.name) / "page.html"
+        scene = {**scene_of("three beads", CASE, 1e-6, samples_of()), "flow": None}
+        cls.path.write_text(page.page("A view", [view.figure(scene), view.scripts()]))
+
+    def opened(self, **how):
+        browser = Browser(**how)
+        self.addCleanup(browser.__exit__)
+        browser.open(f"file://{self.path}")
+        browser.wait_for("document.querySelector('.stage').dataset.drawn > 0")
+        return browser
+
+    def test_it_draws_plays_turns_and_explains(self):
+        browser = self.opened()
+        first = browser.value(PICTURE)
+        for colour in ("blue", "red", "green"):
+            self.assertGreater(first[colour], 300, first)
+
+        with self.subTest("plays to the end"):
+            browser.value("window.copepod.views[0].speed.value = 4")
+            browser.value("document.querySelector('.play').click()")
+            browser.wait_for("window.copepod.views[0].at === 200 && !window.copepod.views[0].playing")
+            self.assertIn("step 200", browser.value("document.querySelector('.clock').textContent"))
+            played = browser.value(PICTURE)
+            self.assertNotEqual(played["sum"], first["sum"])
+
+        frame = browser.value("JSON.stringify(document.querySelector('canvas').getBoundingClientRect())")
+        frame = json.loads(frame)
+        with self.subTest("turns with the mouse"):
+            browser.drag(frame["x"] + 30, frame["y"] + 30, 200, 40)
+            self.assertNotEqual(browser.value(PICTURE)["sum"], played["sum"])
+
+        with self.subTest("zooms and plays with keys"):
+            distance = browser.value("window.copepod.views[0].orbit.distance")
+            browser.value("document.querySelector('canvas').focus()")
+            browser.press("+")
+            self.assertLess(browser.value("window.copepod.views[0].orbit.distance"), distance)
+            browser.press(" ")
+            browser.wait_for("window.copepod.views[0].playing")
+            browser.press(" ")
+            self.assertFalse(browser.value("window.copepod.views[0].playing"))
+
+        with self.subTest("tells what is under the pointer"):
+            browser.value("window.copepod.views[0].goTo(0); window.copepod.views[0].drawNow()")
+            place = browser.value("window.copepod.views[0].stage.projected([20, 20, 56])")
+            browser.hover(frame["x"] + place["left"] * frame["width"], frame["y"] + place["top"] * frame["height"])
+            browser.wait_for("!document.querySelector('.tip').hidden")
+            tip = browser.value("document.querySelector('.tip').textContent")
+            self.assertIn("swimmer.B3", tip)
+            self.assertIn("20.00, 20.00, 56.00", tip)
+            self.assertIn("2 mm/s", tip)
+        self.assertEqual(browser.problems, [])
+        self.assertEqual(browser.requests, [f"file://{self.path}"])
+
+    def test_it_follows_the_theme_and_fits_a_narrow_window(self):
+        browser = self.opened(width=390, height=800, dark=True)
+        dark = browser.value(PICTURE)
+        self.assertGreater(dark["red"], 50, dark)
+        self.assertLessEqual(browser.value("document.documentElement.scrollWidth"), 390)
+        light = [{"name": "prefers-color-scheme", "value": "light"}]
+        browser.call("Emulation.setEmulatedMedia", features=light)
+        browser.wait_for(f"{PICTURE}.sum !== {dark['sum']}")
+        self.assertEqual(browser.problems, [])
+
+    def test_without_webgl_the_page_refers_to_its_figures(self):
+        with Browser(options=["--disable-3d-apis"]) as browser:
+            browser.open(f"file://{self.path}")
+            message = browser.wait_for("document.querySelector('.missing')?.textContent")
+        self.assertIn("needs WebGL", message)
+
+
+if __name__ == "__main__":
+    unittest.main()
