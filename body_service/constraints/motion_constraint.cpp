@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "contract/errors.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::body {
 
@@ -39,7 +40,7 @@ BodyVelocities constrained_velocities(const BodySpecification& body) {
       return given;
     case MotionKind::axis:
       if (!(std::abs(body.axis.norm() - 1.0) < 1e-6)) {
-        throw CaseError("body '" + body.name + "': its axis has length " + std::to_string(body.axis.norm()) +
+        throw CaseError("body '" + body.name + "': its axis has length " + rounded_text(body.axis.norm()) +
                         " (a direction is a unit vector). Divide it by its length.");
       }
       return {along(body, given.linear_m_per_s, "velocity_m_per_s"),

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
+#include "contract/number_text.hpp"
 #include "geometry/actuator_loads.hpp"
 
 namespace copepod::body {
@@ -20,7 +21,7 @@ Actuators::Actuators(const BodySetup& setup) : actuators_(setup.actuators) {
                       " bodies, counted from 0, and a pair needs two). Correct the indices.");
     }
     if (!pair && !(std::abs(actuator.direction.norm() - 1.0) < 1e-6)) {
-      throw CaseError(name + " has a direction of length " + std::to_string(actuator.direction.norm()) +
+      throw CaseError(name + " has a direction of length " + rounded_text(actuator.direction.norm()) +
                       " (it must be a unit vector). Divide it by its norm.");
     }
   }

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::body {
 
@@ -24,7 +25,7 @@ void check(const BendSpecification& bend, std::size_t index, int bodies) {
     throw CaseError(name + " has a negative stiffness (it must not create energy). Use 0 or more.");
   }
   if (!(bend.rest_angle_rad >= 0.0 && bend.rest_angle_rad <= std::numbers::pi)) {
-    throw CaseError(name + " has a rest angle of " + std::to_string(bend.rest_angle_rad) +
+    throw CaseError(name + " has a rest angle of " + rounded_text(bend.rest_angle_rad) +
                     " rad (the angle between two arms is between 0 and pi). Use such an angle.");
   }
 }

@@ -4,6 +4,7 @@
 
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::body {
 
@@ -15,18 +16,18 @@ namespace {
 
 void check(const BodySpecification& body) {
   if (!(body.mass_kg > 0.0) || !std::isfinite(body.mass_kg)) {
-    reject(body, "mass_kg " + std::to_string(body.mass_kg) + " (a body needs a finite mass > 0). Use a positive mass.");
+    reject(body, "mass_kg " + rounded_text(body.mass_kg) + " (a body needs a finite mass > 0). Use a positive mass.");
   }
   if (!(body.shape.radius_m > 0.0) || !std::isfinite(body.shape.radius_m)) {
-    reject(body, "radius_m " + std::to_string(body.shape.radius_m) +
+    reject(body, "radius_m " + rounded_text(body.shape.radius_m) +
                      " (a shape needs a finite extent > 0). Use a positive radius.");
   }
   if (body.shape.kind == ShapeKind::capsule && (!(body.shape.length_m >= 0.0) || !std::isfinite(body.shape.length_m))) {
-    reject(body, "length_m " + std::to_string(body.shape.length_m) +
-                     " (the cylinder part cannot be negative). Use 0 or more.");
+    reject(body,
+           "length_m " + rounded_text(body.shape.length_m) + " (the cylinder part cannot be negative). Use 0 or more.");
   }
   if (!(std::abs(body.orientation_wxyz.norm() - 1.0) < 1e-6)) {
-    reject(body, "orientation_wxyz has norm " + std::to_string(body.orientation_wxyz.norm()) +
+    reject(body, "orientation_wxyz has norm " + rounded_text(body.orientation_wxyz.norm()) +
                      " (a rotation is a unit quaternion). Divide it by its norm.");
   }
   if (!body.position_m.allFinite() || !body.velocity_m_per_s.allFinite() ||

@@ -109,6 +109,24 @@ std::int64_t coupler_bytes(const Case& the_case) {
   return (the_case.output.checkpoint_every_steps > 0 ? 13 : 12) * mebibyte;
 }
 
+/// What the run directory will hold, at most [bytes].
+ordered_json disk_bytes(const Case& the_case, std::int64_t bodies) {
+  constexpr std::int64_t row_bytes = 400;          // of trajectory.csv, all digits in use
+  constexpr std::int64_t field_bytes = 4 * 8 + 4;  // of a cell: density, velocity, body
+  constexpr std::int64_t kept_checkpoints = 3;     // two, and one that is being written
+  const OutputCase& output = the_case.output;
+  const auto times_of = [&](std::int64_t every, std::int64_t from) {
+    return every == 0 || from > the_case.steps ? 0 : (the_case.steps - from) / every + 1;
+  };
+  std::int64_t cells = the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann ? 1 : 0;
+  for (const std::int64_t count : the_case.fluid.domain_cells) cells *= count;
+  const std::int64_t fields = times_of(output.fields.every_steps, 0) + (output.fields.mean_stop > 0 ? 1 : 0);
+  const bool saves = output.checkpoint_every_steps > 0 || output.checkpoint_every_wall_s > 0.0;
+  return {{"trajectory", times_of(output.trajectory_every_steps, output.trajectory_from_step) * bodies * row_bytes},
+          {"fields", fields * cells * field_bytes},
+          {"checkpoints", saves ? kept_checkpoints * population_bytes(the_case.fluid) : 0}};
+}
+
 }  // namespace
 
 ordered_json make_plan(const LoadedCase& loaded) {
@@ -133,6 +151,8 @@ ordered_json make_plan(const LoadedCase& loaded) {
                     {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},
                       {"memory_of", {{"coupler_bytes", coupler_bytes(the_case)}}},
+                      {"bodies", loaded.assembly.bodies.size()},
+                      {"disk_bytes", disk_bytes(the_case, static_cast<std::int64_t>(loaded.assembly.bodies.size()))},
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};
   plan["warnings"] = loaded.warnings;
   plan["notes"] = make_notes(loaded);

@@ -1,23 +1,16 @@
 #include "scheme/plausibility.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "contract/errors.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 namespace {
 
 constexpr std::array axes{"x", "y", "z"};
 constexpr double quaternion_tolerance = 1e-3;
-
-/// Three digits: a person reads them.
-std::string rounded(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
-}
 
 [[noreturn]] void fail(const BodySpecification& body, std::int64_t step, const std::string& found) {
   throw PeerFailed({ExitCode::solver_failed, "body", "", 0, step,
@@ -54,7 +47,7 @@ void Plausibility::judge(const Kinematics& before, const Kinematics& after) cons
     const double norm = after.orientation_wxyz.col(column).norm();
     if (!(std::abs(norm - 1.0) <= quaternion_tolerance)) {
       fail(body, before.step,
-           "got an orientation of length " + rounded(norm) + " (an orientation is a quaternion of length 1)");
+           "got an orientation of length " + rounded_text(norm) + " (an orientation is a quaternion of length 1)");
     }
     Eigen::Vector3d moved = after.position_m.col(column) - before.position_m.col(column);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -64,14 +57,14 @@ void Plausibility::judge(const Kinematics& before, const Kinematics& after) cons
         moved[axis] -= length_m_[axis] * std::round(moved[axis] / length_m_[axis]);
       } else if (confined_[static_cast<std::size_t>(column)][i] && !(at >= 0.0 && at <= length_m_[axis])) {
         fail(body, before.step,
-             std::string("left the domain: ") + axes[i] + " = " + rounded(at) + " m (the domain ends at 0 and " +
-                 rounded(length_m_[axis]) + " m)");
+             std::string("left the domain: ") + axes[i] + " = " + length_text(at) + " (the domain ends at 0 and " +
+                 length_text(length_m_[axis]) + ")");
       }
     }
     const double distance = moved.norm();
     if (!(distance <= body.shape.radius_m)) {
       fail(body, before.step,
-           "moved by " + rounded(distance) + " m (more than its radius of " + rounded(body.shape.radius_m) + " m)");
+           "moved by " + length_text(distance) + " (more than its radius of " + length_text(body.shape.radius_m) + ")");
     }
   }
 }

@@ -1,5 +1,6 @@
 """`copepod campaign`: runs what is left to do of a list of cases and keeps one result table up to date."""
 
+import json
 import os
 import shlex
 from argparse import Namespace
@@ -61,7 +62,8 @@ def run_items(
     """Runs what is left to do of `items`; `again` makes the command that continues them in a folder, `table` the result
     that is printed.
 
-    Of `options` it takes `out` and `rerun_other_builds`. Returns 0 if every case is finished, else raises Stop.
+    Of `options` it takes `out`, `rerun_other_builds` and `json`, which prints results.json instead of the table.
+    Returns 0 if every case is finished, else raises Stop.
     """
     folder = Path(options.out or Path("runs") / folder_name(name))
     make_folder(folder)
@@ -80,7 +82,8 @@ def run_items(
         for _ in pool.run(screen):
             results.write(folder, name, entries)
         screen.close()
-    return _ending(entries, signals, directory.shown, f"{called_as()} {again(directory.shown)}", table)
+    shown = (lambda _: json.dumps(results.records(name, entries))) if options.json else table
+    return _ending(entries, signals, directory.shown, f"{called_as()} {again(directory.shown)}", shown)
 
 
 def _cores() -> int:
@@ -106,8 +109,8 @@ def _ending(
         code = ExitCode.INTERRUPTED if signals.received[0] == 2 else ExitCode.TERMINATED
         raise Stop(code, f"stopped by a signal; nothing is lost. Continue with the same command: {again}")
     failed = [entry for entry in entries if entry.state is State.FAILED]
-    print(table(entries))
-    print(f"\nresults in {shown}/results.md, .csv, .json", flush=True)
+    print(table(entries), flush=True)
+    say(f"results in {shown}/results.md, .csv, .json")
     if failed:
         names = ", ".join(entry.name for entry in failed)
         raise Stop(

@@ -8,12 +8,14 @@ from typing import TextIO
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.pool import Pool
 from copepod_run.progress import clock_text, redraws, width_of
-from copepod_run.messages import elapsed_text, redraw, write
+from copepod_run.messages import elapsed_text, is_quiet, redraw, write
 
 _LINE_EVERY_S = 60.0
 
 
 def for_stderr(name: str, pool: Pool) -> "PlainDisplay":
+    if is_quiet():
+        return QuietDisplay(sys.stderr, name, pool)
     return (TerminalDisplay if redraws(sys.stderr) else PlainDisplay)(sys.stderr, name, pool)
 
 
@@ -57,6 +59,17 @@ class PlainDisplay:
             words.append(f"{clock_text(remaining)} left")
         running = ", ".join(f"{job.entry.name} {100 * job.share:.0f} %" for job in self._pool.running)
         return ", ".join(words) + (f"; {running}" if running else "")
+
+
+class QuietDisplay(PlainDisplay):
+    """Only what fails."""
+
+    def notice(self, text: str) -> None:
+        ...
+
+    def ended(self, entry: Entry) -> None:
+        if entry.state is State.FAILED:
+            super().notice(f"{entry.name}: failed. {entry.remark}")
 
 
 class TerminalDisplay(PlainDisplay):

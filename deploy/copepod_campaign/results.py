@@ -15,8 +15,12 @@ def write(folder: Path, name: str, entries: Sequence[Entry]) -> None:
     """results.md, results.csv and results.json in `folder`; each replaced in one go."""
     _replace(folder / "results.md", f"# {name}\n\n{markdown(entries)}\n")
     _replace(folder / "results.csv", _csv(entries))
-    records = [_record(entry) for entry in entries]
-    _replace(folder / "results.json", json.dumps({"campaign": name, "cases": records}, indent=1) + "\n")
+    _replace(folder / "results.json", json.dumps(records(name, entries), indent=1) + "\n")
+
+
+def records(name: str, entries: Sequence[Entry]) -> dict[str, Any]:
+    """The content of results.json."""
+    return {"campaign": name, "cases": [_record(entry) for entry in entries]}
 
 
 def markdown(entries: Sequence[Entry]) -> str:

@@ -1,15 +1,15 @@
 """`copepod check`: everything about a case that can be known before it runs."""
 
+import json
 import os
 import shlex
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 from copepod_run import build, components, estimate
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.estimate import Memory
-from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan, request_plan
 
 
@@ -20,6 +20,8 @@ class Findings:
     name: str
     steps: int
     figures: list[tuple[str, str]]  # (name, value)
+    memory_bytes: dict[str, int]  # by component, of all its processes
+    disk_bytes: dict[str, int]  # by kind of output
     warnings: list[str]
     problems: list[str]  # what keeps it from running
 
@@ -27,18 +29,24 @@ class Findings:
 def check(options: Namespace) -> int:
     """Prints the key figures of a case that can run; errors end in Stop(2)."""
     found = findings(options)
-    width = max((len(name) for name, _ in found.figures), default=0) + 2
-    print(f"{options.case}: {found.name}, {found.steps} steps")
-    for name, value in found.figures:
-        print(f"  {name:<{width}}{value}")
-    for warning in found.warnings:
-        print(warning)
-    for problem in found.problems:
-        print(f"error: {problem}")
+    if options.json:
+        print(json.dumps({**asdict(found), "figures": dict(found.figures)}))
+    else:
+        _print(options.case, found)
     if found.problems:
         raise Stop(ExitCode.BAD_CASE)
-    print("ok")
     return ExitCode.FINISHED
+
+
+def _print(file: str, found: Findings) -> None:
+    width = max((len(name) for name, _ in found.figures), default=0) + 2
+    print(f"{file}: {found.name}, {found.steps} steps")
+    for name, value in found.figures:
+        print(f"  {name:<{width}}{value}")
+    for line in [*found.warnings, *(f"error: {problem}" for problem in found.problems)]:
+        print(line)
+    if not found.problems:
+        print("ok")
 
 
 def findings(options: Namespace) -> Findings:
@@ -54,15 +62,22 @@ def findings(options: Namespace) -> Findings:
         memory = estimate.memory_of(plan)
     except Stop as refusal:
         problems.append(refusal.message)
-    rows = [(note["what"], note["value"]) for note in plan.notes]
-    warnings = [*plan.warnings, *estimate.warnings(memory), *_rank_warnings(plan)]
-    for role in sorted(plan.unasked):
-        command = shlex.join(plan.command_of(role) or [])
-        warnings.append(
-            f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
-            f"{command}). Use --start-components if you trust the case."
-        )
-    return Findings(plan.name, plan.steps, rows + _estimate_rows(plan, memory), warnings, problems)
+    warnings = [
+        *plan.warnings,
+        *estimate.warnings(memory),
+        *estimate.disk_warnings(plan, "runs"),
+        *_rank_warnings(plan),
+        *_unasked_warnings(plan),
+    ]
+    return Findings(
+        plan.name,
+        plan.steps,
+        [(note["what"], note["value"]) for note in plan.notes] + _estimate_rows(plan, memory),
+        {part.name: part.total for part in memory},
+        plan.estimate["disk_bytes"],
+        warnings,
+        problems,
+    )
 
 
 def _named_by_case(plan: Plan, options: Namespace) -> frozenset[str]:
@@ -73,21 +88,13 @@ def _named_by_case(plan: Plan, options: Namespace) -> frozenset[str]:
 
 
 def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> list[tuple[str, str]]:
-    """Memory and time of the run."""
+    """Memory, disk and time of the run."""
     rows = []
     if memory:
         parts = ", ".join(part.text() for part in memory)
         rows.append(("memory", f"{sum(part.total for part in memory) / 2**20:.0f} MiB ({parts})"))
-    updates = plan.estimate.get("cell_updates")
-    if updates:
-        precision = plan.case.get("fluid", {}).get("precision", "double")
-        mlups = estimate.remembered(precision, plan.fluid_ranks)
-        of_what = f"{precision} run on {plan.fluid_ranks} rank(s)"
-        if mlups:
-            time = f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last {of_what}"
-        else:
-            time = f"unknown: no {of_what} has finished on this machine yet"
-        rows.append(("time", time))
+    rows.append(("disk", estimate.disk_text(plan)))
+    rows.append(("time", estimate.time_text(plan)))
     return rows
 
 
@@ -98,4 +105,12 @@ def _rank_warnings(plan: Plan) -> list[str]:
     return [
         f"warning: {plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
         f"Use --ranks {cores}."
+    ]
+
+
+def _unasked_warnings(plan: Plan) -> list[str]:
+    return [
+        f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
+        f"{shlex.join(plan.command_of(role) or [])}). Use --start-components if you trust the case."
+        for role in sorted(plan.unasked)
     ]

@@ -4,19 +4,22 @@ import argparse
 import functools
 import importlib
 import math
+import os
 import signal
 import sys
 from collections.abc import Sequence
 from types import FrameType
+from typing import Any
 
 from copepod_run import destinations
-from copepod_run.checkout import called_as
+from copepod_run.checkout import called_as, version
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.messages import say, say_lines, silence
+from copepod_run.messages import Voice, complain, say_lines, silence, speak
 
-_EXIT_CODES = """exit codes: 0 finished, 1 a build, test or conformance check failed, 2 bad case or command line,
-65 refused by the peer, 69 a component was lost, 70 a solver failed, 73 storage failed, 74 deadline passed,
-130/143 stopped by a signal"""
+_EXIT_CODES = """Exit codes:
+  0 finished, 1 a build, test or conformance check failed, 2 bad case or command line,
+  65 refused by the peer, 69 a component was lost, 70 a solver failed, 73 storage failed, 74 deadline passed,
+  130/143 stopped by a signal"""
 
 _TAKES_MORE = {"test": "ctest_arguments", "replay": "component"}  # what follows --
 _KIT_TOOLS = ("conformance", "recording")  # tools with a command line of their own
@@ -30,14 +33,14 @@ def main(arguments: Sequence[str]) -> int:
         sys.stdout.flush()  # a full disk is noticed here, not when Python has ended
         return code
     except KeyboardInterrupt:
-        say("stopped by Ctrl-C.")
+        complain("stopped by Ctrl-C.")
         return ExitCode.INTERRUPTED
     except BrokenPipeError:  # the reader of our results has ended, as in `copepod check … | head`
         _flush_or_silence_stdout()
         return ExitCode.FAILED
     except OSError as problem:
         where = problem.filename or "the output"
-        say(f"{where} cannot be used ({problem.strerror or problem}). {destinations.advice(problem)}")
+        complain(f"{where} cannot be used ({problem.strerror or problem}). {destinations.advice(problem)}")
         _flush_or_silence_stdout()
         return ExitCode.STORAGE_FAILED
 
@@ -45,6 +48,10 @@ def main(arguments: Sequence[str]) -> int:
 def _carry_out(arguments: Sequence[str]) -> int:
     try:
         options = parse(arguments)
+        if getattr(options, "quiet", False):
+            speak(Voice.QUIET)
+        if getattr(options, "progress", "auto") == "json":
+            speak(Voice.JSON)
         module, _, function = options.action.partition(":")
         code: int = getattr(importlib.import_module(module), function)(options)
         return code
@@ -52,7 +59,7 @@ def _carry_out(arguments: Sequence[str]) -> int:
         if stop.errors:
             say_lines(stop.errors)
         if stop.message:
-            say(stop.message)
+            complain(stop.message)
         return stop.code
 
 
@@ -73,10 +80,35 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         return argparse.Namespace(action=f"copepod_command.kit_tools:{arguments[0]}", arguments=arguments[1:])
     place = arguments.index("--") if "--" in arguments else len(arguments)
     behind_dashes = arguments[place + 1 :]
+    parser = make_parser()
+    _complete(parser)
+    options = parser.parse_args(arguments[:place])
+    if behind_dashes and options.command not in _TAKES_MORE:
+        parser.error(f"{options.command} takes nothing after --")
+    if options.command in _TAKES_MORE:
+        setattr(options, _TAKES_MORE[options.command], behind_dashes)
+    return options
+
+
+def _complete(parser: argparse.ArgumentParser) -> None:
+    """Answers a shell that asks how to complete the line, and ends."""
+    if "_ARGCOMPLETE" not in os.environ:
+        return
+    import argcomplete  # only now: nothing else needs it
+
+    argcomplete.autocomplete(parser)
+
+
+def make_parser(prog: str = "") -> argparse.ArgumentParser:
+    """The parser of all commands but for what follows --; `prog`: the name of the command in its texts."""
     parser = argparse.ArgumentParser(
-        prog=called_as(), description="Couples fluids and rigid bodies: one command.", epilog=_EXIT_CODES
+        prog=prog or called_as(),
+        description="Couples fluids and rigid bodies: one command.",
+        epilog=_epilog("run configs/quick/three_sphere.yaml", "run --help"),
+        formatter_class=_Formatter,
     )
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    parser.add_argument("--version", action="version", version=f"copepod {version()}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser)
     _add_run(commands)
     _add_check(commands)
     _add_campaign(commands)
@@ -88,12 +120,39 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     _add_test(commands)
     commands.add_parser("conformance", help="check a component against the protocol")
     _add_setup(commands)
-    options = parser.parse_args(arguments[:place])
-    if behind_dashes and options.command not in _TAKES_MORE:
-        parser.error(f"{options.command} takes nothing after --")
-    if options.command in _TAKES_MORE:
-        setattr(options, _TAKES_MORE[options.command], behind_dashes)
-    return options
+    _add_completion(commands)
+    _add_manual(commands)
+    return parser
+
+
+def _epilog(*examples: str) -> str:
+    """Examples, and how every command ends."""
+    return "Examples:\n" + "".join(f"  {called_as()} {example}\n" for example in examples) + "\n" + _EXIT_CODES
+
+
+class _Formatter(argparse.HelpFormatter):
+    """Wraps texts, and leaves those with line breaks of their own as they are. Headings as manual pages have them."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return text if "\n" in text else super()._fill_text(text, width, indent)
+
+    def add_usage(self, usage: Any, actions: Any, groups: Any, prefix: str | None = None) -> None:
+        super().add_usage(usage, actions, groups, prefix or "Usage: ")
+
+    def start_section(self, heading: str | None) -> None:
+        super().start_section({"positional arguments": "Arguments", "options": "Options"}.get(heading or "", heading))
+
+
+class _CommandParser(argparse.ArgumentParser):
+    """Of one command."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings, formatter_class=_Formatter)
+
+
+def _add_output(parser: argparse.ArgumentParser, what: str) -> None:
+    parser.add_argument("-q", "--quiet", action="store_true", help="only errors on stderr: no progress, no warnings")
+    parser.add_argument("--json", action="store_true", help=f"{what} as JSON on stdout")
 
 
 _Commands = argparse._SubParsersAction  # argparse has no public name for it
@@ -103,7 +162,11 @@ def _add_run(commands: _Commands) -> None:
     parser = commands.add_parser(
         "run",
         help="run a case",
-        epilog=_EXIT_CODES,
+        epilog=_epilog(
+            "run configs/quick/three_sphere.yaml",
+            "run case.yaml --set fluid.relaxation_time=0.8 --ranks 2 --out runs/coarse",
+            "run case.yaml --out runs/coarse --resume",
+        ),
         description="Runs a case: builds what is missing, starts and watches the three processes, and prints the "
         "result table.",
     )
@@ -125,6 +188,7 @@ def _add_run(commands: _Commands) -> None:
         default="auto",
         help="json: one JSON object per line on stderr, for programs; 'event' is its kind (default: auto)",
     )
+    _add_output(parser, "summary.json with the run directory")
     parser.set_defaults(action="copepod_command.run:run")
 
 
@@ -132,7 +196,7 @@ def _add_check(commands: _Commands) -> None:
     parser = commands.add_parser(
         "check",
         help="validate a case without running it",
-        epilog=_EXIT_CODES,
+        epilog=_epilog("check case.yaml", "check case.yaml --set run.steps=1000 --json"),
         description="Checks a case and prints its key figures, estimates and warnings. Nothing that the case names is "
         "started.",
     )
@@ -142,6 +206,7 @@ def _add_check(commands: _Commands) -> None:
         action="store_true",
         help="ask the components that the case names what they can do and need, which starts their commands",
     )
+    _add_output(parser, "figures, estimates, warnings and problems")
     parser.set_defaults(action="copepod_command.check:check")
 
 
@@ -149,7 +214,7 @@ def _add_campaign(commands: _Commands) -> None:
     parser = commands.add_parser(
         "campaign",
         help="run a list of cases, or continue where it stopped",
-        epilog=_EXIT_CODES,
+        epilog=_epilog("campaign configs/paper/all.yaml --jobs 2"),
         description="Runs the remaining cases of a campaign, several at once, and writes one result table. Repeat the "
         "command to continue: finished cases are kept, interrupted ones resume from their checkpoints.",
     )
@@ -161,6 +226,7 @@ def _add_campaign(commands: _Commands) -> None:
         action="store_true",
         help="run cases again that another build of the programs has finished (default: keep and list them)",
     )
+    _add_output(parser, "results.json")
     parser.set_defaults(action="copepod_campaign.campaign:campaign")
 
 
@@ -179,7 +245,7 @@ def _add_report(commands: _Commands) -> None:
     parser = commands.add_parser(
         "report",
         help="tables and plots from run directories",
-        epilog=_EXIT_CODES,
+        epilog=_epilog("report runs/three_sphere", "report runs/coarse runs/fine --out comparison"),
         description="Writes report.html, a page that needs no network, and its plots as PNG.",
     )
     parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory, also of an unfinished run")
@@ -191,7 +257,7 @@ def _add_validate(commands: _Commands) -> None:
     parser = commands.add_parser(
         "validate",
         help="measure the accuracy of the schemes against theory",
-        epilog=_EXIT_CODES,
+        epilog=_epilog("validate --fast", "validate --cases sphere_array --schemes parabolic"),
         description="Runs experiments with a reference for every scheme at the surfaces of bodies, several at once, "
         "and writes accuracy.md with its figures. Runs are kept in runs/validation: repeat the command to continue, or "
         "to make the page of other cases and schemes; only runs of another build are repeated.",
@@ -204,12 +270,13 @@ def _add_validate(commands: _Commands) -> None:
     parser.add_argument("--fluid", type=_command, metavar="CMD", help="command that replaces the fluid service")
     parser.add_argument("--jobs", type=_integer, metavar="N", help="runs at once (default: one per core)")
     parser.add_argument("--out", metavar="FOLDER", help="where to write (default: docs/results of the checkout)")
-    parser.set_defaults(action="copepod_command.validate:validate")
+    parser.set_defaults(action="copepod_command.validate:validate", json=False)
 
 
 def _add_bench(commands: _Commands) -> None:
     parser = commands.add_parser(
         "bench",
+        epilog=_epilog("bench --quick"),
         help="measure this machine",
         description="Measures memory, the fluid alone and coupled runs for a few minutes; prints a table.",
     )
@@ -225,6 +292,7 @@ def _add_bench(commands: _Commands) -> None:
 def _add_replay(commands: _Commands) -> None:
     parser = commands.add_parser(
         "replay",
+        epilog=_epilog("replay runs/quick --body -- ./my_body_component", "replay runs/quick --as fluid"),
         help="replay a recorded run against a component",
         usage=f"{called_as()} replay RUN_DIR (--fluid | --body | --as ROLE) [options] [-- CMD …]",
         description="Replays the coupler of a run recorded with output.wire to a component, the one that CMD starts or "
@@ -248,6 +316,7 @@ def _add_replay(commands: _Commands) -> None:
 def _add_test(commands: _Commands) -> None:
     parser = commands.add_parser(
         "test",
+        epilog=_epilog("test", "test -- -L unit"),
         help="build and run the test suite",
         usage=f"{called_as()} test [-- CTEST ARGS]",
         description="Builds everything and runs ctest; arguments after -- are ctest's, for example: -- -L unit",
@@ -260,6 +329,30 @@ def _add_setup(commands: _Commands) -> None:
     parser.add_argument("--ci", action="store_true", help="also the packages of .ci/run: clang-tidy, black, gcovr, …")
     parser.add_argument("--packages-only", action="store_true", help="do not build")
     parser.set_defaults(action="copepod_command.setup:setup")
+
+
+def _add_completion(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "completion",
+        help="completion of this command for a shell",
+        epilog=_epilog("completion bash > /etc/bash_completion.d/copepod", "completion fish | source"),
+        description="Prints the script with which a shell completes commands, options and files. For one session: "
+        'eval "$(copepod completion bash)".',
+    )
+    parser.add_argument("shell", choices=("bash", "zsh", "fish"))
+    parser.set_defaults(action="copepod_command.documentation:completion")
+
+
+def _add_manual(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "man",
+        help="manual pages",
+        epilog=_epilog("man run", "man --out /usr/local/share/man/man1"),
+        description="Shows the manual page of the command or of one of its subcommands, or writes all of them.",
+    )
+    parser.add_argument("page", nargs="?", metavar="COMMAND", help="subcommand (default: the page of copepod)")
+    parser.add_argument("--out", metavar="FOLDER", help="write copepod.1, copepod-run.1, … there")
+    parser.set_defaults(action="copepod_command.documentation:manual")
 
 
 def _command(text: str) -> str:

@@ -1,5 +1,6 @@
 """`copepod run`: plan, folder, three processes, watching, result; restarts if asked for."""
 
+import json
 import shlex
 from argparse import Namespace
 
@@ -9,7 +10,7 @@ from copepod_run.attempt import Attempt
 from copepod_run.checkout import called_as
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import result_table
-from copepod_run.messages import say, speak_json
+from copepod_run.messages import say
 from copepod_run.outcome import Failure
 from copepod_run.plan import Plan, case_arguments, request_plan
 from copepod_run.run_directory import RunDirectory
@@ -20,8 +21,6 @@ _SIGNALS = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}
 
 def run(options: Namespace) -> int:
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
-    if options.progress == "json":
-        speak_json()
     build.ensure_programs()
     plan = request_plan(options)
     if plan.sweep:
@@ -29,7 +28,8 @@ def run(options: Namespace) -> int:
     plan = components.settled(plan, options)
     for problem in components.problems_of_components(plan, only_replaced=True):
         raise Stop(ExitCode.BAD_CASE, problem)
-    for warning in [*plan.warnings, *estimate.warnings(estimate.memory_of(plan))]:
+    found = [*plan.warnings, *estimate.warnings(estimate.memory_of(plan))]
+    for warning in [*found, *estimate.disk_warnings(plan, options.out or "runs")]:
         say(warning)
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)
@@ -54,8 +54,9 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
                     ExitCode.STORAGE_FAILED,
                     f"{ending.summary} cannot be read (is the disk full?). Free some space and run again.",
                 )
-            estimate.remember(summary)
-            print(result_table(summary, directory.shown), flush=True)
+            estimate.remember(plan, summary)
+            shown = {"directory": directory.shown, **summary} if options.json else None
+            print(json.dumps(shown) if shown else result_table(summary, directory.shown), flush=True)
             return ExitCode.FINISHED
         if ending.failure is None:
             code = ExitCode.INTERRUPTED if ending.signal == 2 else ExitCode.TERMINATED

@@ -13,7 +13,7 @@ from copepod_run import components, progress
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.launcher import Launcher, Process
 from copepod_run.local_launcher import LocalLauncher
-from copepod_run.messages import say
+from copepod_run.messages import complain, say
 from copepod_run.plan import Plan
 from copepod_run.run_directory import RunDirectory
 from copepod_run.scratch import Scratch
@@ -102,7 +102,7 @@ class Attempt:
                     process.send(ending.signal)
             watch.wait_for_coupler(_COUPLER_PATIENCE_S, _CHECKPOINT_PATIENCE_S)
         if left := launcher.end_all():
-            say(
+            complain(
                 f"{left} process(es) of the run could not be ended (they hang in the kernel, perhaps on a network disk "
                 "that does not answer). Find them with: ps -eo pid,stat,args"
             )

@@ -2,11 +2,18 @@
 
 import hashlib
 import os
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build"
 PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
+
+
+def version() -> str:
+    """Of this checkout, as «1.0.0»; the build has it from the same place."""
+    found = re.search(r"^project\(copepod VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)
+    return found[1] if found else "unknown"
 
 
 def chosen_programs() -> Path | None:

@@ -1,19 +1,24 @@
-"""What a run will need: memory, as its components estimate it, and time, at the speed that this machine has shown."""
+"""What a run will need: memory, as its components estimate it; disk; time, at the speed that this machine has shown."""
 
 import json
 import os
+import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from copepod_run import components
 from copepod_run.checkout import BUILD, chosen_programs
 from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan
 
 _SPEEDS = BUILD / "measured_speed.json"
 _ANSWER_WITHIN_S = 60
+_UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
+_GROWTH = {"stokes": 2}  # of the cost of a step, power of the number of bodies
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,34 @@ def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Mem
     )
 
 
+def size_text(size_bytes: float) -> str:
+    """«1.2 MB», «460 GB»."""
+    unit, name = next((unit, name) for unit, name in _UNITS if size_bytes >= 0.9995 * unit or unit == 1e3)
+    return f"{size_bytes / unit:.3g} {name}"
+
+
+def disk_text(plan: Plan) -> str:
+    """What the run writes: «56 MB (fields 36 MB, trajectory 1.2 MB, checkpoints 19 MB)»."""
+    parts = plan.estimate["disk_bytes"]
+    shown = ", ".join(f"{name} {size_text(part)}" for name, part in parts.items() if part)
+    return f"{size_text(sum(parts.values()))} ({shown})"
+
+
+def disk_warnings(plan: Plan, folder: str) -> list[str]:
+    """If what the run writes does not fit where `folder` is or will be made."""
+    needed = sum(plan.estimate["disk_bytes"].values())
+    place = Path(folder).absolute()
+    while not place.exists():
+        place = place.parent
+    free = shutil.disk_usage(place).free
+    if needed <= free:
+        return []
+    return [
+        f"warning: the run writes about {disk_text(plan)}, and {size_text(free)} are free in {place}. Write fewer "
+        "fields (output.fields) or samples (output.trajectory), or choose --out on another disk."
+    ]
+
+
 def warnings(memory: Sequence[Memory]) -> list[str]:
     """What the components remark, and what this machine cannot provide."""
     found = [f"warning: {part.name}: {part.warning}" for part in memory if part.warning]
@@ -87,22 +120,41 @@ def warnings(memory: Sequence[Memory]) -> list[str]:
     return found
 
 
-def remember(summary: Mapping[str, Any]) -> None:
-    """Keeps MLUPS by precision and ranks of a finished run."""
-    mlups = summary.get("mlups")
-    if not mlups:
-        return
+def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
+    """Keeps the speed of a finished run: MLUPS by precision and ranks, or seconds per step by solver and bodies."""
     speeds = _read_speeds()
-    speeds.setdefault(summary.get("precision", ""), {})[str(summary.get("ranks", 1))] = mlups
+    if summary.get("mlups"):
+        speeds.setdefault(summary.get("precision", ""), {})[str(summary.get("ranks", 1))] = summary["mlups"]
+    elif summary.get("wall_s") and not summary.get("resumed_from_step"):
+        seconds = summary["wall_s"] / plan.steps
+        speeds[_solver_of(plan)] = {str(plan.estimate.get("bodies", 1)): seconds}  # of the latest run only
     try:
         _SPEEDS.write_text(json.dumps(speeds, indent=2) + "\n")
     except OSError:  # a read-only checkout; only an estimate is lost
         pass
 
 
-def remembered(precision: str, ranks: int) -> float | None:
-    """MLUPS of the last run with this precision and number of ranks."""
-    return _read_speeds().get(precision, {}).get(str(ranks))
+def time_text(plan: Plan) -> str:
+    """How long a run will take, as far as this machine has shown it."""
+    updates = plan.estimate.get("cell_updates")
+    if updates:
+        precision = plan.case.get("fluid", {}).get("precision", "double")
+        of_what = f"{precision} run on {plan.fluid_ranks} rank(s)"
+        mlups = _read_speeds().get(precision, {}).get(str(plan.fluid_ranks))
+        if mlups:
+            return f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last {of_what}"
+    else:
+        of_what = f"run with {_solver_of(plan)} fluid"
+        for bodies, seconds in _read_speeds().get(_solver_of(plan), {}).items():
+            growth = (plan.estimate.get("bodies", 1) / int(bodies)) ** _GROWTH.get(_solver_of(plan), 1)
+            time = elapsed_text(plan.steps * seconds * growth)
+            return f"about {time}, from the last {of_what}, which had {bodies} bodies"
+    return f"unknown: no {of_what} has finished on this machine yet"
+
+
+def _solver_of(plan: Plan) -> str:
+    solver: str = plan.case.get("fluid", {}).get("solver", "other")
+    return solver
 
 
 def _read_speeds() -> dict[str, dict[str, float]]:

@@ -1,5 +1,6 @@
 """What the command writes to the terminal: lines for people or JSON, and one line per stage of the preparation."""
 
+import enum
 import io
 import json
 import locale
@@ -83,23 +84,41 @@ def silence(stream: TextIO) -> None:
     os.close(nowhere)
 
 
-_speaks_json = False
+class Voice(enum.Enum):
+    """How the command talks on stderr."""
+
+    LINES = "lines for people"
+    JSON = "one JSON object per line"
+    QUIET = "errors only"
 
 
-def speak_json() -> None:
-    """From now on every line on stderr is a JSON object: {"event": "notice", "text": …}."""
-    global _speaks_json
-    _speaks_json = True
+_voice = Voice.LINES
+
+
+def speak(voice: Voice) -> None:
+    """From now on in this way; as JSON, a line is {"event": "notice", "text": …}."""
+    global _voice
+    _voice = voice
+
+
+def is_quiet() -> bool:
+    return _voice is Voice.QUIET
 
 
 def say(text: str) -> None:
     """A line of the command's own on stderr."""
+    if not is_quiet():
+        complain(text)
+
+
+def complain(text: str) -> None:
+    """A line that a user who wants quiet needs, too: why the command ends."""
     say_lines(f"copepod: {text}\n")
 
 
 def say_lines(text: str) -> None:
     """Lines of another program on stderr."""
-    if _speaks_json:
+    if _voice is Voice.JSON:
         text = "".join(notice(line.removeprefix("copepod: ")) for line in text.splitlines())
     write(sys.stderr, text)
 
@@ -114,12 +133,12 @@ class Stage:
 
     def __init__(self, text: str) -> None:
         self._text = text
-        self._terminal = sys.stderr.isatty() and not _speaks_json
+        self._terminal = sys.stderr.isatty() and _voice is Voice.LINES
 
     def __enter__(self) -> "Stage":
         self._start = time.monotonic()
         self._next_update = self._start + UPDATE_EVERY_S
-        if _speaks_json:
+        if _voice is not Voice.LINES:
             say(f"{self._text} …")
         else:
             self._write(f"copepod: {self._text} … ")
@@ -133,7 +152,7 @@ class Stage:
             redraw(sys.stderr, f"copepod: {self._text} … {progress} ")
         elif now >= self._next_update:
             self._next_update = now + UPDATE_EVERY_S
-            if _speaks_json:
+            if _voice is not Voice.LINES:
                 say(f"{self._text} … {progress}")
             else:
                 self._write(f"{progress} … ")
@@ -146,7 +165,7 @@ class Stage:
     ) -> None:
         outcome = "" if exception_type is None else "failed after "
         ending = f"{outcome}{elapsed_text(time.monotonic() - self._start)}"
-        if _speaks_json:
+        if _voice is not Voice.LINES:
             say(f"{self._text} … {ending}")
         elif self._terminal:
             redraw(sys.stderr, f"copepod: {self._text} … {ending}", "\n")

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any, TextIO
 
-from copepod_run.messages import notice, redraw, write
+from copepod_run.messages import is_quiet, notice, redraw, write
 
 Event = dict[str, Any]
 
@@ -42,6 +42,8 @@ class EventReader:
 
 def for_stream(stream: TextIO, cells: int) -> "Progress":
     """The display that suits `stream`; `cells` is the number of cells per step, for the speed in MLUPS."""
+    if is_quiet():
+        return NoProgress()
     return (TerminalProgress if redraws(stream) else PlainProgress)(stream, cells)
 
 
@@ -56,6 +58,22 @@ def width_of(stream: TextIO) -> int:
         return os.get_terminal_size(stream.fileno()).columns - 1
     except OSError:
         return 79
+
+
+class NoProgress:
+    """For a user who wants quiet."""
+
+    def phase(self, name: str) -> None:
+        ...
+
+    def step(self, event: Event) -> None:
+        ...
+
+    def notice(self, text: str) -> None:
+        ...
+
+    def close(self) -> None:
+        ...
 
 
 class EventProgress:
@@ -181,4 +199,4 @@ class TerminalProgress:
         redraw(self._stream, text[: width_of(self._stream)])
 
 
-Progress = EventProgress | PlainProgress | TerminalProgress  # a display of one run
+Progress = NoProgress | EventProgress | PlainProgress | TerminalProgress  # a display of one run

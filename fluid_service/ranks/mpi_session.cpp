@@ -14,8 +14,8 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr unsigned farewell_s = 10;     ///< time for rank 0 to report a failure to the coupler
-constexpr unsigned last_resort_s = 15;  ///< a rank that hangs must not keep the others from ending for longer
+constexpr unsigned rank_0_reports_s = 10;  ///< time for rank 0 to report a failure to the coupler
+constexpr unsigned last_resort_s = 15;     ///< a rank that hangs must not keep the others from ending for longer
 
 /// Dies with mpirun: it starts the ranks of its machine itself, and kill -9 leaves it no time to stop them.
 void die_with_parent() {
@@ -42,7 +42,7 @@ MpiSession::~MpiSession() {
   alarm(last_resort_s);
   if (communicator_->broken()) {
     // Rank 0 has reported the cause to the coupler before this point; the others leave it the time to do so.
-    if (communicator_->rank() != 0) sleep(farewell_s);
+    if (communicator_->rank() != 0) sleep(rank_0_reports_s);
     MPI_Abort(MPI_COMM_WORLD, exit_code_);
   }
   communicator_.reset();

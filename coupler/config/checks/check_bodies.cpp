@@ -5,6 +5,7 @@
 #include "config/checks/checks.hpp"
 #include "config/checks/geometry.hpp"
 #include "config/sections/case.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -47,6 +48,19 @@ void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const Bod
     problems.warning(path, "body '" + body.name + "' is less than one cell from the " + axis +
                                " face (no fluid cell in between: its forces will be wrong). Move it away, or write "
                                "lubrication: {cut_off_cells: auto}.");
+  }
+}
+
+void check_resolution(const FluidCase& fluid, const BodySpecification& body, const std::string& path,
+                      Problems& problems) {
+  const double radius_cells = body.shape.radius_m / fluid.cell_size_m;
+  const std::string found = "body '" + body.name + "' has a radius of " + rounded_text(radius_cells) + " cells (";
+  if (radius_cells < 0.1) {
+    problems.error(path, found + "no cell lies in it). Is one of radius_m, " + length_text(body.shape.radius_m) +
+                             ", and fluid.cell_size_m, " + length_text(fluid.cell_size_m) +
+                             ", a slip? Use at least four cells per radius.");
+  } else if (radius_cells < 2.0) {
+    problems.warning(path, found + "its shape is not resolved). Use smaller cells: four per radius are usual.");
   }
 }
 
@@ -153,11 +167,7 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
   const bool bounded = fluid.solver == FluidSolverChoice::lattice_boltzmann;
   for (std::size_t i = 0; i < assembly.bodies.size() && bounded; ++i) {
     check_in_domain(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
-    if (assembly.bodies[i].shape.radius_m < 2.0 * fluid.cell_size_m) {
-      problems.warning(assembly.body_paths[i], "body '" + assembly.bodies[i].name +
-                                                   "' has a radius of less than two cells (its shape is not resolved). "
-                                                   "Use smaller cells.");
-    }
+    check_resolution(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
   }
   check_overlaps(fluid, assembly, problems);
 }

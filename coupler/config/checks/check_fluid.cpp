@@ -1,5 +1,6 @@
 #include "config/checks/checks.hpp"
 #include "config/sections/case.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -7,6 +7,7 @@
 #include "config/checks/checks.hpp"
 #include "config/checks/geometry.hpp"
 #include "config/sections/case.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 namespace {

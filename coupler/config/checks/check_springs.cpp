@@ -10,6 +10,7 @@
 #include "config/checks/geometry.hpp"
 #include "config/checks/spring_stability.hpp"
 #include "config/sections/case.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -99,7 +100,7 @@ std::vector<Signal::Point> read_table_file(Reader& signal, double step_s) {
     }
     const double time_steps = *time_s / step_s;
     if (!table.empty() && !(time_steps > table.back().time_steps)) {
-      report_row("time " + shortest_text(*time_s) +
+      report_row("time " + rounded_text(*time_s) +
                  " s does not follow that of the row before (times must increase). "
                  "Sort the rows.");
       return {};
@@ -124,7 +125,7 @@ std::vector<Signal::Point> read_table_lists(Reader& signal) {
   std::vector<Signal::Point> table;
   for (Eigen::Index row = 0; row < times.size(); ++row) {
     if (row > 0 && !(times[row] > times[row - 1])) {
-      signal.reject("times_steps", "contains " + shortest_text(times[row]) + " after " + shortest_text(times[row - 1]) +
+      signal.reject("times_steps", "contains " + rounded_text(times[row]) + " after " + rounded_text(times[row - 1]) +
                                        " (times must increase). Sort the rows.");
       return {};
     }

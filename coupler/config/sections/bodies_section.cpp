@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 

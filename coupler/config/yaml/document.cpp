@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
+#include <regex>
 #include <sstream>
 
 #include "config/yaml/yaml_text.hpp"
@@ -49,6 +50,12 @@ std::string as_text(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
   return text;
+}
+
+/// What warnings of one kind have in common: their text without quoted names, numbers and the place.
+std::string kind_of(const std::string& message) {
+  static const std::regex particulars("'[^']*'|[0-9][-+.e0-9]*");
+  return std::regex_replace(message, particulars, "#");
 }
 
 bool at_or_below(const std::string& path, const std::string& top) { return path == top || path.starts_with(top + "."); }
@@ -186,7 +193,19 @@ void Problems::error_at(const Origin& origin, const std::string& path, const std
 }
 
 void Problems::warning(const std::string& path, const std::string& message) {
-  warnings_.push_back(to_string(document_.locate(path)) + ": warning: " + message);
+  const auto [kind, is_new] = kinds_.emplace(kind_of(message), warnings_.size());
+  if (is_new)
+    warnings_.push_back({to_string(document_.locate(path)) + ": warning: " + message, 0});
+  else
+    ++warnings_[kind->second].others;
+}
+
+std::vector<std::string> Problems::warnings() const {
+  std::vector<std::string> lines;
+  for (const Warning& warning : warnings_)
+    lines.push_back(warning.line +
+                    (warning.others == 0 ? "" : " (" + std::to_string(warning.others) + " more of this kind.)"));
+  return lines;
 }
 
 bool Problems::any_under(const std::string& path) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -55,12 +56,13 @@ class Problems {
   /// @param message  "problem (why). What to do."
   void error(const std::string& path, const std::string& message);
   void error_at(const Origin& origin, const std::string& path, const std::string& message);
+  /// The first of several that differ in names and numbers only stands for all of them.
   void warning(const std::string& path, const std::string& message);
 
   /// Whether an error was found at or below `path`; checks that build on a section look here first.
   [[nodiscard]] bool any_under(const std::string& path) const;
   [[nodiscard]] bool any() const { return !errors_.empty(); }
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+  [[nodiscard]] std::vector<std::string> warnings() const;
 
   /// @throws CaseInvalid if there is any error; lines in the order of the file
   void throw_if_any() const;
@@ -73,7 +75,12 @@ class Problems {
   };
   const Document& document_;
   std::vector<Entry> errors_;
-  std::vector<std::string> warnings_;
+  struct Warning {
+    std::string line;
+    std::size_t others;  ///< of its kind
+  };
+  std::vector<Warning> warnings_;
+  std::map<std::string, std::size_t> kinds_;  ///< where the warning of a kind is
 };
 
 }  // namespace copepod::coupler

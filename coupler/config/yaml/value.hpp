@@ -48,10 +48,6 @@ struct Value::Entry {
 /// Shortest decimal text that reads back to the same bits.
 std::string shortest_text(double number);
 
-// Numbers in messages: four significant digits.
-std::string rounded_text(double number);
-std::string length_text(double length_m);  ///< with a unit in which it is readable: "1.5 µm"
-
 /// Every scalar becomes a string: what it means depends on the key.
 nlohmann::ordered_json to_json(const Value& value);
 

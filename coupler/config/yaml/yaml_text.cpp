@@ -16,6 +16,9 @@ constexpr std::size_t most_values = 2'000'000;
 /// An anchor around its own alias is a tree without end.
 constexpr int most_levels = 64;
 
+/// Of YAML 1.1: `<<: *anchor` adds the entries of another mapping that this one does not have.
+constexpr const char* merge_key = "<<";
+
 class Conversion {
  public:
   Conversion(std::string source, LineNumbers lines) : source_(std::move(source)), lines_(lines) {}
@@ -81,8 +84,24 @@ class Conversion {
                                           "' appears twice in one section (only one can count). "
                                           "Remove one of them.");
       }
-      value.entries.push_back({key, key_origin, convert(pair.second)});
+      if (key != merge_key) value.entries.push_back({key, key_origin, convert(pair.second)});
     }
+    if (const YAML::Node merged = node[merge_key]) merge(convert(merged), value);
+  }
+
+  /// Adds the entries of a mapping, or of each of a list of mappings, that `value` does not have yet.
+  static void merge(Value merged, Value& value) {
+    if (merged.kind == Value::Kind::sequence) {
+      for (Value& item : merged.items) merge(std::move(item), value);
+      return;
+    }
+    if (merged.kind != Value::Kind::mapping) {
+      throw CaseInvalid(merged.origin,
+                        "`<<` merges something that is no mapping (it adds the keys of another section). Write "
+                        "`<<: *anchor`, or `<<: [*one, *two]`.");
+    }
+    for (Value::Entry& entry : merged.entries)
+      if (value.find(entry.key) == nullptr) value.entries.push_back(std::move(entry));
   }
 
   std::string source_;

@@ -100,7 +100,7 @@ TEST_F(Program, EndsARunWhoseBodiesLeaveTheirPlaces) {
   EXPECT_EQ(failure["step"], 700);
   const auto reason = failure["reason"].get<std::string>();
   EXPECT_NE(reason.find("In step 700 body 'swimmer.B2' moved by "), std::string::npos) << reason;
-  EXPECT_NE(reason.find("more than its radius of 4e-06 m"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("more than its radius of 4 µm"), std::string::npos) << reason;
 }
 
 TEST_F(Program, RecordsInTheProvenanceWhatAComponentNeglects) {

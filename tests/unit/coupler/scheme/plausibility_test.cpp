@@ -62,7 +62,7 @@ TEST_F(PlausibilityTest, BlamesTheBodyComponentForALeapAndNamesBodyStepAndDistan
   EXPECT_EQ(failure.code, ExitCode::solver_failed);
   EXPECT_EQ(failure.component, "body");
   EXPECT_EQ(failure.step, 1234);
-  EXPECT_NE(failure.reason.find("In step 1234 body 'second' moved by 5e-06 m (more than its radius of 4e-06 m)"),
+  EXPECT_NE(failure.reason.find("In step 1234 body 'second' moved by 5 µm (more than its radius of 4 µm)"),
             std::string::npos)
       << failure.reason;
 }
@@ -71,12 +71,12 @@ TEST_F(PlausibilityTest, EndsWhereABodyLeavesTheDomain) {
   before.position_m(0, 0) = 1e-6;
   after.position_m(0, 0) = -1e-6;
   const std::string reason = report().reason;
-  EXPECT_NE(reason.find("'first' left the domain: x = -1e-06 m (the domain ends at 0 and 4e-05 m)"), std::string::npos)
+  EXPECT_NE(reason.find("'first' left the domain: x = -1 µm (the domain ends at 0 and 40 µm)"), std::string::npos)
       << reason;
   after.position_m(0, 0) = 1e-6;
   before.position_m(1, 0) = 39e-6;
   after.position_m(1, 0) = 41e-6;
-  EXPECT_NE(report().reason.find("y = 4.1e-05 m"), std::string::npos) << report().reason;
+  EXPECT_NE(report().reason.find("y = 41 µm"), std::string::npos) << report().reason;
 }
 
 TEST_F(PlausibilityTest, LetsBodiesCrossPeriodicFacesFoldedBackOrNot) {

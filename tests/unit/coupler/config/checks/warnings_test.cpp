@@ -26,7 +26,7 @@ const std::vector<Doubtful> doubtful_cases{
     {"beads_close_together",
      {"swimmers.0.rest_gap_m=[0.5e-6, 8.0e-6]", "lubrication.cut_off_cells=none"},
      "less than one cell apart"},
-    {"bead_of_a_cell", {"swimmers.0.beads.1.radius_m=1.0e-6"}, "less than two cells"},
+    {"bead_of_a_cell", {"swimmers.0.beads.1.radius_m=1.0e-6"}, "a radius of 1 cells"},
     {"strong_stroke", {"swimmers.0.stroke.amplitude_N=2.0e-3", "fluid.collision=trt"}, "compressibility shows"},
     {"pressure_of_some_per_cent", {"fluid.boundaries={z: {high: {pressure_Pa: 5.0e7}}}"}, "volume fluxes will differ"},
     {"long_stroke", {"swimmers.0.stroke.amplitude_N=3.0e-4"}, "more than the gap between them"},

@@ -79,6 +79,44 @@ TEST(Document, RejectsWhatIsNoMapping) {
   EXPECT_THROW(Document::load("/tmp", {}), CaseInvalid);
 }
 
+TEST(YamlText, MergesTheKeysOfOtherSections) {
+  const std::string anchors = "case: x\nbead: &bead {radius_m: 1, mass_kg: 2}\nheavy: &heavy {mass_kg: 3, name: h}\n";
+  const Document document = Document::parse(anchors +
+                                                "one: {mass_kg: 4, <<: *bead}\n"
+                                                "two:\n  <<: [*heavy, *bead]\n  name: t\n",
+                                            "x.yaml", {});
+  const auto text_of = [&](const char* section, const char* key) {
+    const Value* value = document.root().find(section)->find(key);
+    return value == nullptr ? "" : value->text;
+  };
+  EXPECT_EQ(text_of("one", "mass_kg"), "4");
+  EXPECT_EQ(text_of("one", "radius_m"), "1");
+  EXPECT_EQ(document.root().find("one")->entries.size(), 2U);
+  EXPECT_EQ(text_of("two", "name"), "t");
+  EXPECT_EQ(text_of("two", "mass_kg"), "3");
+  EXPECT_EQ(text_of("two", "radius_m"), "1");
+  EXPECT_EQ(document.locate("two.radius_m").line, 2);
+  EXPECT_EQ(document.root().find("one")->find("<<"), nullptr);
+}
+
+TEST(YamlText, RefusesToMergeWhatIsNoMapping) {
+  EXPECT_THROW(parse_yaml("a: {<<: 5}", "x.yaml", LineNumbers::kept), CaseInvalid);
+  EXPECT_THROW(parse_yaml("b: &b [1]\na: {<<: *b}", "x.yaml", LineNumbers::kept), CaseInvalid);
+}
+
+TEST(Problems, WarnsOnceOfEachKindAndCountsTheOthers) {
+  const Document document = Document::parse(text, "x.yaml", {});
+  Problems problems(document);
+  problems.warning("bodies.0", "body 'one' is 1.5e-6 m wide (too wide). Cut it.");
+  problems.warning("run.steps", "run.steps is 10 (few). Use more.");
+  problems.warning("bodies.1", "body 'two' is 3 m wide (too wide). Cut it.");
+  problems.warning("bodies.1", "body 'two' is 4 m wide (too wide). Cut it.");
+  const std::vector<std::string> lines = problems.warnings();
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0], "x.yaml:3: warning: body 'one' is 1.5e-6 m wide (too wide). Cut it. (2 more of this kind.)");
+  EXPECT_EQ(lines[1], "x.yaml:8: warning: run.steps is 10 (few). Use more.");
+}
+
 TEST(YamlText, StopsAliasesThatMultiply) {
   std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 9; ++i) {

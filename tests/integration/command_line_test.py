@@ -1,0 +1,91 @@
+"""What people expect of a command: its version, quiet, JSON, completion, manual pages, estimates."""
+
+import json
+import os
+import subprocess
+import unittest
+
+from copepod_session import COMMAND, ROOT, TinyRunTest
+
+
+class CommandLine(TinyRunTest):
+    def ended(self, *arguments, code=0, environment=()):
+        session = self.start(*arguments, environment=environment)
+        self.assert_ends(session, code)
+        return "".join(session.stdout), "".join(session.stderr)
+
+    def test_the_version_is_that_of_the_build(self):
+        stdout, _ = self.ended("--version")
+        cmake = (ROOT / "CMakeLists.txt").read_text()
+        self.assertIn(f"project(copepod VERSION {stdout.split()[1]} ", cmake)
+
+    def test_a_quiet_run_writes_its_result_and_nothing_else(self):
+        stdout, stderr = self.ended("run", self.case(steps=5), "-q", "--out", "run")
+        self.assertEqual(stderr, "")
+        self.assertIn("tiny", stdout)
+
+    def test_a_quiet_command_says_why_it_fails(self):
+        self.case(steps=5)
+        (self.folder / "run").mkdir()
+        (self.folder / "run" / "file").touch()
+        _, stderr = self.ended("run", "case.yaml", "-q", "--out", "run", code=2)
+        self.assertIn("run exists already", stderr)
+
+    def test_results_come_as_json_on_stdout(self):
+        stdout, _ = self.ended("run", self.case(steps=5), "--json", "--out", "run")
+        summary = json.loads(stdout)
+        self.assertEqual((summary["directory"], summary["status"]), ("run", "finished"))
+        stdout, _ = self.ended("check", "case.yaml", "--json")
+        checked = json.loads(stdout)
+        self.assertEqual((checked["name"], checked["problems"]), ("tiny", []))
+        (self.folder / "one.json").write_text((self.folder / "case.yaml").read_text())
+        (self.folder / "two.json").write_text(json.dumps({"name": "two", "cases": ["one"]}))
+        stdout, _ = self.ended("campaign", "two.json", "--json")
+        self.assertEqual([case["state"] for case in json.loads(stdout)["cases"]], ["done"])
+
+    def test_check_warns_of_a_disk_that_is_too_small(self):
+        stdout, _ = self.ended("check", self.case(steps=5, field_bytes=10**18), "--json")
+        checked = json.loads(stdout)
+        self.assertEqual(checked["disk_bytes"]["fields"], 10**18)
+        self.assertIn("the run writes about 1e+06 TB", checked["warnings"][0])
+        _, stderr = self.ended("run", "case.yaml", "--out", "run")
+        self.assertIn("the run writes about 1e+06 TB", stderr)
+        stdout, _ = self.ended("check", self.case(steps=5), "--json")
+        self.assertEqual(json.loads(stdout)["warnings"], [])
+
+    def completed(self, shell_line):
+        """What bash offers for a line that is being typed."""
+        script = (
+            f'source <("{COMMAND}" completion bash)\n'
+            f'COMP_LINE="{shell_line}" COMP_POINT={len(shell_line)} COMP_TYPE=9 COMP_KEY=9\n'
+            f'_python_argcomplete "{COMMAND}"\nprintf "%s\\n" "${{COMPREPLY[@]}}"'
+        )
+        answer = subprocess.run(["bash", "-c", script], stdout=subprocess.PIPE, text=True, check=True, timeout=60)
+        return [word.strip() for word in answer.stdout.split("\n") if word.strip()]
+
+    def test_bash_completes_commands_and_options(self):
+        self.assertEqual(self.completed("copepod ca"), ["campaign"])
+        self.assertEqual(set(self.completed("copepod run --res")), {"--restarts", "--resume"})
+        self.assertEqual(self.completed("copepod run --progress "), ["auto", "json"])
+
+    def test_other_shells_have_a_script(self):
+        self.assertIn("bashcompinit", self.ended("completion", "zsh")[0])
+        self.assertIn("complete", self.ended("completion", "fish")[0])
+
+    def test_every_command_has_a_manual_page_with_its_options_and_examples(self):
+        self.ended("man", "--out", "pages")
+        pages = {path.name: path.read_text() for path in (self.folder / "pages").iterdir()}
+        help_text, _ = self.ended("--help")
+        commands = [line.split()[0] for line in help_text.splitlines() if line.startswith("    ") and line[4] != " "]
+        self.assertIn("run", commands)
+        self.assertEqual(set(pages), {"copepod.1", *(f"copepod-{command}.1" for command in commands)})
+        self.assertIn("\\-\\-resume", pages["copepod-run.1"])
+        self.assertIn("copepod run configs/quick/three_sphere.yaml", pages["copepod-run.1"])
+        shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), ("PATH", os.environ["PATH"])])
+        self.assertIn("--resume", shown.replace("\u2010", "-"))
+        _, stderr = self.ended("man", "walk", code=2)
+        self.assertIn("there is no command «walk»", stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
