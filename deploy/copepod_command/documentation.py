@@ -1,4 +1,4 @@
-"""`copepod completion` and `copepod man`: what shells and readers know of the command line."""
+"""`copepod completion` and `copepod man`: the command line for shells and for readers."""
 
 import argparse
 import os
@@ -21,7 +21,7 @@ _PROGRAM = """#!/bin/sh
 
 
 def completion(options: Namespace) -> int:
-    """Prints the script for a shell; it asks the command itself, so it completes what this version knows."""
+    """Prints the script for a shell; it runs the command itself, so it completes the options of this version."""
     packages.ensure(("python3-argcomplete",))
     import argcomplete
 
@@ -72,4 +72,4 @@ def _page(name: str, summary: str) -> str:
             text=True,
             check=True,
         )
-    return made.stdout.replace("Usage: ", "", 1)  # the heading says so
+    return made.stdout.replace("Usage: ", "", 1)  # the heading is enough

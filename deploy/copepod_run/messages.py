@@ -112,7 +112,7 @@ def say(text: str) -> None:
 
 
 def complain(text: str) -> None:
-    """A line that a user who wants quiet needs, too: why the command ends."""
+    """A line that is written in quiet mode, too: why the command ends."""
     say_lines(f"copepod: {text}\n")
 
 

@@ -61,7 +61,7 @@ def width_of(stream: TextIO) -> int:
 
 
 class NoProgress:
-    """For a user who wants quiet."""
+    """Of quiet mode."""
 
     def phase(self, name: str) -> None:
         ...

@@ -97,7 +97,7 @@ class Conversion {
     }
     if (merged.kind != Value::Kind::mapping) {
       throw CaseInvalid(merged.origin,
-                        "`<<` merges something that is no mapping (it adds the keys of another section). Write "
+                        "`<<` does not merge a mapping (it adds the keys of another section). Write "
                         "`<<: *anchor`, or `<<: [*one, *two]`.");
     }
     for (Value::Entry& entry : merged.entries)
