@@ -19,13 +19,12 @@ from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import Plan, request_campaign
 from copepod_run.run_directory import RunDirectory, folder_name
 from copepod_run.signals import SignalRecorder
-from copepod_run.messages import say
+from copepod_run.messages import report, say
 
 
 _NOT_FOR_SWEEPS = {
     "resume": "the same command again continues where it stopped",
     "restarts": f"a member is started again up to {RESTARTS} times by itself",
-    "progress": "several members run at once",
 }
 
 
@@ -43,7 +42,7 @@ def run_sweep(options: Namespace, plan: Plan) -> int:
         if getattr(options, name) is not None:
             raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
     for name, reason in _NOT_FOR_SWEEPS.items():
-        if getattr(options, name) not in (False, 0, "auto"):
+        if getattr(options, name) not in (False, 0):
             raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps ({reason}). Leave it out.")
     item = {"name": plan.name, "file": options.case, "set": options.set}
     settings = "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
@@ -70,6 +69,7 @@ def run_items(
     with ExitStack() as stack:
         directory = RunDirectory(folder)
         stack.callback(directory.close)
+        report("directory", path=str(directory.path), holds="campaign")
         own_programs = programs.keep_copy(folder)
         entries = [entry for item in items for entry in entries_of(item, folder, own_programs.build)]
         for entry in entries:

@@ -8,7 +8,7 @@ from typing import TextIO
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.pool import Pool
 from copepod_run.progress import clock_text, redraws, width_of
-from copepod_run.messages import elapsed_text, is_quiet, redraw, write
+from copepod_run.messages import elapsed_text, is_quiet, redraw, report, say, speaks_json, write
 
 _LINE_EVERY_S = 60.0
 
@@ -16,6 +16,8 @@ _LINE_EVERY_S = 60.0
 def for_stderr(name: str, pool: Pool) -> "PlainDisplay":
     if is_quiet():
         return QuietDisplay(sys.stderr, name, pool)
+    if speaks_json():
+        return EventDisplay(sys.stderr, name, pool)
     return (TerminalDisplay if redraws(sys.stderr) else PlainDisplay)(sys.stderr, name, pool)
 
 
@@ -70,6 +72,22 @@ class QuietDisplay(PlainDisplay):
     def ended(self, entry: Entry) -> None:
         if entry.state is State.FAILED:
             super().notice(f"{entry.name}: failed. {entry.remark}")
+
+
+class EventDisplay(PlainDisplay):
+    """The same as JSON lines, for a program that shows them in its own way; step and steps count cases."""
+
+    def notice(self, text: str) -> None:
+        say(text)
+
+    def draw(self) -> None:
+        entries = self._pool.entries
+        done = sum(entry.state is State.DONE for entry in entries)
+        share, remaining_s = self._pool.share(), self._pool.remaining_s()
+        report("progress", step=done, steps=len(entries), share=share, remaining_s=remaining_s)
+
+    def close(self) -> None:
+        self.draw()
 
 
 class TerminalDisplay(PlainDisplay):

@@ -1,4 +1,4 @@
-"""`copepod conformance`, `recording` and `replay`: build what is missing, then start the tools of the component kit."""
+"""`copepod conformance`, `recording`, `replay` and `python`: build what is missing, then start these tools."""
 
 import os
 import shlex
@@ -8,13 +8,21 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-from copepod_run import build, components
+from copepod_run import build, components, packages
+from copepod_run.checkout import ROOT
 from copepod_run.cleanup import MARK
 from copepod_run.plan import plan_of
 from copepod_run.scratch import GuardedFolder, guarded_folder
 
 _CONFORMANCE = (sys.executable, "-P", "-m", "copepod_conformance")
 _RECORDING = (sys.executable, "-P", "-m", "copepod_recording")
+
+
+def python(options: Namespace) -> int:
+    """Becomes Debian's Python with the same arguments, in which `import copepod` works."""
+    packages.ensure(packages.PYTHON)
+    path = os.pathsep.join([str(ROOT / "python"), os.environ["PYTHONPATH"]])
+    os.execve(sys.executable, [sys.executable, *options.arguments], {**os.environ, "PYTHONPATH": path})
 
 
 def conformance(options: Namespace) -> int:

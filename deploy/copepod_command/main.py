@@ -22,7 +22,7 @@ _EXIT_CODES = """Exit codes:
   130/143 stopped by a signal"""
 
 _TAKES_MORE = {"test": "ctest_arguments", "replay": "component"}  # what follows --
-_KIT_TOOLS = ("conformance", "recording")  # tools with a command line of their own
+_KIT_TOOLS = ("conformance", "recording", "python")  # tools with a command line of their own
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -116,6 +116,7 @@ def make_parser(prog: str = "") -> argparse.ArgumentParser:
     _add_validate(commands)
     _add_bench(commands)
     _add_replay(commands)
+    commands.add_parser("python", help="run Python, or a script, with `import copepod`")
     commands.add_parser("recording", help="list, count or draw what a run recorded")
     _add_test(commands)
     commands.add_parser("conformance", help="check a component against the protocol")

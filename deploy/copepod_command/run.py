@@ -10,7 +10,7 @@ from copepod_run.attempt import Attempt
 from copepod_run.checkout import called_as
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import result_table
-from copepod_run.messages import say
+from copepod_run.messages import report, say
 from copepod_run.outcome import Failure
 from copepod_run.plan import Plan, case_arguments, request_plan
 from copepod_run.run_directory import RunDirectory
@@ -35,6 +35,7 @@ def run(options: Namespace) -> int:
         directory = run_directory.reopen(plan.name, options.out)
     else:
         directory = run_directory.create(plan.name, options.out)
+    report("directory", path=str(directory.path), holds="run")
     try:
         return _attempts(options, plan, directory)
     finally:

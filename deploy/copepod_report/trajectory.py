@@ -26,6 +26,7 @@ class Trajectory:
     time_s              shape (samples,)
     of(body)            mapping from quantities to arrays, shape (samples, 3); orientations (samples, 4)
     all_of(quantity)    the same of all bodies, shape (samples, bodies, 3)
+    names               of all columns of the file
     """
 
     def __init__(self, path: Path, may_be_empty: bool = False) -> None:
@@ -37,9 +38,10 @@ class Trajectory:
         self._text = text[: text.rfind("\n") + 1]  # a row may be half written
         header: list[str] = next(csv.reader(io.StringIO(self._text[: self._text.find("\n") + 1])), [])
         self._column = {name: number for number, name in enumerate(header)}
+        self.names = header
         self.bodies = _first_names(self._text, self._column["body"]) if header else []
         self._values: dict[str, np.ndarray] = {}
-        times = self._parsed(("step", "time_s"))[:, :1]
+        times = self.columns(("step", "time_s"))[:, :1]
         if len(times) == 0 and not may_be_empty:
             raise ValueError("it holds no sample")
         self.steps = times[..., 0].ravel().astype(np.int64)
@@ -51,13 +53,13 @@ class Trajectory:
 
     def all_of(self, quantity: str) -> np.ndarray:
         if quantity not in self._values:
-            self._values[quantity] = self._parsed(_VECTORS[quantity])
+            self._values[quantity] = self.columns(_VECTORS[quantity])
         return self._values[quantity]
 
     def __len__(self) -> int:
         return len(self.steps)
 
-    def _parsed(self, names: Sequence[str]) -> np.ndarray:
+    def columns(self, names: Sequence[str]) -> np.ndarray:
         """Columns, shape (samples, bodies, columns); a quantity is parsed when it is asked for."""
         if not self.bodies:
             return np.empty((0, 0, len(names)))

@@ -1,11 +1,24 @@
 """Where things are: this checkout, its build folder, the programs."""
 
 import hashlib
+import json
 import os
 import re
+from importlib import metadata
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+
+def _root() -> Path:
+    """The checkout that holds this file, or the one that pip has installed it from."""
+    here = Path(__file__).resolve().parent.parent.parent
+    if (here / "CMakePresets.json").exists():
+        return here
+    record = metadata.distribution("copepod").read_text("direct_url.json") or "{}"  # PEP 610
+    return Path(unquote(urlsplit(json.loads(record).get("url", "")).path))
+
+
+ROOT = _root()
 BUILD = ROOT / "build"
 PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
 

@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import TextIO
+from typing import Any, TextIO
 
 UPDATE_EVERY_S = 15.0  # of a stage's progress where the line cannot be redrawn
 
@@ -105,6 +105,10 @@ def is_quiet() -> bool:
     return _voice is Voice.QUIET
 
 
+def speaks_json() -> bool:
+    return _voice is Voice.JSON
+
+
 def say(text: str) -> None:
     """A line of the command's own on stderr."""
     if not is_quiet():
@@ -121,6 +125,12 @@ def say_lines(text: str) -> None:
     if _voice is Voice.JSON:
         text = "".join(notice(line.removeprefix("copepod: ")) for line in text.splitlines())
     write(sys.stderr, text)
+
+
+def report(event: str, **details: Any) -> None:
+    """An event for a program that reads JSON lines; people are not shown it."""
+    if speaks_json():
+        write(sys.stderr, json.dumps({"event": event, **details}) + "\n")
 
 
 def notice(text: str) -> str:

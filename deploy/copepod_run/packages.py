@@ -42,7 +42,14 @@ BUILD_AND_RUN = (
     "python3-protobuf",
     "libjs-three",
 )
+PYTHON = ("python3-pandas", "python3-xarray", "python3-yaml")  # for `import copepod`
 CONTINUOUS_INTEGRATION = (
+    *PYTHON,
+    "python3-nbclient",
+    "python3-ipykernel",
+    "python3-pip",
+    "python3-setuptools",
+    "python3-wheel",
     "clang-format",
     "clang-tidy",
     "clang",

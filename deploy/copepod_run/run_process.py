@@ -10,7 +10,7 @@ from copepod_run.progress import Event, EventReader
 
 
 class RunProcess:
-    """Ends with the thread that has started it. SIGINT and SIGTERM let it write a checkpoint."""
+    """Ends with the thread that has started it. SIGTERM lets it write a checkpoint."""
 
     def __init__(
         self,

@@ -66,7 +66,7 @@ class Refusals(TinyRunTest):
 
     def test_options_that_a_sweep_does_not_have_are_refused_by_name(self):
         sweep = {"key": "a.b", "members": [{"value": 1, "set": []}]}
-        for words in (("--resume",), ("--restarts", "2"), ("--progress", "json")):
+        for words in (("--resume",), ("--restarts", "2")):
             session = self.start("run", self.case(sweep=sweep), *words)
             self.assert_ends(session, 2)
             self.assertIn(f"{words[0]} is not for sweeps", session.last_line)

@@ -1,0 +1,295 @@
+"""Checks and runs of cases. Every run is a `copepod run` in a process of its own, which this one reads and can stop."""
+
+import json
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from copepod.case import Case
+from copepod.errors import CaseError, CaseWarning, Error, RunError, stops_as_errors
+from copepod.results import Campaign, Run, Sample, TrajectoryReader, load
+from copepod_command.check import findings
+from copepod_run.checkout import ROOT
+from copepod_run.errors import ExitCode
+from copepod_run.progress import Event, clock_text
+from copepod_run.run_process import RunProcess
+
+_COMMAND = ROOT / "deploy/copepod"
+_LOOK_EVERY_S = 0.2  # at new samples of the trajectory
+_DRAW_EVERY_S = 0.5
+
+AnyCase = Case | Mapping[str, Any] | str | Path
+Settings = Mapping[str, Any] | Sequence[str]
+
+
+@dataclass(frozen=True)
+class Check:
+    """What is known of a case before it runs.
+
+    name, steps   of the case
+    figures       names and values, as texts: relaxation time, Reynolds numbers, memory, time, …
+    memory_bytes  by component, of all its processes
+    disk_bytes    by kind of output
+    warnings      what may go wrong
+    problems      what keeps the case from running: a component that cannot be started or can do too little
+    """
+
+    name: str
+    steps: int
+    figures: dict[str, str]
+    memory_bytes: dict[str, int]
+    disk_bytes: dict[str, int]
+    warnings: list[str]
+    problems: list[str]
+
+    def __str__(self) -> str:
+        width = max(map(len, self.figures), default=0)
+        lines = [f"{self.name}: {self.steps} steps"]
+        lines += [f"  {name:<{width}}  {value}" for name, value in self.figures.items()]
+        return "\n".join([*lines, *self.warnings, *(f"error: {problem}" for problem in self.problems)])
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run or campaign is.
+
+    share         0 to 1
+    step, steps   done and in all; of a campaign: members
+    remaining_s   time left [s], None as long as the speed is unknown
+    """
+
+    share: float
+    step: int
+    steps: int
+    remaining_s: float | None
+
+
+def check(case: AnyCase, set: Settings = (), ranks: int | None = None) -> Check:
+    """Key figures, estimates, warnings and problems of a case; nothing of it is run.
+
+    @param case   a Case, a dictionary or the path of a case file
+    @param set    other values of some keys: {"run.steps": 1000} or ["run.steps=1000"]
+    @param ranks  MPI ranks of the fluid
+    @throws CaseError with every error in the case
+    """
+    with _case_file(case) as file, _own_names(file), stops_as_errors():
+        options = Namespace(case=str(file.path), set=_assignments(set), ranks=ranks, fluid=None, body=None)
+        found = findings(Namespace(**vars(options), start_components=False))
+    shown = {"figures": dict(found.figures), "warnings": [file.shown(warning) for warning in found.warnings]}
+    return Check(**{**vars(found), **shown})
+
+
+def run(
+    case: AnyCase,
+    out: str | Path | None = None,
+    *,
+    set: Settings = (),
+    ranks: int | None = None,
+    fluid: str | None = None,
+    body: str | None = None,
+    resume: bool = False,
+    restarts: int = 0,
+    on_progress: Callable[[Progress], object] | None = None,
+    on_sample: Callable[[Sample], object] | None = None,
+    quiet: bool = False,
+) -> Any:
+    """Runs a case to its end; a case with a sweep: all its members, several at once.
+
+    An interrupt (Ctrl-C, "stop" in a notebook) and any exception in a callback stop the run: it writes a checkpoint,
+    and the exception continues. Several threads may run cases at the same time.
+
+    @param case         a Case, a dictionary or the path of a case file
+    @param out          run directory; default: runs/<case> in the current directory, with a number if that exists. The
+                        folder of a sweep continues where it stopped
+    @param set          other values of some keys: {"run.steps": 1000} or ["run.steps=1000"]
+    @param ranks        MPI ranks of the fluid
+    @param fluid, body  commands that replace these components
+    @param resume       continues the run in `out` from its last checkpoint
+    @param restarts     starts again up to this many times when a component is lost
+    @param on_progress  called about once a second with a `Progress`, instead of the line on stderr
+    @param on_sample    called with each `Sample` of the trajectory, within about a second; own observables go here. It
+                        receives copies: nothing that it does changes the run. Not for sweeps
+    @param quiet        no line on stderr, no warnings
+    @return a `Run`, or a `Campaign` of a case with a sweep
+    @throws CaseError for a bad case or argument, RunError for a run that did not finish
+    """
+    words = [f"--set={assignment}" for assignment in _assignments(set)]
+    for name, value in (("out", out), ("ranks", ranks), ("fluid", fluid), ("body", body), ("restarts", restarts)):
+        words += [f"--{name}={value}"] if value else []
+    words += ["--resume"] if resume else []
+    if not _COMMAND.exists():
+        raise Error(f"{_COMMAND} does not exist (was the checkout moved?). Install copepod from it again.")
+    with _case_file(case) as file:
+        command = [str(_COMMAND), "run", str(file.path), *words]
+        show = on_progress or (_ignore if quiet else _ProgressLine(file.name))
+        return _Conversation(command, file, show, on_sample, quiet).finish()
+
+
+class _Conversation:
+    """A run that is on: reads what it reports, and stops it if anything is raised meanwhile."""
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        file: "_CaseFile",
+        show: Callable[[Progress], object],
+        on_sample: Callable[[Sample], object] | None,
+        quiet: bool,
+    ) -> None:
+        self._file = file
+        self._show = show
+        self._on_sample = on_sample
+        self._quiet = quiet
+        self._directory: str | None = None
+        self._lines: list[str] = []
+        self._samples: TrajectoryReader | None = None
+        self._process = RunProcess(command, os.environ, subprocess.DEVNULL, self._lines.append)
+
+    def finish(self) -> "Run | Campaign":
+        try:
+            while self._process.exit_code is None:
+                self._turn()
+            self._pass_on_samples(is_last=True)
+        except BaseException as problem:
+            self._stop()
+            if self._directory and not isinstance(problem, Exception):
+                problem.add_note(
+                    f"{self._directory} holds what was computed; run the case with resume=True to continue."
+                )
+            raise
+        finally:
+            getattr(self._show, "close", _ignore)()
+        if self._process.exit_code:
+            raise self._failure(self._process.exit_code)
+        assert self._directory is not None
+        return load(self._directory)
+
+    def _turn(self) -> None:
+        patience_s = _LOOK_EVERY_S if self._samples else None
+        if select.select([self._process.descriptor], [], [], patience_s)[0]:
+            for event in self._process.read():
+                self._take(event)
+        self._pass_on_samples()
+
+    def _take(self, event: Event) -> None:
+        kind = event["event"]
+        if kind == "notice":
+            self._lines.append(event["text"])
+            if not self._quiet and re.search(r"(?:^|: )warning: ", event["text"]):
+                warnings.warn(self._file.shown(event["text"]), CaseWarning, stacklevel=5)
+        elif kind == "directory":
+            self._directory = str(event["path"])
+            if self._on_sample and event["holds"] == "run":
+                self._samples = TrajectoryReader(Path(self._directory))
+        elif kind == "progress":
+            share = event["step"] / max(event["steps"], 1)
+            remaining_s = event["remaining_s"] if event.get("steps_per_s", True) else None
+            self._show(Progress(event.get("share", share), event["step"], event["steps"], remaining_s))
+
+    def _pass_on_samples(self, is_last: bool = False) -> None:
+        if self._samples and self._on_sample:
+            for sample in self._samples.read(is_last):
+                self._on_sample(sample)
+
+    def _stop(self) -> None:
+        """Until the run has written its checkpoint; another interrupt ends it at once."""
+        try:
+            self._process.send(signal.SIGTERM)
+            while self._process.exit_code is None:
+                self._process.read()
+        except BaseException:
+            self._process.send(signal.SIGKILL)  # its guard cleans up
+            raise
+
+    def _failure(self, code: int) -> CaseError | RunError:
+        lines = [_in_python(self._file.shown(line)) for line in self._lines]
+        if code == ExitCode.BAD_CASE:
+            errors = [line for line in lines if "error: " in line]
+            return CaseError("\n".join(errors or lines[-1:]), code)
+        return RunError(lines[-1] if lines else f"the run ended with code {code}", code, self._directory)
+
+
+def _in_python(message: str) -> str:
+    """What the command advises, as arguments of `run`."""
+    message = re.sub(
+        r"Continue from the last checkpoint: .*|Continue (?:it )?with --resume", "Continue with resume=True", message
+    )
+    return re.sub(r"^\S+ run: error: (?:argument )?", "", message).replace("--out", "out")
+
+
+@dataclass(frozen=True)
+class _CaseFile:
+    """A case as the command takes it; `is_ours`: written for one call, so that the user does not know its path."""
+
+    path: Path
+    name: str
+    is_ours: bool
+
+    def shown(self, message: str) -> str:
+        """A message with what the user knows: keys rather than lines of our file."""
+        return re.sub(rf"{re.escape(str(self.path))}(?::\d+)?(?:: )?", "", message) if self.is_ours else message
+
+
+@contextmanager
+def _case_file(case: AnyCase) -> Iterator[_CaseFile]:
+    if isinstance(case, (str, Path)):
+        yield _CaseFile(Path(case), Path(case).stem, is_ours=False)
+        return
+    with tempfile.TemporaryDirectory(prefix="copepod_case_") as folder:
+        case = case if isinstance(case, Case) else Case(case)
+        path = Path(folder) / "case.yaml"
+        case.save(path)
+        yield _CaseFile(path, str(case.get("case", "case")), is_ours=True)
+
+
+@contextmanager
+def _own_names(file: _CaseFile) -> Iterator[None]:
+    try:
+        yield
+    except CaseError as error:
+        raise CaseError(file.shown(str(error)), error.code) from None
+
+
+def _assignments(settings: Settings) -> list[str]:
+    """As after --set; JSON is YAML."""
+    if isinstance(settings, Mapping):
+        return [f"{key}={json.dumps(value)}" for key, value in Case({"set": settings})["set"].items()]
+    return list(settings)
+
+
+class _ProgressLine:
+    """A line on stderr that is drawn again and again."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._next_s = 0.0
+        self._drawn = False
+
+    def __call__(self, progress: Progress) -> None:
+        now = time.monotonic()
+        if now < self._next_s and progress.step != progress.steps:
+            return
+        self._next_s = now + _DRAW_EVERY_S
+        self._drawn = True
+        left = "" if progress.remaining_s is None else f", {clock_text(progress.remaining_s)} left"
+        print(f"\r{self._name}: {progress.share:.0%}{left:<20}", end="", file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        if self._drawn:
+            print(file=sys.stderr)
+
+
+def _ignore(*_: object) -> None:
+    pass
