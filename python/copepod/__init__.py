@@ -9,7 +9,7 @@
     run.trajectory                 # pandas: positions, velocities, forces by body and step
     run.fields                     # xarray: density and velocity of the fluid
 
-Runs are started by the command `deploy/copepod`; their results are files that `load` reads, also while a run goes on.
+Runs are started by the command `deploy/copepod`; their results are files that `load` reads, also while a run continues.
 Lengths are in m, times in s: every key and column carries its unit. docs/python.md is the introduction.
 """
 

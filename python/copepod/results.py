@@ -1,4 +1,4 @@
-"""Results of runs and campaigns as tables, fields and samples, also while a run goes on."""
+"""Results of runs and campaigns as tables, fields and samples, also while a run continues."""
 
 import functools
 import io
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-_LOOK_EVERY_S = 0.2  # at a run that goes on
+_LOOK_EVERY_S = 0.2  # at a run that continues
 
 
 def load(directory: str | Path) -> Any:

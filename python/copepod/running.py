@@ -226,19 +226,19 @@ def _in_python(message: str) -> str:
     message = re.sub(
         r"Continue from the last checkpoint: .*|Continue (?:it )?with --resume", "Continue with resume=True", message
     )
-    return re.sub(r"^\S+ run: error: (?:argument )?", "", message).replace("--out", "out")
+    return re.sub(r"^.* run: error: (?:argument )?", "", message).replace("--out", "out")
 
 
 @dataclass(frozen=True)
 class _CaseFile:
-    """A case as the command takes it; `is_ours`: written for one call, so that the user does not know its path."""
+    """A case as the command takes it; `is_ours`: written for one call, at a path of no interest to the user."""
 
     path: Path
     name: str
     is_ours: bool
 
     def shown(self, message: str) -> str:
-        """A message with what the user knows: keys rather than lines of our file."""
+        """A message with keys rather than lines of our own file."""
         return re.sub(rf"{re.escape(str(self.path))}(?::\d+)?(?:: )?", "", message) if self.is_ours else message
 
 
