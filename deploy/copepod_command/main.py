@@ -246,11 +246,56 @@ def _add_report(commands: _Commands) -> None:
     parser = commands.add_parser(
         "report",
         help="tables and plots from run directories",
-        epilog=_epilog("report runs/three_sphere", "report runs/coarse runs/fine --out comparison"),
-        description="Writes report.html, a page that needs no network, and its plots as PNG.",
+        epilog=_epilog(
+            "report runs/three_sphere",
+            "report runs/coarse runs/fine --out comparison",
+            "report runs/three_sphere --format pdf svg --plane xz --at 24e-6 --time 12000",
+            "report runs/three_sphere --zoom swimmer --frame B1",
+        ),
+        description="Writes report.html, a page that needs no network, and its plots as files.",
     )
     parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory, also of an unfinished run")
     parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report; several runs: report)")
+    parser.add_argument(
+        "--format",
+        nargs="+",
+        choices=("png", "svg", "pdf"),
+        default=["png"],
+        metavar="FORMAT",
+        help="of the plots' files: png, svg, pdf; several are allowed (default: png)",
+    )
+    flow = parser.add_argument_group("picture of the flow", "of runs that recorded one (output.fields)")
+    planes = ("auto", "xy", "xz", "yz", "yx", "zx", "zy")
+    flow.add_argument(
+        "--plane",
+        choices=planes,
+        default="auto",
+        metavar="AXES",
+        help="xy, xz, yz, …: two axes, the horizontal one first (default: the plane that contains the motion)",
+    )
+    flow.add_argument(
+        "--at",
+        type=_metres,
+        metavar="METRES",
+        help="where the plane is along its normal (default: through the first swimmer or body, else the middle)",
+    )
+    flow.add_argument(
+        "--time",
+        type=_time,
+        default="auto",
+        metavar="TIME",
+        help="mean, last or the step of a snapshot (default: the mean if there is one, else the last snapshot)",
+    )
+    flow.add_argument("--zoom", default="", metavar="NAME", help="around this swimmer or body (default: everything)")
+    flow.add_argument(
+        "--margin", type=_metres, metavar="METRES", help="with --zoom: beyond its surface (default: half its length)"
+    )
+    flow.add_argument(
+        "--frame",
+        default="",
+        metavar="NAME",
+        help="subtract the velocity of this swimmer or body (default: the laboratory frame)",
+    )
     parser.set_defaults(action="copepod_command.report:report")
 
 
@@ -376,6 +421,22 @@ def _integer(text: str, least: int = 1, what: str = "number") -> int:
 
 _count = functools.partial(_integer, least=0)
 _ranks = functools.partial(_integer, what="rank count")
+
+
+def _metres(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"«{text}» is not a valid length (metres ≥ 0). Write 50e-6 for 50 µm.")
+    return value
+
+
+def _time(text: str) -> str:
+    if text not in ("auto", "mean", "last") and not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"«{text}» is not a time of the flow. Use mean, last or a step such as 14058.")
+    return text
 
 
 def _tolerance(text: str) -> float:

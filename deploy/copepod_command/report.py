@@ -13,6 +13,7 @@ def report(options: Namespace) -> int:
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
     from copepod_paper.additions import PaperAdditions
+    from copepod_report.flow import View
     from copepod_report.report import write_report
 
     out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
@@ -21,5 +22,9 @@ def report(options: Namespace) -> int:
             ExitCode.STORAGE_FAILED, f"{out} leads elsewhere (it is a symbolic link). Name the folder with --out."
         )
     # The coupler is the only parser of cases.
-    print(write_report(options.directories, out, lambda path: plan_of(path).case, PaperAdditions()))
+    view = View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
+    path = write_report(
+        options.directories, out, lambda path: plan_of(path).case, PaperAdditions(), view, options.format
+    )
+    print(path)
     return ExitCode.FINISHED

@@ -1,155 +1,348 @@
-"""The mean flow of fields.h5 in the plane of the swimmers, with the bodies drawn at their mean positions."""
+"""Pictures of the flow in a plane: what they show is chosen by the user, or from flow and bodies; and the drawing."""
 
-import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from matplotlib import patches
 from matplotlib.colors import PowerNorm
+from matplotlib.ticker import NullLocator
 
-from copepod_report.run_record import RunRecord
+from copepod_report.fields import MEAN, FieldTimes, read_coarse, read_layer, times_in
+from copepod_report.run_record import Body, RunRecord, read_file, z_axis
 from copepod_report.style import WIDTH_INCHES, Theme, new_figure
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.figures import quantity_text
 
 _AXES = "xyz"
+_ALIKE = 0.05  # shares of the motion that differ by less are taken as equal
 
 
 @dataclass(frozen=True)
-class FlowPlane:
-    """A plane that contains the axis `along`; arrays have shape (cells across, cells along).
+class View:
+    """What to show of a flow; the default follows the bodies and the flow itself."""
 
-    Where a body was for a part of the time, its own velocity is in the mean.
-    """
+    plane: str = "auto"  # or two of x, y, z, the horizontal one first
+    at_m: float | None = None  # where the plane is along its normal
+    time: str = "auto"  # "mean", "last" or the step of a snapshot
+    zoom: str = ""  # name of a swimmer or body
+    margin_m: float | None = None  # around it
+    frame: str = ""  # name of a swimmer or body whose velocity is subtracted
 
-    along: int
+
+@dataclass(frozen=True)
+class FlowPicture:
+    """Velocity in a plane, relative to the frame; arrays have shape (cells across, cells along)."""
+
+    along: int  # axis 0, 1, 2, horizontal
     across: int
+    at_m: float
     velocity_along_m_per_s: np.ndarray
     velocity_across_m_per_s: np.ndarray
+    corner_cells: tuple[int, int]  # lower left, along and across
+    window: tuple[int, int]  # first step and the step after the last of a mean, twice the step of a snapshot
+    frame: str
+    shown_m: tuple[float, float, float, float] | None  # low and high along, low and high across
+
+    @property
+    def normal(self) -> int:
+        return 3 - self.along - self.across
+
+    @property
+    def is_mean(self) -> bool:
+        return self.window[1] > self.window[0]
+
+    def caption(self, run: RunRecord) -> str:
+        plane = f"{_AXES[self.along]}–{_AXES[self.across]} plane at {_AXES[self.normal]} = {1e6 * self.at_m:.4g} µm"
+        step_s = run.summary.get("step_s") or 0.0
+        times = [quantity_text(step * step_s, "s") for step in self.window]
+        if self.is_mean:
+            when = f"mean over steps {self.window[0]} to {self.window[1]} ({times[0]} to {times[1]})"
+            bodies = "bodies at their mean positions; where one was for a part of the time, its velocity is in the mean"
+        else:
+            when, bodies = f"step {self.window[0]} ({times[0]})", ""
+        frame = f"relative to the velocity of {self.frame}" if self.frame else "in the laboratory frame"
+        if not all(_is_cut(run, body, self) for body in run.bodies() if len(run.trajectory)):
+            bodies = "; ".join(filter(None, [bodies, "dashed: outside the plane"]))
+        return f"{'; '.join(filter(None, [f'Flow in the {plane}, {when}, {frame}', bodies]))}."
 
 
-def read_mean_flow(path: Path, point_cells: Sequence[float], along: int, across: int) -> FlowPlane | None:
-    """The group /mean in a plane through a point, spanned by two of the axes 0, 1, 2; None if there is no mean flow."""
-    if not path.exists():
-        return None
-    (normal,) = {0, 1, 2} - {along, across}
-    with h5py.File(path, "r", locking=False) as file:
-        if "mean" not in file:
-            return None
-        layers = _layers_at(point_cells[normal])
-        velocity = np.mean([_plane(file["mean/velocity_m_per_s"], normal, layer) for layer in layers], axis=0)
-    if across > along:  # arrays come with the slower axis first: (z, y, x) without the normal
-        return FlowPlane(along, across, velocity[..., along], velocity[..., across])
-    return FlowPlane(along, across, velocity[..., along].T, velocity[..., across].T)
+def choose(run: RunRecord, view: View) -> FlowPicture | None:
+    """The picture of a run; None if it recorded no velocity.
 
-
-def _layers_at(coordinate_cells: float) -> list[int]:
-    """The layer of cells that holds a coordinate, or the two beside it if it lies on their faces."""
-    nearest_face = round(coordinate_cells)
-    if abs(coordinate_cells - nearest_face) < 1e-6:
-        return [nearest_face - 1, nearest_face]
-    return [int(coordinate_cells)]
-
-
-def _plane(dataset: Any, normal: int, number: int) -> np.ndarray:
-    """One layer of a dataset with shape (nz, ny, nx, …)."""
-    index: list[slice | int] = [slice(None)] * 3
-    index[2 - normal] = number
-    return dataset[tuple(index)]
-
-
-def plane_of(run: RunRecord) -> tuple[Sequence[float], int, int]:
-    """(point in cells, along, across): a plane with the first swimmer's axis and, if they stand in a row, the others.
-
-    Without swimmers: the middle plane normal to x, with z along.
+    Raises Stop(2) if the run lacks what the view names, Stop(73) if its file is damaged.
     """
-    swimmers = run.swimmers()
-    if not swimmers:
-        return [cells / 2 for cells in run.case["fluid"]["domain_cells"]], 2, 1
-    centers = np.array([swimmer.center_m for swimmer in swimmers]) / run.cell_size_m
-    along = int(abs(swimmers[0].axis).argmax())
-    others = [axis for axis in (0, 1, 2) if axis != along]
-    spread = np.ptp(centers, axis=0)
-    across = others[0] if spread[others[0]] > spread[others[1]] else others[1]
-    return centers[0], along, across
+    path = run.directory / "fields.h5"
+    times = read_file(path, times_in)
+    found = _time_of(run, view, times)
+    if found is None:
+        return None
+    time = found
+    window = tuple(run.case["output"]["fields"]["mean_over_steps"]) if time == MEAN else (int(time), int(time))
+    zoomed, followed = _bodies_named(run, view.zoom, "--zoom"), _bodies_named(run, view.frame, "--frame")
+    along, across = _plane_of(run, view, time)
+    normal = 3 - along - across
+    at_m = view.at_m if view.at_m is not None else _middle_of(run, zoomed or followed, window, normal)
+    length_m = run.case["fluid"]["domain_cells"][normal] * run.cell_size_m
+    if not 0 <= at_m <= length_m:
+        raise _unusable(f"--at {at_m:g}", run, f"its domain ends at {_AXES[normal]} = {length_m:g} m", "Choose less")
+    layer = read_file(path, lambda path: read_layer(path, time, normal, at_m / run.cell_size_m))
+    velocity = layer.velocity_m_per_s - _velocity_of(run, followed, window)
+    if across < along:  # the later axis comes first
+        velocity = velocity.swapaxes(0, 1)
+    if min(velocity.shape[:2]) < 2:
+        raise _unusable(f"--plane {_AXES[along]}{_AXES[across]}", run, "its field is one cell thick there", "Use auto")
+    return FlowPicture(
+        along,
+        across,
+        layer.at_cells * run.cell_size_m,
+        velocity[..., along],
+        velocity[..., across],
+        (layer.first_cell[along], layer.first_cell[across]),
+        (window[0], window[1]),
+        view.frame,
+        _shown(run, zoomed, window, (along, across), view.margin_m) if zoomed else None,
+    )
 
 
-def draw_mean_flow(run: RunRecord, plane: FlowPlane, theme: Theme) -> Any:
-    """Speed as colour, direction as stream lines; lengths in cells."""
-    speed = np.hypot(plane.velocity_along_m_per_s, plane.velocity_across_m_per_s)
+def _unusable(option: str, run: RunRecord, reason: str, advice: str) -> Stop:
+    return Stop(ExitCode.BAD_CASE, f"{option} does not suit {run.name} ({reason}). {advice}.")
+
+
+def _time_of(run: RunRecord, view: View, times: FieldTimes) -> str | int | None:
+    """The mean if there is one, else the last snapshot, unless the view names another."""
+    steps = f"steps {', '.join(map(str, times.steps[-8:]))}" if times.steps else "none"
+    if view.time in ("auto", "mean") and times.has_mean:
+        return MEAN
+    if view.time in ("auto", "last"):
+        return times.steps[-1] if times.steps else None
+    if view.time == "mean":
+        raise _unusable("--time mean", run, f"it has no mean; snapshots: {steps}", "Use last, or one of them")
+    if int(view.time) not in times.steps:
+        raise _unusable(f"--time {view.time}", run, f"snapshots: {steps}", "Use one of them, last or mean")
+    return int(view.time)
+
+
+def _bodies_named(run: RunRecord, name: str, option: str) -> list[Body]:
+    """The bodies of a swimmer, or a body by its name, with that of its swimmer or without it."""
+    for matches in (
+        lambda body: body.name == name,
+        lambda body: body.name.startswith(f"{name}."),
+        lambda body: body.name.endswith(f".{name}"),
+    ):
+        found = [body for body in run.bodies() if name and matches(body)]
+        if found:
+            return found
+    if name:
+        known = [*dict.fromkeys(body.name.split(".")[0] for body in run.bodies()), *(b.name for b in run.bodies())]
+        raise _unusable(f"{option} {name}", run, f"it has {', '.join(dict.fromkeys(known[:12]))}", "Use one of them")
+    return []
+
+
+def _plane_of(run: RunRecord, view: View, time: str | int) -> tuple[int, int]:
+    """The plane that contains the motion, unless the view names one."""
+    if view.plane != "auto":
+        return _AXES.index(view.plane[0]), _AXES.index(view.plane[1])
+    velocity = read_file(run.directory / "fields.h5", lambda path: read_coarse(path, time))
+    places = run.trajectory.all_of("position_m").reshape(-1, 3)
+    return strongest_plane(velocity, np.ptp(places, axis=0) if len(places) else np.zeros(3))
+
+
+def strongest_plane(velocity: np.ndarray, extent_of_bodies: np.ndarray) -> tuple[int, int]:
+    """Two axes, the one with more of the motion first; where axes are alike, the plane normal to the first of them.
+
+    An axis has a share in the energy of the flow, in its gradients, and in the extent of where the bodies go.
+
+    @param velocity  shape (nz, ny, nx, 3)
+    """
+    shape = velocity.shape[2::-1]
+    energy = (velocity**2).mean(axis=(0, 1, 2))
+    gradients = [
+        (np.gradient(velocity, axis=2 - axis) ** 2).sum(axis=-1).mean() if shape[axis] > 1 else 0.0 for axis in range(3)
+    ]
+    shares = sum(_shares(np.array(part)) for part in (energy, gradients, extent_of_bodies))
+    shares = np.where(np.array(shape) > 1, shares, -1.0)  # a field that is one cell thick can be seen from one side
+    normal = next(axis for axis in range(3) if shares[axis] <= shares.min() + _ALIKE)
+    first, second = (axis for axis in range(3) if axis != normal)
+    return (second, first) if shares[second] > shares[first] + _ALIKE else (first, second)
+
+
+def _shares(parts: np.ndarray) -> np.ndarray:
+    return parts / parts.sum() if parts.sum() > 0 else np.zeros(3)
+
+
+def _samples(run: RunRecord, window: Sequence[int]) -> np.ndarray:
+    """Numbers of the samples in a window of steps, or of the one nearest to it."""
+    steps = run.trajectory.steps
+    inside = np.flatnonzero((steps >= window[0]) & (steps <= window[1]))
+    return inside if len(inside) else np.array([abs(steps - window[0]).argmin()])
+
+
+def _place_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
+    """Mean position in a window of steps, in the domain also where it is periodic."""
+    samples = _samples(run, window)
+    place = run.trajectory.of(body.name)["position_m"][samples[: max(1, len(samples) - 1)]].mean(axis=0)
+    lengths = np.array(run.case["fluid"]["domain_cells"]) * run.cell_size_m
+    periodic = [(run.case["fluid"].get("boundaries") or {}).get(axis) == "periodic" for axis in _AXES]
+    return np.where(periodic, np.mod(place, lengths), place)
+
+
+def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) -> np.ndarray:
+    """Of a frame that moves with the bodies [m/s]: over a window their drift; zero without bodies."""
+    samples = _samples(run, window)
+    velocities = []
+    for body in bodies:
+        motion = run.trajectory.of(body.name)
+        if len(samples) > 1:
+            first, last = samples[0], samples[-1]
+            times = run.trajectory.time_s
+            velocities.append((motion["position_m"][last] - motion["position_m"][first]) / (times[last] - times[first]))
+        else:
+            velocities.append(motion["velocity_m_per_s"][samples[0]])
+    return np.mean(velocities, axis=0) if velocities else np.zeros(3)
+
+
+def _middle_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int], normal: int) -> float:
+    """Of the bodies, else of the first swimmer or body, else of the domain [m]."""
+    known = run.bodies() if len(run.trajectory) else []
+    first = [body for body in known if body.name.split(".")[0] == known[0].name.split(".")[0]]
+    places = [_place_m(run, body, window)[normal] for body in bodies or first]
+    return float(np.mean(places)) if places else run.case["fluid"]["domain_cells"][normal] * run.cell_size_m / 2
+
+
+def _shown(
+    run: RunRecord, bodies: Sequence[Body], window: Sequence[int], axes: tuple[int, int], margin_m: float | None
+) -> tuple[float, float, float, float]:
+    """The box around bodies with a margin, by default as wide as half the box is long, inside the domain."""
+    places = np.array([_place_m(run, body, window) for body in bodies])
+    reach = np.array([body.radius_m + 0.5 * body.length_m for body in bodies])[:, None]
+    low, high = (places - reach).min(axis=0), (places + reach).max(axis=0)
+    margin = margin_m if margin_m is not None else 0.5 * float((high - low)[list(axes)].max())
+    lengths = np.array(run.case["fluid"]["domain_cells"]) * run.cell_size_m
+    low, high = np.maximum(low - margin, 0.0), np.minimum(high + margin, lengths)
+    return low[axes[0]], high[axes[0]], low[axes[1]], high[axes[1]]
+
+
+def draw(run: RunRecord, picture: FlowPicture, theme: Theme) -> Any:
+    """Speed in the plane as colour, direction as stream lines; lengths in micrometres."""
+    speed = np.hypot(picture.velocity_along_m_per_s, picture.velocity_across_m_per_s)
+    cell = 1e6 * run.cell_size_m
     rows, columns = speed.shape
-    figure, axes = new_figure(theme, min((WIDTH_INCHES - 1.9) * rows / columns + 0.7, 7.5))
+    left, bottom = (cell * first for first in picture.corner_cells)
+    along, across = left + cell * (np.arange(columns) + 0.5), bottom + cell * (np.arange(rows) + 0.5)
+    box = [left, left + cell * columns, bottom, bottom + cell * rows]
+    shown = [1e6 * edge for edge in picture.shown_m] if picture.shown_m else box
+    columns_shown, rows_shown = _inside(along, shown[:2]), _inside(across, shown[2:])
+    height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
+    figure, axes = new_figure(theme, min(max(height, 1.8), 7.5))
     axes.grid(False)
+    top = float(np.quantile(speed[rows_shown, columns_shown], 0.998))
+    unit, unit_name = _unit_of_speed(top)
     image = axes.imshow(
-        speed,
+        speed / unit,
         origin="lower",
-        extent=(0, columns, 0, rows),
+        extent=box,
         cmap=theme.flow,
         interpolation="bilinear",
-        norm=PowerNorm(0.5, vmin=0, vmax=max(np.quantile(speed, 0.998), 1e-300)),
+        norm=PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30)),
     )
-    axes.streamplot(
-        np.arange(columns) + 0.5,
-        np.arange(rows) + 0.5,
-        plane.velocity_along_m_per_s,
-        plane.velocity_across_m_per_s,
-        color=theme.stream,
-        linewidth=0.5,
-        arrowsize=0.7,
-        density=1.6,
-    )
-    _draw_beads(axes, run, plane, theme)
-    axes.set_xlim(0, columns)
-    axes.set_ylim(0, rows)
-    axes.set_xlabel(f"{_AXES[plane.along]} [cells]")
-    axes.set_ylabel(f"{_AXES[plane.across]} [cells]")
-    bar = figure.colorbar(
-        image,
-        cax=axes.inset_axes([1.02, 0, 0.022, 1]),
-        format="%.1e",
-        ticks=np.linspace(0, 1, 6) ** 2 * image.norm.vmax,
-    )
-    bar.set_label("mean speed in the plane [m/s]", color=theme.ink)
+    if top > 0:
+        axes.streamplot(
+            along[columns_shown],
+            across[rows_shown],
+            picture.velocity_along_m_per_s[rows_shown, columns_shown],
+            picture.velocity_across_m_per_s[rows_shown, columns_shown],
+            color=theme.stream,
+            linewidth=0.5,
+            arrowsize=0.7,
+            density=1.6,
+        )
+    _draw_bodies(axes, run, picture, theme)
+    axes.set_xlim(*shown[:2])
+    axes.set_ylim(*shown[2:])
+    axes.set_xlabel(f"{_AXES[picture.along]} [µm]")
+    axes.set_ylabel(f"{_AXES[picture.across]} [µm]")
+    bar = figure.colorbar(image, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
+    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    bar.ax.yaxis.set_minor_locator(NullLocator())
+    kind = "mean speed" if picture.is_mean else "speed"
+    relative = f"\nrelative to {picture.frame}" if picture.frame else ""
+    bar.set_label(f"{kind} in the plane [{unit_name}]{relative}", color=theme.ink)
     bar.outline.set_edgecolor(theme.faint)
     bar.ax.tick_params(colors=theme.ink)
     return figure
 
 
-def _draw_beads(axes: Any, run: RunRecord, plane: FlowPlane, theme: Theme) -> None:
-    """Outlines of the beads, and of their images behind symmetry planes, at their mean positions."""
-    window = run.case["output"]["fields"]["mean_over_steps"]
-    cell = run.cell_size_m
-    shown = [plane.along, plane.across]
-    for swimmer in run.swimmers() if len(run.trajectory) else []:
-        beads = zip(
-            swimmer.beads, swimmer.mean_positions_m(*window), swimmer.directions(), itertools.cycle(theme.beads)
-        )
-        for bead, center_m, direction, colour in beads:
-            looks = {"facecolor": colour, "edgecolor": theme.paper, "linewidth": 1, "zorder": 5}
-            for center in _with_image(run, center_m / cell, plane.across):
-                axes.add_patch(_outline(bead, center[shown], direction[shown], cell, **looks))
+def _inside(centres: np.ndarray, edges: Sequence[float]) -> slice:
+    """The cells between two edges, and one more on each side for the interpolation; at least two."""
+    low = max(int(np.searchsorted(centres, edges[0])) - 1, 0)
+    return slice(low, max(int(np.searchsorted(centres, edges[1])) + 1, low + 2))
 
 
-def _with_image(run: RunRecord, center: np.ndarray, across: int) -> list[np.ndarray]:
-    """A centre in cells, and its mirror image if a plane of symmetry cuts the picture beside it."""
-    planes = run.case["fluid"].get("symmetry_planes") or []
-    image = np.array(center)
-    image[across] = run.case["fluid"]["domain_cells"][across] - center[across]
-    has_image = _AXES[across] in planes and abs(image[across] - center[across]) > 1e-6
-    return [center, image] if has_image else [center]
+def _unit_of_speed(speed_m_per_s: float) -> tuple[float, str]:
+    for unit, name in ((1.0, "m/s"), (1e-3, "mm/s")):
+        if speed_m_per_s >= unit:
+            return unit, name
+    return 1e-6, "µm/s"
 
 
-def _outline(bead: Mapping[str, Any], center: np.ndarray, direction: np.ndarray, cell: float, **looks: Any) -> Any:
-    """A circle, or a capsule as a box with round ends, as seen along the normal of the plane; lengths in cells."""
-    radius = bead["radius_m"] / cell
-    if bead["shape"] == "sphere":
-        return patches.Circle(center, radius, **looks)
-    half = 0.5 * bead["length_m"] / cell * float(np.hypot(*direction))
+def _round_ticks(top: float) -> list[float]:
+    """Zero, and the largest five of 1, 2, 5, 10, … up to `top`; about even on a square-root scale."""
+    if top <= 0:
+        return [0.0]
+    decade = int(np.floor(np.log10(top)))
+    steps = [factor * 10.0**power for power in (decade - 2, decade - 1, decade) for factor in (1, 2, 5)]
+    return [0.0, *[step for step in steps if step <= 1.0001 * top][-5:]]
+
+
+def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture, theme: Theme) -> None:
+    """Outlines of the bodies, and of their images behind symmetry planes; dashed for those outside the plane."""
+    shown = [picture.along, picture.across]
+    for body in run.bodies() if len(run.trajectory) else []:
+        centre, direction = _place_m(run, body, picture.window), _direction(run, body, picture.window)
+        colour = theme.beads[body.place % len(theme.beads)]
+        looks: dict[str, Any] = {"facecolor": colour, "edgecolor": theme.paper, "linewidth": 1, "zorder": 5}
+        if not _is_cut(run, body, picture):
+            looks |= {"facecolor": "none", "edgecolor": colour, "linestyle": "--"}
+        for place in _with_images(run, centre, shown):
+            axes.add_patch(_outline(body, 1e6 * place[shown], direction[shown], **looks))
+
+
+def _direction(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
+    """Of its z axis, in the middle of a window of steps."""
+    samples = _samples(run, window)
+    return z_axis(run.trajectory.of(body.name)["orientation_wxyz"][samples[len(samples) // 2]])
+
+
+def _is_cut(run: RunRecord, body: Body, picture: FlowPicture) -> bool:
+    """Whether the plane of the picture goes through a body."""
+    reach = body.radius_m + 0.5 * body.length_m * abs(_direction(run, body, picture.window)[picture.normal])
+    return bool(abs(_place_m(run, body, picture.window)[picture.normal] - picture.at_m) <= reach)
+
+
+def _with_images(run: RunRecord, centre: np.ndarray, axes: Sequence[int]) -> list[np.ndarray]:
+    """A centre, and its mirror images where planes of symmetry cut the picture."""
+    places = [centre]
+    for axis in axes:
+        if _AXES[axis] in (run.case["fluid"].get("symmetry_planes") or []):
+            length = run.case["fluid"]["domain_cells"][axis] * run.cell_size_m
+            for place in list(places):
+                image = place.copy()
+                image[axis] = length - place[axis]
+                if abs(image[axis] - place[axis]) > 1e-6 * length:
+                    places.append(image)
+    return places
+
+
+def _outline(body: Body, centre_um: np.ndarray, direction: np.ndarray, **looks: Any) -> Any:
+    """A circle, or a capsule as a box with round ends, as seen along the normal of the plane."""
+    radius = 1e6 * body.radius_m
+    half = 0.5e6 * body.length_m * float(np.hypot(*direction))
+    if half == 0:
+        return patches.Circle(tuple(centre_um), radius, **looks)
     angle = np.arctan2(direction[1], direction[0])
     arc = np.linspace(-np.pi / 2, np.pi / 2, 24)
     end = np.column_stack([half + radius * np.cos(arc), radius * np.sin(arc)])
-    outline = np.vstack([end, -end])
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return patches.Polygon(outline @ turn.T + center, closed=True, **looks)
+    return patches.Polygon(np.vstack([end, -end]) @ turn.T + centre_um, closed=True, **looks)

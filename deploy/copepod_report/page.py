@@ -41,7 +41,8 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     heading = f"<h2>{escape(run.name)}</h2>"
     opening, closing = (f"<details><summary>{heading}</summary>", "</details>") if folded else (heading, "")
     parts = [f'<section id="{anchor}">{opening}', f"<p>{escape(str(run.directory))}</p>"]
-    parts += [f'<p class="status {run.status.state}">{escape(run.status.sentences())}</p>', "<dl>"]
+    parts += [f'<p class="status {run.status.state}">{escape(run.status.sentences())}</p>']
+    parts += [f"<p>{escape(run.parameters())}.</p>", "<dl>"]
     parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in run_rows(run.summary)]
     parts.append("</dl>")
     entries = measured(run.summary)

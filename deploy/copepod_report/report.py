@@ -1,4 +1,4 @@
-"""`copepod report`: reads run directories, writes report.html and the plots as PNG."""
+"""`copepod report`: reads run directories, writes report.html and the plots as files."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -6,38 +6,41 @@ from pathlib import Path
 from typing import Any
 
 from copepod_report import comparison, cycles, flow, motion_plots, page, view
-from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart, read_file
-from copepod_report.style import DARK, LIGHT, Theme, png_of
+from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart
+from copepod_report.style import DARK, LIGHT, Theme, picture_of, png_of
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import MOST_TABLES
 
 
 class Canvas:
-    """Where plots are written: PNG files in a folder, and HTML with both themes; without a folder only HTML."""
+    """Where plots are written: files in a folder, and HTML with both themes; without a folder only HTML."""
 
-    def __init__(self, folder: Path | None) -> None:
+    def __init__(self, folder: Path | None, formats: Sequence[str] = ("png",)) -> None:
+        """`formats`: of the files, any of png, svg and pdf."""
         self.folder = folder
+        self._formats = formats
 
     def draw(self, name: str, draw: Callable[[Theme], Any], caption: str, wide: bool = False) -> list[str]:
-        """One plot in both themes as a list of one HTML figure, empty without a plot; the light one is NAME.png."""
+        """One plot in both themes as a list of one HTML figure, empty without a plot; the light one is NAME.png, …"""
         pictures = {}
         for theme in (LIGHT, DARK):
             drawn = draw(theme)
             if drawn is None:
                 return []
+            for kind in self._formats if theme is LIGHT and self.folder else ():
+                self.write(f"{name}.{kind}", picture_of(drawn, kind, caption))
             pictures[theme.name] = png_of(drawn)
-        self.write(f"{name}.png", pictures["light"])
         return [page.figure(pictures, caption, wide)]
 
-    def write(self, name: str, content: bytes) -> None:
+    def write(self, name: str, content: bytes) -> Path:
         """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere."""
-        if self.folder is None:
-            return
+        assert self.folder
         path = self.folder / re.sub(r"[^\w.+=-]+", "_", name)
         path.unlink(missing_ok=True)
         with open(path, "xb") as file:
             file.write(content)
+        return path
 
 
 class Additions:
@@ -55,13 +58,27 @@ class Additions:
         """Draws over the plot of a swimmer's positions."""
 
 
-def write_report(directories: Sequence[str], out: str, read_case: ReadCase, additions: Additions) -> Path:
+def write_report(
+    directories: Sequence[str],
+    out: str,
+    read_case: ReadCase,
+    additions: Additions,
+    flow_view: flow.View = flow.View(),
+    formats: Sequence[str] = ("png",),
+) -> Path:
     """Writes the report of the runs into the folder `out`; returns the path of the page.
 
-    Raises Stop(2) for folders without a run, Stop(73) for damaged ones.
+    Raises Stop(2) for folders without a run and a flow_view that does not suit them, Stop(73) for damaged ones.
     """
     try:
-        return _write_report(directories, out, read_case, additions)
+        collected = [run for directory in directories for run in collect(directory, read_case)]
+        name_apart(collected)
+        if flow_view != flow.View() and not any((run.directory / "fields.h5").exists() for run in collected):
+            raise Stop(
+                ExitCode.BAD_CASE, "there is no flow to draw (no run recorded one). Set output.fields in the case."
+            )
+        make_folder(Path(out))
+        return _write_page(directories, collected, Canvas(Path(out), formats), additions, flow_view)
     except DAMAGE as problem:
         raise _damaged(_names(directories), problem) from None
 
@@ -73,7 +90,7 @@ def page_of(directory: str | Path, read_case: ReadCase, additions: Additions = A
     """
     run = RunRecord(directory, read_case)
     try:
-        figures = _figures_of(run, Canvas(None), run.name, additions)
+        figures = _figures_of(run, Canvas(None), run.name, additions, flow.View())
         return page.page(f"Copepod: {run.name}", [page.run_section(run, "run", figures)])
     except DAMAGE as problem:
         raise _damaged(str(directory), problem) from None
@@ -86,12 +103,13 @@ def _damaged(names: str, problem: Exception) -> Stop:
     )
 
 
-def _write_report(directories: Sequence[str], out: str, read_case: ReadCase, additions: Additions) -> Path:
-    collected = [run for directory in directories for run in collect(directory, read_case)]
-    name_apart(collected)
-    folder = Path(out)
-    make_folder(folder)
-    canvas = Canvas(folder)
+def _write_page(
+    directories: Sequence[str],
+    collected: Sequence[RunRecord],
+    canvas: Canvas,
+    additions: Additions,
+    flow_view: flow.View,
+) -> Path:
     left, chapters = additions.chapters([run for run in collected if run.status.is_finished], canvas)
     runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = _anchors(runs)
@@ -103,11 +121,10 @@ def _write_report(directories: Sequence[str], out: str, read_case: ReadCase, add
         sections.append(page.comparison_section(runs, anchors, figures))
     sections += chapters
     for run, anchor in zip(runs, anchors):
-        figures = [view.of_run(run), *_figures_of(run, canvas, anchor, additions)]
+        figures = [view.of_run(run), *_figures_of(run, canvas, anchor, additions, flow_view)]
         sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
     sections.append(view.scripts())
-    canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
-    return folder / "report.html"
+    return canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
 
 
 def _title(directories: Sequence[str], runs: Sequence[RunRecord]) -> str:
@@ -129,8 +146,8 @@ def _anchors(runs: Sequence[RunRecord]) -> list[str]:
     return anchors
 
 
-def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Additions) -> list[str]:
-    """HTML of all plots of a run; each is also written as a PNG file."""
+def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Additions, flow_view: flow.View) -> list[str]:
+    """HTML of all plots of a run; each is also written as files."""
     figures = []
     few = len(run.swimmers()) <= MOST_TABLES
     has_motion = len(run.trajectory) > 1
@@ -154,7 +171,7 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
         "Paths of the centroids from the end of the first cycle on: a dot for each end of a cycle, an arrow for the "
         "own axis at the start of the last.",
     )
-    return figures + _flow_figure(run, canvas, prefix)
+    return figures + _flow_figure(run, canvas, prefix, flow_view)
 
 
 def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, additions: Additions) -> list[str]:
@@ -184,26 +201,22 @@ def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, add
     ]
 
 
-def _flow_figure(run: RunRecord, canvas: Canvas, prefix: str) -> list[str]:
-    """The mean flow, where the run recorded one, in the plane of the swimmers."""
+def _flow_figure(run: RunRecord, canvas: Canvas, prefix: str, flow_view: flow.View) -> list[str]:
+    """A picture of the flow, where the run recorded one."""
     if not run.cell_size_m:  # no lattice, no fields
         return []
-    place = flow.plane_of(run)
     try:
-        read = read_file(run.directory / "fields.h5", lambda path: flow.read_mean_flow(path, *place))
-    except Stop:
-        if run.status.is_finished:
+        picture = flow.choose(run, flow_view)
+    except Stop as stop:
+        if run.status.is_finished or stop.code == ExitCode.BAD_CASE:
             raise
-        read = None  # it is being written
-    if read is None:
+        picture = None  # the run is writing the file
+    if picture is None:
         return []
-    plane = read
-    where = "swimmers" if run.swimmers() else "middle"
-    start, stop = run.case["output"]["fields"]["mean_over_steps"]
+    chosen = picture
     return canvas.draw(
-        f"{prefix}_mean_flow",
-        lambda theme: flow.draw_mean_flow(run, plane, theme),
-        f"Flow in a plane through the {where}, mean over steps {start} to {stop}; beads at their mean positions. "
-        "Where a bead was for a part of the time, its own velocity is in the mean.",
+        f"{prefix}_mean_flow" if chosen.is_mean else f"{prefix}_flow",
+        lambda theme: flow.draw(run, chosen, theme),
+        f"{chosen.caption(run)} {run.parameters()}.",
         wide=True,
     )

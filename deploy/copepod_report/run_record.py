@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,13 +14,21 @@ from copepod_report.cycles import Cycles, kinematics_so_far, read_cycles
 from copepod_report.run_status import state_of, status_of
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.figures import at, measured
+from copepod_run.figures import at, measured, quantity_text
 
 ReadCase = Callable[[Path], dict[str, Any]]  # from the path of a case file to the resolved case
 _Content = TypeVar("_Content")
 BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
-# of a bead of three in the swimmer's frame
-_ORIENTATIONS = {"parallel": (1.0, 0.0, 0.0, 0.0), "perpendicular": (0.5**0.5, 0.0, 0.5**0.5, 0.0)}
+
+
+@dataclass(frozen=True)
+class Body:
+    """A sphere, or a capsule with a cylinder of this length along its z axis."""
+
+    name: str
+    radius_m: float
+    length_m: float
+    place: int  # in the order of the run
 
 
 class RunRecord:
@@ -84,6 +93,32 @@ class RunRecord:
         arms = [at(entry, "kinematics.arms") or [] for entry in measured(self.summary) if entry["name"] == name]
         ends = [arm["bodies"] for arm in (arms or [[]])[0] if "bodies" in arm]
         return ["–".join(body.removeprefix(f"{name}.") for body in pair) for pair in ends]
+
+    def bodies(self) -> "list[Body]":
+        """Those that are in the trajectory, in its order."""
+        shapes = {f"{s.name}.{name}": bead for s in self.swimmers() for name, bead in zip(s.bead_names, s.beads)}
+        shapes |= {section["name"]: section for section in self.case.get("bodies") or []}
+        return [
+            Body(name, shapes[name]["radius_m"], shapes[name].get("length_m") or 0.0, number)
+            for number, name in enumerate(self.trajectory.bodies)
+            if name in shapes
+        ]
+
+    def parameters(self) -> str:
+        """What a caption has to give: case, radius, cell size, step, relaxation time, period, Reynolds number."""
+        radii = sorted({body.radius_m for body in self.bodies()})
+        periods = {swimmer.period for swimmer in self.swimmers() if swimmer.period}
+        reynolds = [at(entry, "Re_swim") or at(entry, "kinematics.Re") for entry in measured(self.summary)]
+        step_s, relaxation_time = self.summary.get("step_s"), at(self.case, "fluid.relaxation_time")
+        entries = [
+            ("radius", " to ".join(dict.fromkeys(quantity_text(r, "m") for r in (radii[:1] + radii[-1:])))),
+            ("cell", quantity_text(self.cell_size_m, "m") if self.cell_size_m else ""),
+            ("step", quantity_text(step_s, "s") if step_s else ""),
+            ("relaxation time", f"{relaxation_time:.4g}" if relaxation_time else ""),
+            ("period", quantity_text(periods.pop() * step_s, "s") if len(periods) == 1 and step_s else ""),
+            ("Re", f"{reynolds[0]:.2g}" if len(reynolds) == 1 and reynolds[0] else ""),
+        ]
+        return ", ".join([self.name, *(f"{what} {text}" for what, text in entries if text)])
 
     def swimmers(self) -> "list[SwimmerRecord]":
         return [SwimmerRecord(self, section) for section in self.case.get("swimmers") or []]
@@ -170,15 +205,6 @@ class SwimmerRecord:
         analysed = [entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name]
         self.figures: dict[str, Any] = analysed[0] if analysed else {}
 
-    def directions(self) -> list[np.ndarray]:
-        """Unit vectors in the world, at the start, of the axes of the beads; they matter for capsules."""
-        return [
-            rotated(
-                z_axis(bead.get("orientation_wxyz", _ORIENTATIONS[bead.get("orientation", "parallel")])), self.frame
-            )
-            for bead in self.beads
-        ]
-
     def positions(self) -> np.ndarray:
         """Of the beads from the middle bead's start, shape (3, samples)."""
         unit = self.run.length_unit[0]
@@ -207,13 +233,6 @@ class SwimmerRecord:
         start, stop = (cycles - 1) * self.period, cycles * self.period
         mask = (steps >= start) & (steps <= stop)
         return mask if steps[-1] >= stop > 0 and mask.sum() > 8 else np.zeros_like(mask)
-
-    def mean_positions_m(self, start_step: int, stop_step: int) -> np.ndarray:
-        """World positions of the beads averaged over [start_step, stop_step), shape (beads, 3)."""
-        steps = self.run.trajectory.steps
-        mask = (steps >= start_step) & (steps < stop_step)
-        mask = mask if mask.any() else np.ones_like(mask)
-        return np.array([self._body(bead)["position_m"][mask].mean(axis=0) for bead in self.bead_names])
 
     def _body(self, bead: str) -> Mapping[str, np.ndarray]:
         return self.run.trajectory.of(f"{self.name}.{bead}")

@@ -9,6 +9,7 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
+from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -20,12 +21,14 @@ class Theme:
     ink: str
     faint: str
     beads: tuple[str, str, str]  # trailing, middle, leading
-    flow: str  # colour map from slow to fast
+    flow: str  # colour map from slow to fast, on which stream lines can be seen
     stream: str  # stream lines
 
 
+_NIGHT = LinearSegmentedColormap.from_list("night", ["#12181f", "#123a5e", "#14607f", "#23878a", "#4aa886"])
+matplotlib.colormaps.register(_NIGHT)
 LIGHT = Theme("light", "#ffffff", "#1d2733", "#c9d1d9", ("#0072b2", "#d55e00", "#009e73"), "Blues", "#1d2733")
-DARK = Theme("dark", "#12181f", "#dfe6ec", "#3a4652", ("#56b4e9", "#ff9a5c", "#35d0a0"), "GnBu_r", "#dfe6ec")
+DARK = Theme("dark", "#12181f", "#dfe6ec", "#3a4652", ("#56b4e9", "#ff9a5c", "#35d0a0"), _NIGHT.name, "#dfe6ec")
 WIDTH_INCHES = 7.2
 RESOLUTION = 130
 
@@ -62,7 +65,31 @@ def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
 
 def png_of(figure: Any) -> bytes:
     """The figure as PNG bytes; closes it."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=RESOLUTION, facecolor=figure.get_facecolor())
+    picture = picture_of(figure, "png")
     plt.close(figure)
+    return picture
+
+
+FORMATS = ("png", "svg", "pdf")
+_DESCRIPTION = {"png": "Description", "svg": "Description", "pdf": "Subject"}  # where each format keeps a caption
+_WITHOUT_DATE: dict[str, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_PRINT_RESOLUTION = 300  # of a map of colours inside a vector figure
+
+
+def picture_of(figure: Any, kind: str, description: str = "") -> bytes:
+    """The figure as PNG, SVG or PDF, with its text as text; the same figure gives the same bytes."""
+    stream = io.BytesIO()
+    settings = {"svg.fonttype": "none", "svg.hashsalt": "copepod", "pdf.fonttype": 42}
+    metadata: dict[str, str | None] = {
+        **_WITHOUT_DATE[kind],
+        **({_DESCRIPTION[kind]: description} if description else {}),
+    }
+    with plt.rc_context(settings):
+        figure.savefig(
+            stream,
+            format=kind,
+            dpi=RESOLUTION if kind == "png" else _PRINT_RESOLUTION,
+            facecolor=figure.get_facecolor(),
+            metadata=metadata,
+        )
     return stream.getvalue()

@@ -12,8 +12,8 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import to_hex
 
-from copepod_report import fields, flow
-from copepod_report.run_record import RunRecord, read_file
+from copepod_report import flow
+from copepod_report.run_record import RunRecord
 from copepod_report.scene import Samples, scene_of, slice_of
 from copepod_report.style import DARK, LIGHT, Theme
 
@@ -32,7 +32,7 @@ ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEAL
 
 
 def of_run(run: RunRecord) -> str:
-    """The view of a run's trajectory so far, with its mean flow if it recorded one; empty without samples."""
+    """The view of a run's trajectory so far, with its flow if it recorded one; empty without samples."""
     trajectory = run.trajectory
     if len(trajectory) == 0:
         return ""
@@ -45,29 +45,26 @@ def of_run(run: RunRecord) -> str:
         np.linalg.norm(trajectory.all_of("velocity_m_per_s"), axis=-1),
     )
     scene = scene_of(run.name, run.case, run.cell_size_m, samples)
-    return figure({**scene, "flow": mean_flow(run, scene["box"])})
+    return figure({**scene, "flow": flow_slice(run, scene["box"])})
 
 
-def mean_flow(run: RunRecord, box: Any) -> Any:
-    """A slice of the mean flow that holds the swimmers; None where a run did not record one (yet)."""
-    path = run.directory / "fields.h5"
-    if not box or not box["size"]:
+def flow_slice(run: RunRecord, box: Any) -> Any:
+    """The plane of the report's picture of the flow; None where a run did not record one (yet)."""
+    if not box or not box["size"] or not run.status.is_finished:
         return None
-    times = read_file(path, fields.times_in) if run.status.is_finished else fields.FieldTimes()
-    if not times.has_mean:
+    picture = flow.choose(run, flow.View())
+    if picture is None:
         return None
-    point, along, across = flow.plane_of(run)
-    (normal,) = {0, 1, 2} - {along, across}
-    layer = read_file(path, lambda path: fields.read_layer(path, fields.MEAN, normal, point[normal]))
-    rows, columns = sorted((along, across), reverse=True)
-    velocity = layer.velocity_m_per_s
+    speed = np.hypot(picture.velocity_along_m_per_s, picture.velocity_across_m_per_s)
     low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-    for axis, cells in ((rows, velocity.shape[0]), (columns, velocity.shape[1]), (normal, 0)):
-        cell = box["size"][axis] / run.case["fluid"]["domain_cells"][axis]
-        start = layer.first_cell[axis] if cells else point[normal]
-        low[axis], high[axis] = start * cell, (start + cells) * cell
-    speed = np.hypot(velocity[..., along], velocity[..., across])
-    return {"title": "Mean speed in the plane", **slice_of(speed, columns, rows, low, high)}
+    cell = [size / cells for size, cells in zip(box["size"], run.case["fluid"]["domain_cells"])]
+    for axis, first, cells in zip((picture.along, picture.across), picture.corner_cells, speed.shape[::-1]):
+        low[axis], high[axis] = first * cell[axis], (first + cells) * cell[axis]
+    low[picture.normal] = high[picture.normal] = picture.at_m / run.cell_size_m * cell[picture.normal]
+    columns, rows = sorted((picture.along, picture.across))
+    title = "Mean speed in the plane" if picture.is_mean else f"Speed in the plane at step {picture.window[0]}"
+    shown = speed if picture.along == columns else speed.T
+    return {"title": title, **slice_of(shown, columns, rows, low, high)}
 
 
 def figure(scene: Mapping[str, Any]) -> str:

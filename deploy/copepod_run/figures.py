@@ -90,6 +90,17 @@ def number_text(value: Any) -> str:
     return "-" if value is None else str(value)
 
 
+_PREFIXES = {0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
+
+
+def quantity_text(value: float, unit: str) -> str:
+    """«754.8 ps», «4 µm», «1.2 s»: three or four digits, with the prefix that people use."""
+    if value == 0:
+        return f"0 {unit}"
+    power = min(max(3 * math.floor(math.log10(abs(value) * (1 + 1e-9)) / 3), min(_PREFIXES)), 0)
+    return f"{value / 10**power:.4g} {_PREFIXES[power]}{unit}"
+
+
 def percent_text(value: float | None) -> str:
     """«+1.3 %», «−0.4 %»; empty for None."""
     return "" if value is None else f"{value:+.1f} %".replace("-", "−")

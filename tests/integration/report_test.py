@@ -6,17 +6,17 @@ import os
 import re
 import shutil
 import unittest
-from types import SimpleNamespace
 
+import h5py
 import numpy as np
 
 from copepod_session import CommandTest
-from synthetic_run import ARMS, CELL_M, DOMAIN, PERIOD, SPEED, write_run, write_unfinished_run
+from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
+from copepod_report.flow import View, choose, draw, strongest_plane
 from copepod_report.report import page_of
-from copepod_report.flow import plane_of, read_mean_flow
-from copepod_report.run_record import collect, fit_arm, name_apart
-from copepod_report.style import LIGHT
+from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
+from copepod_report.style import LIGHT, picture_of
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import Stop
 
@@ -277,26 +277,91 @@ class Report(CommandTest):
         np.testing.assert_allclose(centroids_m(found["swimmer"])[3], [10e-6, 12e-6, 31.2e-6])
         self.assertEqual(read_cycles(self.folder / "nothing.csv"), {})
 
-    def test_plane_of_the_mean_flow_has_the_axis_horizontally(self):
-        write_run(self.folder / "run", steps=20)
-        middle = [cells / 2 for cells in DOMAIN]
-        for along, across, shape in ((2, 1, (24, 60)), (1, 2, (60, 24)), (0, 2, (60, 20)), (2, 0, (20, 60))):
-            plane = read_mean_flow(self.folder / "run/fields.h5", middle, along, across)
-            self.assertEqual(plane.velocity_along_m_per_s.shape, shape)
-        plane = read_mean_flow(self.folder / "run/fields.h5", middle, 2, 1)
-        np.testing.assert_allclose(plane.velocity_along_m_per_s[6, :], 2e-3)
-        np.testing.assert_allclose(plane.velocity_across_m_per_s[:, 15], 1e-3)
+    def chosen(self, **view):
+        return choose(RunRecord(self.folder / "run", read_case), View(**view))
 
-    def test_plane_of_the_mean_flow_holds_swimmers_that_stand_in_a_row(self):
-        for centers, expected in (
-            ([[10, 12, 30]], (2, 1)),
-            ([[5, 12, 30], [10, 12, 30]], (2, 0)),
-            ([[10, 6, 30], [10, 12, 30]], (2, 1)),
+    def test_picture_of_the_flow_follows_plane_position_and_time(self):
+        write_run(self.folder / "run", steps=2400)
+        for plane, shape in (("zy", (24, 60)), ("yz", (60, 24)), ("xz", (60, 20)), ("zx", (20, 60)), ("xy", (24, 20))):
+            self.assertEqual(self.chosen(plane=plane).velocity_along_m_per_s.shape, shape)
+        picture = self.chosen()
+        self.assertEqual((picture.along, picture.across, picture.window), (2, 1, (0, 2000)))
+        np.testing.assert_allclose(picture.velocity_along_m_per_s[6, :], 2e-3)
+        np.testing.assert_allclose(picture.velocity_across_m_per_s[:, 15], 1e-3)
+        self.assertAlmostEqual(self.chosen(plane="xz", at_m=6.2e-6).at_m, 6.5e-6)  # the centre of its layer of cells
+        np.testing.assert_allclose(self.chosen(plane="xz", at_m=6.2e-6).velocity_across_m_per_s, 2e-3)
+        last = self.chosen(time="last")
+        self.assertEqual(last.window, (800, 800))
+        np.testing.assert_allclose(last.velocity_along_m_per_s[6, :], 6e-3)
+        self.assertEqual(self.chosen(time="400").window, (400, 400))
+
+    def test_frame_of_a_body_moves_with_it_and_zoom_shows_it(self):
+        write_run(self.folder / "run", steps=2400)
+        speed = SPEED * CELL_M / STEP_S
+        resting, moving = self.chosen(), self.chosen(frame="B1")
+        difference = resting.velocity_along_m_per_s - moving.velocity_along_m_per_s
+        np.testing.assert_allclose(difference, speed, rtol=1e-6)
+        self.assertIn("relative to the velocity of B1", moving.caption(RunRecord(self.folder / "run", read_case)))
+        self.assertIsNone(resting.shown_m)
+        low, high, bottom, top = self.chosen(zoom="swimmer.B1", margin_m=1e-6).shown_m
+        self.assertAlmostEqual(high - low, 2 * (4 + 4 + 1) * 1e-6)  # radius, half a capsule's length, margin
+        self.assertAlmostEqual(0.5 * (low + high), (30 + SPEED * 990) * CELL_M)
+        self.assertAlmostEqual(0.5 * (bottom + top), 12e-6)
+
+    def test_view_that_does_not_suit_the_run_is_an_error(self):
+        write_run(self.folder / "run")
+        for view, expected in (
+            ({"zoom": "B7"}, "--zoom B7 does not suit design_a (it has swimmer, swimmer.B2"),
+            ({"time": "401"}, "--time 401 does not suit design_a (snapshots: steps 400, 800)"),
+            ({"plane": "xy", "at_m": 1.0}, "--at 1 does not suit design_a (its domain ends at z = 6e-05 m)"),
         ):
-            swimmers = [SimpleNamespace(center_m=1e-6 * np.array(c, float), axis=np.array([0, 0, 1])) for c in centers]
-            point, *axes = plane_of(SimpleNamespace(swimmers=lambda: swimmers, cell_size_m=1e-6))
-            self.assertEqual(tuple(axes), expected)
-            np.testing.assert_allclose(point, centers[0])
+            with self.assertRaises(Stop) as caught:
+                self.chosen(**view)
+            self.assertEqual(caught.exception.code, 2)
+            self.assertIn(expected, caught.exception.message)
+
+    def test_default_plane_contains_the_motion(self):
+        z, y, x = np.meshgrid(np.arange(12), np.arange(10), np.arange(14), indexing="ij")
+        for moving, varying, expected in ((0, z, (0, 2)), (0, y, (0, 1)), (1, z, (1, 2)), (2, x, (0, 2))):
+            velocity = np.zeros((12, 10, 14, 3))
+            velocity[..., moving] = varying - varying.mean()
+            self.assertEqual(set(strongest_plane(velocity, np.zeros(3))), set(expected))
+        still = np.zeros((12, 10, 14, 3))
+        self.assertEqual(strongest_plane(still, np.array([0, 0, 1.0])), (2, 1))
+        self.assertEqual(strongest_plane(still, np.array([1.0, 0, 2.0])), (2, 0))
+        self.assertEqual(set(strongest_plane(still[:1], np.array([0, 0, 1.0]))), {0, 1})  # a slice normal to z
+
+    def test_flow_of_a_part_of_the_domain_is_drawn_where_it_is(self):
+        write_run(self.folder / "run")
+        with h5py.File(self.folder / "run/fields.h5", "r+") as file:
+            for axis, first in zip("xyz", (5, 6, 7)):
+                file["mean"].attrs[f"first_cell_{axis}"] = first
+        picture = self.chosen(plane="xz", at_m=8.5e-6)
+        self.assertEqual(picture.corner_cells, (5, 7))
+        np.testing.assert_allclose(picture.velocity_across_m_per_s, np.sin(2 * np.pi * 2 / 24) * 2e-3)
+
+    def test_figures_are_the_same_bytes_each_time_and_their_text_is_text(self):
+        write_run(self.folder / "run")
+        run = RunRecord(self.folder / "run", read_case)
+        picture = choose(run, View())
+        for kind, start in (("png", PNG), ("svg", b"<?xml"), ("pdf", b"%PDF")):
+            first, second = (picture_of(draw(run, picture, LIGHT), kind, "a caption") for _ in range(2))
+            self.assertEqual(first, second)
+            self.assertTrue(first.startswith(start))
+            self.assertIn(b"a caption", first)
+            self.assertNotRegex(first, rb"<dc:date>|/CreationDate")
+            self.assertEqual(b">z [\xc2\xb5m]</text>" in first, kind == "svg")
+
+    def test_plots_are_written_in_the_formats_that_are_asked_for(self):
+        write_run(self.folder / "run")
+        code, session = self.report("run", "--format", "pdf", "svg", "--plane", "xz", "--at", "6e-6", "--time", "400")
+        self.assertEqual(code, 0, "".join(session.stderr))
+        names = {path.name for path in (self.folder / "run/report").iterdir()}
+        self.assertIn("design_a_flow.pdf", names)
+        self.assertEqual({name.rpartition(".")[2] for name in names}, {"pdf", "svg", "html"})
+        text = (self.folder / "run/report/report.html").read_text()
+        self.assertIn("Flow in the x–z plane at y = 6 µm, step 400 (400 ns), in the laboratory frame", text)
+        self.assertIn("design_a, radius 2 µm to 4 µm, cell 1 µm, step 1 ns, period 400 ns.", text)
 
 
 if __name__ == "__main__":

@@ -122,3 +122,5 @@ def _write_fields(path):
     with h5py.File(path, "w") as file:
         file["mean/velocity_m_per_s"] = velocity
         file["mean/density_kg_per_m3"] = np.full((nz, ny, nx), 1360.0)
+        for number, step in enumerate((400, 800), 2):
+            file[f"step_{step:09d}/velocity_m_per_s"] = number * velocity
