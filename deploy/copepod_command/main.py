@@ -113,6 +113,7 @@ def make_parser(prog: str = "") -> argparse.ArgumentParser:
     _add_check(commands)
     _add_campaign(commands)
     _add_report(commands)
+    _add_watch(commands)
     _add_validate(commands)
     _add_bench(commands)
     _add_replay(commands)
@@ -299,6 +300,20 @@ def _add_report(commands: _Commands) -> None:
     parser.set_defaults(action="copepod_command.report:report")
 
 
+def _add_watch(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "watch",
+        help="a live page of a run",
+        epilog=_EXIT_CODES,
+        description="Serves a page that shows a run while it continues: progress, time left, speeds cycle by cycle and "
+        "the moving bodies in 3-D; at its end also the report. Prints the address, which only this machine can open, "
+        "and stays until Ctrl-C. For a campaign, the page lists its runs.",
+    )
+    parser.add_argument("directory", metavar="DIR", help="run directory, or folder of a campaign")
+    parser.add_argument("--port", type=_port, default=0, metavar="N", help="port (default: a free one)")
+    parser.set_defaults(action="copepod_command.watch:watch")
+
+
 def _add_validate(commands: _Commands) -> None:
     parser = commands.add_parser(
         "validate",
@@ -419,6 +434,7 @@ def _integer(text: str, least: int = 1, what: str = "number") -> int:
     return value
 
 
+_port = functools.partial(_integer, least=0, what="port")
 _count = functools.partial(_integer, least=0)
 _ranks = functools.partial(_integer, what="rank count")
 

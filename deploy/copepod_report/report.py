@@ -90,8 +90,8 @@ def page_of(directory: str | Path, read_case: ReadCase, additions: Additions = A
     """
     run = RunRecord(directory, read_case)
     try:
-        figures = _figures_of(run, Canvas(None), run.name, additions, flow.View())
-        return page.page(f"Copepod: {run.name}", [page.run_section(run, "run", figures)])
+        figures = [view.of_run(run), *_figures_of(run, Canvas(None), run.name, additions, flow.View())]
+        return page.page(f"Copepod: {run.name}", [page.run_section(run, "run", figures), view.scripts()])
     except DAMAGE as problem:
         raise _damaged(str(directory), problem) from None
 

@@ -37,7 +37,8 @@ class Attempt:
     def run(self) -> Ending:
         cells = self._plan.estimate.get("cells", 0)
         as_json = self._options.progress == "json"
-        display = progress.EventProgress(sys.stderr) if as_json else progress.for_stream(sys.stderr, cells)
+        shown = progress.EventProgress(sys.stderr) if as_json else progress.for_stream(sys.stderr, cells)
+        display = progress.RecordedProgress(shown, self._directory.path / "logs" / "progress.json")
         size = f"{cells / 1e6:.3g} million cells, " if cells else ""
         say(f"{self._plan.name}: {size}{self._plan.steps} steps, in {self._directory.shown}")
         with ExitStack() as stack:

@@ -4,13 +4,17 @@ import json
 import os
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, TextIO
 
 from copepod_run.messages import is_quiet, notice, redraw, write
 
 Event = dict[str, Any]
+Clock = Callable[[], float]
 
 LINE_EVERY_S = 5.0
+RECORD_EVERY_S = 0.5
 _WIDEST_BAR = 40
 _NARROWEST_BAR = 10
 _PLACES = (12, 22)  # columns of time left and speed, so that the bar does not shake
@@ -127,7 +131,7 @@ def clock_text(seconds: float) -> str:
 class PlainProgress:
     """Lines for logs and pipes: every phase, a step line every few seconds and for the last step."""
 
-    def __init__(self, stream: TextIO, cells: int, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, stream: TextIO, cells: int, clock: Clock = time.monotonic) -> None:
         self._stream = stream
         self._cells = cells
         self._clock = clock
@@ -199,4 +203,41 @@ class TerminalProgress:
         redraw(self._stream, text[: width_of(self._stream)])
 
 
-Progress = NoProgress | EventProgress | PlainProgress | TerminalProgress  # a display of one run
+class RecordedProgress:
+    """Passes everything on to another display, and keeps phase and last step in a file for `copepod watch`."""
+
+    def __init__(self, display: "Progress", path: Path, clock: Clock = time.monotonic) -> None:
+        self._display = display
+        self._path = path
+        self._clock = clock
+        self._next = 0.0
+        self._state: Event = {}
+
+    def phase(self, name: str) -> None:
+        self._state["phase"] = name
+        self._record()
+        self._display.phase(name)
+
+    def step(self, event: Event) -> None:
+        self._state |= event
+        now = self._clock()
+        if now >= self._next or event["step"] == event["steps"]:
+            self._next = now + RECORD_EVERY_S
+            self._record()
+        self._display.step(event)
+
+    def notice(self, text: str) -> None:
+        self._display.notice(text)
+
+    def close(self) -> None:
+        self._display.close()
+
+    def _record(self) -> None:
+        """Replaces the file at once; a full disk must not end a run that needs no space."""
+        fresh = self._path.with_suffix(".new")
+        with suppress(OSError):
+            fresh.write_text(json.dumps(self._state) + "\n")
+            fresh.replace(self._path)
+
+
+Progress = NoProgress | EventProgress | PlainProgress | TerminalProgress | RecordedProgress  # a display of one run

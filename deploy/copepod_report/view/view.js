@@ -425,7 +425,7 @@ async function openView(place, scene, live) {
 }
 
 window.copepod = { openView, withUnit, threeDigits, views: [] };
-document.querySelectorAll(".view").forEach(async (figure) => {
-  const scene = JSON.parse(figure.querySelector("script").textContent);
-  window.copepod.views.push(await openView(figure.querySelector(".stage"), scene, false));
+document.querySelectorAll(".view > script").forEach(async (script) => {
+  const stage = script.parentElement.querySelector(".stage");
+  window.copepod.views.push(await openView(stage, JSON.parse(script.textContent), false));
 });

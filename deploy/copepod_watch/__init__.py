@@ -1,0 +1,1 @@
+"""`copepod watch`: a run directory as a live page, on this machine only."""

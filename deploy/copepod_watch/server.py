@@ -1,0 +1,166 @@
+"""The server of the live page: on loopback only, for requests that name this machine, with nothing but the page."""
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from html import escape
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, quote, unquote, urlsplit
+
+from copepod_report.page import page
+from copepod_report.run_record import DAMAGE
+from copepod_report.view import scripts
+from copepod_run.errors import ExitCode, Stop
+from copepod_watch.follower import RunFollower, runs_in
+
+_LOOPBACK = "127.0.0.1"
+_OUR_NAMES = (_LOOPBACK, "localhost")  # another name that leads here is that of a page elsewhere (DNS rebinding)
+_LIVE = Path(__file__).with_name("live.js")
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+
+Follow = Callable[[Path], RunFollower]
+Report = Callable[[Path], str]
+
+
+class WatchServer(ThreadingHTTPServer):
+    """Serves the page of a run, or of each run of a campaign."""
+
+    daemon_threads = True
+
+    def __init__(self, directory: Path, port: int, follow: Follow, report: Report, announce: Callable[[str], None]):
+        """`report`: HTML of a run's report; `announce(text)`: called when a run ends. Raises Stop(2) for a bad port."""
+        self.directory = directory
+        self._follow = follow
+        self._report = report
+        self._announce = announce
+        self._lock = threading.Lock()  # followers and plots work for one request at a time
+        self._followers: dict[str, RunFollower] = {}
+        self._states: dict[str, str] = {}
+        self._next_look = 0.0
+        try:
+            super().__init__((_LOOPBACK, port), _Handler)
+        except (OSError, OverflowError) as problem:
+            reason = getattr(problem, "strerror", None) or problem
+            raise Stop(ExitCode.BAD_CASE, f"port {port} cannot be used ({reason}). Choose another --port.") from None
+
+    @property
+    def address(self) -> str:
+        return f"http://{_LOOPBACK}:{self.server_address[1]}/"
+
+    def service_actions(self) -> None:
+        """Between requests: says once when a run has ended."""
+        if time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + 1.0
+        with self._lock:
+            followers = dict(self._followers)
+        for name, follower in followers.items():
+            state = follower.state()
+            if self._states.get(name, "running") == "running" and state != "running":
+                self._announce(f"{follower.name}: {state}; the page stays until Ctrl-C.")
+            self._states[name] = state
+
+    def content_of(self, path: str, known: str) -> tuple[str, str] | None:
+        """(type, content) of «/», «/state», «/report», or of these below «/NAME/»; None if there is no such page."""
+        *folders, last = path.removeprefix("/").split("/")
+        name = "/".join(folders)
+        with self._lock:
+            runs = runs_in(self.directory)
+            if path == "/" and "" not in runs:
+                return "text/html", self._list(runs)
+            if name not in runs or last not in ("", "state", "report"):
+                return None
+            if name not in self._followers:
+                self._followers[name] = self._follow(runs[name])
+            follower = self._followers[name]
+            if last == "state":
+                return "application/json", json.dumps(follower.content(known))
+            if last == "report":
+                return "text/html", self._report(runs[name])
+            return "text/html", _live_page(follower, is_member=name != "")
+
+    def watch(self, name: str) -> None:
+        """Follows a run before the first request, so that its end is announced."""
+        with self._lock:
+            self._followers[name] = self._follow(runs_in(self.directory)[name])
+
+    def _list(self, runs: dict[str, Path]) -> str:
+        rows = []
+        for name, path in runs.items():
+            follower = RunFollower(path, {}, 0)
+            event = follower.last_event()
+            step = f"step {event['step']} of {event['steps']}" if "steps" in event else ""
+            rows.append(f'<tr><td><a href="/{quote(name)}/">{escape(name)}</a></td>')
+            rows.append(f"<td>{follower.state()}</td><td>{step}</td></tr>")
+        table = f'<div class="scroll"><table><tbody>{"".join(rows)}</tbody></table></div>'
+        note = f"<p>{escape(str(self.directory))}: {len(runs)} runs so far.</p>"
+        refresh = '<meta http-equiv="refresh" content="5">'
+        return page(f"Copepod: {self.directory.resolve().name}", [refresh, note, table])
+
+
+def _live_page(follower: RunFollower, is_member: bool) -> str:
+    back = '<p><a href="/">All runs</a></p>' if is_member else ""
+    section = (
+        f'<section id="live">{back}<p>{escape(str(follower.directory))}</p>'
+        '<p class="status" role="status">…</p><progress></progress><p class="pace"></p>'
+        '<div class="speeds"></div><figure class="wide view"><div class="stage"><p class="missing">'
+        "<noscript>The live page needs JavaScript.</noscript></p></div></figure>"
+        '<p><a href="report">Tables and figures so far</a>, drawn when you follow the link</p>'
+        '<div class="report"></div></section>'
+    )
+    return page(f"Copepod: {follower.name}", [section, scripts(), f"<script>{_LIVE.read_text()}</script>"])
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: WatchServer
+    server_version = "copepod"
+    sys_version = ""
+
+    def do_GET(self) -> None:
+        if self._host() not in _OUR_NAMES:
+            self._send(HTTPStatus.FORBIDDEN, "text/plain", "Only http://127.0.0.1 and http://localhost lead here.\n")
+            return
+        place = urlsplit(self.path)
+        known = parse_qs(place.query).get("have", [""])[0]
+        try:
+            found = self.server.content_of(unquote(place.path), known)
+        except (Stop, OSError, *DAMAGE) as problem:  # a file that is damaged, or just being replaced
+            self._send(HTTPStatus.SERVICE_UNAVAILABLE, "text/plain", f"{problem}\n")
+            return
+        if found is None:
+            self._send(HTTPStatus.NOT_FOUND, "text/plain", "There is no such page.\n")
+        else:
+            self._send(HTTPStatus.OK, *found)
+
+    def _host(self) -> str:
+        host: Any = self.headers.get("Host", "")
+        return host.rsplit(":", 1)[0].lower()
+
+    def _send(self, status: HTTPStatus, kind: str, text: str) -> None:
+        content = text.encode()
+        self.send_response(status)
+        for name, value in (
+            ("Content-Type", f"{kind}; charset=utf-8"),
+            ("Content-Length", str(len(content))),
+            ("Cache-Control", "no-store"),
+            ("Content-Security-Policy", _POLICY),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Referrer-Policy", "no-referrer"),
+        ):
+            self.send_header(name, value)
+        self.end_headers()
+        try:
+            self.wfile.write(content)
+        except OSError:  # the browser has closed the page
+            self.close_connection = True
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """No line for every request."""

@@ -1,0 +1,218 @@
+"""`copepod watch`: the live page of a run that a test writes row by row."""
+
+import fcntl
+import http.client
+import json
+import os
+import re
+import signal
+import unittest
+from urllib.parse import urlsplit
+
+from browser import CHROMIUM, Browser
+from copepod_session import CommandTest, wait_until
+from synthetic_run import PERIOD, write_run
+from copepod_run.progress import RecordedProgress
+from copepod_watch.follower import TrajectoryFollower
+
+
+class GrowingRun:
+    """A run directory whose tables grow; it is held as a running command holds it."""
+
+    def __init__(self, folder, steps=2000):
+        self.folder = folder
+        self.steps = steps
+        write_run(folder, steps=steps, mean_flow=False)
+        self.ending = {name: (folder / name).read_text() for name in ("summary.json", "cycles.csv", "trajectory.csv")}
+        (folder / "summary.json").unlink()
+        (folder / "logs").mkdir()
+        self._lock = os.open(folder, os.O_RDONLY)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
+        self.write_until(0)
+
+    def write_until(self, step, half_a_row=False):
+        for name, column in (("trajectory.csv", 0), ("cycles.csv", 2)):
+            lines = self.ending[name].splitlines()
+            rows = [row for row in lines[1:] if int(row.split(",")[column]) + (PERIOD if column else 0) <= step]
+            rest = lines[len(rows) + 1][:30] if half_a_row and len(rows) + 1 < len(lines) else ""
+            (self.folder / name).write_text("\n".join([lines[0], *rows]) + "\n" + rest)
+        event = {"phase": "running", "step": step, "steps": self.steps, "steps_per_s": 50.0, "remaining_s": 7.0}
+        (self.folder / "logs/progress.json").write_text(json.dumps(event))
+
+    def finish(self):
+        for name, content in self.ending.items():
+            (self.folder / name).write_text(content)
+        self.release()
+
+    def release(self):
+        os.close(self._lock)
+
+
+class WatchTest(CommandTest):
+    def watch(self, directory="run"):
+        """The session of the command and the address that it prints."""
+        session = self.start("watch", directory)
+        wait_until(lambda: session.stdout or session.process.poll() is not None, "an address")
+        self.assertTrue(session.stdout, "".join(session.stderr))
+        return session, session.stdout[0].strip()
+
+    def get(self, address, path="/", host=None):
+        """(status, headers, text) of a page."""
+        place = urlsplit(address)
+        connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
+        self.addCleanup(connection.close)
+        connection.request("GET", path, headers={"Host": host} if host else {})
+        answer = connection.getresponse()
+        return answer.status, answer.headers, answer.read().decode()
+
+    def state(self, address, path="/state"):
+        status, _, text = self.get(address, path)
+        self.assertEqual(status, 200, text)
+        return json.loads(text)
+
+
+class Server(WatchTest):
+    def test_progress_motion_and_speeds_appear_while_the_run_writes(self):
+        run = GrowingRun(self.folder / "run")
+        run.write_until(20)
+        session, address = self.watch()
+        first = self.state(address)
+        self.assertEqual((first["state"], first["step"], first["steps"]), ("running", 20, 2000))
+        self.assertEqual(first["figures"][0], "0:07 left")
+        self.assertEqual(first["scene"]["motion"]["steps"], [0, 20])
+        self.assertEqual(first["speeds"], [])
+
+        run.write_until(900, half_a_row=True)
+        second = self.state(address, f"/state?have={first['version']}")
+        self.assertEqual(second["scene"]["motion"]["steps"][-1], 900)
+        self.assertEqual(len(second["speeds"][0]["along_m_per_s"]), 2)
+        self.assertIsNone(self.state(address, f"/state?have={second['version']}")["scene"])
+
+        run.finish()
+        last = self.state(address, f"/state?have={second['version']}")
+        self.assertEqual((last["state"], last["sentence"]), ("finished", "Finished after 2000 steps."))
+        self.assertEqual(last["scene"]["motion"]["steps"][-1], 2000)
+        session.wait_for("finished; the page stays until Ctrl-C.")
+        session.process.send_signal(signal.SIGINT)
+        self.assertEqual(session.end(), 130)
+
+    def test_only_this_machine_and_its_own_names_are_served(self):
+        GrowingRun(self.folder / "run").release()
+        session, address = self.watch()
+        port = urlsplit(address).port
+        for host in ("evil.example", f"evil.example:{port}", "127.0.0.1.evil.example", ""):
+            self.assertEqual(self.get(address, host=host or " ")[0], 403, host)
+        for host in (f"127.0.0.1:{port}", f"localhost:{port}", "LOCALHOST"):
+            self.assertEqual(self.get(address, host=host)[0], 200, host)
+        with open(f"/proc/{session.process.pid}/net/tcp") as file:
+            listening = [line.split()[1] for line in file if line.split()[3] == "0A"]
+        self.assertIn(f"0100007F:{port:04X}", listening)
+        self.assertNotIn(f"00000000:{port:04X}", listening)
+
+    def test_nothing_but_the_page_is_served(self):
+        GrowingRun(self.folder / "run").release()
+        _, address = self.watch()
+        for path in ("/case.yaml", "/logs/progress.json", "/../run/case.yaml", "/%2e%2e/run/state", "/state/"):
+            self.assertEqual(self.get(address, path)[0], 404, path)
+        status, headers, text = self.get(address)
+        self.assertEqual(status, 200)
+        self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
+        self.assertNotRegex(text, r"https?://")
+
+    def test_a_run_that_was_killed_is_not_called_running(self):
+        run = GrowingRun(self.folder / "run")
+        run.write_until(900)
+        _, address = self.watch()
+        self.assertEqual(self.state(address)["state"], "running")
+        run.release()
+        content = self.state(address)
+        self.assertEqual((content["state"], content["figures"]), ("interrupted", []))
+
+    def test_a_campaign_lists_its_runs(self):
+        for name in ("case_1", "case_2"):
+            GrowingRun(self.folder / "all" / name).release()
+        _, address = self.watch("all")
+        self.assertIn('<a href="/case_2/">case_2</a>', self.get(address)[2])
+        self.assertEqual(self.state(address, "/case_2/state")["steps"], 2000)
+
+    def test_without_a_run_there_is_an_error(self):
+        (self.folder / "empty").mkdir()
+        for name, reason in (("nothing", "no run has been started there"), ("empty", "no case.yaml")):
+            session = self.start("watch", name)
+            self.assertEqual(session.end(), 2)
+            self.assertIn(reason, session.last_line)
+
+    def test_a_port_in_use_is_an_error(self):
+        GrowingRun(self.folder / "run").release()
+        _, address = self.watch()
+        session = self.start("watch", "run", "--port", str(urlsplit(address).port))
+        self.assertEqual(session.end(), 2)
+        self.assertRegex(session.last_line, r"port \d+ cannot be used \(Address already in use\)")
+
+    @unittest.skipUnless(CHROMIUM, "chromium is not installed (deploy/copepod setup --ci installs it)")
+    def test_the_page_follows_the_run_to_its_end_without_reloading(self):
+        run = GrowingRun(self.folder / "run")
+        run.write_until(20)
+        _, address = self.watch()
+        with Browser() as browser:
+            browser.open(address)
+            browser.wait_for("document.querySelector('.stage').dataset.drawn > 0")
+            self.assertIn("0:07 left", browser.value("document.querySelector('.pace').textContent"))
+            browser.value("window.isTheSamePage = true")
+            run.write_until(900)
+            browser.wait_for("document.querySelector('.clock').textContent.endsWith('step 900')")
+            browser.wait_for("document.querySelector('.speeds table') !== null")
+            run.finish()
+            browser.wait_for("document.querySelector('.status').textContent === 'Finished after 2000 steps.'")
+            browser.wait_for("document.querySelectorAll('.report figure img').length > 3")
+            self.assertTrue(browser.value("window.isTheSamePage"))
+            self.assertEqual(browser.problems, [])
+
+
+class Following(WatchTest):
+    def test_a_file_that_a_resumed_run_cuts_is_read_anew(self):
+        run = GrowingRun(self.folder / "run")
+        follower = TrajectoryFollower(self.folder / "run/trajectory.csv")
+        run.write_until(1000)
+        follower.update()
+        run.ending["trajectory.csv"] = re.sub(r"^(\d+),", r"\g<1>,", run.ending["trajectory.csv"])
+        run.write_until(200)
+        follower.update()
+        self.assertEqual(follower.samples().steps[-1], 200)
+        run.release()
+
+    def test_long_trajectories_are_thinned_evenly_and_keep_the_newest_sample(self):
+        run = GrowingRun(self.folder / "run", steps=60020)
+        follower = TrajectoryFollower(self.folder / "run/trajectory.csv")
+        for step in (19990, 60020):
+            run.write_until(step)
+            follower.update()
+        steps = follower.samples().steps
+        self.assertLess(len(steps), 2002)
+        self.assertEqual((steps[0], steps[-1]), (0, 60020))
+        self.assertEqual(len(set(steps[1:-1] - steps[:-2])), 1)
+        run.release()
+
+    def test_a_run_records_its_progress_and_survives_a_lost_folder(self):
+        class Shown:
+            events = []
+
+            def phase(self, name):
+                self.events.append(name)
+
+            def step(self, event):
+                self.events.append(event["step"])
+
+        path = self.folder / "logs/progress.json"
+        display = RecordedProgress(Shown(), path, clock=lambda: 1.0)
+        display.phase("running")  # there is no such folder
+        path.parent.mkdir()
+        for step in (0, 1, 2, 3):
+            display.step({"event": "progress", "step": step, "steps": 3})
+        self.assertEqual(Shown.events, ["running", 0, 1, 2, 3])
+        self.assertEqual(json.loads(path.read_text())["phase"], "running")
+        self.assertEqual(json.loads(path.read_text())["step"], 3)
+
+
+if __name__ == "__main__":
+    unittest.main()
