@@ -304,7 +304,7 @@ def _add_watch(commands: _Commands) -> None:
     parser = commands.add_parser(
         "watch",
         help="a live page of a run",
-        epilog=_EXIT_CODES,
+        epilog=_epilog("watch runs/three_sphere", "watch runs/three_sphere --port 8000"),
         description="Serves a page that shows a run while it continues: progress, time left, speeds cycle by cycle and "
         "the moving bodies in 3-D; at its end also the report. Prints the address, which only this machine can open, "
         "and stays until Ctrl-C. For a campaign, the page lists its runs.",

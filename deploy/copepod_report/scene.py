@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 MOST_FRAMES = 1000
-MOST_SAMPLES = 30000  # frames times bodies: 0.6 MB of text
+MOST_SAMPLES = 60000  # frames times bodies: 1.1 MB of text
 _UNITS = (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
 _THREE_BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
 _LEVELS = 65535  # of a 16-bit number

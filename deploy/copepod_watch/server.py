@@ -55,7 +55,7 @@ class WatchServer(ThreadingHTTPServer):
         return f"http://{_LOOPBACK}:{self.server_address[1]}/"
 
     def service_actions(self) -> None:
-        """Between requests: says once when a run has ended."""
+        """Between requests: announces the end of a run, once."""
         if time.monotonic() < self._next_look:
             return
         self._next_look = time.monotonic() + 1.0

@@ -159,7 +159,7 @@ class InChromium(unittest.TestCase):
             browser.press(" ")
             self.assertFalse(browser.value("window.copepod.views[0].playing"))
 
-        with self.subTest("tells what is under the pointer"):
+        with self.subTest("names what is under the pointer"):
             browser.value("window.copepod.views[0].goTo(0); window.copepod.views[0].drawNow()")
             place = browser.value("window.copepod.views[0].stage.projected([20, 20, 56])")
             browser.hover(frame["x"] + place["left"] * frame["width"], frame["y"] + place["top"] * frame["height"])
