@@ -5,11 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
-from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
+from matplotlib.figure import Figure  # not pyplot, which would choose the backend of a notebook
+from matplotlib.colors import LinearSegmentedColormap
 
 
 @dataclass(frozen=True)
@@ -50,8 +47,9 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
         "axes.spines.top": False,
         "axes.spines.right": False,
     }
-    with plt.rc_context(settings):
-        figure, axes = plt.subplots(figsize=(WIDTH_INCHES, height_inches), layout="constrained", **subplots)
+    with matplotlib.rc_context(settings):
+        figure = Figure(figsize=(WIDTH_INCHES, height_inches), layout="constrained")
+        axes = figure.subplots(**subplots)
     for axis in getattr(axes, "flat", [axes]):
         axis.grid(True, linewidth=0.5, alpha=0.6)
         axis.set_axisbelow(True)
@@ -64,10 +62,8 @@ def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
 
 
 def png_of(figure: Any) -> bytes:
-    """The figure as PNG bytes; closes it."""
-    picture = picture_of(figure, "png")
-    plt.close(figure)
-    return picture
+    """The figure as PNG bytes."""
+    return picture_of(figure, "png")
 
 
 FORMATS = ("png", "svg", "pdf")
@@ -84,7 +80,7 @@ def picture_of(figure: Any, kind: str, description: str = "") -> bytes:
         **_WITHOUT_DATE[kind],
         **({_DESCRIPTION[kind]: description} if description else {}),
     }
-    with plt.rc_context(settings):
+    with matplotlib.rc_context(settings):
         figure.savefig(
             stream,
             format=kind,
