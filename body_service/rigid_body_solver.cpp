@@ -56,7 +56,7 @@ Capabilities rigid_body_capabilities() {
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
     : context_(context),
-      case_digest_(case_digest(setup)),
+      layout_digest_(layout_digest(setup)),
       equations_(setup, preferred_block_bodies),
       integrator_(make_time_integrator(setup.integrator, equations_, setup.step_s)),
       actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
@@ -108,11 +108,11 @@ std::function<void()> RigidBodySolver::report_progress() const {
 }
 
 void RigidBodySolver::save(const std::string& path) {
-  write_state(path, {case_digest_, step_}, state_, report_progress());
+  write_state(path, {layout_digest_, step_}, state_, report_progress());
 }
 
 void RigidBodySolver::restore(const std::string& path) {
-  step_ = read_state(path, case_digest_, state_, report_progress());
+  step_ = read_state(path, layout_digest_, state_, report_progress());
   overlap_check_.check(state_, step_);
 }
 

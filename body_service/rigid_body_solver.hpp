@@ -38,7 +38,7 @@ class RigidBodySolver final : public BodySolver {
   [[nodiscard]] std::function<void()> report_progress() const;
 
   SolverContext* context_;
-  std::uint64_t case_digest_;  ///< of the setup: a saved state fits this case only
+  std::uint64_t layout_digest_;  ///< of the setup: a saved state fits these bodies only
   EquationsOfMotion equations_;
   std::unique_ptr<TimeIntegrator> integrator_;
   Eigen::Index actuators_;

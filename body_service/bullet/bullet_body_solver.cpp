@@ -39,7 +39,7 @@ Capabilities bullet_capabilities() {
 
 BulletBodySolver::BulletBodySolver(const BodySetup& setup, SolverContext* context)
     : context_(context),
-      case_digest_(mix_bits(case_digest(setup))),
+      layout_digest_(mix_bits(layout_digest(setup))),
       model_(checked(setup)),
       weight_(setup),
       drive_(setup),
@@ -84,12 +84,12 @@ std::function<void()> BulletBodySolver::report_progress() const {
 }
 
 void BulletBodySolver::save(const std::string& path) {
-  write_state(path, {case_digest_, step_}, as_motion_state(state_), report_progress());
+  write_state(path, {layout_digest_, step_}, as_motion_state(state_), report_progress());
 }
 
 void BulletBodySolver::restore(const std::string& path) {
   MotionState saved = as_motion_state(state_);
-  step_ = read_state(path, case_digest_, saved, report_progress());
+  step_ = read_state(path, layout_digest_, saved, report_progress());
   state_ = {saved.position_m, saved.orientation_wxyz, saved.velocity_m_per_s, saved.angular_momentum_N_m_s};
 }
 

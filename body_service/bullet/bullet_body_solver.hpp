@@ -43,7 +43,7 @@ class BulletBodySolver final : public BodySolver {
   [[nodiscard]] std::function<void()> report_progress() const;
 
   SolverContext* context_;
-  std::uint64_t case_digest_;  ///< of the setup, and of Bullet: states of the other solver do not fit
+  std::uint64_t layout_digest_;  ///< of the setup, and of Bullet: states of the other solver do not fit
   BodyModel model_;
   Weight weight_;
   Actuators drive_;

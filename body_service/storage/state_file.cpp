@@ -71,17 +71,17 @@ void read_all(std::istream& file, Words& words, const std::function<void()>& on_
 
 }  // namespace
 
-std::uint64_t case_digest(const BodySetup& setup) {
-  BodySetup physics = setup;
-  physics.trace_directory.clear();
-  const BodySpecification nowhere;
-  for (BodySpecification& body : physics.bodies) {
-    body.position_m = nowhere.position_m;
-    body.orientation_wxyz = nowhere.orientation_wxyz;
-    body.velocity_m_per_s = nowhere.velocity_m_per_s;
-    body.angular_velocity_rad_per_s = nowhere.angular_velocity_rad_per_s;
+std::uint64_t layout_digest(const BodySetup& setup) {
+  BodySetup layout;
+  layout.step_s = setup.step_s;
+  layout.integrator = setup.integrator;
+  for (const BodySpecification& body : setup.bodies) {
+    BodySpecification& kept = layout.bodies.emplace_back();
+    kept.name = body.name;
+    kept.shape = body.shape;
+    kept.motion = body.motion;
   }
-  return digest_of(conversion::to_bytes(physics));
+  return digest_of(conversion::to_bytes(layout));
 }
 
 std::uint64_t state_digest(std::int64_t step, const MotionState& state) {
@@ -97,7 +97,7 @@ std::uint64_t state_digest(std::int64_t step, const MotionState& state) {
 void write_state(const std::string& path, const StateLabel& label, const MotionState& state,
                  const std::function<void()>& on_piece) {
   const auto bodies = static_cast<std::size_t>(state.bodies());
-  Words words{magic, version, label.case_digest, static_cast<std::uint64_t>(label.step), bodies};
+  Words words{magic, version, label.layout_digest, static_cast<std::uint64_t>(label.step), bodies};
   words.reserve(header_words + words_per_body * bodies + 1);
   append(words, state.position_m);
   append(words, state.orientation_wxyz);
@@ -108,7 +108,7 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   write_durably(path, std::as_bytes(std::span(words)), on_piece);
 }
 
-std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state,
+std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, MotionState& state,
                         const std::function<void()>& on_piece) {
   const std::string remedy = "Resume from another checkpoint.";
   const auto bodies = static_cast<std::size_t>(state.bodies());
@@ -124,8 +124,8 @@ std::int64_t read_state(const std::string& path, std::uint64_t case_digest, Moti
     fail(path, "has format version " + std::to_string(words[1]) + " (this program reads version 2)",
          "Resume with the program that wrote it.");
   }
-  if (words[2] != case_digest || words[4] != bodies) {
-    fail(path, "belongs to another case (bodies, springs, actuators, step or integrator differ)",
+  if (words[2] != layout_digest || words[4] != bodies) {
+    fail(path, "belongs to another case (bodies, their shapes, the step or the integrator differ)",
          "Resume with the case file that wrote it.");
   }
   const auto content = std::span<const std::uint64_t>(words);

@@ -9,15 +9,15 @@
 
 namespace copepod::body {
 
-/// Digest of everything in a setup that decides how a state evolves; initial states do not enter.
-std::uint64_t case_digest(const BodySetup& setup);
+/// Digest of what a state belongs to: names, shapes and kinds of motion of the bodies, step, integrator.
+std::uint64_t layout_digest(const BodySetup& setup);
 
 /// Digest of the complete state of all bodies before step `step`; equal digests mean equal bits.
 std::uint64_t state_digest(std::int64_t step, const MotionState& state);
 
 /// What a saved state belongs to.
 struct StateLabel {
-  std::uint64_t case_digest = 0;
+  std::uint64_t layout_digest = 0;
   std::int64_t step = 0;
 };
 
@@ -32,11 +32,11 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
                  const std::function<void()>& on_piece = {});
 
 /// Reads what `write_state` wrote, bit for bit.
-/// @param case_digest  of the present case
+/// @param layout_digest  of the present case
 /// @param state        must have the case's number of bodies; overwritten
 /// @return the step before which the state was saved
 /// @throws StorageError if the file is missing, truncated, damaged, of another version or of another case
-std::int64_t read_state(const std::string& path, std::uint64_t case_digest, MotionState& state,
+std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, MotionState& state,
                         const std::function<void()>& on_piece = {});
 
 }  // namespace copepod::body

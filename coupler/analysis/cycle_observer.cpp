@@ -36,10 +36,11 @@ bool fits(const Cycle& cycle, const Group& group) {
 }
 
 /// Whether these can be the sums before a step, the first excepted.
-bool fits(const CycleSums& sums, const Group& group, std::int64_t step) {
+bool fits(const CycleSums& sums, const Group& group, std::int64_t step, std::int64_t first_step) {
   if (!fits(sums.last, group) || !fits(sums.before_last, group)) return false;
   const std::int64_t number = group.period_steps > 0 ? (step - 1) / group.period_steps : -1;
-  if (number < group.first_cycle || number >= group.stop_cycle) return sums.number < 0;
+  const bool began_before = number * group.period_steps < first_step;
+  if (number < group.first_cycle || number >= group.stop_cycle || began_before) return sums.number < 0;
   const auto bodies = static_cast<Eigen::Index>(group.bodies.size());
   const auto arms = static_cast<Eigen::Index>(group.arms.size());
   return sums.number == number && sums.samples == step - number * group.period_steps &&
@@ -146,9 +147,9 @@ void CycleObserver::close(const Group& group, CycleSums& sums, const StepRecord&
   sums.samples = 0;
 }
 
-void CycleObserver::restore(const std::vector<CycleSums>& sums, std::int64_t step) {
+void CycleObserver::restore(const std::vector<CycleSums>& sums, std::int64_t step, std::int64_t first_step) {
   if (!std::equal(sums.begin(), sums.end(), groups_.begin(), groups_.end(),
-                  [step](const CycleSums& each, const Group& group) { return fits(each, group, step); })) {
+                  [&](const CycleSums& each, const Group& group) { return fits(each, group, step, first_step); })) {
     throw StorageError(
         "the checkpoint has the analysis of other swimmers than the case, or of another step (it is of another case). "
         "Use another run directory.");

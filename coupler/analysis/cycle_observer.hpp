@@ -41,9 +41,10 @@ class CycleObserver final : public Observer {
 
   [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
   [[nodiscard]] const std::vector<CycleSums>& sums() const { return sums_; }
-  /// @param step  that comes next
+  /// @param step        that comes next
+  /// @param first_step  of the run; a cycle that began before it is not measured
   /// @throws StorageError if the sums are not of these swimmers before that step
-  void restore(const std::vector<CycleSums>& sums, std::int64_t step);
+  void restore(const std::vector<CycleSums>& sums, std::int64_t step, std::int64_t first_step);
 
  private:
   void open(const Group& group, CycleSums& sums, const StepRecord& record);

@@ -117,9 +117,13 @@ void CheckpointStore::keep_two_up_to(std::int64_t newest) const {
   }
 }
 
-FoundCheckpoint CheckpointStore::newest() const {
+FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> step) const {
   FoundCheckpoint found;
   for (const fs::path& folder : newest_first()) {
+    if (const std::int64_t its = step_of_name(folder.filename().string()); step && its != *step) {
+      found.skipped.push_back("there is one of step " + std::to_string(its));
+      continue;
+    }
     std::string damage = find_damage(folder, case_key_);
     if (damage.empty()) {
       try {
@@ -136,6 +140,10 @@ FoundCheckpoint CheckpointStore::newest() const {
   }
   std::string reasons;
   for (const std::string& reason : found.skipped) reasons += "; " + reason;
+  if (step) {
+    throw StorageError(folder_.string() + " holds no complete checkpoint of step " + std::to_string(*step) + " (" +
+                       (reasons.empty() ? "there is none" : reasons.substr(2)) + "). Name the step of another one.");
+  }
   throw StorageError(folder_.string() + " holds no checkpoint to resume (none is complete" + reasons +
                      "). Run the case again without --resume.");
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,7 +44,9 @@ class CheckpointStore {
 
   /// The newest checkpoint that is complete, undamaged and of this case. Takes long for large ones.
   /// @throws StorageError if there is none
-  [[nodiscard]] FoundCheckpoint newest() const;
+  [[nodiscard]] FoundCheckpoint newest() const { return find(std::nullopt); }
+  /// The one before `step`, or the newest.
+  [[nodiscard]] FoundCheckpoint find(std::optional<std::int64_t> step) const;
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 

@@ -122,6 +122,7 @@ ordered_json to_json(const CouplerState& state) {
   ordered_json tables = ordered_json::object();
   for (const auto& [name, end] : state.tables) tables[name] = {{"bytes", end.bytes}, {"checksum", end.checksum}};
   return {{"step", state.step},
+          {"first_step", state.first_step},
           {"previous_loads", encoded(state.previous_loads)},
           {"previous_kinematics", encoded(state.previous_kinematics)},
           {"swimmers", swimmers},
@@ -134,6 +135,7 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
   try {
     CouplerState state;
     state.step = whole_number<std::int64_t>(json.at("step"));
+    state.first_step = whole_number<std::int64_t>(json.at("first_step"));
     decode(json.at("previous_loads"), state.previous_loads);
     decode(json.at("previous_kinematics"), state.previous_kinematics);
     for (const ordered_json& swimmer : json.at("swimmers")) decode(swimmer, state.swimmers.emplace_back());

@@ -227,12 +227,14 @@ ordered_json resolved(const Case& the_case) {
   return top;
 }
 
-std::string case_key(Case the_case) {
+ordered_json physics_of(Case the_case) {
   for (Swimmer& swimmer : the_case.swimmers) swimmer.published.clear();
   ordered_json physics = resolved(the_case);
   for (const char* section : {"run", "output", "services"}) physics.erase(section);
-  return std::to_string(digest_of(to_yaml(physics)));
+  return physics;
 }
+
+std::string case_key(const Case& the_case) { return std::to_string(digest_of(to_yaml(physics_of(the_case)))); }
 
 namespace {
 

@@ -15,11 +15,12 @@ MeanSampling mean_sampling(const OutputCase& output) {
 }
 
 Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
-                           std::int64_t first_step, RunSignals& signals, Events& events)
+                           std::int64_t first_step, std::int64_t first_of_run, RunSignals& signals, Events& events)
     : store_(store),
       components_(components),
       able_(able),
       first_step_(first_step),
+      first_of_run_(first_of_run),
       schedule_(the_case.output.checkpoint_every_steps, the_case.output.checkpoint_every_wall_s, first_step,
                 CheckpointSchedule::Clock::now()),
       mean_(mean_sampling(the_case.output)),
@@ -71,7 +72,7 @@ void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExpl
   }
   store_.prepare(
       fluid, body,
-      {scheme.step(), scheme.previous_loads(), scheme.previous_kinematics(), observers.cycles().sums(),
+      {scheme.step(), first_of_run_, scheme.previous_loads(), scheme.previous_kinematics(), observers.cycles().sums(),
        observers.sync_files(), mean_, components_.fluid_capabilities().name, components_.body_capabilities().name});
   components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
   spdlog::info("checkpoint of step {}", scheme.step());

@@ -54,7 +54,7 @@ class Checkpointer {
   /// @param able  whether both components can save; if not, signals only stop
   enum class Ability { none, saves };
   Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
-               std::int64_t first_step, RunSignals& signals, Events& events);
+               std::int64_t first_step, std::int64_t first_of_run, RunSignals& signals, Events& events);
   Checkpointer(const Checkpointer&) = delete;
   Checkpointer& operator=(const Checkpointer&) = delete;
   ~Checkpointer();
@@ -74,6 +74,7 @@ class Checkpointer {
   Components& components_;
   Ability able_;
   std::int64_t first_step_;
+  std::int64_t first_of_run_;
   CheckpointSchedule schedule_;
   MeanSampling mean_;
   std::uintmax_t expected_bytes_;  ///< of the first checkpoint

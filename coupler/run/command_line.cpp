@@ -60,6 +60,10 @@ Options parse_command_line(int argc, const char* const* argv) {
   app.add_option("--log-file", options.log_file, "Log file");
   app.add_option("--build", options.build, "What identifies the programs of this run");
   app.add_flag("--resume", options.resume, "Continue from the newest checkpoint of the run directory");
+  app.add_option("--branch-from", options.branch_from, "Start from the newest checkpoint of the run in this directory")
+      ->excludes("--resume");
+  app.add_option("--branch-step", options.branch_step, "Start from the checkpoint of this step instead")
+      ->needs("--branch-from");
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version

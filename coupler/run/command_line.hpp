@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +22,9 @@ struct Options {
   std::string build;      ///< identifies the programs of the run, for the provenance
   std::string wire_file;  ///< where messages are recorded; of the case, empty: nowhere
   bool resume = false;
-  std::string command_line;  ///< all arguments but the token, for the provenance
+  std::string branch_from;                  ///< directory of the run from whose checkpoint this one starts
+  std::optional<std::int64_t> branch_step;  ///< of that checkpoint; absent: the newest
+  std::string command_line;                 ///< all arguments but the token, for the provenance
 };
 
 /// @throws CaseError (exit code 2) if the arguments make no sense

@@ -66,6 +66,9 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
     throw CaseError(options.case_file +
                     " is a sweep (the coupler runs one case). Use deploy/copepod run, or --set sweep=null.");
   }
+  std::optional<Branch> branch;
+  if (options.resume) require_same_case(options.out, loaded.content);
+  if (!options.branch_from.empty()) branch = plan_branch(options.branch_from, options.branch_step, loaded);
   const RunDirectory directory(options.out);
   start_log(options.log_file);
   for (const std::string& warning : loaded.warnings) spdlog::warn(warning);
@@ -81,8 +84,9 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   CaseRun run(loaded, directory, *components, events, signals);
   FailureReport failure;
   try {
-    const Beginning beginning = options.resume ? Beginning::resumed : Beginning::fresh;
-    run.run(beginning, [&](const Capabilities& fluid, const Capabilities& body) {
+    const Beginning beginning = options.resume ? Beginning::resumed : branch ? Beginning::branched : Beginning::fresh;
+    run.run(beginning, branch, [&](const Capabilities& fluid, const Capabilities& body, std::int64_t first_step) {
+      if (branch) provenance.set_branch(*branch, first_step);
       if (options.resume) write_case();  // it fits the checkpoint
       provenance.set_components(fluid, body);
       provenance.write_start();

@@ -52,6 +52,13 @@ void Provenance::set_components(const Capabilities& fluid, const Capabilities& b
   components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};
 }
 
+void Provenance::set_branch(const Branch& branch, std::int64_t step) {
+  using nlohmann::ordered_json;
+  ordered_json changed = ordered_json::object();
+  for (const auto& [key, values] : branch.changed) changed[key] = {{"was", values.first}, {"is", values.second}};
+  branched_from_ = ordered_json{{"directory", branch.directory.string()}, {"step", step}, {"changed", changed}}.dump();
+}
+
 void Provenance::write_start() { write("running", -1, "", ""); }
 
 void Provenance::write_end(ExitCode code, const std::string& reason) {
@@ -72,6 +79,7 @@ void Provenance::write(const std::string& status, int code, const std::string& r
                                 {"fluid_ranks", fluid_ranks_},
                                 {"command_line", command_line_},
                                 {"resumed", resumed_},
+                                {"branched_from", ordered_json::parse(branched_from_)},
                                 {"components", components},
                                 {"notices", notices_},
                                 {"start", start_},

@@ -30,13 +30,18 @@ CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Compon
                  RunSignals& signals)
     : loaded_(loaded), directory_(directory), components_(components), events_(events), signals_(signals) {}
 
-void CaseRun::run(Beginning beginning, const std::function<void(const Capabilities&, const Capabilities&)>& on_ready) {
+void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch,
+                  const std::function<void(const Capabilities&, const Capabilities&, std::int64_t)>& on_ready) {
   const CheckpointStore store(directory_.checkpoints(), case_key(loaded_.content));
   events_.phase("handshake");
   components_.connect();
   std::optional<FoundCheckpoint> checkpoint;
-  if (beginning == Beginning::resumed) checkpoint = find_checkpoint(store);
-  on_ready(components_.fluid_capabilities(), components_.body_capabilities());
+  if (beginning == Beginning::resumed) checkpoint = find_checkpoint(store, std::nullopt);
+  if (beginning == Beginning::branched) {
+    checkpoint = find_checkpoint(CheckpointStore(branch->directory / "checkpoints", branch->case_key), branch->step);
+    checkpoint->state.first_step = checkpoint->state.step;
+  }
+  on_ready(components_.fluid_capabilities(), components_.body_capabilities(), first_step(checkpoint));
   check_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
   const BodySetup setup = make_body_setup(loaded_.content, loaded_.assembly);
   const Capabilities& body = components_.body_capabilities();
@@ -48,7 +53,7 @@ void CaseRun::run(Beginning beginning, const std::function<void(const Capabiliti
            "the directions at the start of each step, which is of first order in the step.");
   }
   make_solvers(setup, lowers, checkpoint);
-  compute(store, checkpoint);
+  compute(beginning, store, checkpoint);
 }
 
 void CaseRun::check_features(const Capabilities& capabilities, const std::set<std::string>& required) {
@@ -62,9 +67,9 @@ void CaseRun::notice(const std::string& text) {
 }
 
 /// The components are there already: reading a large checkpoint takes longer than they would wait.
-FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store) {
+FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store, std::optional<std::int64_t> wanted) {
   FoundCheckpoint found;
-  components_.stay_in_touch_during([&] { found = store.newest(); });
+  components_.stay_in_touch_during([&] { found = store.find(wanted); });
   for (const std::string& reason : found.skipped) notice(reason);
   require_same_components(found.state);
   const std::int64_t step = found.state.step, steps = loaded_.content.steps;
@@ -136,22 +141,25 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   fluid_->restore(checkpoint->fluid_path.string());
 }
 
-void CaseRun::compute(const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint) {
+/// A branch has tables and measured cycles of its own.
+void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
+                      const std::optional<FoundCheckpoint>& checkpoint) {
   using Clock = std::chrono::steady_clock;
   const Case& the_case = loaded_.content;
   const DrivingProtocol driving(loaded_.assembly.drive);
-  RunObservers observers(loaded_, directory_, events_, checkpoint ? &checkpoint->state : nullptr, step_);
+  const CouplerState* resumed = beginning == Beginning::resumed ? &checkpoint->state : nullptr;
+  RunObservers observers(loaded_, directory_, events_, resumed, step_);
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
   SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_,
                         virtual_mass_, lubrication_);
   if (checkpoint) {
     scheme.restore(checkpoint->state.step, checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
-    observers.cycles().restore(checkpoint->state.swimmers, checkpoint->state.step);
   }
+  if (resumed != nullptr) observers.cycles().restore(resumed->swimmers, resumed->step, resumed->first_step);
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");
   Checkpointer checkpointer(store, components_, able ? Checkpointer::Ability::saves : Checkpointer::Ability::none,
-                            the_case, scheme.step(), signals_, events_);
+                            the_case, scheme.step(), checkpoint ? checkpoint->state.first_step : 0, signals_, events_);
 
   events_.phase("running");
   spdlog::info("running steps {} to {} of {}", scheme.step(), the_case.steps, the_case.name);

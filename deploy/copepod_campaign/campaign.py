@@ -23,6 +23,7 @@ from copepod_run.messages import report, say
 
 
 _NOT_FOR_SWEEPS = {
+    "branch_from": "its members start from the beginning",
     "resume": "the same command again continues where it stopped",
     "restarts": f"a member is started again up to {RESTARTS} times by itself",
 }
@@ -42,7 +43,7 @@ def run_sweep(options: Namespace, plan: Plan) -> int:
         if getattr(options, name) is not None:
             raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
     for name, reason in _NOT_FOR_SWEEPS.items():
-        if getattr(options, name) not in (False, 0):
+        if getattr(options, name) not in (False, 0, None):
             raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps ({reason}). Leave it out.")
     item = {"name": plan.name, "file": options.case, "set": options.set}
     settings = "".join(f" --set {shlex.quote(setting)}" for setting in options.set)

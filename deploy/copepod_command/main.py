@@ -176,7 +176,13 @@ def _add_run(commands: _Commands) -> None:
     parser.add_argument(
         "--out", metavar="DIR", help="run directory (default: runs/<case>, with a number if that exists)"
     )
-    parser.add_argument("--resume", action="store_true", help="continue the run in --out, or the case's latest run")
+    beginning = parser.add_mutually_exclusive_group()
+    beginning.add_argument("--resume", action="store_true", help="continue the run in --out, or the case's latest run")
+    beginning.add_argument(
+        "--branch-from",
+        metavar="DIR[:STEP]",
+        help="start this case, in a new folder, from a checkpoint of the run in DIR (default: its newest)",
+    )
     parser.add_argument(
         "--restarts",
         type=_count,

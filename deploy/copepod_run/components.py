@@ -48,7 +48,18 @@ class Connection:
 def coupler_command(options: Namespace, plan: Plan, directory: Path, connection: Connection, resume: bool) -> list[str]:
     coupler = str(program("in_process_run" if plan.transport == IN_PROCESS else "coupler"))
     command = [coupler, "--run", *case_arguments(options), "--out", str(directory), *connection.arguments("coupler")]
-    return [*command, "--build", build_digest(), *(["--resume"] if resume else [])]
+    beginning = ["--resume"] if resume else _branch(options)
+    return [*command, "--build", build_digest(), *beginning]
+
+
+def _branch(options: Namespace) -> list[str]:
+    """The run, and perhaps the step, in --branch-from DIR[:STEP]."""
+    if not options.branch_from:
+        return []
+    directory, colon, step = options.branch_from.rpartition(":")
+    if colon and step.isdecimal() and not Path(options.branch_from).exists():
+        return ["--branch-from", str(Path(directory).absolute()), "--branch-step", step]
+    return ["--branch-from", str(Path(options.branch_from).absolute())]
 
 
 def fluid_command(plan: Plan, connection: Connection) -> list[str]:

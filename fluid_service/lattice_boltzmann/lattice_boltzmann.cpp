@@ -340,7 +340,7 @@ void LatticeBoltzmann<T>::save(const std::string& path) {
     auto next = populations.begin();
     for_each_population(piece, placement_, [&](std::size_t location) { *next++ = populations_[location]; });
   };
-  save_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), step_}, layout_.block(), get,
+  save_populations<T>(path, communicator_, {layout_digest(setup_), domain_.cells(), step_}, layout_.block(), get,
                       {mapped_, absorbed_mass_, output_.mean(), output_.sampling()});
 }
 
@@ -353,9 +353,9 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
                         [&](std::size_t location) { populations_[location] = *next++; });
   };
   FluidState state;
-  step_ =
-      restore_populations<T>(path, communicator_, {digest_of(setup_), domain_.cells(), 0}, layout_.block(), take, state)
-          .step;
+  step_ = restore_populations<T>(path, communicator_, {layout_digest(setup_), domain_.cells(), 0}, layout_.block(),
+                                 take, state)
+              .step;
   placement_ = placement_after(step_);
   output_.restore(step_, state.sampling, std::move(state.mean));
   absorbed_mass_ = state.absorbed_mass;

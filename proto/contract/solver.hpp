@@ -33,7 +33,9 @@ class Solver {
   virtual void save(const std::string& path) = 0;
 
   /// Reads a state that `save` wrote, on any number of ranks; legal once, before the first exchange.
-  /// @throws StorageError if the file is missing, damaged, or of another case
+  /// Other drives, springs, masses or numerics than those of the solver that wrote it are no obstacle: a run may start
+  /// from a state of another one.
+  /// @throws StorageError if the file is missing, damaged, or a state of other bodies or another domain
   virtual void restore(const std::string& path) = 0;
 
   virtual SolverSummary summarise() = 0;

@@ -65,9 +65,10 @@ Case read_case(Reader top);
 /// A parameter set that was chosen stays as a label only: its values are written where they belong.
 nlohmann::ordered_json resolved(const Case& the_case);
 
-/// What makes two runs the same physics: a digest of the resolved case without length of the run, output,
-/// services and published figures.
-std::string case_key(Case the_case);
+/// The resolved case without length of the run, output, services and published figures.
+nlohmann::ordered_json physics_of(Case the_case);
+/// What makes two runs the same physics: its digest.
+std::string case_key(const Case& the_case);
 
 /// Unit quaternion `orientation_wxyz`, no rotation if absent; reports one that is far from unit length.
 Eigen::Vector4d read_orientation(Reader& reader);

@@ -141,7 +141,7 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
                 context);
   Hdf5File file(path, Hdf5File::Access::create, context);
   file.write_attribute(root, "format_version", format_version);
-  file.write_attribute(root, "case_digest", header.case_digest);
+  file.write_attribute(root, "layout_digest", header.layout_digest);
   file.write_attribute(root, "nx", header.cells[0]);
   file.write_attribute(root, "ny", header.cells[1]);
   file.write_attribute(root, "nz", header.cells[2]);
@@ -246,23 +246,29 @@ PopulationHeader read_header(Hdf5File& file, const std::string& path, const Popu
   PopulationHeader header;
   header.cells = {file.read_attribute<std::int64_t>(root, "nx"), file.read_attribute<std::int64_t>(root, "ny"),
                   file.read_attribute<std::int64_t>(root, "nz")};
-  header.case_digest = file.read_attribute<std::uint64_t>(root, "case_digest");
+  header.layout_digest = file.read_attribute<std::uint64_t>(root, "layout_digest");
   header.step = file.read_attribute<std::int64_t>(root, "step");
   if (header.cells != expected.cells)
     throw StorageError(path + " holds " + size_text(header.cells) + " cells (the case has " +
                        size_text(expected.cells) + "). Resume with the case that wrote it.");
-  if (header.case_digest != expected.case_digest)
-    throw StorageError(path + " is of another case (its fluid settings differ). Resume with the case that wrote it.");
+  if (header.layout_digest != expected.layout_digest)
+    throw StorageError(
+        path +
+        " is of another case (its cells, step, precision or bodies differ). Resume with the case that wrote it.");
   return header;
 }
 
 }  // namespace
 
-std::uint64_t digest_of(const FluidSetup& setup) {
-  FluidSetup physics = setup;
-  physics.fields = {};
-  physics.trace_directory.clear();
-  return copepod::digest_of(conversion::to_bytes(physics));
+std::uint64_t layout_digest(const FluidSetup& setup) {
+  FluidSetup layout;
+  layout.step_s = setup.step_s;
+  layout.cell_size_m = setup.cell_size_m;
+  layout.domain_cells = setup.domain_cells;
+  layout.symmetry_planes = setup.symmetry_planes;
+  layout.precision = setup.precision;
+  layout.bodies = setup.bodies;
+  return copepod::digest_of(conversion::to_bytes(layout));
 }
 
 template <class T>

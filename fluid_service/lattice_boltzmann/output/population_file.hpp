@@ -14,15 +14,15 @@
 
 namespace copepod::fluid {
 
-/// Which state of which case a checkpoint holds.
+/// Which state of which lattice a checkpoint holds.
 struct PopulationHeader {
-  std::uint64_t case_digest = 0;  ///< digest_of(setup)
-  Cell cells{};                   ///< computed domain
-  std::int64_t step = 0;          ///< steps completed
+  std::uint64_t layout_digest = 0;  ///< layout_digest(setup)
+  Cell cells{};                     ///< computed domain
+  std::int64_t step = 0;            ///< steps completed
 };
 
-/// Digest of everything in a setup that the physics depends on; the field output does not count.
-std::uint64_t digest_of(const FluidSetup& setup);
+/// Digest of what populations belong to: cells, symmetry planes, step, precision, shapes of the bodies.
+std::uint64_t layout_digest(const FluidSetup& setup);
 
 /// State of the fluid beside its populations.
 struct FluidState {

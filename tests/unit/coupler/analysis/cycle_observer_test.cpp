@@ -224,7 +224,7 @@ TEST(CycleObserver, ContinuesFromRestoredSumsBitForBit) {
   for (const std::int64_t cut : {2 * period + 123, 2 * period, 2 * period + 1}) {
     CycleObserver first(groups), second(groups);
     play(first, motion, driving, cut);
-    second.restore(first.sums(), cut);
+    second.restore(first.sums(), cut, 0);
     play(second, motion, driving, 3 * period + 1, cut);
     EXPECT_EQ(whole.sums()[0].last.arms, second.sums()[0].last.arms);
     EXPECT_EQ(whole.sums()[0].last.power_W, second.sums()[0].last.power_W);
@@ -239,10 +239,10 @@ TEST(CycleObserver, RefusesTheSumsOfOtherSwimmers) {
   Swimmer pair = three_spheres();
   pair.arms.pop_back();
   CycleObserver other(groups_of(case_of(pair)));
-  EXPECT_THROW(other.restore(one.sums(), 10), StorageError);
-  EXPECT_THROW(other.restore({}, 10), StorageError);
-  EXPECT_THROW(one.restore(one.sums(), 11), StorageError);
-  EXPECT_NO_THROW(one.restore(one.sums(), 10));
+  EXPECT_THROW(other.restore(one.sums(), 10, 0), StorageError);
+  EXPECT_THROW(other.restore({}, 10, 0), StorageError);
+  EXPECT_THROW(one.restore(one.sums(), 11, 0), StorageError);
+  EXPECT_NO_THROW(one.restore(one.sums(), 10, 0));
 }
 
 }  // namespace

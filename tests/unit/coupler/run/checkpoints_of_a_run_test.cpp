@@ -146,13 +146,84 @@ TEST_F(ChangedCheckpoint, IsRefusedWithAnotherCycleThanItsStepIsIn) {
   EXPECT_EQ(resume_with(shorter), 73);
 }
 
-TEST_F(Program, CannotResumeWithoutACheckpointOrWithThatOfAnotherCase) {
+TEST_F(Program, CannotResumeWithoutACheckpoint) {
+  EXPECT_EQ(run({"--resume"}), 2);
+  EXPECT_NE(err.str().find("is not a run (it has no case.yaml)"), std::string::npos) << err.str();
+  EXPECT_EQ(run(), 0);
   EXPECT_EQ(run({"--resume"}), 73);
+}
+
+TEST_F(Program, NamesTheKeysThatKeepACaseFromBeingResumed) {
   EXPECT_EQ(run(checkpoints_every_700), 0);
   const std::string resolved_case = content_of(out_dir / "case.yaml");
-  EXPECT_EQ(run({"--resume", "--set", "swimmers.0.stroke.amplitude_N=1.0e-5"}), 73);
+  EXPECT_EQ(run({"--resume", "--set", "swimmers.0.stroke.amplitude_N=1.0e-5"}), 2);
   EXPECT_EQ(content_of(out_dir / "case.yaml"), resolved_case);
-  EXPECT_NE(events().back()["reason"].get<std::string>().find("another case"), std::string::npos);
+  EXPECT_NE(err.str().find("another case (swimmers.0.stroke.amplitude_N is 1e-05, was "), std::string::npos)
+      << err.str();
+}
+
+/// A second run, from the checkpoints of the first.
+class BranchedProgram : public Program {
+ protected:
+  BranchedProgram() {
+    EXPECT_EQ(run(checkpoints_every_700), 0);
+    whole = file("summary.json");
+    out_dir = folder.path("branch");
+  }
+  int branch(std::vector<std::string> settings) {
+    settings.insert(settings.end(), {"--branch-from", first.string()});
+    return run(settings);
+  }
+
+  std::filesystem::path first = out_dir;
+  json whole;
+};
+
+TEST_F(BranchedProgram, EndsLikeTheFirstRunWithoutAChange) {
+  EXPECT_EQ(branch({"--branch-step", "1400"}), 0) << out.str() << err.str();
+  EXPECT_EQ(file("summary.json")["digest"], whole["digest"]);
+  EXPECT_EQ(file("summary.json")["resumed_from_step"], 1400);
+  EXPECT_EQ(file("provenance.json")["branched_from"],
+            json({{"directory", first.string()}, {"step", 1400}, {"changed", json::object()}}));
+}
+
+TEST_F(BranchedProgram, GoesItsOwnWayWithAChangeThatItRecords) {
+  EXPECT_EQ(branch({"--set", "swimmers.0.stroke.amplitude_N=1.0e-5"}), 0) << out.str() << err.str();
+  EXPECT_NE(file("summary.json")["digest"], whole["digest"]);
+  const json branched = file("provenance.json")["branched_from"];
+  EXPECT_EQ(branched["step"], 2100);
+  EXPECT_EQ(branched["changed"]["swimmers.0.stroke.amplitude_N"]["is"], "1e-05");
+  EXPECT_EQ(content_of(out_dir / "trajectory.csv").find("\n0,"), std::string::npos);
+  EXPECT_EQ(json::parse(content_of(first / "summary.json")), whole);
+}
+
+TEST_F(BranchedProgram, IsResumedFromACheckpointOfItsOwn) {
+  const std::vector<std::string> settings{"--set", "swimmers.0.stroke.amplitude_N=1.0e-5", "--set",
+                                          "output.checkpoint.every_steps=100"};
+  EXPECT_EQ(branch(settings), 0) << out.str();
+  const std::string digest = file("summary.json")["digest"];
+  std::filesystem::remove_all(out_dir);
+  before_exchange = [](std::int64_t step) {
+    if (step == 2250) throw ComponentLost("the fluid died (a test). Nothing to do.");
+  };
+  EXPECT_EQ(branch(settings), 69);
+  before_exchange = nullptr;
+  std::vector<std::string> resumed = settings;
+  resumed.emplace_back("--resume");
+  EXPECT_EQ(run(resumed), 0) << out.str() << err.str();
+  EXPECT_EQ(file("summary.json")["resumed_from_step"], 2200);
+  EXPECT_EQ(file("summary.json")["digest"], digest);
+}
+
+TEST_F(BranchedProgram, NeedsTheSameBodiesAndACheckpointThatIsThere) {
+  EXPECT_EQ(branch({"--set", "swimmers.0.beads.0.radius_m=3.0e-6"}), 2);
+  EXPECT_NE(err.str().find("the bodies or their shapes would change"), std::string::npos) << err.str();
+  EXPECT_EQ(branch({"--branch-step", "1500"}), 73);
+  const auto reason = events().back()["reason"].get<std::string>();
+  EXPECT_NE(reason.find("no complete checkpoint of step 1500 (there is one of step 2100; there is one of step 1400)"),
+            std::string::npos)
+      << reason;
+  EXPECT_EQ(run({"--branch-from", folder.path("nowhere")}), 2);
 }
 
 TEST_F(Program, ResumesWithTheComponentsThatWroteTheCheckpointOnly) {

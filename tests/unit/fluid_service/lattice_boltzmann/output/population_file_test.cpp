@@ -23,18 +23,21 @@ TEST(CellDigest, SeesTwoDirectionsExchanged) {
   EXPECT_NE(digest(3, 4), digest(4, 3));
 }
 
-TEST(CaseDigest, ChangesWithThePhysicsButNotWithTheOutput) {
+TEST(LayoutDigest, ChangesWithWhatPopulationsBelongTo) {
   FluidSetup setup;
   setup.bodies.resize(2);
-  const std::uint64_t original = digest_of(setup);
+  const std::uint64_t original = layout_digest(setup);
   setup.fields.every_steps = 100;
   setup.fields.directory = "/elsewhere";
-  EXPECT_EQ(digest_of(setup), original);
+  EXPECT_EQ(layout_digest(setup), original);
   setup.bodies[1].radius_m = 1e-6;
-  EXPECT_NE(digest_of(setup), original);
+  EXPECT_NE(layout_digest(setup), original);
   setup.bodies[1].radius_m = 0.0;
   setup.boundaries[5].kind = BoundaryKind::periodic;
-  EXPECT_NE(digest_of(setup), original);
+  setup.collision = CollisionKind::trt;
+  EXPECT_EQ(layout_digest(setup), original);
+  setup.step_s = 1.0;
+  EXPECT_NE(layout_digest(setup), original);
 }
 
 }  // namespace
