@@ -33,8 +33,8 @@ class Solver {
   virtual void save(const std::string& path) = 0;
 
   /// Reads a state that `save` wrote, on any number of ranks; legal once, before the first exchange.
-  /// Other drives, springs, masses or numerics than those of the solver that wrote it are no obstacle: a run may start
-  /// from a state of another one.
+  /// The solver that wrote it may have had other drives, springs, masses or numerics: a run may start from a state of
+  /// another one.
   /// @throws StorageError if the file is missing, damaged, or a state of other bodies or another domain
   virtual void restore(const std::string& path) = 0;
 
