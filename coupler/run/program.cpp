@@ -48,8 +48,18 @@ FailureReport report_of(const Error& error, std::int64_t step) {
   return report;
 }
 
+/// Where the run starts that the options ask for, if at a checkpoint of another run.
+/// @throws CaseError if the case cannot begin there, or where it is to be resumed
+std::optional<Branch> find_branch(const Options& options, const LoadedCase& loaded) {
+  if (options.resume) require_same_case(options.out, loaded.content);
+  if (options.branch_from.empty()) return std::nullopt;
+  return plan_branch(options.branch_from, options.branch_step, loaded);
+}
+
 int run_plan(const Options& options, std::ostream& out) {
-  out << make_plan(load_case(options.case_file, options.overrides)).dump() << std::endl;
+  const LoadedCase loaded = load_case(options.case_file, options.overrides);
+  find_branch(options, loaded);
+  out << make_plan(loaded).dump() << std::endl;
   return static_cast<int>(ExitCode::finished);
 }
 
@@ -66,9 +76,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
     throw CaseError(options.case_file +
                     " is a sweep (the coupler runs one case). Use deploy/copepod run, or --set sweep=null.");
   }
-  std::optional<Branch> branch;
-  if (options.resume) require_same_case(options.out, loaded.content);
-  if (!options.branch_from.empty()) branch = plan_branch(options.branch_from, options.branch_step, loaded);
+  const std::optional<Branch> branch = find_branch(options, loaded);
   const RunDirectory directory(options.out);
   start_log(options.log_file);
   for (const std::string& warning : loaded.warnings) spdlog::warn(warning);

@@ -12,7 +12,7 @@ from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import result_table
 from copepod_run.messages import report, say
 from copepod_run.outcome import Failure
-from copepod_run.plan import Plan, case_arguments, request_plan
+from copepod_run.plan import Plan, case_arguments, check_beginning, request_plan
 from copepod_run.run_directory import RunDirectory
 
 _WORTH_A_RESTART = (ExitCode.COMPONENT_LOST, ExitCode.DEADLINE_PASSED)
@@ -34,9 +34,13 @@ def run(options: Namespace) -> int:
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)
     else:
+        if options.branch_from:
+            check_beginning(options, components.branch_arguments(options))
         directory = run_directory.create(plan.name, options.out)
     report("directory", path=str(directory.path), holds="run")
     try:
+        if options.resume:
+            check_beginning(options, ["--resume", "--out", str(directory.path)])
         return _attempts(options, plan, directory)
     finally:
         directory.close()

@@ -48,12 +48,12 @@ class Connection:
 def coupler_command(options: Namespace, plan: Plan, directory: Path, connection: Connection, resume: bool) -> list[str]:
     coupler = str(program("in_process_run" if plan.transport == IN_PROCESS else "coupler"))
     command = [coupler, "--run", *case_arguments(options), "--out", str(directory), *connection.arguments("coupler")]
-    beginning = ["--resume"] if resume else _branch(options)
+    beginning = ["--resume"] if resume else branch_arguments(options)
     return [*command, "--build", build_digest(), *beginning]
 
 
-def _branch(options: Namespace) -> list[str]:
-    """The run, and perhaps the step, in --branch-from DIR[:STEP]."""
+def branch_arguments(options: Namespace) -> list[str]:
+    """For the coupler: the run, and perhaps the step, in --branch-from DIR[:STEP]; empty without it."""
     if not options.branch_from:
         return []
     directory, colon, step = options.branch_from.rpartition(":")

@@ -59,6 +59,11 @@ def request_plan(options: Namespace) -> Plan:
     return parse_plan(_ask_coupler(["--plan", *case_arguments(options)]))
 
 
+def check_beginning(options: Namespace, beginning: Sequence[str]) -> None:
+    """Raises Stop(2) if the case cannot begin so, `--resume --out DIR` for instance: another case's run, say."""
+    _ask_coupler(["--plan", *case_arguments(options), *beginning])
+
+
 def plan_of(file: str | Path, settings: Sequence[str] = ()) -> Plan:
     """Plan of a case file. Raises Stop(2) if it is bad or missing."""
     return request_plan(Namespace(case=str(file), set=settings, ranks=None, fluid=None, body=None))
