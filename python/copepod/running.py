@@ -218,13 +218,17 @@ class _Conversation:
         if code == ExitCode.BAD_CASE:
             errors = [line for line in lines if "error: " in line]
             return CaseError("\n".join(errors or lines[-1:]), code)
-        return RunError(lines[-1] if lines else f"the run ended with code {code}", code, self._directory)
+        reasons = [line for line in lines[:-1] if ": failed. " in line]  # of the members of a sweep
+        return RunError("\n".join([*reasons, *lines[-1:]]) or f"the run ended with code {code}", code, self._directory)
 
 
 def _in_python(message: str) -> str:
     """What the command advises, as arguments of `run`."""
     message = re.sub(
         r"Continue from the last checkpoint: .*|Continue (?:it )?with --resume", "Continue with resume=True", message
+    )
+    message = re.sub(
+        r"reasons are above and in (\S+)\)\. Fix them and continue: .*", r"logs: \1). The same call continues.", message
     )
     return re.sub(r"^.* run: error: (?:argument )?", "", message).replace("--out", "out")
 
