@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import unittest
+import unittest.mock
 from pathlib import Path
 
 from copepod_session import ROOT, CommandTest
@@ -38,6 +39,23 @@ class Documentation(CommandTest):
         said = self.output_of("-c", "\n".join(blocks))
         self.assertIn("step [s]", said)
         self.assertTrue((self.folder / "runs/slow_rotator/summary.json").exists())
+
+    def test_notebooks_run_and_show_their_figures(self):
+        if importlib.util.find_spec("nbclient") is None or importlib.util.find_spec("ipykernel") is None:
+            self.skipTest("python3-nbclient and python3-ipykernel are not installed (deploy/copepod setup --ci)")
+        import nbclient
+        import nbformat
+
+        place = self.folder / "docs/notebooks"
+        place.mkdir(parents=True)
+        del self.environment["MPLBACKEND"]
+        for path in sorted((ROOT / "docs/notebooks").glob("*.ipynb")):
+            notebook = nbformat.read(path, 4)
+            self.assertEqual([cell for cell in notebook.cells if cell.get("outputs")], [], "commit it without outputs")
+            with self.subTest(path.name), unittest.mock.patch.dict(os.environ, self.environment):
+                nbclient.NotebookClient(notebook, resources={"metadata": {"path": str(place)}}).execute()
+                outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+                self.assertTrue([output for output in outputs if "image/png" in output.get("data", {})])
 
 
 if __name__ == "__main__":
