@@ -121,7 +121,7 @@ def _write_page(
         sections.append(page.comparison_section(runs, anchors, figures))
     sections += chapters
     for run, anchor in zip(runs, anchors):
-        figures = [view.of_run(run), *_figures_of(run, canvas, anchor, additions, flow_view)]
+        figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, additions, flow_view)]
         sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
     sections.append(view.scripts())
     return canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())

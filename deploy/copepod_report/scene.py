@@ -40,15 +40,17 @@ class Samples:
         return Samples(self.bodies, *(array[chosen] for array in arrays))
 
 
-def most_frames(bodies: int) -> int:
-    """Frames that a view of so many bodies shows."""
-    return max(2, min(MOST_FRAMES, MOST_SAMPLES // max(bodies, 1)))
+def most_frames(bodies: int, views: int = 1) -> int:
+    """Frames that a view of so many bodies shows; a page of many views shares the size of four."""
+    return max(2, min(MOST_FRAMES, 4 * MOST_SAMPLES // max(views, 4) // max(bodies, 1)))
 
 
-def scene_of(name: str, case: Mapping[str, Any], cell_size_m: float | None, samples: Samples) -> dict[str, Any]:
+def scene_of(
+    name: str, case: Mapping[str, Any], cell_size_m: float | None, samples: Samples, views: int = 1
+) -> dict[str, Any]:
     """Everything that the view of a run draws, as JSON; lengths in `unit`.
 
-    `case`: as the coupler resolves it; `cell_size_m`: None where there is no lattice.
+    `case`: as the coupler resolves it; `cell_size_m`: None where there is no lattice; `views`: of the page.
     """
     shapes = _shapes(case)
     unit, metres = _unit(max((radius for radius, _, _ in shapes.values()), default=1e-6))
@@ -66,7 +68,7 @@ def scene_of(name: str, case: Mapping[str, Any], cell_size_m: float | None, samp
         "up": [-component for component in case.get("gravity_m_per_s2") or [0, 0, 0]],
         "box": _box(case.get("fluid") or {}, cell_size_m, metres),
         "period_steps": _period(case),
-        "motion": _motion(samples.thinned(most_frames(len(samples.bodies))), metres),
+        "motion": _motion(samples.thinned(most_frames(len(samples.bodies), views)), metres),
     }
 
 

@@ -31,7 +31,7 @@ HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTIO
 ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE."""
 
 
-def of_run(run: RunRecord) -> str:
+def of_run(run: RunRecord, views: int = 1) -> str:
     """The view of a run's trajectory so far, with its flow if it recorded one; empty without samples."""
     trajectory = run.trajectory
     if len(trajectory) == 0:
@@ -44,7 +44,7 @@ def of_run(run: RunRecord) -> str:
         trajectory.all_of("orientation_wxyz"),
         np.linalg.norm(trajectory.all_of("velocity_m_per_s"), axis=-1),
     )
-    scene = scene_of(run.name, run.case, run.cell_size_m, samples)
+    scene = scene_of(run.name, run.case, run.cell_size_m, samples, views)
     return figure({**scene, "flow": flow_slice(run, scene["box"])})
 
 

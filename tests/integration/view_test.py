@@ -101,6 +101,7 @@ class Scene(unittest.TestCase):
         self.assertLessEqual(len(thinned.steps), 101)
         self.assertEqual(thinned.steps[-1], 4999)
         self.assertLessEqual(300 * most_frames(300), MOST_SAMPLES)
+        self.assertLessEqual(100 * 300 * most_frames(300, views=100), 4 * MOST_SAMPLES)
 
     def test_names_cannot_end_the_script(self):
         html = view.figure({**self.scene, "name": "</script><b>"})

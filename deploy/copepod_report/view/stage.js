@@ -1,6 +1,7 @@
 // What is drawn: bodies, arms, paths, domain and flow as objects of three.js, and the camera that turns around them.
 
 const FIELD_OF_VIEW = (35 * Math.PI) / 180;
+const MOST_PATH_LINES = 6000; // of all bodies: more stutter without a graphics card
 
 /** Turns around a target with `up` upwards on the screen; the longest axis of what is shown lies to the right. */
 class Orbit {
@@ -125,7 +126,7 @@ class Stage {
   addBodies() {
     const { THREE, scene, motion } = this;
     const least = 0.004 * Math.hypot(...plus(this.extent.high, this.extent.low, -1));
-    const detail = scene.bodies.length > 60 ? 16 : 32;
+    const detail = scene.bodies.length > 60 ? 12 : 32; // software renderers count triangles
     const sphere = new THREE.SphereBufferGeometry(1, detail, detail / 2).rotateX(Math.PI / 2);
     const shaft = new THREE.CylinderBufferGeometry(1, 1, 1, detail, 1, true).rotateX(Math.PI / 2);
     const map = motion.turns.size ? sectors(THREE) : null; // so that one sees how they turn
@@ -198,12 +199,15 @@ class Stage {
   addPaths() {
     const { THREE, scene, motion } = this;
     if (this.paths) this.paths.forEach((lines) => (this.world.remove(lines), lines.geometry.dispose()));
+    const every = Math.ceil((motion.last * scene.bodies.length) / MOST_PATH_LINES) || 1;
     this.paths = [0, 1, 2].map((colour) => {
       const points = [];
       scene.bodies.forEach((body, number) => {
         if (body.colour !== colour) return;
-        for (let frame = 0; frame < motion.last; frame++)
-          points.push(...motion.sampled(frame, number), ...motion.sampled(frame + 1, number));
+        for (let frame = 0; frame < motion.last; frame += every) {
+          const next = Math.min(frame + every, motion.last);
+          points.push(...motion.sampled(frame, number), ...motion.sampled(next, number));
+        }
       });
       const material = new THREE.LineBasicMaterial({ transparent: true, opacity: 0.6 });
       const lines = this.segments(points, material);

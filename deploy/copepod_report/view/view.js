@@ -216,7 +216,7 @@ class View {
 
   advance(now) {
     if (!this.playing || !this.stage) return;
-    const seconds = Math.min(0.2, (now - this.before) / 1000);
+    const seconds = Math.min(1, (now - this.before) / 1000);
     const { motion } = this;
     const pace = this.isAtEnd // catches up with a live run within a second
       ? Math.max(this.stepsPerSecond(), motion.steps[motion.last] - motion.stepAt(this.at))
