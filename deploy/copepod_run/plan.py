@@ -60,7 +60,7 @@ def request_plan(options: Namespace) -> Plan:
 
 
 def check_beginning(options: Namespace, beginning: Sequence[str]) -> None:
-    """Raises Stop(2) if the case cannot begin so, `--resume --out DIR` for instance: another case's run, say."""
+    """Raises Stop(2) if the case cannot begin so."""
     _ask_coupler(["--plan", *case_arguments(options), *beginning])
 
 
