@@ -8,7 +8,7 @@
 namespace copepod::coupler {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::array<double, 3> equivalent_radii_m(const Swimmer& swimmer) {
   return {equivalent_radius_m(swimmer.beads[0].shape), equivalent_radius_m(swimmer.beads[1].shape),

@@ -3,7 +3,7 @@
 namespace copepod::coupler {
 namespace {
 
-constexpr const char* header =
+constexpr const char* columns =
     "step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,wz_"
     "rad_per_s,"
     "fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,drive_fx_N,drive_fy_N,drive_fz_N";
@@ -18,7 +18,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<std::str
       every_steps_(every_steps),
       sample_from_(sample_from),
       last_written_(end ? 0 : -1),  // that of the first step is there
-      file_(path, header, end) {
+      file_(path, columns, end) {
   for (std::string& name : body_names_) name = csv_field(name);
 }
 

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t first_part_bytes = 2048;
 
 template <class Archive, class K>
-void describe(Archive& archive, K& kinematics) {
+void visit_kinematics(Archive& archive, K& kinematics) {
   archive(kinematics.step);
   archive(kinematics.position_m);
   archive(kinematics.orientation_wxyz);
@@ -32,7 +32,7 @@ void pack(const Kinematics& kinematics, std::vector<std::byte>& message) {
   message.clear();
   Packer packer(message);
   packer(Order::exchange_advance);
-  describe(packer, kinematics);
+  visit_kinematics(packer, kinematics);
 }
 
 void pack(const Command& command, std::vector<std::byte>& message) {
@@ -47,7 +47,7 @@ void pack(const Command& command, std::vector<std::byte>& message) {
 void unpack(const std::vector<std::byte>& message, Command& command) {
   Unpacker unpacker(message);
   unpacker(command.order);
-  if (command.order == Order::exchange_advance) describe(unpacker, command.kinematics);
+  if (command.order == Order::exchange_advance) visit_kinematics(unpacker, command.kinematics);
   if (command.order == Order::construct) {
     std::string bytes;
     unpacker(bytes);

@@ -13,7 +13,7 @@ namespace copepod::fluid {
 namespace {
 
 template <class Archive, class Report>
-void describe(Archive& archive, Report& report) {
+void visit_report(Archive& archive, Report& report) {
   archive(report.code);
   archive(report.rank);
   archive(report.step);
@@ -53,7 +53,7 @@ FailurePacket pack_failure(FailureReport report) {
   report.reason = shortened(report.reason, 1600);
   std::vector<std::byte> bytes;
   Packer packer(bytes);
-  describe(packer, report);
+  visit_report(packer, report);
   FailurePacket packet{};
   std::copy(bytes.begin(), bytes.end(), packet.begin());
   return packet;
@@ -62,7 +62,7 @@ FailurePacket pack_failure(FailureReport report) {
 FailureReport unpack_failure(const FailurePacket& packet) {
   FailureReport report;
   Unpacker unpacker(packet);
-  describe(unpacker, report);
+  visit_report(unpacker, report);
   return report;
 }
 

@@ -5,8 +5,6 @@
 namespace copepod::coupler {
 namespace {
 
-bool on_lattice(const Case& the_case) { return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann; }
-
 const char* time_key(const Case& the_case) {
   return the_case.fluid.relaxation_time ? "fluid.relaxation_time" : "step_s";
 }

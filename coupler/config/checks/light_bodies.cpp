@@ -18,8 +18,6 @@ constexpr double averaged_below = 0.75;
 /// mass is unstable with any virtual mass.
 constexpr double largest_drag_of_a_step = 0.65;
 
-bool on_lattice(const Case& the_case) { return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann; }
-
 double relaxation_time(const Case& the_case) {
   return relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
                                    the_case.fluid.kinematic_viscosity_m2_per_s);

@@ -204,6 +204,8 @@ double step_from_relaxation_time(double relaxation_time, double cell_size_m, dou
 /// Its inverse: τ = 1/2 + ν Δt / (c_s² Δx²).
 double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s);
 
+inline bool on_lattice(const Case& the_case) { return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann; }
+
 /// Cells that are computed: the whole domain, halved for every symmetry plane; 0 without a lattice.
 std::int64_t computed_cells(const FluidCase& fluid);
 /// 19 populations per computed cell [bytes].

@@ -9,7 +9,7 @@ namespace copepod::fluid {
 namespace {
 
 /// Interval of the real line; empty if low > high.
-struct Span {
+struct Interval {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
 
@@ -20,7 +20,7 @@ struct Span {
 };
 
 /// Adds the part of the line (dx, dy, z) inside a sphere around `centre`.
-void include_sphere(Span& span, double dx, double dy, const Eigen::Vector3d& centre, double radius) {
+void include_sphere(Interval& span, double dx, double dy, const Eigen::Vector3d& centre, double radius) {
   const double ex = dx - centre[0];
   const double ey = dy - centre[1];
   const double square = radius * radius - (ex * ex + ey * ey);
@@ -31,7 +31,7 @@ void include_sphere(Span& span, double dx, double dy, const Eigen::Vector3d& cen
 
 /// Adds the part of the line w + z e_z, w = (dx, dy, 0), inside the cylinder |p − (p·a)a| < R, |p·a| < h:
 ///   (1 − a_z²) z² − 2 (w·a) a_z z + |w|² − (w·a)² < R²,   |w·a + z a_z| < h
-void include_cylinder(Span& span, double dx, double dy, const LatticeBody& body) {
+void include_cylinder(Interval& span, double dx, double dy, const LatticeBody& body) {
   const Eigen::Vector3d& a = body.axis;
   const double wa = dx * a[0] + dy * a[1];
   const double constant = dx * dx + dy * dy - wa * wa - body.radius * body.radius;
@@ -72,7 +72,7 @@ double entry(const Eigen::Vector3d& r, const Eigen::Vector3d& e, double radius) 
 RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y) {
   const double dx = (static_cast<double>(x) + 0.5) - body.position[0];
   const double dy = (static_cast<double>(y) + 0.5) - body.position[1];
-  Span span;
+  Interval span;
   if (body.kind == ShapeKind::sphere) {
     include_sphere(span, dx, dy, Eigen::Vector3d::Zero(), body.radius);
   } else {

@@ -11,7 +11,7 @@
 namespace copepod::coupler {
 namespace {
 
-LoadedCase every_key(const std::vector<std::string>& overrides = {}) {
+LoadedCase with_every_key(const std::vector<std::string>& overrides = {}) {
   return load_case(std::string(CONFIG_TESTS) + "/every_key.yaml", overrides);
 }
 
@@ -23,7 +23,7 @@ TEST(Step, FollowsFromTheRelaxationTimeAndBack) {
 }
 
 TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
-  const LoadedCase loaded = every_key();
+  const LoadedCase loaded = with_every_key();
   const FluidSetup setup = make_fluid_setup(loaded.content, loaded.assembly, "/somewhere");
   EXPECT_EQ(setup.kind, FluidKind::lattice_boltzmann);
   EXPECT_EQ(setup.step_s, loaded.content.step_s);
@@ -54,7 +54,7 @@ TEST(Case, OfOlderVersionsIsReadUnlessItHasForces) {
 }
 
 TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
-  const LoadedCase loaded = every_key();
+  const LoadedCase loaded = with_every_key();
   const BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
   EXPECT_EQ(setup.integrator, Integrator::semi_implicit_euler);
   EXPECT_EQ(setup.gravity_m_per_s2, Eigen::Vector3d(0, 0, -9.81));
@@ -71,20 +71,20 @@ TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
 }
 
 TEST(BodySetup, KnowsThePeriodsOfTheDomain) {
-  const LoadedCase loaded = every_key({"fluid.boundaries.z=periodic"});
+  const LoadedCase loaded = with_every_key({"fluid.boundaries.z=periodic"});
   const BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
   EXPECT_EQ(setup.periodic_length_m[0], 0.0);
   EXPECT_NEAR(setup.periodic_length_m[2], 96e-6, 1e-18);
 }
 
 TEST(BodySetup, HasNoBuoyancyInVacuum) {
-  LoadedCase loaded = every_key();
+  LoadedCase loaded = with_every_key();
   loaded.content.fluid.kind = FluidKind::vacuum;
   EXPECT_EQ(make_body_setup(loaded.content, loaded.assembly).fluid_density_kg_per_m3, 0.0);
 }
 
 TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
-  const LoadedCase loaded = every_key();
+  const LoadedCase loaded = with_every_key();
   EXPECT_EQ(
       required_of_fluid(loaded.content, loaded.assembly),
       (std::set<std::string>{"body_force", "boundary:no_slip", "boundary:pressure", "boundary:velocity", "checkpoint",
@@ -111,7 +111,7 @@ TEST(Requirements, NameThinFilmsOnlyForACaseThatGivesTheirThickness) {
 
 TEST(Requirements, AreFewForOtherSolvers) {
   const auto required = [](const std::string& solver) {
-    const LoadedCase loaded = every_key({"fluid.solver=" + solver});
+    const LoadedCase loaded = with_every_key({"fluid.solver=" + solver});
     return required_of_fluid(loaded.content, loaded.assembly);
   };
   EXPECT_TRUE(required("stokes").contains("solver:stokes"));
@@ -156,19 +156,19 @@ TEST(Services, AreGivenMoreTimeToAnswerOverANetworkUnlessTheCaseSaysHowMuch) {
 
 TEST(SolverChoice, TakesACommandInItsOwnLine) {
   const LoadedCase loaded =
-      every_key({"fluid.solver={command: python3 'my fluid.py'}", "body.solver={command: [./a, b c]}",
-                 "services.fluid.command=[]", "services.body.command=[]"});
+      with_every_key({"fluid.solver={command: python3 'my fluid.py'}", "body.solver={command: [./a, b c]}",
+                      "services.fluid.command=[]", "services.body.command=[]"});
   EXPECT_EQ(loaded.content.fluid.solver, FluidSolverChoice::external);
   EXPECT_EQ(loaded.content.services.fluid_command, (std::vector<std::string>{"python3", "my fluid.py"}));
   EXPECT_EQ(loaded.content.body.solver, BodySolverChoice::external);
   EXPECT_EQ(loaded.content.services.body_command, (std::vector<std::string>{"./a", "b c"}));
-  const LoadedCase replaced = every_key({"fluid.solver={command: one}", "services.fluid.command=another --fast"});
+  const LoadedCase replaced = with_every_key({"fluid.solver={command: one}", "services.fluid.command=another --fast"});
   EXPECT_EQ(replaced.content.services.fluid_command, (std::vector<std::string>{"another", "--fast"}));
 }
 
 TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
   const auto required = [](const std::string& solver) {
-    const LoadedCase loaded = every_key({"services.body.command=[]", "body.solver=" + solver});
+    const LoadedCase loaded = with_every_key({"services.body.command=[]", "body.solver=" + solver});
     return required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly));
   };
   EXPECT_TRUE(required("own").contains("integrator:semi_implicit_euler"));
@@ -177,7 +177,7 @@ TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
 
 TEST(SolverChoice, AsksForNeighboursAcrossPeriodicFaces) {
   const auto required = [](const std::string& boundary) {
-    const LoadedCase loaded = every_key({"services.body.command=[]", "fluid.boundaries.z=" + boundary});
+    const LoadedCase loaded = with_every_key({"services.body.command=[]", "fluid.boundaries.z=" + boundary});
     return required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)).contains("periodic");
   };
   EXPECT_TRUE(required("periodic"));
@@ -197,7 +197,7 @@ TEST(Requirements, AreComparedWithWhatAComponentCanDo) {
 }
 
 TEST(Estimate, CountsTheComputedPartOfASymmetricDomain) {
-  const LoadedCase loaded = every_key();
+  const LoadedCase loaded = with_every_key();
   EXPECT_EQ(computed_cells(loaded.content.fluid), 48 * 25 * 96);
   EXPECT_EQ(population_bytes(loaded.content.fluid), 48 * 25 * 96 * 19 * 4);
 }

@@ -7,7 +7,7 @@
 namespace copepod::coupler {
 namespace {
 
-LoadedCase one(const std::string& swimmer) {
+LoadedCase case_of_one(const std::string& swimmer) {
   return load_case_text(
       "case: one\nfluid: {solver: vacuum}\nstep_s: 0.001\nswimmers: [{name: s, center_m: [1, 2, 3], " + swimmer +
           "}]\nrun: {steps: 10}\n",
@@ -17,11 +17,11 @@ LoadedCase one(const std::string& swimmer) {
 const std::string arm = "spring: {stiffness_N_per_m: 5, damping_ratio: 0.5, rest_gap_m: 2}";
 
 TEST(SwimmerSection, PutsAChainIntoARowAroundItsMiddle) {
-  const LoadedCase odd =
-      one("beads: [{name: A, radius_m: 1, mass_kg: 1}, {name: B, radius_m: 2, mass_kg: 4}, "
-          "{name: C, shape: capsule, radius_m: 1, length_m: 6, mass_kg: 4}], "
-          "arms: [{beads: [B, A], " +
-          arm + "}, {beads: [B, C], " + arm + "}]");
+  const LoadedCase odd = case_of_one(
+      "beads: [{name: A, radius_m: 1, mass_kg: 1}, {name: B, radius_m: 2, mass_kg: 4}, "
+      "{name: C, shape: capsule, radius_m: 1, length_m: 6, mass_kg: 4}], "
+      "arms: [{beads: [B, A], " +
+      arm + "}, {beads: [B, C], " + arm + "}]");
   EXPECT_EQ(odd.assembly.bodies[0].position_m, Eigen::Vector3d(1, 2, 3 - 5));
   EXPECT_EQ(odd.assembly.bodies[1].position_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(odd.assembly.bodies[2].position_m, Eigen::Vector3d(1, 2, 3 + 8));
@@ -30,15 +30,15 @@ TEST(SwimmerSection, PutsAChainIntoARowAroundItsMiddle) {
   // γ = 2 D √(m k), m twice the reduced mass
   EXPECT_DOUBLE_EQ(odd.assembly.springs[0].damping_N_s_per_m, std::sqrt(1.6 * 5));
   EXPECT_DOUBLE_EQ(odd.assembly.springs[1].damping_N_s_per_m, std::sqrt(4.0 * 5));
-  const LoadedCase even =
-      one("axis: [1, 0, 0], beads: [{name: A, radius_m: 1, mass_kg: 1}, "
-          "{name: B, radius_m: 1, mass_kg: 1}], arms: [{beads: [A, B], " +
-          arm + "}]");
+  const LoadedCase even = case_of_one(
+      "axis: [1, 0, 0], beads: [{name: A, radius_m: 1, mass_kg: 1}, "
+      "{name: B, radius_m: 1, mass_kg: 1}], arms: [{beads: [A, B], " +
+      arm + "}]");
   EXPECT_TRUE(even.assembly.bodies[0].position_m.isApprox(Eigen::Vector3d(-1, 2, 3)));
   EXPECT_TRUE(even.assembly.bodies[1].position_m.isApprox(Eigen::Vector3d(3, 2, 3)));
 }
 
-const std::string triangle =
+const std::string three_arms =
     "beads: [{name: A, radius_m: 1, density_kg_per_m3: 2, position_m: [3, 0, 0]}, "
     "{name: B, radius_m: 1, mass_kg: 1, position_m: [0, 0, 4]}, {name: C, radius_m: 1, mass_kg: 1, "
     "position_m: [0, 0, -4]}], arms: [{beads: [A, B], spring: {stiffness_N_per_m: 5}}, "
@@ -48,7 +48,8 @@ const std::string triangle =
 
 TEST(SwimmerSection, TakesBeadsInAnyPlaces) {
   // A quarter turn about x takes the swimmer's z axis to −y.
-  const LoadedCase loaded = one("orientation_wxyz: [0.7071067811865476, 0.7071067811865476, 0, 0], " + triangle);
+  const LoadedCase loaded =
+      case_of_one("orientation_wxyz: [0.7071067811865476, 0.7071067811865476, 0, 0], " + three_arms);
   EXPECT_TRUE(loaded.assembly.bodies[0].position_m.isApprox(Eigen::Vector3d(4, 2, 3)));
   EXPECT_TRUE(loaded.assembly.bodies[1].position_m.isApprox(Eigen::Vector3d(1, -2, 3)));
   EXPECT_DOUBLE_EQ(loaded.assembly.bodies[0].mass_kg, 2 * 4.0 / 3.0 * std::numbers::pi);
@@ -60,10 +61,10 @@ TEST(SwimmerSection, TakesBeadsInAnyPlaces) {
 }
 
 TEST(SwimmerSection, DelaysEverySignalByThePhaseOfTheSwimmer) {
-  const Signal plain = one(triangle).assembly.drive[0].signal;
+  const Signal plain = case_of_one(three_arms).assembly.drive[0].signal;
   EXPECT_EQ(plain.amplitude, 0.5);
   for (const std::string phase : {"phase_deg: 90", "phase_deg: -270", "phase_rad: 1.5707963267948966"}) {
-    const Signal late = one(phase + ", " + triangle).assembly.drive[0].signal;
+    const Signal late = case_of_one(phase + ", " + three_arms).assembly.drive[0].signal;
     for (const std::int64_t step : {0, 4, 5, 100, 104, 105, 500, 899, 900, 999, 1000})
       EXPECT_NEAR(value_of(late, step, 0.5), step < 100 ? 0.0 : value_of(plain, step - 100, 0.5), 1e-15) << step;
   }
