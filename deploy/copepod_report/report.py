@@ -7,7 +7,8 @@ from typing import Any
 
 from copepod_report import comparison, cycles, flow, motion_plots, page, view
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart
-from copepod_report.style import DARK, LIGHT, Theme, picture_of, png_of
+from copepod_report.style import DARK, LIGHT, Theme, picture_of
+from copepod_report.swarm import Swarm
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import MOST_TABLES
@@ -28,9 +29,9 @@ class Canvas:
             drawn = draw(theme)
             if drawn is None:
                 return []
+            pictures[theme.name] = picture_of(drawn, "png", caption)
             for kind in self._formats if theme is LIGHT and self.folder else ():
-                self.write(f"{name}.{kind}", picture_of(drawn, kind, caption))
-            pictures[theme.name] = png_of(drawn)
+                self.write(f"{name}.{kind}", pictures["light"] if kind == "png" else picture_of(drawn, kind, caption))
         return [page.figure(pictures, caption, wide)]
 
     def write(self, name: str, content: bytes) -> Path:
@@ -161,13 +162,16 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
             f"{name}: Velocity along and across the own axis, rotation, means and amplitudes of the arms, cycle by "
             "cycle. A first cycle far from the others is outside the frame.",
         )
+    if not few and has_motion:
+        for name, draw, caption in Swarm(run).figures():
+            figures += canvas.draw(f"{prefix}_{name}", draw, caption, wide=name == "swarm")
     if not run.swimmers() and has_motion:
         figures += canvas.draw(
             f"{prefix}_bodies", lambda theme: motion_plots.displacements(run, theme), "Displacements of all bodies."
         )
     figures += canvas.draw(
         f"{prefix}_paths",
-        lambda theme: cycles.paths(run.cycles, theme),
+        lambda theme: cycles.paths(run.cycles, theme) if few else None,
         "Paths of the centroids from the end of the first cycle on: a dot for each end of a cycle, an arrow for the "
         "own axis at the start of the last.",
     )

@@ -41,12 +41,12 @@ class Trajectory:
         self.names = header
         self.bodies = _first_names(self._text, self._column["body"]) if header else []
         self._values: dict[str, np.ndarray] = {}
-        times = self.columns(("step", "time_s"))[:, :1]
-        if len(times) == 0 and not may_be_empty:
+        values = self.columns(("step", "time_s", *_VECTORS["position_m"]))
+        if len(values) == 0 and not may_be_empty:
             raise ValueError("it holds no sample")
-        self.steps = times[..., 0].ravel().astype(np.int64)
-        self.time_s = times[..., 1].ravel()
-        self.all_of("position_m")
+        self.steps = values[:, :1, 0].ravel().astype(np.int64)
+        self.time_s = values[:, :1, 1].ravel()
+        self._values["position_m"] = values[..., 2:]
 
     def of(self, body: str) -> Mapping[str, np.ndarray]:
         return _OfBody(self, self.bodies.index(body))

@@ -11,12 +11,13 @@ import h5py
 import numpy as np
 
 from copepod_session import CommandTest
-from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
+from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_swarm, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
 from copepod_report.flow import View, choose, draw, strongest_plane
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
 from copepod_report.style import LIGHT, picture_of
+from copepod_report.swarm import Swarm
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import Stop
 
@@ -339,6 +340,26 @@ class Report(CommandTest):
         picture = self.chosen(plane="xz", at_m=8.5e-6)
         self.assertEqual(picture.corner_cells, (5, 7))
         np.testing.assert_allclose(picture.velocity_across_m_per_s, np.sin(2 * np.pi * 2 / 24) * 2e-3)
+
+    def test_hundred_swimmers_are_shown_as_a_swarm(self):
+        write_swarm(self.folder / "run")
+        text = page_of(self.folder / "run", read_case)
+        self.assertEqual(text.count("<h3>"), 0)
+        captions = re.findall(r"<figcaption>(.*?)</figcaption>", text)
+        for beginning in ("100 swimmers from the side", "Order of 100 swimmers", "Mean-square displacement"):
+            self.assertEqual(sum(caption.startswith(beginning) for caption in captions), 1, captions)
+        self.assertLess(len(text), 3e6)
+
+    def test_figures_of_a_swarm_hold_what_its_trajectory_does(self):
+        write_swarm(self.folder / "run", swimmers=20)
+        swarm = Swarm(RunRecord(self.folder / "run", read_case))
+        self.assertEqual(swarm.centroids_m.shape, (60, 20, 3))
+        np.testing.assert_allclose(swarm.axes[5, 0], [1, 0, 0], atol=1e-12)
+        np.testing.assert_allclose(swarm.polar_order(), 0, atol=1e-12)  # a ring points everywhere
+        np.testing.assert_allclose(swarm.nematic_order(), 0.25)  # in one plane
+        lags_s, squares_m2 = swarm.mean_square_displacement()
+        expected = np.mean([(1e-8 * number) ** 2 for number in range(20)]) * (lags_s / STEP_S) ** 2
+        np.testing.assert_allclose(squares_m2, expected, rtol=1e-9)
 
     def test_figures_are_the_same_bytes_each_time_and_their_text_is_text(self):
         write_run(self.folder / "run")

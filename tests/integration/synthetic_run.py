@@ -79,6 +79,29 @@ def write_unfinished_run(folder, steps=2400, at_step=1000, **provenance):
     _write_cycles(folder / "cycles.csv", at_step // PERIOD)
 
 
+def write_swarm(folder, swimmers=100, samples=60):
+    """Swimmers on a ring that swim away from its centre at different speeds, without cycles.csv."""
+    write_run(folder, "swarm", mean_flow=False)
+    content = json.loads((folder / "case.yaml").read_text())
+    (first,) = content["case"]["swimmers"]
+    content["case"]["swimmers"] = [{**first, "name": f"s{number}"} for number in range(swimmers)]
+    (folder / "case.yaml").write_text(json.dumps(content))
+    summary = json.loads((folder / "summary.json").read_text())
+    entries = [{"name": f"s{number}"} for number in range(swimmers)]
+    (folder / "summary.json").write_text(json.dumps({**summary, "swimmers": entries}))
+    (folder / "cycles.csv").unlink()
+    header = (folder / "trajectory.csv").read_text().splitlines()[0]
+    lines = [header]
+    for sample in range(samples):
+        for number in range(swimmers):
+            angle = 2 * math.pi * number / swimmers
+            for bead, place in (("B2", -1.0), ("B1", 0.0), ("B3", 1.0)):
+                radius = 1e-6 * (400 + 16 * place + 0.01 * number * sample)
+                values = [radius * math.cos(angle), 0.0, radius * math.sin(angle), 1, 0, 0, 0, *([0.0] * 15)]
+                lines.append(f"{sample},{sample * STEP_S!r},s{number}.{bead}," + ",".join(map(str, values)))
+    (folder / "trajectory.csv").write_text("\n".join(lines) + "\n")
+
+
 def _write_trajectory(path, steps):
     names = (
         "step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,"

@@ -1,0 +1,172 @@
+"""Figures of many swimmers together: a picture from above, speeds, orientations, mean-square displacement."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import LineCollection
+
+from copepod_report.cycles import centroids_m
+from copepod_report.run_record import RunRecord
+from copepod_report.style import Theme, legend_above, new_figure
+
+_MOST_POINTS = 200  # of a path in the picture
+_MOST_LAGS = 40
+
+Draw = Callable[[Theme], Any]
+
+
+class Swarm:
+    """Centroids and axes of all swimmers over time, from the trajectory; speeds by cycle, from the cycles.
+
+    centroids_m   shape (samples, swimmers, 3)
+    axes          unit vectors from the first to the last bead, shape (samples, swimmers, 3)
+    along         velocity along the own axis [m/s], shape (cycles, swimmers)
+    """
+
+    def __init__(self, run: RunRecord) -> None:
+        self.run = run
+        number = {body: place for place, body in enumerate(run.trajectory.bodies)}
+        beads = [[number[f"{s.name}.{bead}"] for bead in s.bead_names] for s in run.swimmers()]
+        places = run.trajectory.all_of("position_m")
+        self.time_s = run.trajectory.time_s
+        self.centroids_m = np.stack([places[:, group].mean(axis=1) for group in beads], axis=1)
+        self.has_axes = all(len(group) > 1 for group in beads)
+        ends = places[:, [group[-1] for group in beads]] - places[:, [group[0] for group in beads]]
+        self.axes = ends / np.maximum(np.linalg.norm(ends, axis=2, keepdims=True), 1e-300)
+        has_all = all(s.name in run.cycles for s in run.swimmers())  # of their first cycle, in a run that continues
+        measured = [run.cycles[s.name] for s in run.swimmers()] if has_all else []
+        cycles = min((len(each["cycle"]) for each in measured), default=0)
+        self.along = np.array([each["u_along_m_per_s"][:cycles] for each in measured]).reshape(len(measured), cycles).T
+        self.moved_m = [centroids_m(each)[: cycles + 1] for each in measured] if cycles > 3 else []
+
+    def figures(self) -> list[tuple[str, Draw, str]]:
+        """(name, drawing, caption) of every figure."""
+        count = f"{self.centroids_m.shape[1]} swimmers"
+        found: list[tuple[str, Draw, str]] = [
+            (
+                "swarm",
+                self.picture,
+                f"{count} from the side on which they are spread most: an arrow from tail to head of each, in "
+                "the colour of its velocity in the last cycle, and its path since the start.",
+            )
+        ]
+        if len(self.along):
+            text = f"Velocities of {count} along their own axes: mean and middle 80 % by cycle; all in the last cycle."
+            found.append(("speeds", self.speeds, text))
+        if self.has_axes:
+            text = (
+                f"Order of {count}: polar (length of the mean axis, 1 if all point one way) and nematic (heads "
+                "and tails alike); angles between the axes at the end and their mean."
+            )
+            found.append(("orientations", self.orientations, text))
+        if len(self.time_s) > 2:
+            text = f"Mean-square displacement of the centroids of {count}; dotted: ballistic and diffusive."
+            found.append(("spreading", self.spreading, text))
+        return found
+
+    def picture(self, theme: Theme) -> Any:
+        """Paths and axes in the plane of the two directions in which the swarm is spread most."""
+        last = self.centroids_m[-1]
+        extent = np.ptp(self.centroids_m, axis=(0, 1))
+        first, second = sorted(np.argsort(-extent, kind="stable")[:2])
+        ratio = extent[second] / extent[first] if extent[first] > 0 else 1.0
+        figure, axes = new_figure(theme, 1.0 + 5.6 * min(max(ratio, 0.4), 1.2))
+        every = max(1, len(self.time_s) // _MOST_POINTS)
+        paths = 1e6 * self.centroids_m[::every][:, :, [first, second]].swapaxes(0, 1)
+        axes.add_collection(LineCollection(list(paths), colors=theme.faint, linewidths=1.0))
+        length = 0.7e6 * max(extent[first], extent[second]) / np.sqrt(len(last))
+        speeds = 1e6 * self.along[-1] if len(self.along) else np.zeros(len(last))
+        arrows = axes.quiver(
+            *(1e6 * last[:, [first, second]].T),
+            *(length * self.axes[-1][:, [first, second]].T),
+            speeds,
+            cmap="viridis",
+            angles="xy",
+            scale_units="xy",
+            scale=1,
+            pivot="mid",
+            width=0.005,
+        )
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.08)
+        axes.set_xlabel(f"{'xyz'[first]} [µm]")
+        axes.set_ylabel(f"{'xyz'[second]} [µm]")
+        if len(self.along):
+            bar = figure.colorbar(arrows, ax=axes, shrink=0.8, label="velocity along the own axis [µm/s]")
+            bar.outline.set_edgecolor(theme.faint)
+            bar.ax.yaxis.label.set_color(theme.ink)
+            bar.ax.tick_params(colors=theme.ink)
+        return figure
+
+    def speeds(self, theme: Theme) -> Any:
+        """Mean and spread by cycle, and the distribution in the last cycle."""
+        along = 1e6 * self.along
+        figure, (by_cycle, distribution) = new_figure(theme, 3.2, ncols=2, width_ratios=(3, 2))
+        cycles = np.arange(len(along))
+        by_cycle.fill_between(cycles, *np.quantile(along, (0.1, 0.9), axis=1), color=theme.beads[0], alpha=0.25)
+        by_cycle.plot(cycles, along.mean(axis=1), "o-", color=theme.beads[0], markersize=4)
+        by_cycle.set_xlabel("cycle")
+        by_cycle.set_ylabel("velocity along the own axis [µm/s]")
+        by_cycle.xaxis.get_major_locator().set_params(integer=True)
+        distribution.hist(along[-1], bins="auto", color=theme.beads[0], alpha=0.8)
+        distribution.set_xlabel(f"in cycle {len(along) - 1} [µm/s]")
+        distribution.set_ylabel("swimmers")
+        distribution.yaxis.get_major_locator().set_params(integer=True)
+        distribution.locator_params(axis="x", nbins=5)
+        return figure
+
+    def polar_order(self) -> np.ndarray:
+        """Length of the mean axis, shape (samples,)."""
+        return np.linalg.norm(self.axes.mean(axis=1), axis=1)
+
+    def nematic_order(self) -> np.ndarray:
+        """Largest eigenvalue of the mean of (3 e eᵀ − 1)/2, shape (samples,)."""
+        squares = np.einsum("tsi,tsj->tij", self.axes, self.axes) / self.axes.shape[1]
+        return np.linalg.eigvalsh(1.5 * squares - 0.5 * np.eye(3))[:, -1]
+
+    def orientations(self, theme: Theme) -> Any:
+        """Polar and nematic order over time, and the angles to the mean axis at the end."""
+        figure, (order, distribution) = new_figure(theme, 3.2, ncols=2, width_ratios=(3, 2))
+        order.plot(1e6 * self.time_s, self.polar_order(), color=theme.beads[0], linewidth=1.4, label="polar")
+        order.plot(1e6 * self.time_s, self.nematic_order(), color=theme.beads[1], linewidth=1.4, label="nematic")
+        order.set_ylim(0, 1.02)
+        order.set_xlabel("time [µs]")
+        order.set_ylabel("order")
+        legend_above(order, theme)
+        mean = self.axes[-1].mean(axis=0)
+        cosines = self.axes[-1] @ mean / max(float(np.linalg.norm(mean)), 1e-300)
+        distribution.hist(np.degrees(np.arccos(np.clip(cosines, -1, 1))), bins=18, range=(0, 180), color=theme.beads[0])
+        distribution.set_xlabel("angle to the mean axis [degrees]")
+        distribution.set_ylabel("swimmers")
+        distribution.set_xticks([0, 45, 90, 135, 180])
+        distribution.yaxis.get_major_locator().set_params(integer=True)
+        return figure
+
+    def mean_square_displacement(self) -> tuple[np.ndarray, np.ndarray]:
+        """(lags [s], mean over swimmers and starts [m²]); from cycle to cycle once there are some, else by sample."""
+        if self.moved_m:
+            period_s = next(iter(self.run.cycles.values()))["start_s"][1]
+            places, step_s = np.stack(self.moved_m, axis=1), float(period_s)
+        else:
+            every = max(1, len(self.time_s) // _MOST_POINTS)
+            places, step_s = self.centroids_m[::every], float(self.time_s[every] - self.time_s[0])
+        lags = np.unique(np.geomspace(1, len(places) - 1, _MOST_LAGS).astype(int))
+        squares = [((places[lag:] - places[:-lag]) ** 2).sum(axis=2).mean() for lag in lags]
+        return lags * step_s, np.array(squares)
+
+    def spreading(self, theme: Theme) -> Any:
+        """Mean-square displacement on logarithmic axes."""
+        lags_s, squares_m2 = self.mean_square_displacement()
+        if not squares_m2.all():  # nothing has moved
+            return None
+        figure, axes = new_figure(theme, 3.4)
+        axes.loglog(1e6 * lags_s, 1e12 * squares_m2, "o-", color=theme.beads[0], markersize=3, linewidth=1.2)
+        for slope, label in ((2, "ballistic"), (1, "diffusive")):
+            line = squares_m2[0] * (lags_s / lags_s[0]) ** slope
+            axes.loglog(1e6 * lags_s, 1e12 * line, ":", color=theme.ink, linewidth=1)
+            end = (1e6 * lags_s[-1], 1e12 * line[-1])
+            axes.annotate(label, end, color=theme.ink, fontsize=8, ha="right", va="bottom")
+        axes.set_xlabel("time between two samples [µs]")
+        axes.set_ylabel("mean-square displacement [µm²]")
+        return figure
