@@ -19,12 +19,78 @@ namespace {
 
 using nlohmann::ordered_json;
 
-OutputCase read_output(Reader output) {
+/// Start and stop along x, y and z; a single number is one layer of cells. Empty if no axis is restricted.
+std::vector<std::int64_t> read_region(Reader region) {
+  std::vector<std::int64_t> result(6);
+  bool restricted = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const char* name = axis_names[axis];
+    const Value* value = region.raw(name);
+    if (value == nullptr) continue;
+    restricted = true;
+    if (value->kind == Value::Kind::scalar) {
+      result[2 * axis] = region.integer(name, Range::not_negative);
+      result[2 * axis + 1] = result[2 * axis] + 1;
+    } else {
+      const auto range = region.integers(name, 2, Range::not_negative);
+      std::ranges::copy(range, result.begin() + static_cast<std::ptrdiff_t>(2 * axis));
+      if (range[0] >= range[1]) {
+        region.reject(name, "is [" + std::to_string(range[0]) + ", " + std::to_string(range[1]) +
+                                "] (no cell lies in it). Write [start, stop] with start < stop, or one number.");
+      }
+    }
+  }
+  return restricted ? result : std::vector<std::int64_t>{};
+}
+
+ordered_json resolved_region(const std::vector<std::int64_t>& region) {
+  ordered_json result = ordered_json::object();
+  for (std::size_t axis = 0; axis < 3 && !region.empty(); ++axis)
+    if (region[2 * axis + 1] > 0) result[axis_names[axis]] = {region[2 * axis], region[2 * axis + 1]};
+  return result;
+}
+
+std::vector<FieldQuantity> read_quantities(Reader& fields) {
+  std::vector<FieldQuantity> result;
+  const std::string known = "density, velocity, pressure, vorticity";
+  for (const std::string& word : fields.words("quantities")) {
+    const auto found = std::ranges::find(quantity_names, word, &Choice<FieldQuantity>::name);
+    if (found == quantity_names.end()) {
+      fields.reject("quantities", "names '" + word + "' (known: " + known + "). Use these.");
+    } else if (std::ranges::find(result, found->value) != result.end()) {
+      fields.reject("quantities", "names " + word + " twice (once is enough). Remove one.");
+    } else {
+      result.push_back(found->value);
+    }
+  }
+  if (result.empty()) result = {FieldQuantity::density, FieldQuantity::velocity};
+  return result;
+}
+
+ordered_json resolved_quantities(const std::vector<FieldQuantity>& quantities) {
+  ordered_json result = ordered_json::array();
+  for (const FieldQuantity quantity : quantities) result.push_back(name_of(quantity_names, quantity));
+  return result;
+}
+
+/// A hundred frames, at steps that are in the trajectory too.
+std::int64_t usual_steps_between_frames(std::int64_t steps, std::int64_t trajectory_every_steps) {
+  constexpr std::int64_t frames = 100;
+  const std::int64_t unit = std::max<std::int64_t>(trajectory_every_steps, 1);
+  return std::max<std::int64_t>((steps + frames * unit - 1) / (frames * unit), 1) * unit;
+}
+
+OutputCase read_output(Reader output, std::int64_t steps) {
   OutputCase result;
   {
     Reader trajectory = output.section("trajectory");
     result.trajectory_every_steps = trajectory.integer("every_steps", Range::not_negative, 100);
     result.trajectory_from_step = trajectory.integer("from_step", Range::not_negative, 0);
+  }
+  {
+    Reader bodies = output.section("bodies");
+    result.bodies_every_steps = bodies.integer("every_steps", Range::not_negative,
+                                               usual_steps_between_frames(steps, result.trajectory_every_steps));
   }
   {
     Reader fields = output.section("fields");
@@ -33,6 +99,9 @@ OutputCase read_output(Reader output) {
     result.fields.mean_start = mean[0];
     result.fields.mean_stop = mean[1];
     result.fields.mean_every_steps = fields.integer("mean_every_steps", Range::positive, 10);
+    result.fields.quantities = read_quantities(fields);
+    result.fields.region_cells = read_region(fields.section("region_cells"));
+    result.fields.compression = fields.choice("compression", compression_names, std::optional(0));
   }
   result.wire = output.choice("wire", switch_names, std::optional(false));
   result.trace = output.choice("trace", switch_names, std::optional(false));
@@ -44,10 +113,14 @@ OutputCase read_output(Reader output) {
 
 ordered_json resolved_output(const OutputCase& output) {
   return {{"trajectory", {{"every_steps", output.trajectory_every_steps}, {"from_step", output.trajectory_from_step}}},
+          {"bodies", {{"every_steps", output.bodies_every_steps}}},
           {"fields",
            {{"every_steps", output.fields.every_steps},
             {"mean_over_steps", {output.fields.mean_start, output.fields.mean_stop}},
-            {"mean_every_steps", output.fields.mean_every_steps}}},
+            {"mean_every_steps", output.fields.mean_every_steps},
+            {"quantities", resolved_quantities(output.fields.quantities)},
+            {"region_cells", resolved_region(output.fields.region_cells)},
+            {"compression", name_of(compression_names, output.fields.compression)}}},
           {"checkpoint",
            {{"every_steps", output.checkpoint_every_steps}, {"every_wall_s", output.checkpoint_every_wall_s}}},
           {"wire", name_of(switch_names, output.wire)},
@@ -195,7 +268,7 @@ Case read_case(Reader top) {
     Reader run = top.section("run");
     result.steps = run.integer("steps", Range::positive);
   }
-  result.output = read_output(top.section("output"));
+  result.output = read_output(top.section("output"), result.steps);
   result.services = read_services(top.section("services"));
   settle_services(result.fluid, result.body, result.services);
   result.sweep = read_sweep(top);

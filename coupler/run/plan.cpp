@@ -109,21 +109,37 @@ std::int64_t coupler_bytes(const Case& the_case) {
   return (the_case.output.checkpoint_every_steps > 0 ? 13 : 12) * mebibyte;
 }
 
+/// Of one snapshot or mean, uncompressed [bytes].
+std::int64_t field_bytes(const Case& the_case) {
+  if (the_case.fluid.solver != FluidSolverChoice::lattice_boltzmann) return 0;
+  const FieldOutput& fields = the_case.output.fields;
+  std::int64_t bytes = sizeof(std::int32_t);  // of a cell: the body that covers it
+  for (const FieldQuantity quantity : fields.quantities) {
+    const bool is_vector = quantity == FieldQuantity::velocity || quantity == FieldQuantity::vorticity;
+    bytes += (is_vector ? 3 : 1) * std::int64_t{sizeof(double)};
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool restricted = !fields.region_cells.empty() && fields.region_cells[2 * axis + 1] > 0;
+    bytes *= restricted ? fields.region_cells[2 * axis + 1] - fields.region_cells[2 * axis]
+                        : the_case.fluid.domain_cells[axis];
+  }
+  return bytes;
+}
+
 /// What the run directory will hold, at most [bytes].
 ordered_json disk_bytes(const Case& the_case, std::int64_t bodies) {
-  constexpr std::int64_t row_bytes = 400;          // of trajectory.csv, all digits in use
-  constexpr std::int64_t field_bytes = 4 * 8 + 4;  // of a cell: density, velocity, body
-  constexpr std::int64_t kept_checkpoints = 3;     // two, and one that is being written
+  constexpr std::int64_t row_bytes = 400;                            // of trajectory.csv, all digits in use
+  const std::int64_t surface_bytes = bodies <= 30 ? 10'000 : 2'600;  // of a body in a frame of bodies.pvd
+  constexpr std::int64_t kept_checkpoints = 3;                       // two, and one that is being written
   const OutputCase& output = the_case.output;
   const auto times_of = [&](std::int64_t every, std::int64_t from) {
     return every == 0 || from > the_case.steps ? 0 : (the_case.steps - from) / every + 1;
   };
-  std::int64_t cells = the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann ? 1 : 0;
-  for (const std::int64_t count : the_case.fluid.domain_cells) cells *= count;
   const std::int64_t fields = times_of(output.fields.every_steps, 0) + (output.fields.mean_stop > 0 ? 1 : 0);
   const bool saves = output.checkpoint_every_steps > 0 || output.checkpoint_every_wall_s > 0.0;
   return {{"trajectory", times_of(output.trajectory_every_steps, output.trajectory_from_step) * bodies * row_bytes},
-          {"fields", fields * cells * field_bytes},
+          {"bodies", times_of(output.bodies_every_steps, 0) * bodies * surface_bytes},
+          {"fields", fields * field_bytes(the_case)},
           {"checkpoints", saves ? kept_checkpoints * population_bytes(the_case.fluid) : 0}};
 }
 

@@ -40,14 +40,22 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
                          end_of(directory.cycles(), resumed));
     cycles_.write_to(*cycle_table_);
   }
+  const std::int64_t every_steps = loaded.content.output.bodies_every_steps;
+  if (every_steps > 0 && !loaded.assembly.bodies.empty()) {
+    bodies_.emplace(directory.bodies(), loaded.assembly.bodies, loaded.content.step_s,
+                    make_body_setup(loaded.content, loaded.assembly).periodic_length_m, every_steps,
+                    resumed == nullptr ? 0 : resumed->step);
+  }
   all_.add(keeper_);
   all_.add(trajectory_);
+  if (bodies_) all_.add(*bodies_);
   all_.add(cycles_);
   all_.add(progress_);
 }
 
 TableEnds RunObservers::sync_files() {
   TableEnds ends{{directory_.trajectory().filename().string(), trajectory_.sync()}};
+  if (bodies_) bodies_->sync();
   if (cycle_table_) ends[directory_.cycles().filename().string()] = cycle_table_->sync();
   return ends;
 }

@@ -7,6 +7,7 @@
 #include "analysis/cycle_observer.hpp"
 #include "checkpoint/coupler_state.hpp"
 #include "config/load_case.hpp"
+#include "observers/bodies_writer.hpp"
 #include "observers/events.hpp"
 #include "observers/observer.hpp"
 #include "observers/progress.hpp"
@@ -27,7 +28,7 @@ class StepKeeper final : public Observer {
   std::int64_t& step_;
 };
 
-/// The observers of a run: trajectory, analysis, progress.
+/// The observers of a run: trajectory, surfaces of the bodies, analysis, progress.
 class RunObservers {
  public:
   /// References must outlive this object.
@@ -49,6 +50,7 @@ class RunObservers {
   const RunDirectory& directory_;
   StepKeeper keeper_;
   TrajectoryWriter trajectory_;
+  std::optional<BodiesWriter> bodies_;  ///< if asked for
   Progress progress_;
   std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
   CycleObserver cycles_;

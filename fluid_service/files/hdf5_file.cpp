@@ -14,6 +14,7 @@ namespace copepod::fluid {
 
 namespace {
 
+constexpr std::uint64_t chunk_bytes = 1 << 20;        ///< about so much is compressed together
 constexpr std::uint64_t read_piece_bytes = 16 << 20;  ///< at most so much is read between two signs of progress
 
 /// An HDF5 identifier and the function that releases it.
@@ -124,6 +125,12 @@ void Hdf5File::write_attribute(const std::string& object, const std::string& nam
   require(attribute.valid() && H5Awrite(attribute.get(), type_of<T>(), &value) >= 0, "write attribute " + name);
 }
 
+bool Hdf5File::has_attribute(const std::string& object, const std::string& name) {
+  const htri_t exists = H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT);
+  require(exists >= 0, "look for attribute " + name);
+  return exists > 0;
+}
+
 template <class T>
 T Hdf5File::read_attribute(const std::string& object, const std::string& name) {
   T value{};
@@ -146,6 +153,35 @@ std::int64_t Hdf5File::make_dataset(const std::string& dataset, const Extent& sh
   const haddr_t offset = H5Dget_offset(made.get());
   require(offset != HADDR_UNDEF, "place dataset " + dataset);
   return static_cast<std::int64_t>(offset);
+}
+
+template <class T>
+void Hdf5File::copy_compressed(Hdf5File& source, const std::string& dataset, const Extent& shape, int level) {
+  const std::uint64_t layer = std::accumulate(shape.begin() + 1, shape.end(), std::uint64_t{1}, std::multiplies());
+  Extent chunk = shape;
+  chunk[0] = std::clamp<std::uint64_t>(chunk_bytes / (layer * sizeof(T)), 1, shape[0]);
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), sizes(shape).data(), nullptr), H5Sclose);
+  const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_chunk(properties.get(), static_cast<int>(chunk.size()), sizes(chunk).data());
+  H5Pset_shuffle(properties.get());
+  H5Pset_deflate(properties.get(), static_cast<unsigned>(level));
+  const Handle made(
+      H5Dcreate2(file_, dataset.c_str(), type_of<T>(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      H5Dclose);
+  require(made.valid(), "make dataset " + dataset);
+  std::vector<T> values(chunk[0] * layer);
+  Extent start(shape.size(), 0);
+  for (; start[0] < shape[0]; start[0] += chunk[0]) {
+    Extent count = shape;
+    count[0] = std::min(chunk[0], shape[0] - start[0]);
+    source.read(dataset, start, count, values.data());
+    const Handle memory_space(H5Screate_simple(static_cast<int>(count.size()), sizes(count).data(), nullptr), H5Sclose);
+    const bool selected = H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, sizes(start).data(), nullptr,
+                                              sizes(count).data(), nullptr) >= 0;
+    require(selected &&
+                H5Dwrite(made.get(), type_of<T>(), memory_space.get(), space.get(), H5P_DEFAULT, values.data()) >= 0,
+            "write dataset " + dataset);
+  }
 }
 
 template <class T>
@@ -190,6 +226,8 @@ template std::uint64_t Hdf5File::read_attribute(const std::string&, const std::s
 template std::int64_t Hdf5File::make_dataset<double>(const std::string&, const Extent&);
 template std::int64_t Hdf5File::make_dataset<float>(const std::string&, const Extent&);
 template std::int64_t Hdf5File::make_dataset<std::int32_t>(const std::string&, const Extent&);
+template void Hdf5File::copy_compressed<double>(Hdf5File&, const std::string&, const Extent&, int);
+template void Hdf5File::copy_compressed<std::int32_t>(Hdf5File&, const std::string&, const Extent&, int);
 template void Hdf5File::read(const std::string&, const Extent&, const Extent&, double*);
 template void Hdf5File::read(const std::string&, const Extent&, const Extent&, float*);
 template void Hdf5File::read(const std::string&, const Extent&, const Extent&, std::int32_t*);

@@ -34,6 +34,7 @@ class Hdf5File {
 
   template <class T>  ///< double, std::int64_t or std::uint64_t
   void write_attribute(const std::string& object, const std::string& name, T value);
+  [[nodiscard]] bool has_attribute(const std::string& object, const std::string& name);
   template <class T>
   [[nodiscard]] T read_attribute(const std::string& object, const std::string& name);
 
@@ -41,6 +42,11 @@ class Hdf5File {
   /// [bytes]
   template <class T>  ///< double, float or std::int32_t
   std::int64_t make_dataset(const std::string& dataset, const Extent& shape);
+  /// Makes a dataset with the values that `source` holds under the same name, compressed: bytes of equal place
+  /// together, then deflate, in chunks of layers of the first axis. The same values always give the same bytes.
+  /// @param level  of deflate, 1 to 9
+  template <class T>  ///< double or std::int32_t
+  void copy_compressed(Hdf5File& source, const std::string& dataset, const Extent& shape, int level);
   /// Reads `count` values from `start` on along each axis, last axis fastest. Shows progress.
   template <class T>
   void read(const std::string& dataset, const Extent& start, const Extent& count, T* values);

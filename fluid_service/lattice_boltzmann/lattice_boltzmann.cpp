@@ -184,6 +184,10 @@ void LatticeBoltzmann<T>::receive_halo() {
 template <class T>
 void LatticeBoltzmann<T>::advance() {
   timer_.start();
+  if (step_ == 0) {
+    output_.after_step(0, [this] { return fields(); });  // the exchange has put the bodies in place
+    timer_.book(Phase::output);
+  }
   const bool received = exchange_momentum_->uses_second_cell;  // in exchange
   if (!received) halo_.start(populations_.data(), placement_);
   // Before walls: it needs the moments of populations that no wall has changed.

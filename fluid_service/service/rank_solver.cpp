@@ -39,6 +39,7 @@ Capabilities capabilities() {
                        "refill:grad",
                        "thin_films",
                        "fields",
+                       "fields:selection",
                        "estimate",
                        "mpi",
                        "checkpoint"}};

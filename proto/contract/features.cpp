@@ -50,7 +50,12 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
   if (setup.film_thickness_m > 0.0) required.insert("thin_films");
   if (setup.initial_flow.kind != InitialFlowKind::rest)
     required.insert(feature("initial_flow", initial_flow_names, setup.initial_flow.kind));
-  if (setup.fields.every_steps > 0 || setup.fields.mean_stop > 0) required.insert("fields");
+  if (setup.fields.every_steps == 0 && setup.fields.mean_stop == 0) return;
+  required.insert("fields");
+  const std::vector<FieldQuantity> usual{FieldQuantity::density, FieldQuantity::velocity};
+  const bool usual_quantities = setup.fields.quantities.empty() || setup.fields.quantities == usual;
+  if (!usual_quantities || !setup.fields.region_cells.empty() || setup.fields.compression > 0)
+    required.insert("fields:selection");
 }
 
 }  // namespace
@@ -103,7 +108,8 @@ const std::vector<Feature>& known_features() {
       {"integrator:semi_implicit_euler", method, "first order in the step"},
       {"integrator:runge_kutta_4", method, "fourth order in the step"},
       {"checkpoint", run, "saves its state and resumes from it"},
-      {"fields", run, "writes fields.h5 and fields.xdmf"},
+      {"fields", run, "writes fields.h5 with its XDMF files"},
+      {"fields:selection", run, "writes chosen quantities and regions, compressed if requested"},
       {"mpi", remark, "runs as several MPI processes"},
       {"estimate", remark, "--estimate: computes the memory for a setup before a run starts"},
       {"contacts", remark, "bodies that touch push each other apart"},

@@ -39,14 +39,26 @@ struct InitialFlow {
   double speed_m_per_s = 0.0;                                  ///< U, for InitialFlowKind::taylor_green
 };
 
-/// Field output; steps count from the start of the run. `every_steps` 0: no snapshots;
-/// `mean_stop` 0: no mean.
+/// What can be written of each cell.
+enum class FieldQuantity {
+  density,
+  velocity,
+  pressure,   ///< p = c_s² (ρ − ρ₀) Δx² / Δt² [Pa], relative to fluid at rest
+  vorticity,  ///< ω = ∇ × u [1/s] by central differences; zero in bodies
+};
+
+/// Field output; steps count from the start of the run. `every_steps` 0: no snapshots, otherwise step 0 has one too;
+/// `mean_stop` 0: no mean. Neither quantities, region nor compression change the flow or other fields.
 struct FieldOutput {
-  std::string directory;  ///< absolute; receives fields.h5 and fields.xdmf
+  std::string directory;  ///< absolute; receives fields.h5, fields.xdmf and fields_mean.xdmf
   std::int64_t every_steps = 0;
-  std::int64_t mean_start = 0;        ///< first step that enters the mean
-  std::int64_t mean_stop = 0;         ///< first step that no longer does
-  std::int64_t mean_every_steps = 1;  ///< one sample every so many steps
+  std::int64_t mean_start = 0;             ///< first step that enters the mean
+  std::int64_t mean_stop = 0;              ///< first step that no longer does
+  std::int64_t mean_every_steps = 1;       ///< one sample every so many steps
+  std::vector<FieldQuantity> quantities;   ///< none: density and velocity
+  std::vector<std::int64_t> region_cells;  ///< x start, x stop, y start, …: the cells that are written; stop 0: all
+                                           ///< along the axis. None: the whole domain
+  int compression = 0;                     ///< level of deflate, 1 to 9; 0: none
 };
 
 /// Everything that a fluid solver needs before the first exchange; SI units.

@@ -54,6 +54,14 @@ inline constexpr std::array initial_flow_names{Choice<InitialFlowKind>{"rest", I
                                                Choice<InitialFlowKind>{"shear", InitialFlowKind::shear},
                                                Choice<InitialFlowKind>{"taylor_green", InitialFlowKind::taylor_green}};
 
+inline constexpr std::array quantity_names{Choice<FieldQuantity>{"density", FieldQuantity::density},
+                                           Choice<FieldQuantity>{"velocity", FieldQuantity::velocity},
+                                           Choice<FieldQuantity>{"pressure", FieldQuantity::pressure},
+                                           Choice<FieldQuantity>{"vorticity", FieldQuantity::vorticity}};
+
+/// Levels of FieldOutput::compression.
+inline constexpr std::array compression_names{Choice<int>{"none", 0}, Choice<int>{"deflate", 1}};
+
 /// Faces by their number in the order of FluidSetup::boundaries.
 inline constexpr std::array plane_names{Choice<int>{"none", -1}, Choice<int>{"x_low", 0},  Choice<int>{"x_high", 1},
                                         Choice<int>{"y_low", 2}, Choice<int>{"y_high", 3}, Choice<int>{"z_low", 4},

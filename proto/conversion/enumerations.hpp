@@ -36,6 +36,7 @@ static_assert(v1::CollisionKind_MAX == to_wire<v1::CollisionKind>(CollisionKind:
 static_assert(v1::MovingBoundary_MAX == to_wire<v1::MovingBoundary>(MovingBoundary::parabolic));
 static_assert(v1::Refill_MAX == to_wire<v1::Refill>(Refill::grad));
 static_assert(v1::Precision_MAX == to_wire<v1::Precision>(Precision::single_precision));
+static_assert(v1::FieldQuantity_MAX == to_wire<v1::FieldQuantity>(FieldQuantity::vorticity));
 static_assert(v1::MotionKind_MAX == to_wire<v1::MotionKind>(MotionKind::axis));
 static_assert(v1::ActuatorKind_MAX == to_wire<v1::ActuatorKind>(ActuatorKind::world_torque));
 static_assert(v1::Integrator_MAX == to_wire<v1::Integrator>(Integrator::runge_kutta_4));

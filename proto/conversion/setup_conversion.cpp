@@ -59,6 +59,9 @@ void describe(auto& wire, Is<FieldOutput> auto& fields) {
   wire("mean_start", fields.mean_start);
   wire("mean_stop", fields.mean_stop);
   wire("mean_every_steps", fields.mean_every_steps);
+  wire("quantities", fields.quantities);
+  wire("region_cells", fields.region_cells);
+  wire("compression", fields.compression);
 }
 
 void describe(auto& wire, Is<FluidSetup> auto& setup) {
@@ -172,7 +175,8 @@ class Writer {
   }
   void put(const FieldDescriptor* field, const std::string& text) { reflection_->SetString(message_, field, text); }
   void put(const FieldDescriptor* field, Enumeration auto value) {
-    reflection_->SetEnumValue(message_, field, to_wire<int>(value));
+    field->is_repeated() ? reflection_->AddEnumValue(message_, field, to_wire<int>(value))
+                         : reflection_->SetEnumValue(message_, field, to_wire<int>(value));
   }
   void put(const FieldDescriptor* field, const List auto& list) {
     for (const auto& value : list) put(field, value);
@@ -227,10 +231,11 @@ class Reader {
     text = reflection_.GetString(message_, field);
     require_at_most(text.size(), kLimits.string_bytes, (path_ + field->name()).c_str());
   }
-  void get(const FieldDescriptor* field, int, Enumeration auto& value) const {
+  void get(const FieldDescriptor* field, int i, Enumeration auto& value) const {
     const std::string name = path_ + field->name();
-    value = from_wire<std::remove_reference_t<decltype(value)>>(reflection_.GetEnumValue(message_, field),
-                                                                *field->enum_type(), name.c_str());
+    const int number = field->is_repeated() ? reflection_.GetRepeatedEnumValue(message_, field, i)
+                                            : reflection_.GetEnumValue(message_, field);
+    value = from_wire<std::remove_reference_t<decltype(value)>>(number, *field->enum_type(), name.c_str());
   }
   void get(const FieldDescriptor* field, int, List auto& list) const {
     const int size = reflection_.FieldSize(message_, field);
@@ -266,6 +271,15 @@ class Reader {
 // What the fields of a setup must fulfil together.
 
 void check(const FieldOutput& fields) {
+  const std::vector<std::int64_t>& region = fields.region_cells;
+  if (!region.empty() && region.size() != 6)
+    throw MalformedMessage("fields.region_cells has " + std::to_string(region.size()) + " entries, not 6");
+  for (std::size_t i = 0; i < region.size(); i += 2) {
+    if (region[i + 1] > 0 ? region[i] >= region[i + 1] : region[i] > 0)
+      throw MalformedMessage("fields.region_cells has no cells along an axis");
+  }
+  if (fields.compression > 9)
+    throw MalformedMessage("fields.compression is " + std::to_string(fields.compression) + ", more than 9");
   if (fields.mean_stop == 0) return;
   if (fields.mean_start >= fields.mean_stop) {
     throw MalformedMessage("fields.mean_start is " + std::to_string(fields.mean_start) + ", not before mean_stop " +

@@ -51,7 +51,11 @@ void publish(const std::string& unfinished, const std::string& path) {
     fail(path, errno);
 }
 
-void write_durably(const std::string& path, std::span<const std::byte> content, const std::function<void()>& on_piece) {
+namespace {
+
+/// @param finish  gives the file, complete under its first argument, its name
+void write_then(const std::string& path, std::span<const std::byte> content, const std::function<void()>& on_piece,
+                const std::function<void(const std::string& unfinished)>& finish) {
   const std::string unfinished = path + ".unfinished";
   const int file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) fail(path, errno);
@@ -59,11 +63,27 @@ void write_durably(const std::string& path, std::span<const std::byte> content, 
   if (::close(file) != 0 && error == 0) error = errno;
   try {
     if (error != 0) fail(path, error);
-    publish(unfinished, path);
+    finish(unfinished);
   } catch (const StorageError&) {
     ::unlink(unfinished.c_str());
     throw;
   }
+}
+
+}  // namespace
+
+void write_durably(const std::string& path, std::span<const std::byte> content, const std::function<void()>& on_piece) {
+  write_then(path, content, on_piece, [&](const std::string& unfinished) { publish(unfinished, path); });
+}
+
+void write_atomically(const std::string& path, std::string_view text) {
+  write_then(path, std::as_bytes(std::span(text)), {}, [&](const std::string& unfinished) {
+    if (std::rename(unfinished.c_str(), path.c_str()) != 0) fail(path, errno);
+  });
+}
+
+void sync_to_disk(const std::string& path) {
+  if (!synced(path)) fail(path, errno);
 }
 
 }  // namespace copepod

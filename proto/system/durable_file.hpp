@@ -18,6 +18,14 @@ inline void write_durably(const std::string& path, std::string_view text) {
   write_durably(path, std::as_bytes(std::span(text)));
 }
 
+/// The same without waiting for the disk: `path` always names a complete file, but a machine that loses power may
+/// leave it empty until it is synced.
+void write_atomically(const std::string& path, std::string_view text);
+
+/// Waits until a file is on the disk.
+/// @throws StorageError naming the file and the cause
+void sync_to_disk(const std::string& path);
+
 /// Gives a finished file or folder its final name, durably: its content and its name are on
 /// the disk on return.
 /// @throws StorageError naming the file and the cause

@@ -118,6 +118,29 @@ TEST_F(Fields, DescribeEverySnapshotToParaView) {
   EXPECT_NE(text.find("fields.h5:/step_000000002/velocity_m_per_s"), std::string::npos);
 }
 
+TEST_F(Fields, OfAnotherRegionThanBeforeARestartAreDescribedAsTheyAre) {
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1, block_);
+  setup_.fields.region_cells = {1, 3, 0, 0, 4, 5};
+  setup_.fields.quantities = {FieldQuantity::vorticity};
+  setup_.fields.compression = 1;
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(2, block_);
+  folder_.barrier();
+  std::ifstream file(folder_.path() + "/fields.xdmf");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(text.find("Dimensions='5 6 8 3' NumberType='Float' Precision='8' Format='HDF'>fields.h5:/step_000000001/"
+                      "velocity_m_per_s"),
+            std::string::npos);
+  EXPECT_NE(text.find("Dimensions='1 6 2 3' NumberType='Float' Precision='8' Format='HDF'>fields.h5:/step_000000002/"
+                      "vorticity_per_s"),
+            std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/fields_uncompressed.h5"));
+}
+
+TEST_F(Fields, RefuseARegionWithoutCells) {
+  setup_.fields.region_cells = {8, 9, 0, 0, 0, 0};
+  EXPECT_THROW(FieldWriter(setup_.fields, setup_, ranks_), CaseError);
+}
+
 TEST_F(Fields, ReportAFolderThatIsNotThereOnEveryRank) {
   setup_.fields.directory = folder_.path() + "/missing";
   FieldWriter writer(setup_.fields, setup_, ranks_);

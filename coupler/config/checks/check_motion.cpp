@@ -211,6 +211,14 @@ void check_output(const Case& the_case, Problems& problems) {
   const OutputCase& output = the_case.output;
   const std::int64_t start = output.fields.mean_start, stop = output.fields.mean_stop;
   const std::string path = "output.fields.mean_over_steps";
+  const std::vector<std::int64_t>& region = output.fields.region_cells;
+  for (std::size_t axis = 0; axis < 3 && !region.empty(); ++axis) {
+    const std::int64_t cells = the_case.fluid.domain_cells[axis];
+    if (cells == 0 || region[2 * axis + 1] <= cells) continue;
+    const std::string key = std::string("output.fields.region_cells.") + axis_names[axis];
+    problems.error(key, key + " ends behind cell " + std::to_string(region[2 * axis + 1] - 1) + " (the domain has " +
+                            std::to_string(cells) + ", the first is 0). Use cells of the domain.");
+  }
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
     problems.error(path, path + " stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +

@@ -144,6 +144,7 @@ struct LubricationCase {
 struct OutputCase {
   std::int64_t trajectory_every_steps = 0;  ///< 0: first and last step only
   std::int64_t trajectory_from_step = 0;    ///< no samples before but the first step
+  std::int64_t bodies_every_steps = 0;      ///< 0: no surfaces of the bodies
   FieldOutput fields;                       ///< its directory is that of the run
   std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
   double checkpoint_every_wall_s = 600.0;   ///< 0: not by time

@@ -35,6 +35,10 @@ class LatticeUnits {
   [[nodiscard]] double excess_density_lu(double pressure_Pa) const {
     return 3.0 * pressure_Pa * step_s_ * step_s_ / (density_ * cell_m_ * cell_m_);
   }
+  /// p = c_s² (ρ − ρ₀) Δx² / Δt²,   c_s² = 1/3, relative to fluid at rest
+  [[nodiscard]] double pressure_Pa(double density_kg_per_m3) const {
+    return (density_kg_per_m3 - density_) * (cell_m_ * cell_m_ / (3.0 * step_s_ * step_s_));
+  }
   /// F = F_lu ρ₀ Δx⁴ / Δt²
   [[nodiscard]] double force_N(double force_lu) const {
     return force_lu * (density_ * cell_m_ * cell_m_ * cell_m_ * cell_m_ / (step_s_ * step_s_));

@@ -1,14 +1,14 @@
 #include "lattice_boltzmann/output/field_output.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <span>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
-#include "files/shared_file.hpp"
-#include "lattice_boltzmann/output/xdmf.hpp"
+#include "contract/errors.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::fluid {
@@ -18,10 +18,38 @@ namespace {
 using Extent = Hdf5File::Extent;
 
 const std::string data_file = "fields.h5";
-const std::string description_file = "fields.xdmf";
-constexpr std::int64_t bytes_per_cell = 4 * sizeof(double) + sizeof(std::int32_t);
-constexpr std::int64_t structure_bytes = 1 << 16;   ///< more than HDF5 needs to describe a group
-const std::string unfinished_group = "unfinished";  ///< name of a group that is being written
+const std::string uncompressed_file = "fields_uncompressed.h5";  ///< only while a group is being written
+constexpr std::int64_t structure_bytes = 1 << 16;                ///< more than HDF5 needs to describe a group
+const std::string unfinished_group = "unfinished";               ///< name of a group that is being written
+
+const char* const density_name = "density_kg_per_m3";
+const char* const velocity_name = "velocity_m_per_s";
+const char* const pressure_name = "pressure_Pa";
+const char* const vorticity_name = "vorticity_per_s";
+const char* const body_name = "body";
+
+/// Attributes of a group that place its cells in the domain; groups of older versions hold all cells and lack them.
+constexpr std::array region_attributes = {"first_cell_x", "first_cell_y", "first_cell_z",
+                                          "cells_x",      "cells_y",      "cells_z"};
+
+bool asks_for(const FieldOutput& output, FieldQuantity quantity) {
+  if (output.quantities.empty()) return quantity == FieldQuantity::density || quantity == FieldQuantity::velocity;
+  return std::ranges::find(output.quantities, quantity) != output.quantities.end();
+}
+
+Box region_of(const FieldOutput& output, const Cell& domain_cells) {
+  Box region{{0, 0, 0}, domain_cells};
+  for (std::size_t axis = 0; axis < 3 && !output.region_cells.empty(); ++axis) {
+    const std::int64_t stop = output.region_cells[2 * axis + 1];
+    if (stop == 0) continue;
+    region.low[axis] = output.region_cells[2 * axis];
+    region.high[axis] = std::min(stop, domain_cells[axis]);
+    if (region.low[axis] >= region.high[axis])
+      throw CaseError("fields.region_cells starts at cell " + std::to_string(region.low[axis]) + " of " +
+                      std::to_string(domain_cells[axis]) + " (nothing would be written). Use cells of the domain.");
+  }
+  return region;
+}
 
 Extent in_file_order(const Cell& cell) {
   return {static_cast<std::uint64_t>(cell[2]), static_cast<std::uint64_t>(cell[1]),
@@ -31,6 +59,12 @@ Extent in_file_order(const Cell& cell) {
 Extent with(Extent extent, std::uint64_t last) {
   extent.push_back(last);
   return extent;
+}
+
+/// Shape in the file: (z, y, x) of a scalar, (z, y, x, 3) of a vector.
+Extent shape_of(const Box& box, bool is_vector) {
+  const Extent shape = in_file_order({box.extent(0), box.extent(1), box.extent(2)});
+  return is_vector ? with(shape, 3) : shape;
 }
 
 /// @param found  samples in the checkpoint
@@ -49,66 +83,154 @@ void warn_of_other_steps(std::int64_t found, std::int64_t due, std::int64_t step
 
 FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Communicator& communicator)
     : output_(output),
+      region_(region_of(output, setup.domain_cells)),
       path_(output.directory + "/" + data_file),
+      cells_path_(output.compression > 0 ? output.directory + "/" + uncompressed_file : path_),
+      units_(setup),
       step_s_(setup.step_s),
       cell_size_m_(setup.cell_size_m),
       images_(setup.domain_cells, setup.symmetry_planes),
-      communicator_(communicator) {}
-
-FieldWriter::Offsets FieldWriter::lay_out(const Attributes& attributes) const {
-  const Cell& cells = images_.domain_cells();
-  const bool exists = std::filesystem::exists(path_) && std::filesystem::file_size(path_) > 0;
-  require_space(path_, cells[0] * cells[1] * cells[2] * bytes_per_cell + structure_bytes, communicator_.context());
-  Hdf5File file(path_, exists ? Hdf5File::Access::extend : Hdf5File::Access::create, communicator_.context());
-  if (file.has(unfinished_group)) file.remove(unfinished_group);  // of a run that was killed
-  file.make_group(unfinished_group);
-  file.write_attribute(unfinished_group, "cell_size_m", cell_size_m_);
-  file.write_attribute(unfinished_group, "step_s", step_s_);
-  attributes(file, unfinished_group);
-  const Extent shape = in_file_order(cells);
-  Offsets offsets;
-  offsets.density = file.make_dataset<double>(unfinished_group + "/density_kg_per_m3", shape);
-  offsets.velocity = file.make_dataset<double>(unfinished_group + "/velocity_m_per_s", with(shape, 3));
-  offsets.body = file.make_dataset<std::int32_t>(unfinished_group + "/body", shape);
-  file.close();
-  reserve_space(path_, communicator_.context());
-  return offsets;
+      communicator_(communicator) {
+  if (asks_for(output, FieldQuantity::density)) datasets_.push_back({density_name, Reflection::scalar});
+  if (asks_for(output, FieldQuantity::pressure)) datasets_.push_back({pressure_name, Reflection::scalar});
+  if (asks_for(output, FieldQuantity::velocity)) datasets_.push_back({velocity_name, Reflection::vector});
+  if (asks_for(output, FieldQuantity::vorticity)) {
+    datasets_.push_back({vorticity_name, Reflection::axial_vector});
+    vorticity_.emplace(setup, communicator);
+  }
+  datasets_.push_back({body_name, Reflection::scalar});
+  offsets_.resize(datasets_.size());
 }
 
-void FieldWriter::write_cells(const Offsets& offsets, const FieldBlock& block) const {
-  const Extent shape = in_file_order(images_.domain_cells());
-  SharedFile file(path_, communicator_.context());
+Extent FieldWriter::shape(const Dataset& dataset) const { return shape_of(region_, dataset.is_vector()); }
+
+std::int64_t FieldWriter::data_bytes() const {
+  std::int64_t bytes = 0;
+  for (const Dataset& dataset : datasets_) bytes += (dataset.is_vector() ? 3 : 1) * std::int64_t{sizeof(double)};
+  return bytes * region_.volume();
+}
+
+/// Opens a file, or makes a new one, that can grow by so many bytes.
+Hdf5File FieldWriter::open_for(const std::string& path, std::int64_t bytes) const {
+  const bool exists = std::filesystem::exists(path) && std::filesystem::file_size(path) > 0;
+  require_space(path, bytes + structure_bytes, communicator_.context());
+  return {path, exists ? Hdf5File::Access::extend : Hdf5File::Access::create, communicator_.context()};
+}
+
+void FieldWriter::lay_out() {
+  if (cells_path_ != path_) std::filesystem::remove(cells_path_);  // of a run that was killed
+  Hdf5File file = open_for(cells_path_, data_bytes());
+  if (file.has(unfinished_group)) file.remove(unfinished_group);  // likewise
+  file.make_group(unfinished_group);
+  for (std::size_t i = 0; i < datasets_.size(); ++i) {
+    const std::string name = unfinished_group + "/" + datasets_[i].name;
+    offsets_[i] = datasets_[i].name == body_name ? file.make_dataset<std::int32_t>(name, shape(datasets_[i]))
+                                                 : file.make_dataset<double>(name, shape(datasets_[i]));
+  }
+  file.close();
+  reserve_space(cells_path_, communicator_.context());
+}
+
+template <class T>
+void FieldWriter::write_values(SharedFile& file, std::size_t dataset, const Box& box,
+                               const std::vector<T>& values) const {
+  const auto& [name, reflection] = datasets_[dataset];
+  const bool is_vector = datasets_[dataset].is_vector();
   for (const auto& mirrored : images_.images()) {
-    const FileBlock image = images_.image(block, mirrored);
-    const Extent start = in_file_order(image.box.low);
-    const Extent count = in_file_order({image.box.extent(0), image.box.extent(1), image.box.extent(2)});
-    file.write(offsets.density, shape, start, count, image.density_kg_per_m3.data());
-    file.write(offsets.velocity, with(shape, 3), with(start, 0), with(count, 3), image.velocity_m_per_s.data());
-    file.write(offsets.body, shape, start, count, image.body.data());
+    const FilePart<T> part = images_.image(box, values, reflection, mirrored, region_);
+    if (part.values.empty()) continue;
+    const Extent start = in_file_order(
+        {part.box.low[0] - region_.low[0], part.box.low[1] - region_.low[1], part.box.low[2] - region_.low[2]});
+    file.write(offsets_[dataset], shape_of(region_, is_vector), is_vector ? with(start, 0) : start,
+               shape_of(part.box, is_vector), part.values.data());
   }
 }
 
-void FieldWriter::publish(const std::string& group) const {
-  Hdf5File file(path_, Hdf5File::Access::extend, communicator_.context());
+void FieldWriter::write_cells(const FieldBlock& block) const {
+  // Collective, and therefore before anything that can fail on one rank.
+  const std::vector<double> vorticity = vorticity_ ? (*vorticity_)(block) : std::vector<double>{};
+  on_every_rank(communicator_, [&] {
+    SharedFile file(cells_path_, communicator_.context());
+    for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      const std::string& name = datasets_[i].name;
+      if (name == body_name) {
+        write_values(file, i, block.box, block.body);
+      } else if (name == pressure_name) {
+        std::vector<double> pressure = block.density_kg_per_m3;
+        for (double& value : pressure) value = units_.pressure_Pa(value);
+        write_values(file, i, block.box, pressure);
+      } else {
+        write_values(file, i, block.box,
+                     name == density_name    ? block.density_kg_per_m3
+                     : name == velocity_name ? block.velocity_m_per_s
+                                             : vorticity);
+      }
+    }
+  });
+}
+
+void FieldWriter::compress_into(Hdf5File& file) const {
+  if (file.has(unfinished_group)) file.remove(unfinished_group);  // of a run that was killed
+  file.make_group(unfinished_group);
+  Hdf5File source(cells_path_, Hdf5File::Access::read, communicator_.context());
+  for (const Dataset& dataset : datasets_) {
+    const std::string name = unfinished_group + "/" + dataset.name;
+    if (dataset.name == body_name)
+      file.copy_compressed<std::int32_t>(source, name, shape(dataset), output_.compression);
+    else
+      file.copy_compressed<double>(source, name, shape(dataset), output_.compression);
+  }
+}
+
+/// The groups of the file, of snapshots or the mean, in order.
+std::vector<XdmfGrid> FieldWriter::grids_of(Hdf5File& file, bool snapshots) {
+  std::vector<XdmfGrid> grids;
+  for (const std::string& group : file.names()) {
+    if ((step_of_group(group) >= 0) != snapshots || group == unfinished_group) continue;
+    if (!grids_.contains(group)) {
+      XdmfGrid grid{group, {{0, 0, 0}, images_.domain_cells()}, {}};
+      if (file.has_attribute(group, region_attributes[0])) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          grid.box.low[axis] = file.read_attribute<std::int64_t>(group, region_attributes[axis]);
+          grid.box.high[axis] =
+              grid.box.low[axis] + file.read_attribute<std::int64_t>(group, region_attributes[axis + 3]);
+        }
+      }
+      for (const char* name : {density_name, pressure_name, velocity_name, vorticity_name, body_name})
+        if (file.has(group + "/" + name)) grid.datasets.emplace_back(name);
+      grids_[group] = grid;
+    }
+    grids.push_back(grids_[group]);
+  }
+  return grids;
+}
+
+void FieldWriter::publish(const std::string& group, const Attributes& attributes) {
+  const bool compresses = cells_path_ != path_;
+  Hdf5File file = open_for(path_, compresses ? data_bytes() : 0);
+  if (compresses) compress_into(file);
+  file.write_attribute(unfinished_group, "cell_size_m", cell_size_m_);
+  file.write_attribute(unfinished_group, "step_s", step_s_);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    file.write_attribute(unfinished_group, region_attributes[axis], region_.low[axis]);
+    file.write_attribute(unfinished_group, region_attributes[axis + 3], region_.extent(static_cast<int>(axis)));
+  }
+  attributes(file, unfinished_group);
   if (file.has(group)) file.remove(group);  // from before a restart
   file.rename(unfinished_group, group);
-  XdmfDescription description;
-  description.cells = images_.domain_cells();
-  description.cell_size_m = cell_size_m_;
-  description.step_s = step_s_;
-  description.data_file = data_file;
-  description.groups = file.names();
+  grids_.erase(group);
+  const bool snapshots = step_of_group(group) >= 0;
+  const std::string text = xdmf_text({cell_size_m_, step_s_, data_file, grids_of(file, snapshots)});
   file.close();
-  const std::string text = xdmf_text(description);
-  write_durably(output_.directory + "/" + description_file, std::as_bytes(std::span(text)));
+  if (compresses) std::filesystem::remove(cells_path_);
+  write_durably(output_.directory + (snapshots ? "/fields.xdmf" : "/fields_mean.xdmf"), std::as_bytes(std::span(text)));
 }
 
 void FieldWriter::write(const std::string& group, const FieldBlock& block, const Attributes& attributes) {
-  Offsets offsets;
-  on_leader(communicator_, [&] { offsets = lay_out(attributes); });
-  communicator_.broadcast(std::as_writable_bytes(std::span(&offsets, 1)));
-  on_every_rank(communicator_, [&] { write_cells(offsets, block); });
-  on_leader(communicator_, [&] { publish(group); });
+  on_leader(communicator_, [&] { lay_out(); });
+  communicator_.broadcast(std::as_writable_bytes(std::span(offsets_)));
+  write_cells(block);
+  on_leader(communicator_, [&] { publish(group, attributes); });
 }
 
 void FieldWriter::write_snapshot(std::int64_t step, const FieldBlock& block) {
@@ -158,7 +280,7 @@ void FieldSchedule::restore(std::int64_t step, const Sampling& sampling, MeanFie
 void FieldSchedule::after_step(std::int64_t step, const std::function<FieldBlock()>& fields) {
   if (!writer_) return;
   const bool snapshot = output_.every_steps > 0 && step % output_.every_steps == 0;
-  const bool sample = enters_mean(step);
+  const bool sample = step > 0 && enters_mean(step);
   if (snapshot || sample) {
     const FieldBlock block = fields();
     if (snapshot) writer_->write_snapshot(step, block);

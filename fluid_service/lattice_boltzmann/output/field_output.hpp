@@ -2,23 +2,34 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "contract/fluid_setup.hpp"
 #include "files/hdf5_file.hpp"
+#include "files/shared_file.hpp"
 #include "lattice_boltzmann/output/fields.hpp"
+#include "lattice_boltzmann/output/vorticity.hpp"
+#include "lattice_boltzmann/output/xdmf.hpp"
 #include "ranks/communicator.hpp"
 
 namespace copepod::fluid {
 
-/// Writes fields.h5 and fields.xdmf of a run [design.md §5]; collective.
+/// Writes fields.h5, fields.xdmf (snapshots) and fields_mean.xdmf of a run [design.md §5]; collective.
 ///
-/// One group per snapshot, /step_000001000/, and /mean/, each with, in doubles and SI units,
-///   density_kg_per_m3 (nz, ny, nx)   velocity_m_per_s (nz, ny, nx, 3)   body (nz, ny, nx)
-/// for the whole domain: where symmetry planes halve the computed one, the mirror image is written too, with
-/// the normal velocity reversed. The file is closed after each group, so that a killed run leaves a readable
-/// one; a group that exists already, from before a restart, is replaced.
+/// One group per snapshot, /step_000001000/, and /mean/, with the arrays that the case asks for. In doubles and SI
+/// units, they are
+///   density_kg_per_m3 (nz, ny, nx)   velocity_m_per_s (nz, ny, nx, 3)
+///   pressure_Pa (nz, ny, nx)         vorticity_per_s (nz, ny, nx, 3)   and always body (nz, ny, nx)
+/// for the whole domain or the region that the case asks for: where symmetry planes halve the computed domain, the
+/// mirror image is written too. The file is closed after each group, so that a killed run leaves a readable one; a
+/// group that exists already, from before a restart, is replaced.
+///
+/// Ranks write side by side, which HDF5 allows in contiguous datasets only. Where they are to be compressed, the ranks
+/// write to a file beside fields.h5, from which rank 0 compresses them.
 class FieldWriter {
  public:
   FieldWriter(const FieldOutput& output, const FluidSetup& setup, Communicator& communicator);
@@ -31,27 +42,42 @@ class FieldWriter {
   void write_mean(std::int64_t samples, const FieldBlock& block);
 
  private:
-  /// Where the three datasets of a group start in the file [bytes].
-  struct Offsets {
-    std::int64_t density = 0;
-    std::int64_t velocity = 0;
-    std::int64_t body = 0;
+  /// A dataset of each group.
+  struct Dataset {
+    std::string name;
+    Reflection reflection = Reflection::scalar;
+
+    [[nodiscard]] bool is_vector() const { return reflection != Reflection::scalar; }
   };
   using Attributes = std::function<void(Hdf5File&, const std::string& group)>;
 
   void write(const std::string& group, const FieldBlock& block, const Attributes& attributes);
   /// On rank 0: makes the group, under the name of an unfinished one, and takes the disk space.
-  [[nodiscard]] Offsets lay_out(const Attributes& attributes) const;
-  void write_cells(const Offsets& offsets, const FieldBlock& block) const;
+  void lay_out();
+  void write_cells(const FieldBlock& block) const;
+  template <class T>
+  void write_values(SharedFile& file, std::size_t dataset, const Box& box, const std::vector<T>& values) const;
   /// On rank 0: gives the group its name and describes to ParaView what is in the file.
-  void publish(const std::string& group) const;
+  void publish(const std::string& group, const Attributes& attributes);
+  void compress_into(Hdf5File& file) const;
+  [[nodiscard]] Hdf5File open_for(const std::string& path, std::int64_t bytes) const;
+  [[nodiscard]] std::vector<XdmfGrid> grids_of(Hdf5File& file, bool snapshots);
+  [[nodiscard]] Hdf5File::Extent shape(const Dataset& dataset) const;
+  [[nodiscard]] std::int64_t data_bytes() const;
 
   FieldOutput output_;
+  Box region_;
+  std::vector<Dataset> datasets_;
+  std::vector<std::int64_t> offsets_;  ///< where the datasets start in the file [bytes]
   std::string path_;
+  std::string cells_path_;  ///< where the ranks write
+  LatticeUnits units_;
   double step_s_;
   double cell_size_m_;
   MirrorImages images_;
   Communicator& communicator_;
+  std::optional<Vorticity> vorticity_;     ///< if asked for
+  std::map<std::string, XdmfGrid> grids_;  ///< what is known to be in the file, by group
 };
 
 /// Decides after which steps fields are written or enter the mean; collective.
@@ -60,7 +86,7 @@ class FieldSchedule {
   FieldSchedule(const FluidSetup& setup, Communicator& communicator);
   ~FieldSchedule();
 
-  /// @param step    steps completed
+  /// @param step    steps completed; 0 once, when the bodies are in place
   /// @param fields  computes this rank's fields; called only when they are needed
   /// @throws StorageError
   void after_step(std::int64_t step, const std::function<FieldBlock()>& fields);

@@ -7,17 +7,24 @@
 
 namespace copepod::fluid {
 
-/// What fields.xdmf describes to ParaView: the contents of fields.h5.
-struct XdmfDescription {
-  Cell cells{};  ///< of the whole domain
-  double cell_size_m = 0.0;
-  double step_s = 0.0;
-  std::string data_file;            ///< name of the HDF5 file, in the same folder
-  std::vector<std::string> groups;  ///< in the file: "step_000001000", …, and perhaps "mean"
+/// One group of fields.h5 as ParaView sees it.
+struct XdmfGrid {
+  std::string group;  ///< "step_000001000" or "mean"
+  Box box;            ///< its cells, in the whole domain
+  std::vector<std::string> datasets;
+
+  bool operator==(const XdmfGrid&) const = default;
 };
 
-/// XDMF 2 text: a temporal collection "snapshots" and a grid "mean", each where there is any. Fields belong
-/// to cells.
+/// What an XDMF file describes to ParaView: snapshots, or the mean.
+struct XdmfDescription {
+  double cell_size_m = 0.0;
+  double step_s = 0.0;
+  std::string data_file;  ///< name of the HDF5 file, in the same folder
+  std::vector<XdmfGrid> grids;
+};
+
+/// XDMF 2 text: snapshots as a temporal collection, the mean as one grid without a time. Fields belong to cells.
 std::string xdmf_text(const XdmfDescription& description);
 
 /// Step of a snapshot group, −1 for other groups.

@@ -11,7 +11,8 @@ MESSAGE_BYTES = 256 << 20
 ENTRIES = 1_000_000  # of every list in a setup
 CELLS = 10**12
 STRING_BYTES = 4096
-_LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}  # of lists in a setup; all other lists of numbers are vectors of 3
+_LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}  # of lists in a setup; other lists of numbers are vectors of 3
+_OF_ANY_LENGTH = {"quantities", "region_cells"}
 
 
 def check_version(envelope):
@@ -64,6 +65,14 @@ def _check_fields(fields):
     for name in ("every_steps", "mean_start", "mean_stop", "mean_every_steps"):
         if getattr(fields, name) < 0:
             raise _refused(f"fields.{name} is {getattr(fields, name)}, less than 0")
+    region = fields.region_cells
+    if len(region) not in (0, 6):
+        raise _refused(f"fields.region_cells has {len(region)} entries, not 6")
+    for start, stop in zip(region[::2], region[1::2]):
+        if min(start, stop) < 0 or start >= stop > 0 or (stop == 0 and start > 0):
+            raise _refused("fields.region_cells has no cells along an axis")
+    if fields.compression > 9:
+        raise _refused(f"fields.compression is {fields.compression}, more than 9")
     if fields.mean_stop == 0:
         return
     if fields.mean_start >= fields.mean_stop:
@@ -92,8 +101,9 @@ def _check(message):
         elif field.type == FieldDescriptor.TYPE_DOUBLE and not all(map(math.isfinite, entries)):
             raise _refused(f"{name} holds a number that is not finite")
         elif field.type == FieldDescriptor.TYPE_ENUM:
-            if value == 0 or value not in field.enum_type.values_by_number:
-                raise _refused(f"{name} has the unknown value {value}")
+            for entry in entries:
+                if entry == 0 or entry not in field.enum_type.values_by_number:
+                    raise _refused(f"{name} has the unknown value {entry}")
         elif field.type == FieldDescriptor.TYPE_STRING:
             check_text(value, name)
 
@@ -102,7 +112,7 @@ def _check_length(field, entries):
     if field.type == FieldDescriptor.TYPE_MESSAGE and field.name not in _LENGTHS:
         if len(entries) > ENTRIES:
             raise _refused(f"{field.name} has {len(entries)} entries, at most {ENTRIES} are allowed")
-    elif len(entries) != _LENGTHS.get(field.name, 3):
+    elif field.name not in _OF_ANY_LENGTH and len(entries) != _LENGTHS.get(field.name, 3):
         raise _refused(f"{field.name} has {len(entries)} entries, not {_LENGTHS.get(field.name, 3)}")
 
 

@@ -57,6 +57,9 @@ const Travels fluid_travels{
     {"fields.mean_start", {"output.fields.mean_over_steps=[8500, 12000]"}},
     {"fields.mean_stop", {"output.fields.mean_over_steps=[8000, 12500]"}},
     {"fields.mean_every_steps", {"output.fields.mean_every_steps=20"}},
+    {"fields.quantities", {"output.fields.quantities=[velocity, vorticity]"}},
+    {"fields.region_cells", {"output.fields.region_cells={x: 4}"}},
+    {"fields.compression", {"output.fields.compression=none"}},
     {"no_slip_plane", {"fluid.no_slip_plane=none"}},
     {"trace_directory", {}},
 };

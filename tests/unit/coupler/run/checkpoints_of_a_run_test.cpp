@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <csignal>
+#include <map>
 
 #include "checkpoint/manifest.hpp"
 #include "run/program_fixture.hpp"
@@ -13,6 +14,13 @@ const std::vector<std::string> checkpoints_every_700{"--set", "output.checkpoint
 
 class CrashedProgram : public Program {
  protected:
+  /// Of bodies.pvd and its frames, by name.
+  [[nodiscard]] std::map<std::string, std::string> contents_of_bodies() const {
+    std::map<std::string, std::string> contents{{"bodies.pvd", content_of(out_dir / "bodies.pvd")}};
+    for (const auto& entry : std::filesystem::directory_iterator(out_dir / "bodies"))
+      contents[entry.path().filename().string()] = content_of(entry.path());
+    return contents;
+  }
   /// @param settings  more of the command line
   void expect_the_same_after_crashes(std::vector<std::string> settings) {
     settings.insert(settings.end(), checkpoints_every_700.begin(), checkpoints_every_700.end());
@@ -20,6 +28,8 @@ class CrashedProgram : public Program {
     const json undisturbed = file("summary.json");
     const std::string trajectory = content_of(out_dir / "trajectory.csv");
     const std::string cycles = content_of(out_dir / "cycles.csv");
+    const auto bodies = contents_of_bodies();
+    EXPECT_GT(bodies.size(), 80U);
     EXPECT_EQ(std::count(cycles.begin(), cycles.end(), '\n'), 3);
     std::vector<std::string> resume = settings;
     resume.emplace_back("--resume");
@@ -37,6 +47,7 @@ class CrashedProgram : public Program {
       EXPECT_EQ(resumed["resumed_from_step"], crash / 700 * 700) << crash;
       EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory) << crash;
       EXPECT_EQ(content_of(out_dir / "cycles.csv"), cycles) << crash;
+      EXPECT_TRUE(contents_of_bodies() == bodies) << crash;
       EXPECT_EQ(file("provenance.json")["earlier_attempts"][0]["exit_code"], 69);
     }
   }

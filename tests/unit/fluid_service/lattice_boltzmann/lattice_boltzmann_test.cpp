@@ -40,7 +40,10 @@ TEST(EstimateLatticeBoltzmann, CountsCopiesOfFieldsThatAreWritten) {
   const std::int64_t without = estimate_lattice_boltzmann_bytes(setup, 1);
   setup.fields.every_steps = 10;
   const std::int64_t snapshots = estimate_lattice_boltzmann_bytes(setup, 1);
-  EXPECT_EQ(snapshots - without, 2 * 36 * std::int64_t{2'000'000} + 4 * mebibyte);
+  EXPECT_EQ(snapshots - without, (36 + 24) * std::int64_t{2'000'000} + 4 * mebibyte);
+  setup.fields.quantities = {FieldQuantity::velocity, FieldQuantity::vorticity};
+  EXPECT_EQ(estimate_lattice_boltzmann_bytes(setup, 1) - snapshots, 24 * 2'000'000);
+  setup.fields.quantities.clear();
   setup.fields.mean_stop = 100;
   EXPECT_EQ(estimate_lattice_boltzmann_bytes(setup, 1) - snapshots, 36 * 2'000'000);
 }

@@ -91,6 +91,14 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"fields.mean_start", {[](FluidSetup& s) { s.fields.mean_stop = 10; }, "fields"}},
     {"fields.mean_stop", {[](FluidSetup& s) { s.fields.mean_stop = 10; }, "fields"}},
     {"fields.mean_every_steps", {[](FluidSetup& s) { s.fields.mean_stop = 10; }, "fields"}},
+    {"fields.quantities",
+     {[](FluidSetup& s) { s.fields.every_steps = 10, s.fields.quantities = {FieldQuantity::pressure}; },
+      "fields:selection"}},
+    {"fields.region_cells",
+     {[](FluidSetup& s) { s.fields.every_steps = 10, s.fields.region_cells = {0, 1, 0, 0, 0, 0}; },
+      "fields:selection"}},
+    {"fields.compression",
+     {[](FluidSetup& s) { s.fields.mean_stop = 10, s.fields.compression = 1; }, "fields:selection"}},
 };
 
 const std::map<std::string, Guard<BodySetup>> body_guards{

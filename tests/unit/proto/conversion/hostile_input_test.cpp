@@ -233,7 +233,7 @@ std::string refusal_of(const FluidSetup& setup) {
 TEST(HostileInput, FieldOutputOfNoStepsIsRefused) {
   const auto refusal = [](std::int64_t every, std::int64_t start, std::int64_t stop, std::int64_t sampled) {
     FluidSetup setup = sample_fluid_setup();
-    setup.fields = {"/runs/a", every, start, stop, sampled};
+    setup.fields = {"/runs/a", every, start, stop, sampled, {}, {}, 0};
     return refusal_of(setup);
   };
   EXPECT_EQ(refusal(0, 0, 0, 0), "taken") << "no fields are requested";
@@ -244,6 +244,22 @@ TEST(HostileInput, FieldOutputOfNoStepsIsRefused) {
   EXPECT_NE(refusal(0, 0, 50, -1).find("fields.mean_every_steps is -1"), std::string::npos);
   EXPECT_NE(refusal(0, 0, 50, 0).find("fields.mean_every_steps of a mean is 0"), std::string::npos);
   EXPECT_NE(refusal(0, 50, 50, 1).find("fields.mean_start is 50, not before mean_stop 50"), std::string::npos);
+}
+
+TEST(HostileInput, FieldOutputOfNoCellsIsRefused) {
+  const auto refusal = [](std::vector<std::int64_t> region, int compression) {
+    FluidSetup setup = sample_fluid_setup();
+    setup.fields.region_cells = std::move(region);
+    setup.fields.compression = compression;
+    return refusal_of(setup);
+  };
+  EXPECT_EQ(refusal({}, 9), "taken");
+  EXPECT_EQ(refusal({0, 0, 3, 4, 0, 0}, 0), "taken");
+  EXPECT_NE(refusal({0, 1}, 0).find("fields.region_cells has 2 entries, not 6"), std::string::npos);
+  EXPECT_NE(refusal({0, 0, 4, 4, 0, 0}, 0).find("fields.region_cells has no cells"), std::string::npos);
+  EXPECT_NE(refusal({0, 0, 4, 0, 0, 0}, 0).find("fields.region_cells has no cells"), std::string::npos);
+  EXPECT_NE(refusal({0, 0, 0, 0, -1, 4}, 0).find("fields.region_cells is -1, less than 0"), std::string::npos);
+  EXPECT_NE(refusal({}, 10).find("fields.compression is 10, more than 9"), std::string::npos);
 }
 
 TEST(HostileInput, CellsBeyondCountingAreRefused) {

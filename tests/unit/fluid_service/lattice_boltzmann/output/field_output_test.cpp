@@ -19,7 +19,7 @@ class MeanRun {
  public:
   MeanRun(std::int64_t mean_start, std::int64_t mean_stop, std::int64_t mean_every_steps) {
     setup_.domain_cells = {1, 1, 1};
-    setup_.fields = {folder_.path().string(), 0, mean_start, mean_stop, mean_every_steps};
+    setup_.fields = {folder_.path().string(), 0, mean_start, mean_stop, mean_every_steps, {}, {}, 0};
     schedule_ = std::make_unique<FieldSchedule>(setup_, self_);
   }
   MeanRun(std::int64_t mean_start, std::int64_t mean_stop, std::int64_t mean_every_steps, std::int64_t step)

@@ -45,6 +45,8 @@ TEST(MeanField, RefusesASampleOfOtherCells) {
   EXPECT_THROW(field.add(shifted), std::logic_error);
 }
 
+const Box everything{{0, 0, 0}, {100, 100, 100}};
+
 /// A block whose density is 100 x + 10 y + z and whose velocity is (1, 2, 3) everywhere.
 FieldBlock numbered(const Box& box) {
   FieldBlock block;
@@ -62,18 +64,48 @@ FieldBlock numbered(const Box& box) {
 TEST(MirrorImages, TransposesToXFastestWithoutSymmetry) {
   const MirrorImages images({4, 4, 4}, {false, false, false});
   ASSERT_EQ(images.images().size(), 1U);
-  const FileBlock file = images.image(numbered({{1, 0, 2}, {3, 2, 4}}), images.images().front());
-  EXPECT_EQ(file.box, (Box{{1, 0, 2}, {3, 2, 4}}));
-  EXPECT_EQ(file.density_kg_per_m3, (std::vector<double>{102, 202, 112, 212, 103, 203, 113, 213}));
-  EXPECT_EQ(file.body, (std::vector<std::int32_t>{1, 2, 1, 2, 1, 2, 1, 2}));
+  const FieldBlock block = numbered({{1, 0, 2}, {3, 2, 4}});
+  const std::array<bool, 3> itself{};
+  const auto density = images.image(block.box, block.density_kg_per_m3, Reflection::scalar, itself, everything);
+  EXPECT_EQ(density.box, (Box{{1, 0, 2}, {3, 2, 4}}));
+  EXPECT_EQ(density.values, (std::vector<double>{102, 202, 112, 212, 103, 203, 113, 213}));
+  EXPECT_EQ(images.image(block.box, block.body, Reflection::scalar, itself, everything).values,
+            (std::vector<std::int32_t>{1, 2, 1, 2, 1, 2, 1, 2}));
 }
 
 TEST(MirrorImages, ReversesCellsAndNormalVelocityBehindAPlane) {
   const MirrorImages images({8, 4, 4}, {true, false, false});
-  const FileBlock file = images.image(numbered({{1, 0, 0}, {3, 1, 1}}), {true, false, false});
-  EXPECT_EQ(file.box, (Box{{5, 0, 0}, {7, 1, 1}}));
-  EXPECT_EQ(file.density_kg_per_m3, (std::vector<double>{200, 100}));
-  EXPECT_EQ(file.velocity_m_per_s, (std::vector<double>{-1, 2, 3, -1, 2, 3}));
+  const FieldBlock block = numbered({{1, 0, 0}, {3, 1, 1}});
+  const auto image = [&](const std::vector<double>& values, Reflection reflection) {
+    return images.image(block.box, values, reflection, {true, false, false}, everything);
+  };
+  EXPECT_EQ(image(block.density_kg_per_m3, Reflection::scalar).box, (Box{{5, 0, 0}, {7, 1, 1}}));
+  EXPECT_EQ(image(block.density_kg_per_m3, Reflection::scalar).values, (std::vector<double>{200, 100}));
+  EXPECT_EQ(image(block.velocity_m_per_s, Reflection::vector).values, (std::vector<double>{-1, 2, 3, -1, 2, 3}));
+}
+
+TEST(MirrorImages, KeepTheNormalVorticityAndReverseTheOthersAtEachPlane) {
+  const MirrorImages images({8, 4, 4}, {true, true, false});
+  const FieldBlock block = numbered({{0, 0, 0}, {1, 1, 1}});
+  const auto vorticity = [&](const std::array<bool, 3>& mirrored) {
+    return images.image(block.box, block.velocity_m_per_s, Reflection::axial_vector, mirrored, everything).values;
+  };
+  EXPECT_EQ(vorticity({false, false, false}), (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(vorticity({true, false, false}), (std::vector<double>{1, -2, -3}));
+  EXPECT_EQ(vorticity({true, true, false}), (std::vector<double>{-1, -2, 3}));
+}
+
+TEST(MirrorImages, LeaveOutCellsBeyondTheRegion) {
+  const MirrorImages images({8, 4, 4}, {true, false, false});
+  const FieldBlock block = numbered({{0, 0, 0}, {4, 2, 1}});
+  const Box region{{3, 1, 0}, {6, 4, 1}};
+  const auto density = [&](const std::array<bool, 3>& mirrored) {
+    return images.image(block.box, block.density_kg_per_m3, Reflection::scalar, mirrored, region);
+  };
+  EXPECT_EQ(density({}).box, (Box{{3, 1, 0}, {4, 2, 1}}));
+  EXPECT_EQ(density({}).values, (std::vector<double>{310}));
+  EXPECT_EQ(density({true, false, false}).values, (std::vector<double>{310, 210}));
+  EXPECT_TRUE(images.image({{0, 0, 2}, {4, 2, 4}}, block.body, Reflection::scalar, {}, region).values.empty());
 }
 
 TEST(MirrorImages, CoverTheWholeDomainExactlyOnce) {
@@ -81,7 +113,7 @@ TEST(MirrorImages, CoverTheWholeDomainExactlyOnce) {
   std::map<Cell, int> covered;
   for (const Box& block : {Box{{0, 0, 0}, {2, 1, 3}}, Box{{0, 1, 0}, {2, 3, 3}}})
     for (const auto& mirrored : images.images()) {
-      const Box box = images.image(numbered(block), mirrored).box;
+      const Box box = images.image(block, numbered(block).body, Reflection::scalar, mirrored, everything).box;
       for (std::int64_t x = box.low[0]; x < box.high[0]; ++x)
         for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
           for (std::int64_t z = box.low[2]; z < box.high[2]; ++z) ++covered[{x, y, z}];
