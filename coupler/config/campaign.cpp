@@ -68,14 +68,7 @@ Campaign read_campaign(Reader top, const fs::path& folder) {
   return result;
 }
 
-void refuse_case(const Document& document) {
-  const Value& root = document.root();
-  if (root.find("case") == nullptr || root.find("campaign") != nullptr) return;
-  throw CaseInvalid(document.locate("case"), "the file is a case (it lists no cases). Run it with `copepod run`.");
-}
-
 Campaign read_document(const Document& document, const std::string& source, AskedKeys* asked) {
-  refuse_case(document);
   Problems problems(document);
   Campaign campaign = read_campaign(Reader(&document.root(), "", problems, asked), fs::path(source).parent_path());
   problems.throw_if_any();
@@ -84,7 +77,14 @@ Campaign read_document(const Document& document, const std::string& source, Aske
 
 }  // namespace
 
-Campaign load_campaign(const std::string& file) { return read_document(Document::load(file, {}), file, nullptr); }
+bool names_campaign(const std::string& file) { return Document::load(file, {}).root().find("campaign") != nullptr; }
+
+Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides) {
+  Campaign campaign = read_document(Document::load(file, {}), file, nullptr);
+  for (CampaignEntry& entry : campaign.cases)
+    entry.settings.insert(entry.settings.end(), overrides.begin(), overrides.end());
+  return campaign;
+}
 
 Campaign load_campaign_text(const std::string& text, const std::string& source, AskedKeys* asked) {
   return read_document(Document::parse(text, source, {}), source, asked);

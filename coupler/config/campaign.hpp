@@ -22,9 +22,14 @@ struct Campaign {
   std::vector<CampaignEntry> cases;
 };
 
+/// Whether a file lists cases, rather than being one.
+/// @throws CaseInvalid if it is not a YAML mapping
+bool names_campaign(const std::string& file);
+
 /// Reads a campaign file; the cases themselves are not looked into.
+/// @param overrides  "key.path=value" for every case, after its own settings
 /// @throws CaseInvalid with every error found
-Campaign load_campaign(const std::string& file);
+Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides = {});
 
 /// The same from text; `source` names it in messages and its folder is where case files are looked for.
 /// `asked`, if given, receives every key that was looked for.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <span>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -195,17 +196,6 @@ LubricationCase read_lubrication(Reader lubrication, FluidCase& fluid) {
   return result;
 }
 
-std::optional<Sweep> read_sweep(Reader& top) {
-  if (!top.has("sweep")) return {};
-  Reader sweep = top.section("sweep");
-  Sweep result{sweep.text("key"), sweep.words("values")};
-  if (result.values.empty()) {
-    sweep.problems().error("sweep",
-                           "sweep has no values (there is nothing to run). List them: values: [1.0e-6, 2.0e-6].");
-  }
-  return result;
-}
-
 BodyCase read_body_solver(Reader body) {
   BodyCase result;
   result.solver = read_solver(body, body_solver_names, std::optional(BodySolverChoice::own), result.command);
@@ -271,7 +261,7 @@ Case read_case(Reader top) {
   result.output = read_output(top.section("output"), result.steps);
   result.services = read_services(top.section("services"));
   settle_services(result.fluid, result.body, result.services);
-  result.sweep = read_sweep(top);
+  static_cast<void>(top.has("sweep"));  // read before, see `read_members`
   return result;
 }
 
@@ -329,8 +319,7 @@ void refuse_campaign(const Document& document) {
                     "cases.");
 }
 
-LoadedCase read_document(const Document& document, AskedKeys* asked) {
-  refuse_campaign(document);
+LoadedCase read_one(const Document& document, AskedKeys* asked) {
   refuse_forces(document);
   Problems problems(document);
   LoadedCase loaded;
@@ -340,6 +329,69 @@ LoadedCase read_document(const Document& document, AskedKeys* asked) {
   problems.throw_if_any();
   loaded.warnings = problems.warnings();
   return loaded;
+}
+
+/// Lines of several members of a sweep, each with the members that have it.
+class LinesOfMembers {
+ public:
+  void add(const std::string& line, const std::string& member) {
+    const auto found = std::ranges::find(lines_, line, &Line::text);
+    if (found != lines_.end())
+      ++found->members;
+    else
+      lines_.push_back({line, member, 1});
+  }
+
+  [[nodiscard]] bool empty() const { return lines_.empty(); }
+
+  /// With the first of the members, unless all of them have the line.
+  [[nodiscard]] std::vector<std::string> texts(std::size_t members) const {
+    constexpr std::size_t most = 20;
+    std::vector<std::string> result;
+    for (const Line& line : std::span(lines_).first(std::min(most, lines_.size()))) {
+      const std::string others =
+          line.members == 1 ? ""
+                            : " and " + std::to_string(line.members - 1) + (line.members == 2 ? " other" : " others");
+      result.push_back(line.members == members ? line.text
+                                               : line.text + " [in member " + line.first_member + others + "]");
+    }
+    if (lines_.size() > most) result.push_back("… and " + std::to_string(lines_.size() - most) + " more like these.");
+    return result;
+  }
+
+ private:
+  struct Line {
+    std::string text;
+    std::string first_member;
+    std::size_t members;
+  };
+  std::vector<Line> lines_;
+};
+
+/// Checks every member of a sweep, so that none fails after hours.
+LoadedCase read_members(const Document& document, const Sweep& sweep, AskedKeys* asked) {
+  LinesOfMembers errors, warnings;
+  std::optional<LoadedCase> first;
+  const std::size_t members = member_count(sweep);
+  for (std::size_t member = 0; member < members; ++member) {
+    try {
+      LoadedCase loaded = read_one(document.with(assignments_of(sweep, member)), asked);
+      for (const std::string& line : loaded.warnings) warnings.add(line, member_text(sweep, member));
+      if (!first) first = std::move(loaded);
+    } catch (const CaseInvalid& invalid) {
+      for (const std::string& line : invalid.lines()) errors.add(line, member_text(sweep, member));
+    }
+  }
+  if (!errors.empty()) throw CaseInvalid(errors.texts(members));
+  first->warnings = warnings.texts(members);
+  first->sweep = sweep;
+  return std::move(*first);
+}
+
+LoadedCase read_document(const Document& document, AskedKeys* asked) {
+  refuse_campaign(document);
+  const std::optional<Sweep> sweep = read_sweep(document, asked);
+  return sweep ? read_members(document, *sweep, asked) : read_one(document, asked);
 }
 
 std::string joined(const std::vector<std::string>& names) {

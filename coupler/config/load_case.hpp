@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "config/sections/case.hpp"
 #include "config/sections/expand.hpp"
+#include "config/sections/sweep.hpp"
 #include "config/yaml/reader.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/capabilities.hpp"
@@ -13,10 +15,11 @@
 
 namespace copepod::coupler {
 
-/// A case that passed every check, ready to run.
+/// A case that passed every check, ready to run; of a sweep the first member, once all have passed.
 struct LoadedCase {
   Case content;
   Assembly assembly;
+  std::optional<Sweep> sweep;
   std::vector<std::string> warnings;  ///< "file:line: warning: …"
 };
 

@@ -39,16 +39,13 @@ Options parse_command_line(int argc, const char* const* argv) {
   CLI::App app{"Copepod coupler: holds the coupling algorithm between a fluid and a body service."};
   Options options;
   std::string plan;
-  std::string campaign;
   std::string run;
   std::string fluid;
   std::string body;
   int ranks = 0;
   app.set_version_flag("--version", build_info().version);
-  auto* plan_option = app.add_option("--plan", plan, "Check a case file and print it, resolved, as JSON");
-  auto* campaign_option =
-      app.add_option("--campaign", campaign, "Check a campaign file and print it as JSON")->excludes(plan_option);
-  app.add_option("--run", run, "Run a case file")->excludes(plan_option)->excludes(campaign_option);
+  auto* plan_option = app.add_option("--plan", plan, "Check a case or campaign file and print it as JSON");
+  app.add_option("--run", run, "Run a case file")->excludes(plan_option);
   app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")->expected(1)->take_all();
   app.add_option("--ranks", ranks, "Processes of the fluid service")->check(CLI::PositiveNumber);
   app.add_option("--fluid", fluid, "Command that starts another fluid component");
@@ -72,12 +69,9 @@ Options parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     throw CaseError(std::string(error.what()) + " (the command line makes no sense). See --help.");
   }
-  if (plan.empty() && campaign.empty() && run.empty())
-    throw CaseError("none of --plan, --campaign and --run is given (nothing to do). See --help.");
-  options.action = !plan.empty()       ? Options::Action::plan
-                   : !campaign.empty() ? Options::Action::campaign
-                                       : Options::Action::run;
-  options.case_file = plan + campaign + run;  // all but one are empty
+  if (plan.empty() && run.empty()) throw CaseError("neither --plan nor --run is given (nothing to do). See --help.");
+  options.action = !plan.empty() ? Options::Action::plan : Options::Action::run;
+  options.case_file = plan + run;  // one is empty
   options.command_line = joined(argc, argv, options.session);
   if (ranks > 0) options.overrides.push_back("services.fluid.ranks=" + std::to_string(ranks));
   if (!fluid.empty()) options.overrides.push_back("services.fluid.command=" + as_list(fluid));

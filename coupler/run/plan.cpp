@@ -73,12 +73,22 @@ ordered_json make_notes(const LoadedCase& loaded) {
   return notes;
 }
 
-/// What to --set for each member of a sweep, and the value that names it.
-ordered_json members(const Sweep& sweep) {
-  ordered_json list = ordered_json::array();
-  for (const std::string& value : sweep.values)
-    list.push_back({{"value", value}, {"set", {"sweep=null", sweep.key + "=" + value}}});
-  return {{"key", sweep.key}, {"members", list}};
+/// The swept keys, and for each member their values and what to --set.
+ordered_json plan_of(const Sweep& sweep) {
+  ordered_json parameters = ordered_json::array();
+  for (const SweptKey& parameter : sweep.parameters)
+    parameters.push_back({{"key", parameter.key}, {"scale", name_of(scale_names, parameter.scale)}});
+  ordered_json members = ordered_json::array();
+  for (std::size_t member = 0; member < member_count(sweep); ++member) {
+    ordered_json values = ordered_json::array();
+    ordered_json settings = ordered_json::array();
+    for (const Value::Entry& assignment : assignments_of(sweep, member)) {
+      settings.push_back(setting_text(assignment));
+      if (values.size() < sweep.parameters.size()) values.push_back(to_json(assignment.value, Scalars::as_numbers));
+    }
+    members.push_back({{"values", values}, {"set", settings}});
+  }
+  return {{"combine", name_of(combination_names, sweep.combination)}, {"parameters", parameters}, {"members", members}};
 }
 
 /// What a component has to announce: {"springs": ["neglects:springs", "springs"], …}, any of the list for each. Bodies
@@ -172,7 +182,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};
   plan["warnings"] = loaded.warnings;
   plan["notes"] = make_notes(loaded);
-  if (the_case.sweep) plan["sweep"] = members(*the_case.sweep);
+  if (loaded.sweep) plan["sweep"] = plan_of(*loaded.sweep);
   return plan;
 }
 

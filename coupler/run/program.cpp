@@ -57,14 +57,13 @@ std::optional<Branch> find_branch(const Options& options, const LoadedCase& load
 }
 
 int run_plan(const Options& options, std::ostream& out) {
-  const LoadedCase loaded = load_case(options.case_file, options.overrides);
-  find_branch(options, loaded);
-  out << make_plan(loaded).dump() << std::endl;
-  return static_cast<int>(ExitCode::finished);
-}
-
-int run_campaign_plan(const Options& options, std::ostream& out) {
-  out << make_campaign_plan(load_campaign(options.case_file)).dump() << std::endl;
+  if (names_campaign(options.case_file)) {
+    out << make_campaign_plan(load_campaign(options.case_file, options.overrides)).dump() << std::endl;
+  } else {
+    const LoadedCase loaded = load_case(options.case_file, options.overrides);
+    find_branch(options, loaded);
+    out << make_plan(loaded).dump() << std::endl;
+  }
   return static_cast<int>(ExitCode::finished);
 }
 
@@ -72,7 +71,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   Events events(out);
   events.phase("starting");
   const LoadedCase loaded = load_case(options.case_file, options.overrides);
-  if (loaded.content.sweep) {
+  if (loaded.sweep) {
     throw CaseError(options.case_file +
                     " is a sweep (the coupler runs one case). Use deploy/copepod run, or --set sweep=null.");
   }
@@ -131,7 +130,6 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
     const Options options = parse_command_line(argc, argv);
     if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
     if (options.action == Options::Action::plan) return run_plan(options, out);
-    if (options.action == Options::Action::campaign) return run_campaign_plan(options, out);
     RunSignals signals;
     const SignalWatch watch(signals);
     return run_case(options, out, make_components, signals);

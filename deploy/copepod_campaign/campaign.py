@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from copepod_campaign import display, programs, results
-from copepod_campaign.entry import Entry, State, entries_of
+from copepod_campaign.entry import Entry, State
 from copepod_campaign.pool import RESTARTS, Pool
+from copepod_campaign.sweep import members_of
 from copepod_run import build
 from copepod_run.checkout import called_as
 from copepod_run.destinations import make_folder
@@ -32,23 +33,33 @@ _NOT_FOR_SWEEPS = {
 def campaign(options: Namespace) -> int:
     """Runs a campaign to its end. Returns 0 if every case is finished; every other ending is a Stop."""
     build.ensure_programs()
-    plan = request_campaign(options.campaign)
-    jobs = options.jobs or plan["jobs"]
-    return run_items(plan["name"], plan["cases"], jobs, options, lambda out: f"campaign {options.campaign} --out {out}")
+    plan = request_campaign(options.campaign, options.set)
+    jobs = options.jobs or plan.jobs
+    command = f"campaign {options.campaign}{_settings_text(options)}"
+    return run_items(plan.name, plan.items, jobs, options, lambda out: f"{command} --out {out}")
 
 
 def run_sweep(options: Namespace, plan: Plan) -> int:
     """`copepod run` of a case with a sweep: a campaign of its members, which continues where it stopped."""
-    for name in ("ranks", "fluid", "body"):
-        if getattr(options, name) is not None:
-            raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
+    item = item_of_sweep(options, plan)
     for name, reason in _NOT_FOR_SWEEPS.items():
         if getattr(options, name) not in (False, 0, None):
             raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps ({reason}). Leave it out.")
-    item = {"name": plan.name, "file": options.case, "set": options.set}
-    settings = "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
     options.rerun_other_builds = False
-    return run_items(plan.name, [item], None, options, lambda out: f"run {options.case}{settings} --out {out}")
+    command = f"run {options.case}{_settings_text(options)}"
+    return run_items(plan.name, [item], None, options, lambda out: f"{command} --out {out}")
+
+
+def item_of_sweep(options: Namespace, plan: Plan) -> dict[str, Any]:
+    """A case with a sweep as the only item of a campaign."""
+    for name in ("ranks", "fluid", "body"):
+        if getattr(options, name) is not None:
+            raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
+    return {"name": plan.name, "file": options.case, "set": options.set}
+
+
+def _settings_text(options: Namespace) -> str:
+    return "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
 
 
 def run_items(
@@ -66,13 +77,14 @@ def run_items(
     Returns 0 if every case is finished, else raises Stop.
     """
     folder = Path(options.out or Path("runs") / folder_name(name))
+    members = members_of(items)  # all of them are in order before a folder is made
     make_folder(folder)
     with ExitStack() as stack:
         directory = RunDirectory(folder)
         stack.callback(directory.close)
         report("directory", path=str(directory.path), holds="campaign")
         own_programs = programs.keep_copy(folder)
-        entries = [entry for item in items for entry in entries_of(item, folder, own_programs.build)]
+        entries = [Entry(member, folder, own_programs.build) for member in members]
         for entry in entries:
             entry.look(options.rerun_other_builds)
         signals = stack.enter_context(SignalRecorder())

@@ -4,12 +4,13 @@ import enum
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from copepod_campaign.sweep import Member
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.plan import Plan, plan_of, resolved_case
+from copepod_run.plan import resolved_case
 from copepod_run.run_directory import has_checkpoint, take_lock
 from copepod_run.messages import say
 
@@ -24,36 +25,15 @@ class State(enum.Enum):
     FAILED = "failed"
 
 
-def entries_of(item: Mapping[str, Any], folder: Path, build: str) -> "list[Entry]":
-    """The case of `item` (name, file and settings from `coupler --campaign`), or one for each member of its sweep.
-
-    Raises Stop(2) if a case is bad.
-    """
-    plan = plan_of(item["file"], item["set"])
-    if not plan.sweep:
-        return [Entry(item["name"], item["name"], item["file"], item["set"], plan, folder, build)]
-    key = plan.sweep["key"].split(".")[-1]
-    entries = []
-    for number, member in enumerate(plan.sweep["members"], 1):
-        name, settings = f"{item['name']}_{number:02d}", item["set"] + member["set"]
-        label = f"{name}, {key} {member['value']}"
-        entries.append(Entry(name, label, item["file"], settings, plan_of(item["file"], settings), folder, build))
-    return entries
-
-
 class Entry:
     """A case of the campaign. Its progress is read from its run directory."""
 
-    def __init__(
-        self, name: str, label: str, file: str, settings: Sequence[str], plan: Plan, folder: Path, build: str
-    ) -> None:
-        """`label`: its name in tables; `build`: digest of the programs that would run it now."""
-        self.name = name
-        self.label = label
-        self.file = file
-        self.settings = settings
-        self.path = folder / name
-        self.plan = plan
+    def __init__(self, member: Member, folder: Path, build: str) -> None:
+        """`build`: digest of the programs that would run it now."""
+        self.member = member
+        self.name = member.name
+        self.path = folder / member.name
+        self.plan = member.plan
         self.state = State.NEW
         self.remark = ""
         self.exit_code: int = ExitCode.FINISHED

@@ -87,8 +87,8 @@ class Job:
         self.entry.remark = self._last_line or f"ended with code {code} without reporting an error"
 
     def _command(self, entry: Entry, ranks: int) -> list[str]:
-        words = [sys.executable, "-P", "-m", "copepod_command", "run", entry.file]
-        for setting in entry.settings:
+        words = [sys.executable, "-P", "-m", "copepod_command", "run", entry.member.file]
+        for setting in entry.member.settings:
             words += ["--set", setting]
         if entry.plan.case.get("fluid", {}).get("solver") == "lattice_boltzmann":
             words += ["--ranks", str(ranks)]

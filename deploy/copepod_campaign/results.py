@@ -3,57 +3,86 @@
 import csv
 import io
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from copepod_campaign.entry import Entry, State
+from copepod_campaign.sweep import swept_keys, value_text
 from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
+
+
+@dataclass(frozen=True)
+class Row:
+    """A swimmer of a case; a case that has none, or is not done, has one row without figures."""
+
+    entry: Entry
+    swimmer: str  # empty where there is no other
+    figures: dict[str, Figure]  # by key
 
 
 def write(folder: Path, name: str, entries: Sequence[Entry]) -> None:
     """results.md, results.csv and results.json in `folder`; each replaced in one go."""
     _replace(folder / "results.md", f"# {name}\n\n{markdown(entries)}\n")
     _replace(folder / "results.csv", _csv(entries))
-    _replace(folder / "results.json", json.dumps(records(name, entries), indent=1) + "\n")
+    _replace(folder / "results.json", json.dumps(records(name, entries), indent=1, ensure_ascii=False) + "\n")
 
 
 def records(name: str, entries: Sequence[Entry]) -> dict[str, Any]:
     """The content of results.json."""
-    return {"campaign": name, "cases": [_record(entry) for entry in entries]}
+    scales = {key: scale for entry in entries for key, scale in entry.member.scales.items()}
+    heads = swept_keys([entry.member for entry in entries])
+    parameters = [{"key": key, "name": head, "scale": scales[key]} for key, head in heads.items()]
+    return {"campaign": name, "parameters": parameters, "cases": [_record(entry) for entry in entries]}
 
 
 def markdown(entries: Sequence[Entry]) -> str:
     """A row per swimmer; a cell holds our figure, and in brackets the published one and our deviation from it."""
-    rows = list(_rows(entries))
-    keys = [key for key in FIGURES if any(key in figures for _, _, figures in rows)]
-    lines = ["| case | state | " + " | ".join(FIGURES[key] for key in keys) + " |", "|---" * (len(keys) + 2) + "|"]
-    for label, entry, figures in rows:
-        cells = [_cell(figures.get(key)) for key in keys]
-        lines.append(f"| {label} | {_state_text(entry)} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    rows = _rows(entries)
+    heads, known = _known_columns(rows)
+    keys = [key for key in FIGURES if any(key in row.figures for row in rows)]
+    table = [[*heads, "state", *(FIGURES[key] for key in keys)], ["---"] * (len(heads) + 1 + len(keys))]
+    for row, cells in zip(rows, known):
+        texts = ["" if cell is None else value_text(cell) for cell in cells]
+        table.append([*texts, _state_text(row.entry), *(_cell(row.figures.get(key)) for key in keys)])
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in table)
 
 
 def text(entries: Sequence[Entry]) -> str:
     """The table for the terminal: state, wall time, speed of every case."""
-    width = max(len(label) for label, _, _ in _rows(entries)) + 2
+    rows = _rows(entries)
+    labels = [f"{row.entry.name}, {row.swimmer}" if row.swimmer else row.entry.name for row in rows]
+    width = max(map(len, labels)) + 2
     lines = []
-    for label, entry, figures in _rows(entries):
-        speeds = [key for key in ("u_swim_lattice", "kinematics.u_along_um_per_s") if key in figures]
-        shown = " ".join(f"{FIGURES[key]} {_cell(figures[key])}" for key in speeds)
-        lines.append(f"  {label:<{width}}{_state_text(entry):<24}{shown}".rstrip())
+    for label, row in zip(labels, rows):
+        speeds = [key for key in ("u_swim_lattice", "kinematics.u_along_um_per_s") if key in row.figures]
+        shown = " ".join(f"{FIGURES[key]} {_cell(row.figures[key])}" for key in speeds)
+        lines.append(f"  {label:<{width}}{_state_text(row.entry):<24}{shown}".rstrip())
     return "\n".join(lines)
 
 
-def _rows(entries: Sequence[Entry]) -> Iterator[tuple[str, Entry, dict[str, Figure]]]:
-    """(label, entry, {key: Figure}) of every swimmer; an entry without swimmers has one row without figures."""
+def _rows(entries: Sequence[Entry]) -> list[Row]:
+    rows = []
     for entry in entries:
         swimmers = (entry.summary or {}).get("swimmers") or [] if entry.state is State.DONE else []
         if not swimmers:
-            yield entry.label, entry, {}
+            rows.append(Row(entry, "", {}))
         for number, swimmer in enumerate(swimmers):
-            label = entry.label if len(swimmers) == 1 else f"{entry.label}, {swimmer['name']}"
-            yield label, entry, compared({**swimmer, "published": _published(entry, number)})
+            name = swimmer["name"] if len(swimmers) > 1 else ""
+            rows.append(Row(entry, name, compared({**swimmer, "published": _published(entry, number)})))
+    return rows
+
+
+def _known_columns(rows: Sequence[Row]) -> tuple[list[str], list[list[Any]]]:
+    """Headings and cells of what is known before a run: its name, its swept keys, its swimmers if it has several."""
+    keys = swept_keys([row.entry.member for row in rows])
+    swimmers = ["swimmer"] if any(row.swimmer for row in rows) else []
+    cells = [
+        [row.entry.name, *(row.entry.member.parameters.get(key) for key in keys), *(row.swimmer for _ in swimmers)]
+        for row in rows
+    ]
+    return ["case", *keys.values(), *swimmers], cells
 
 
 def _published(entry: Entry, number: int) -> Any:
@@ -75,29 +104,39 @@ def _state_text(entry: Entry) -> str:
 
 
 def _csv(entries: Sequence[Entry]) -> str:
+    """All columns that have a value anywhere."""
+    rows = _rows(entries)
+    heads, known = _known_columns(rows)
+    records = []
+    for row, cells in zip(rows, known):
+        summary = row.entry.summary or {}
+        record: dict[str, Any] = {
+            head: cell if isinstance(cell, (int, float)) else _text(cell) for head, cell in zip(heads, cells)
+        }
+        record |= {"state": row.entry.state.value, "builds": " ".join(row.entry.builds)}
+        record |= {key: summary.get(key) for key in ("wall_s", "digest")}
+        for key in FIGURES:
+            figure = row.figures.get(key, Figure(None))
+            record |= {key: figure.ours, f"{key}_published": figure.published}
+            record[f"{key}_deviation_percent"] = figure.deviation_percent
+        records.append(record)
+    filled = [column for column in records[0] if any(record[column] not in (None, "") for record in records)]
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    rows = []
-    for label, entry, figures in _rows(entries):
-        summary = entry.summary or {}
-        known = [entry.state.value, " ".join(entry.builds), summary.get("wall_s"), summary.get("digest")]
-        values = {}
-        for key, figure in figures.items():
-            values[key] = figure.ours
-            values[f"{key}_published"] = figure.published
-            values[f"{key}_deviation_percent"] = figure.deviation_percent
-        rows.append(([label, *known], values))
-    columns = [f"{key}{suffix}" for key in FIGURES for suffix in ("", "_published", "_deviation_percent")]
-    filled = [column for column in columns if any(values.get(column) is not None for _, values in rows)]
-    writer.writerow(["case", "state", "builds", "wall_s", "digest", *filled])
-    writer.writerows([*known, *(values.get(column) for column in filled)] for known, values in rows)
+    writer = csv.DictWriter(stream, filled, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(records)
     return stream.getvalue()
+
+
+def _text(value: Any) -> str:
+    return "" if value is None else value_text(value)
 
 
 def _record(entry: Entry) -> dict[str, Any]:
     return {
         "name": entry.name,
-        "label": entry.label,
+        "member_of": entry.member.item if entry.member.parameters else None,
+        "parameters": entry.member.parameters,
         "state": entry.state.value,
         "builds": entry.builds,
         "of_another_build": entry.of_another_build,
@@ -108,5 +147,5 @@ def _record(entry: Entry) -> dict[str, Any]:
 
 def _replace(path: Path, content: str) -> None:
     fresh = path.with_name(path.name + ".new")
-    fresh.write_text(content)
+    fresh.write_text(content, encoding="utf-8")
     fresh.replace(path)

@@ -5,29 +5,18 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 
+from copepod_campaign import check as campaign_check
+from copepod_campaign.campaign import item_of_sweep
 from copepod_run import build, components, estimate
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.estimate import Memory
-from copepod_run.plan import Plan, request_plan
-
-
-@dataclass(frozen=True)
-class Findings:
-    """What is known of a case before it runs."""
-
-    name: str
-    steps: int
-    figures: list[tuple[str, str]]  # (name, value)
-    memory_bytes: dict[str, int]  # by component, of all its processes
-    disk_bytes: dict[str, int]  # by kind of output
-    warnings: list[str]
-    problems: list[str]  # what keeps it from running
+from copepod_run.estimate import Findings, Memory
+from copepod_run.plan import CampaignPlan, Plan, request
 
 
 def check(options: Namespace) -> int:
-    """Prints the key figures of a case that can run; errors end in Stop(2)."""
+    """Prints the key figures of a case, sweep or campaign that can run; errors end in Stop(2)."""
     found = findings(options)
     if options.json:
         print(json.dumps({**asdict(found), "figures": dict(found.figures)}))
@@ -40,7 +29,7 @@ def check(options: Namespace) -> int:
 
 def _print(file: str, found: Findings) -> None:
     width = max((len(name) for name, _ in found.figures), default=0) + 2
-    print(f"{file}: {found.name}, {found.steps} steps")
+    print(f"{file}: {found.name}, " + (f"{found.runs} runs, " if found.runs > 1 else "") + f"{found.steps} steps")
     for name, value in found.figures:
         print(f"  {name:<{width}}{value}")
     for line in [*found.warnings, *(f"error: {problem}" for problem in found.problems)]:
@@ -50,9 +39,16 @@ def _print(file: str, found: Findings) -> None:
 
 
 def findings(options: Namespace) -> Findings:
-    """Everything that can be known of a case. Raises Stop(2) with the errors of the coupler if it is bad."""
+    """Everything that can be known of a case, every member of a sweep or every case of a campaign before it runs.
+
+    Raises Stop(2) with the errors of the coupler if one is bad.
+    """
     build.ensure_programs()
-    plan = request_plan(options)
+    plan = request(options)
+    if isinstance(plan, CampaignPlan):
+        return campaign_check.findings(plan.name, plan.items, plan.jobs, options.start_components)
+    if plan.sweep:
+        return campaign_check.findings(plan.name, [item_of_sweep(options, plan)], None, options.start_components)
     if not options.start_components:
         plan = replace(plan, unasked=_named_by_case(plan, options))
     plan = components.settled(plan, options)
@@ -65,7 +61,7 @@ def findings(options: Namespace) -> Findings:
     warnings = [
         *plan.warnings,
         *estimate.warnings(memory),
-        *estimate.disk_warnings(plan, "runs"),
+        *estimate.disk_warnings(plan.estimate["disk_bytes"], "runs"),
         *_rank_warnings(plan),
         *_unasked_warnings(plan),
     ]
@@ -93,7 +89,7 @@ def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> list[tuple[str, str]
     if memory:
         parts = ", ".join(part.text() for part in memory)
         rows.append(("memory", f"{sum(part.total for part in memory) / 2**20:.0f} MiB ({parts})"))
-    rows.append(("disk", estimate.disk_text(plan)))
+    rows.append(("disk", estimate.disk_text(plan.estimate["disk_bytes"])))
     rows.append(("time", estimate.time_text(plan)))
     return rows
 

@@ -203,10 +203,10 @@ def _add_run(commands: _Commands) -> None:
 def _add_check(commands: _Commands) -> None:
     parser = commands.add_parser(
         "check",
-        help="validate a case without running it",
-        epilog=_epilog("check case.yaml", "check case.yaml --set run.steps=1000 --json"),
-        description="Checks a case and prints its key figures, estimates and warnings. Nothing that the case names is "
-        "started.",
+        help="validate a case or campaign without running it",
+        epilog=_epilog("check case.yaml", "check case.yaml --set run.steps=1000 --json", "check campaign.yaml"),
+        description="Checks a case, every member of a sweep or every case of a campaign, and prints key figures, "
+        "estimates and warnings. Nothing that a case names is started.",
     )
     _add_case(parser)
     parser.add_argument(
@@ -227,6 +227,9 @@ def _add_campaign(commands: _Commands) -> None:
         "command to continue: finished cases are kept, interrupted ones resume from their checkpoints.",
     )
     parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of every case"
+    )
     parser.add_argument("--out", metavar="DIR", help="folder of the campaign (default: runs/<campaign>)")
     parser.add_argument("--jobs", type=_integer, metavar="N", help="cases at once (default: see the campaign)")
     parser.add_argument(

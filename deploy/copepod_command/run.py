@@ -29,7 +29,7 @@ def run(options: Namespace) -> int:
     for problem in components.problems_of_components(plan, only_replaced=True):
         raise Stop(ExitCode.BAD_CASE, problem)
     found = [*plan.warnings, *estimate.warnings(estimate.memory_of(plan))]
-    for warning in [*found, *estimate.disk_warnings(plan, options.out or "runs")]:
+    for warning in [*found, *estimate.disk_warnings(plan.estimate["disk_bytes"], options.out or "runs")]:
         say(warning)
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)

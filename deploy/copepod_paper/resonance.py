@@ -1,6 +1,5 @@
 """The swimmer in vacuum: its exact motion, and over all stiffnesses the resonance curve."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
@@ -197,13 +196,13 @@ def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:
 
 
 def sweeps_of(runs: Sequence[RunRecord]) -> dict[str, list[RunRecord]]:
-    """Members of sweeps in vacuum («name_01», «name_02», …) by the sweep's name."""
+    """Members of sweeps of the stiffness in vacuum, by the sweep's name."""
     sweeps: dict[str, list[RunRecord]] = {}
     for run in runs:
-        match = re.fullmatch(r"(.+)_\d\d+", run.directory.name)
-        is_member = match and (run.directory.parent / "results.json").exists()
-        if match and is_member and run.case["fluid"]["solver"] == "vacuum":
-            sweeps.setdefault(match[1], []).append(run)
+        varied = [key.rpartition(".")[2] for key in run.sweep.values]
+        is_of_three_beads = [swimmer.is_three_beads for swimmer in run.swimmers()] == [True]
+        if varied == ["stiffness_N_per_m"] and is_of_three_beads and run.case["fluid"]["solver"] == "vacuum":
+            sweeps.setdefault(run.sweep.name, []).append(run)
     return sweeps
 
 

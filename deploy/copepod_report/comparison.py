@@ -1,18 +1,23 @@
-"""Several runs beside each other: one table, one plot of the swimming speeds."""
+"""Several runs beside each other: one table, results over swept keys, or one plot of the swimming speeds."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from copepod_report import sweeps
 from copepod_report.run_record import RunRecord
 from copepod_report.style import Theme, legend_above, new_figure
 from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
 
-Row = tuple[str, str, dict[str, Figure]]  # run name, swimmer name, figures by key
+Row = tuple[int, str, dict[str, Figure]]  # number of the run, swimmer name, figures by key
 
 
 def comparison_rows(runs: Sequence[RunRecord]) -> list[Row]:
-    """A row for every swimmer."""
-    return [(run.name, swimmer.name, compared(swimmer.figures)) for run in runs for swimmer in run.swimmers()]
+    """A row for every swimmer, or one for a run without any."""
+    return [
+        (number, name, figures)
+        for number, run in enumerate(runs)
+        for name, figures in [(swimmer.name, compared(swimmer.figures)) for swimmer in run.swimmers()] or [("", {})]
+    ]
 
 
 def comparison_columns(rows: Sequence[Row]) -> list[tuple[str, str]]:
@@ -30,8 +35,8 @@ def cell_texts(figure: Figure) -> tuple[str, ...]:
 def speeds(runs: Sequence[RunRecord], theme: Theme) -> Any:
     """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
     rows = [
-        (name, cells["u_swim_lattice"].ours, cells["u_swim_lattice"].published)
-        for name, _, cells in comparison_rows(runs)
+        (runs[number].name, cells["u_swim_lattice"].ours, cells["u_swim_lattice"].published)
+        for number, _, cells in comparison_rows(runs)
         if "u_swim_lattice" in cells
     ]
     if not rows:
@@ -57,3 +62,25 @@ def speeds(runs: Sequence[RunRecord], theme: Theme) -> Any:
     axes.set_xlabel("u_swim [cells/step]")
     legend_above(axes, theme)
     return figure
+
+
+def figures_of_sweeps(runs: Sequence[RunRecord], draw: Callable[..., list[str]]) -> list[str]:
+    """HTML: every result that varies over the swept keys, as curves and, for a grid of two keys, as a map.
+
+    `draw(name, function of the theme, caption)` makes a figure.
+    """
+    figures = []
+    for sweep in sweeps.sweeps_of(runs):
+        for result in sweep.results if sweep.axes else []:
+            figures += draw(
+                f"{sweep.name}_{result.key}",
+                lambda theme: sweeps.curves(sweep, result, theme),
+                sweeps.caption(sweep, result, is_map=False),
+            )
+            if sweeps.has_map(sweep):
+                figures += draw(
+                    f"{sweep.name}_{result.key}_map",
+                    lambda theme: sweeps.colour_map(sweep, result, theme),
+                    sweeps.caption(sweep, result, is_map=True),
+                )
+    return figures

@@ -1,6 +1,7 @@
 """The HTML page: everything inline, so that the one file can be mailed and opened without a network."""
 
 import base64
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -8,6 +9,8 @@ from typing import Any
 
 from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
 from copepod_report.run_record import RunRecord
+from copepod_report.sweeps import parameter_columns
+from copepod_run.checkout import called_as
 from copepod_run.figures import MOST_TABLES, Figure, measured, number_text, reason_without_rows, run_rows
 from copepod_run.figures import swarm_rows, swimmer_rows
 
@@ -40,11 +43,15 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     """One run: its key figures, its swimmers' tables, its plots; `folded`: closed until the reader opens it."""
     heading = f"<h2>{escape(run.name)}</h2>"
     opening, closing = (f"<details><summary>{heading}</summary>", "</details>") if folded else (heading, "")
-    parts = [f'<section id="{anchor}">{opening}', f"<p>{escape(str(run.directory))}</p>"]
+    place = f'<p id="{anchor}">{escape(str(run.directory))}</p>'  # inside: a link to it opens what is folded
+    parts = [f"<section>{opening}", place]
     parts += [f'<p class="status {run.status.state}">{escape(run.status.sentences())}</p>']
     parts += [f"<p>{escape(run.parameters())}.</p>", "<dl>"]
-    parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in run_rows(run.summary)]
+    rows = [(key, number_text(value)) for key, value in run.sweep.values.items()] + run_rows(run.summary)
+    parts += [f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in rows]
     parts.append("</dl>")
+    if run.sweep.values and not figures:
+        parts.append(f"<p>Its own figures: {called_as()} report {escape(shlex.quote(str(run.directory)))}</p>")
     entries = measured(run.summary)
     parts += [_swimmer_table(entry) for entry in entries if len(entries) <= MOST_TABLES]
     swarm = [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]
@@ -64,14 +71,16 @@ def comparison_section(runs: Sequence[RunRecord], anchors: Sequence[str], figure
     """All swimmers of all runs in one table."""
     rows = comparison_rows(runs)
     columns = comparison_columns(rows)
-    anchor_of = dict(zip((run.name for run in runs), anchors))
-    has_one_swimmer = {run.name for run in runs if len(run.swimmers()) == 1}
-    head = "".join(f"<th>{escape(name)}</th>" for _, name in columns)
+    swept = parameter_columns(runs)
+    head = "".join(f"<th>{escape(name)}</th>" for name in [*swept.values(), *(name for _, name in columns)])
     body = ""
-    for run_name, swimmer_name, cells in rows:
-        shown = "" if run_name in has_one_swimmer else f"<small>{escape(swimmer_name)}</small>"
-        label = f'<td><a href="#{anchor_of[run_name]}">{escape(run_name)}</a>{shown}</td>'
-        values = "".join(_compared_cell(cells.get(key)) for key, _ in columns)
+    for number, swimmer_name, cells in rows:
+        run = runs[number]
+        shown = f"<small>{escape(swimmer_name)}</small>" if len(run.swimmers()) > 1 else ""
+        label = f'<td><a href="#{anchors[number]}">{escape(run.name)}</a>{shown}</td>'
+        parameters = [number_text(run.sweep.values[key]) if key in run.sweep.values else "" for key in swept]
+        values = "".join(f"<td>{escape(text)}</td>" for text in parameters)
+        values += "".join(_compared_cell(cells.get(key)) for key, _ in columns)
         body += f"<tr>{label}{values}</tr>"
     key = (
         "<small>published<br>deviation</small>"

@@ -12,6 +12,7 @@ from copepod_report.swarm import Swarm
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import MOST_TABLES
+from copepod_run.names import distinct_words
 
 
 class Canvas:
@@ -113,16 +114,20 @@ def _write_page(
 ) -> Path:
     left, chapters = additions.chapters([run for run in collected if run.status.is_finished], canvas)
     runs = [run for run in collected if run in left or not run.status.is_finished]
-    anchors = _anchors(runs)
+    anchors = distinct_words([run.name for run in runs])
     sections = []
     if len(runs) > 1:
-        figures = additions.comparison(runs, canvas) or canvas.draw(
+        figures = additions.comparison(runs, canvas) + comparison.figures_of_sweeps(runs, canvas.draw)
+        figures = figures or canvas.draw(
             "speeds", lambda theme: comparison.speeds(runs, theme), "Swimming speeds of all runs."
         )
         sections.append(page.comparison_section(runs, anchors, figures))
     sections += chapters
     for run, anchor in zip(runs, anchors):
-        figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, additions, flow_view)]
+        is_one_of_many = len(runs) > MOST_TABLES and run.sweep.values  # whose figures are drawn on request
+        figures = []
+        if not is_one_of_many:
+            figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, additions, flow_view)]
         sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
     sections.append(view.scripts())
     return canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
@@ -136,15 +141,6 @@ def _title(directories: Sequence[str], runs: Sequence[RunRecord]) -> str:
 
 def _names(directories: Sequence[str]) -> str:
     return ", ".join(Path(directory).name for directory in directories)
-
-
-def _anchors(runs: Sequence[RunRecord]) -> list[str]:
-    """A distinct word for every run, for links and file names."""
-    anchors: list[str] = []
-    for run in runs:
-        word = re.sub(r"[^A-Za-z0-9_-]+", "_", run.name).strip("_")
-        anchors.append(word if word not in anchors else f"{word}_{len(anchors) + 1}")
-    return anchors
 
 
 def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Additions, flow_view: flow.View) -> list[str]:

@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,19 +31,29 @@ class Body:
     place: int  # in the order of the run
 
 
+@dataclass(frozen=True)
+class Sweep:
+    """What makes a run a member of a sweep, by swept key; empty for others."""
+
+    name: str = ""
+    values: dict[str, Any] = field(default_factory=dict)
+    scales: dict[str, str] = field(default_factory=dict)  # «linear» or «logarithmic»
+
+
 class RunRecord:
     """A run: `status`, `summary`, resolved `case` as the coupler reads it, `trajectory`, `cycles` by swimmer.
 
     Of a run that has not finished they hold what there is so far, and the summary what follows from its cycles.
     """
 
-    def __init__(self, directory: str | Path, read_case: ReadCase, label: str = "") -> None:
-        """`label`: its name among other runs of its case, by default that of its directory.
+    def __init__(self, directory: str | Path, read_case: ReadCase, sweep: Sweep | None = None) -> None:
+        """`sweep`: of which it is a member.
 
         Raises Stop(2) if the folder does not hold a run, Stop(73) if one of its files is damaged.
         """
         self.directory = Path(directory)
-        self.label = label or self.directory.resolve().name
+        self.label = self.directory.resolve().name  # among other runs of its case
+        self.sweep = sweep or Sweep()
         state = state_of(self.directory)
         needed = ("case.yaml", "summary.json", "trajectory.csv") if state[0] == "finished" else ("case.yaml",)
         for name in needed:
@@ -130,7 +140,7 @@ def collect(directory: str | Path, read_case: ReadCase) -> list[RunRecord]:
     if not (directory / "results.json").exists():
         return [RunRecord(directory, read_case)]
     finished = read_file(directory / "results.json", _read_finished)
-    return [RunRecord(directory / name, read_case, label) for name, label in finished]
+    return [RunRecord(directory / name, read_case, sweep) for name, sweep in finished]
 
 
 def name_apart(runs: Sequence[RunRecord]) -> None:
@@ -165,10 +175,15 @@ def _read_summary(path: Path) -> Any:
     return summary
 
 
-def _read_finished(path: Path) -> list[tuple[str, str]]:
-    """Name and label of the finished cases of a campaign."""
-    cases = json.loads(path.read_text())["cases"]
-    return [(case["name"], case.get("label", "")) for case in cases if case["summary"] is not None]
+def _read_finished(path: Path) -> list[tuple[str, Sweep]]:
+    """Names of the finished cases of a campaign, and the sweeps that they are of."""
+    content = json.loads(path.read_text())
+    scales = {parameter["key"]: parameter["scale"] for parameter in content.get("parameters", [])}
+    return [
+        (case["name"], Sweep(case.get("member_of") or "", case.get("parameters", {}), scales))
+        for case in content["cases"]
+        if case["summary"] is not None
+    ]
 
 
 def rotated(vector: ArrayLike, orientation_wxyz: Sequence[float]) -> np.ndarray:

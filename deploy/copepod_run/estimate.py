@@ -40,6 +40,20 @@ class Memory:
         return f"{self.name} {times}{self.bytes_per_process / 2**20:.0f}"
 
 
+@dataclass(frozen=True)
+class Findings:
+    """What is known of a case, sweep or campaign before it runs."""
+
+    name: str
+    steps: int  # of all runs
+    figures: list[tuple[str, str]]  # (name, value)
+    memory_bytes: dict[str, int]  # by component, of all its processes; of several runs: of those at once
+    disk_bytes: dict[str, int]  # by kind of output
+    warnings: list[str]
+    problems: list[str]  # what keeps it from running
+    runs: int = 1
+
+
 def memory_of(plan: Plan) -> list[Memory]:
     """Estimates of the coupler and of the components that announce `estimate`, before anything is started.
 
@@ -85,16 +99,15 @@ def size_text(size_bytes: float) -> str:
     return f"{size_bytes / unit:.3g} {name}"
 
 
-def disk_text(plan: Plan) -> str:
-    """What the run writes: «56 MB (fields 36 MB, trajectory 1.2 MB, checkpoints 19 MB)»."""
-    parts = plan.estimate["disk_bytes"]
+def disk_text(parts: Mapping[str, int]) -> str:
+    """What is written: «56 MB (fields 36 MB, trajectory 1.2 MB, checkpoints 19 MB)»."""
     shown = ", ".join(f"{name} {size_text(part)}" for name, part in parts.items() if part)
     return f"{size_text(sum(parts.values()))} ({shown})"
 
 
-def disk_warnings(plan: Plan, folder: str) -> list[str]:
-    """If what the run writes does not fit where `folder` is or will be made."""
-    needed = sum(plan.estimate["disk_bytes"].values())
+def disk_warnings(parts: Mapping[str, int], folder: str) -> list[str]:
+    """If what is written does not fit where `folder` is or will be made."""
+    needed = sum(parts.values())
     place = Path(folder).absolute()
     while not place.exists():
         place = place.parent
@@ -102,7 +115,7 @@ def disk_warnings(plan: Plan, folder: str) -> list[str]:
     if needed <= free:
         return []
     return [
-        f"warning: the run writes about {disk_text(plan)}, and {size_text(free)} are free in {place}. Write fewer "
+        f"warning: the run writes about {disk_text(parts)}, and {size_text(free)} are free in {place}. Write fewer "
         "fields (output.fields) or samples (output.trajectory), or choose --out on another disk."
     ]
 
@@ -136,20 +149,27 @@ def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
 
 def time_text(plan: Plan) -> str:
     """How long a run will take, as far as this machine has shown it."""
+    time_s, source = time_of(plan)
+    return f"unknown: no {source} has finished on this machine yet" if time_s is None else (
+        f"about {elapsed_text(time_s)}, {source}"
+    )
+
+
+def time_of(plan: Plan) -> tuple[float | None, str]:
+    """Of a run [s], and at which speed; None, and what would have shown one."""
     updates = plan.estimate.get("cell_updates")
     if updates:
         precision = plan.case.get("fluid", {}).get("precision", "double")
         of_what = f"{precision} run on {plan.fluid_ranks} rank(s)"
         mlups = _read_speeds().get(precision, {}).get(str(plan.fluid_ranks))
         if mlups:
-            return f"about {elapsed_text(updates / (mlups * 1e6))}, at the {mlups:.0f} MLUPS of the last {of_what}"
+            return updates / (mlups * 1e6), f"at the {mlups:.0f} MLUPS of the last {of_what}"
     else:
         of_what = f"run with {_solver_of(plan)} fluid"
         for bodies, seconds in _read_speeds().get(_solver_of(plan), {}).items():
             growth = (plan.estimate.get("bodies", 1) / int(bodies)) ** _GROWTH.get(_solver_of(plan), 1)
-            time = elapsed_text(plan.steps * seconds * growth)
-            return f"about {time}, from the last {of_what}, which had {bodies} bodies"
-    return f"unknown: no {of_what} has finished on this machine yet"
+            return plan.steps * seconds * growth, f"from the last {of_what}, which had {bodies} bodies"
+    return None, of_what
 
 
 def _solver_of(plan: Plan) -> str:

@@ -24,6 +24,8 @@ FIGURES = {
     "Re_bodies.B3": "Re B3",
     "kinematics.u_along_um_per_s": "u along [µm/s]",
     "kinematics.u_across_um_per_s": "u across [µm/s]",
+    **{f"arm_amplitudes_um.{arm}": f"amplitude of arm {arm} [µm]" for arm in range(4)},
+    "kinematics.power_W": "power [W]",
     "kinematics.tilt_rad": "tilt [rad]",
     "rotation_degrees.x": "turn about x [°/cycle]",
     "rotation_degrees.y": "turn about y [°/cycle]",
@@ -51,8 +53,16 @@ def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
     The paper's figures of three beads in a row, else the kinematics.
     """
     figures = {}
-    swimmer = {**swimmer, "rotation_degrees": rotation_degrees(swimmer.get("kinematics") or {})}
+    kinematics = swimmer.get("kinematics") or {}
+    swimmer = {**swimmer, "rotation_degrees": rotation_degrees(kinematics)}
     has_figures_of_paper = at(swimmer, "u_swim_m_per_s") is not None
+    if not has_figures_of_paper and "cycle" in kinematics:
+        amplitudes = {str(arm): 1e6 * fit["amplitude_m"] for arm, fit in enumerate(kinematics.get("arms", []))}
+        swimmer |= {
+            "arm_amplitudes_um": amplitudes,
+            "efficiency": kinematics.get("efficiency"),
+            "Re_swim": kinematics.get("Re"),
+        }
     for key in FIGURES:
         if has_figures_of_paper and key.startswith("kinematics."):
             continue

@@ -35,12 +35,21 @@ class Plan:
     estimate: dict[str, Any]
     warnings: list[str]
     notes: list[dict[str, str]]
-    sweep: dict[str, Any] | None  # key and members (value, settings) of a case that is several
+    sweep: dict[str, Any] | None  # of a case that is several: swept keys, and values and settings of each member
     unasked: frozenset[str] = frozenset()  # roles of components that must not be started, not even to ask them
 
     def command_of(self, role: str) -> list[str] | None:
         """Replaces our fluid or body service."""
         return self.fluid_command if role == "fluid" else self.body_command
+
+
+@dataclass(frozen=True)
+class CampaignPlan:
+    """The same of a list of cases; the cases themselves have not been looked into."""
+
+    name: str
+    jobs: int | None  # at once
+    items: list[dict[str, Any]]  # name, file and settings (set) of each
 
 
 def case_arguments(options: Namespace) -> list[str]:
@@ -54,9 +63,19 @@ def case_arguments(options: Namespace) -> list[str]:
     return arguments
 
 
+def request(options: Namespace) -> Plan | CampaignPlan:
+    """Asks the coupler about a file. Raises Stop(2) with its list of errors if it is bad."""
+    text = _ask_coupler(["--plan", *case_arguments(options)])
+    return parse_campaign(text) or parse_plan(text)
+
+
 def request_plan(options: Namespace) -> Plan:
-    """Asks the coupler. Raises Stop(2) with its list of errors if the case is bad."""
-    return parse_plan(_ask_coupler(["--plan", *case_arguments(options)]))
+    """Of a case."""
+    plan = request(options)
+    if isinstance(plan, CampaignPlan):
+        hint = f"Run it with: copepod campaign {options.case}"
+        raise Stop(ExitCode.BAD_CASE, f"{options.case} is a campaign (a list of cases). {hint}")
+    return plan
 
 
 def check_beginning(options: Namespace, beginning: Sequence[str]) -> None:
@@ -69,9 +88,12 @@ def plan_of(file: str | Path, settings: Sequence[str] = ()) -> Plan:
     return request_plan(Namespace(case=str(file), set=settings, ranks=None, fluid=None, body=None))
 
 
-def request_campaign(file: str) -> dict[str, Any]:
-    """Name, jobs and cases of a campaign file. Raises Stop(2) with its errors if it is bad."""
-    return json.loads(_ask_coupler(["--campaign", file]))
+def request_campaign(file: str, settings: Sequence[str] = ()) -> CampaignPlan:
+    """Of a campaign file; `settings` are for every case."""
+    plan = request(Namespace(case=file, set=settings, ranks=None, fluid=None, body=None))
+    if isinstance(plan, Plan):
+        raise Stop(ExitCode.BAD_CASE, f"{file} is a case (it lists no cases). Run it with: copepod run {file}")
+    return plan
 
 
 def resolved_case(file: str | Path) -> dict[str, Any] | None:
@@ -113,6 +135,15 @@ def _ask_coupler(arguments: Sequence[str]) -> str:
             "(a defect: it should have named the error in the file). Please report it.",
         )
     return answer.stdout
+
+
+def parse_campaign(text: str) -> CampaignPlan | None:
+    """Plan of a campaign from the coupler's JSON, or None if it is that of a case."""
+    try:
+        plan = json.loads(text)
+        return CampaignPlan(plan["name"], plan["jobs"], plan["cases"])
+    except (ValueError, KeyError, TypeError):
+        return None
 
 
 def parse_plan(text: str) -> Plan:

@@ -14,7 +14,7 @@ from copepod_report.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Member:
-    """A finished run of a campaign; `value` is what a sweep gave the varied key, NaN outside a sweep."""
+    """A finished run of a campaign; `value` is what a sweep gave the first varied key, NaN outside a sweep."""
 
     folder: Path
     value: float
@@ -44,11 +44,9 @@ class Member:
 
 def members(campaign: Path, name: str) -> list[Member]:
     """The finished run NAME of a campaign, or the members of the sweep NAME in the order of their values."""
-    label = re.compile(rf"({re.escape(name)}(?:_\d\d+)?)(?:, \S+ ([^,]+))?(?:, .*)?")
-    found: dict[str, Member] = {}
-    with open(campaign / "results.csv", newline="") as file:
-        for row in csv.DictReader(file):
-            match = label.fullmatch(row["case"])
-            if match and row["state"].startswith("done"):
-                found[match[1]] = Member(campaign / match[1], float(match[2] or "nan"))
-    return list(found.values())
+    cases = json.loads((campaign / "results.json").read_text())["cases"]
+    return [
+        Member(campaign / case["name"], float(next(iter(case["parameters"].values()), "nan")))
+        for case in cases
+        if name in (case["name"], case["member_of"]) and case["summary"]
+    ]

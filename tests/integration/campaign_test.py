@@ -129,7 +129,7 @@ class FakeCampaign(CommandTest):
     def test_a_case_that_fails_does_not_keep_the_others_from_running(self):
         self.write_case("a", errors=["no such key"])
         self.assertIn("no such key", self.run_campaign(code=2))
-        self.assertFalse((self.folder / "out/b").exists())  # nothing starts before every case is in order
+        self.assertFalse((self.folder / "out").exists())  # nothing starts before every case is in order
         self.write_case("a", fail=70)
         said = self.run_campaign(code=70)
         self.assertEqual(self.states(), {"a": ("failed", False), "b": ("done", False)})

@@ -65,7 +65,7 @@ class Refusals(TinyRunTest):
         return script
 
     def test_options_that_a_sweep_does_not_have_are_refused_by_name(self):
-        sweep = {"key": "a.b", "members": [{"value": 1, "set": []}]}
+        sweep = {"parameters": [{"key": "a.b", "scale": "linear"}], "members": [{"values": [1], "set": []}]}
         for words in (("--resume",), ("--restarts", "2")):
             session = self.start("run", self.case(sweep=sweep), *words)
             self.assert_ends(session, 2)

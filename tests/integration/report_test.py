@@ -87,12 +87,14 @@ class Report(CommandTest):
             self.assertIn(f'<a href="#{name.replace("/", "_")}">{name}</a>', text)
 
     def test_members_of_a_sweep_have_its_values_in_their_names(self):
-        write_run(self.folder / "lags/case_01", mean_flow=False)
-        case = {"name": "case_01", "label": "case_01, lag_deg 30", "summary": {}}
+        write_run(self.folder / "lags/case_lag=30", mean_flow=False)
+        write_run(self.folder / "other", mean_flow=False)
+        case = {"name": "case_lag=30", "member_of": "case", "parameters": {"a.lag": 30}, "summary": {}}
         (self.folder / "lags/results.json").write_text(json.dumps({"cases": [case, {"name": "x", "summary": None}]}))
         found = collect(self.folder / "lags", lambda path: json.loads(path.read_text())["case"])
-        name_apart([*found, *collect(self.folder / "lags/case_01", lambda path: {})])
-        self.assertEqual([run.name for run in found], ["case_01, lag_deg 30"])
+        name_apart([*found, RunRecord(self.folder / "other", lambda path: {})])
+        self.assertEqual([run.name for run in found], ["case_lag=30"])
+        self.assertEqual(found[0].sweep.values, {"a.lag": 30})
 
     def test_transient_first_cycle_does_not_set_the_scale(self):
         write_run(self.folder / "run", mean_flow=False)

@@ -54,7 +54,9 @@ class Resonance(WholeRunTest):
         reference = rows_of(REFERENCE / "vacuum_resonance.csv")
         chosen = [reference[0], reference[18], reference[37]]
         values = ", ".join(row["stiffness_N_per_m"] for row in chosen)
-        sweep = self.run_of("paper/resonance.yaml", f"sweep.values=[{values}]")
+        sweep = self.run_of(
+            "paper/resonance.yaml", f"sweep.parameters={{swimmers.0.spring.stiffness_N_per_m: [{values}]}}"
+        )
         os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
         points = points_of(next(iter(sweeps_of(collect(sweep, resolved_case)).values())))
         self.assertEqual(len(points), 3)

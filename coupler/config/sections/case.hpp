@@ -170,12 +170,6 @@ struct ServicesCase {
   double silence_s = 3.0;             ///< longest time without an answer to a ping
 };
 
-/// One key of the case that takes several values, one run each.
-struct Sweep {
-  std::string key;                  ///< key path
-  std::vector<std::string> values;  ///< as written
-};
-
 /// A complete case with every default filled in.
 struct Case {
   std::string name;
@@ -196,7 +190,6 @@ struct Case {
   std::int64_t steps = 0;
   OutputCase output;
   ServicesCase services;
-  std::optional<Sweep> sweep;  ///< absent in each of its members
 };
 
 /// Step of a lattice with the given relaxation time [s].

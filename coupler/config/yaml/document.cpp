@@ -60,21 +60,16 @@ std::string kind_of(const std::string& message) {
 
 bool at_or_below(const std::string& path, const std::string& top) { return path == top || path.starts_with(top + "."); }
 
-struct Override {
-  std::string path;
-  Value value;
-};
-
-Override parse_override(const std::string& text) {
+Value::Entry parse_override(const std::string& text) {
   const std::size_t equals = text.find('=');
   const Origin origin{"--set " + text, 0};
   if (equals == std::string::npos || equals == 0) {
     const std::string what = equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
     throw CaseInvalid(origin, "'" + text + "' is not an assignment (" + what + "). Write --set key.path=value.");
   }
-  Override result{text.substr(0, equals), parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
-  relocate(result.value, origin);
-  return result;
+  Value value = parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped);
+  relocate(value, origin);
+  return {text.substr(0, equals), origin, std::move(value)};
 }
 
 }  // namespace
@@ -92,31 +87,41 @@ Document Document::load(const std::string& file, const std::vector<std::string>&
 
 Document Document::parse(const std::string& text, const std::string& source,
                          const std::vector<std::string>& overrides) {
-  Document document(parse_yaml(text, source, LineNumbers::kept));
-  if (document.root_.kind != Value::Kind::mapping) {
+  Value written = parse_yaml(text, source, LineNumbers::kept);
+  if (written.kind != Value::Kind::mapping) {
     throw CaseInvalid(Origin{source, 1},
                       "the case is not a mapping (it must consist of `key: value` lines). "
                       "Start it with `case: name`.");
   }
-  std::vector<Override> assignments;
+  std::vector<Value::Entry> assignments;
   assignments.reserve(overrides.size());
   for (const std::string& override_text : overrides) assignments.push_back(parse_override(override_text));
-  bool set_chosen = false;
-  for (const Override& assignment : assignments) {
-    if (assignment.path != "parameter_set") continue;
-    document.assign(assignment.path, assignment.value);
-    set_chosen = true;
-  }
-  document.apply_parameter_set(set_chosen);
-  for (Override& assignment : assignments) document.assign(assignment.path, std::move(assignment.value));
-  return document;
+  return {std::move(written), std::move(assignments)};
 }
 
-void Document::apply_parameter_set(bool chosen_on_command_line) {
+Document Document::with(const std::vector<Value::Entry>& assignments) const {
+  std::vector<Value::Entry> all = assignments_;
+  all.insert(all.end(), assignments.begin(), assignments.end());
+  return {written_, std::move(all)};
+}
+
+Document::Document(Value written, std::vector<Value::Entry> assignments)
+    : written_(std::move(written)), assignments_(std::move(assignments)), root_(written_) {
+  bool set_chosen = false;
+  for (const Value::Entry& assignment : assignments_) {
+    if (assignment.key != "parameter_set") continue;
+    assign(assignment.key, assignment.value);
+    set_chosen = true;
+  }
+  apply_parameter_set(set_chosen);
+  for (const Value::Entry& assignment : assignments_) assign(assignment.key, assignment.value);
+}
+
+void Document::apply_parameter_set(bool chosen_by_assignment) {
   const Value* chosen = root_.find("parameter_set");
   const Value* sets = root_.find("parameter_sets");
   if (chosen == nullptr || sets == nullptr) {
-    if (chosen_on_command_line) {
+    if (chosen_by_assignment) {
       throw CaseInvalid(chosen->origin,
                         "parameter_set '" + chosen->text +
                             "' chooses nothing (the case has no parameter_sets). Leave the option out.");
@@ -159,22 +164,26 @@ void Document::assign(const std::string& path, Value value) {
 Origin Document::locate(const std::string& path) const {
   const Value* node = &root_;
   Origin found = root_.origin;
-  for (const std::string& part : split_path(path)) {
+  std::string rest = path;
+  while (!rest.empty()) {
+    std::size_t length = rest.find('.');
     if (node->kind == Value::Kind::mapping) {
       const Value::Entry* match = nullptr;
-      for (const Value::Entry& entry : node->entries) {
-        if (entry.key == part) match = &entry;
+      for (const Value::Entry& entry : node->entries) {  // a key may itself be a path: the longest counts
+        if (at_or_below(rest, entry.key) && (match == nullptr || entry.key.size() > match->key.size())) match = &entry;
       }
       if (match == nullptr) break;
       // A section starts where its key stands, a scalar where it is written.
       found = match->value.kind == Value::Kind::scalar ? match->value.origin : match->key_origin;
       node = &match->value;
+      length = match->key.size();
     } else {
-      const Value* item = find_item(const_cast<Value&>(*node), part);
+      const Value* item = find_item(const_cast<Value&>(*node), rest.substr(0, length));
       if (item == nullptr) break;
       found = item->origin;
       node = item;
     }
+    rest = length < rest.size() ? rest.substr(length + 1) : "";
   }
   return found;
 }

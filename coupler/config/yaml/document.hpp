@@ -34,17 +34,22 @@ class Document {
   /// The same from text; `source` names it in messages.
   static Document parse(const std::string& text, const std::string& source, const std::vector<std::string>& overrides);
 
+  /// The same case with one more assignment for each entry, whose key is a key path; values keep their origins.
+  [[nodiscard]] Document with(const std::vector<Value::Entry>& assignments) const;
+
   [[nodiscard]] const Value& root() const { return root_; }
 
   /// Where `path` was written; for a path that is not there, where the nearest section around it was.
   [[nodiscard]] Origin locate(const std::string& path) const;
 
  private:
-  explicit Document(Value root) : root_(std::move(root)) {}
-  void apply_parameter_set(bool chosen_on_command_line);
+  Document(Value written, std::vector<Value::Entry> assignments);
+  void apply_parameter_set(bool chosen_by_assignment);
   void assign(const std::string& path, Value value);
 
-  Value root_;
+  Value written_;
+  std::vector<Value::Entry> assignments_;
+  Value root_;  ///< as written, with parameter set and assignments applied
 };
 
 /// Collects what is wrong with a case, so that one look shows every error and not only the first.

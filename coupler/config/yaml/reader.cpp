@@ -31,24 +31,10 @@ std::string quoted(const Value& value) {
   return value.kind == Value::Kind::scalar ? "'" + value.text + "'" : std::string(kind_name(value));
 }
 
-/// Key path with list positions as "[]": "swimmers.0.name" becomes "swimmers.[].name".
-std::string general_path(const std::string& path) {
-  std::string general;
-  std::size_t start = 0;
-  while (start <= path.size()) {
-    const std::size_t dot = std::min(path.find('.', start), path.size());
-    const std::string part = path.substr(start, dot - start);
-    const bool position = !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
-    general += (general.empty() ? "" : ".") + (position ? "[]" : part);
-    start = dot + 1;
-  }
-  return general;
-}
-
 }  // namespace
 
-Reader::Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked)
-    : mapping_(mapping), path_(std::move(path)), problems_(problems), asked_(asked) {
+Reader::Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked, std::string general)
+    : mapping_(mapping), path_(std::move(path)), general_(std::move(general)), problems_(problems), asked_(asked) {
   if (mapping_ == nullptr || mapping_->kind == Value::Kind::mapping) return;
   if (mapping_->kind != Value::Kind::null) {
     problems_.error(path_,
@@ -74,7 +60,7 @@ bool Reader::has(const std::string& key) { return raw(key) != nullptr; }
 
 const Value* Reader::raw(const std::string& key) {
   known_.insert(key);
-  if (asked_ != nullptr) asked_->insert(general_path(path_of(key)));
+  if (asked_ != nullptr) asked_->insert(general_of(key));
   const Value* value = mapping_ == nullptr ? nullptr : mapping_->find(key);
   return value == nullptr || value->kind == Value::Kind::null ? nullptr : value;
 }
@@ -229,10 +215,15 @@ std::size_t Reader::choose(const std::string& key, const std::vector<std::string
   return names.size();
 }
 
-Reader Reader::section(const std::string& key) { return {raw(key), path_of(key), problems_, asked_}; }
+Reader Reader::section(const std::string& key) { return {raw(key), path_of(key), problems_, asked_, general_of(key)}; }
 
 Reader Reader::item(const std::string& key, std::size_t index) {
-  return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_, asked_};
+  return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_, asked_,
+          general_of(key) + ".[]"};
+}
+
+Reader Reader::invented(const std::string& key) {
+  return {mapping_->find(key), path_of(key), problems_, asked_, general_of("*")};
 }
 
 std::size_t Reader::size(const std::string& key) {
@@ -249,10 +240,12 @@ void Reader::reject(const std::string& key, const std::string& problem) {
 
 void Reader::accept_all() {
   accepts_all_ = true;
-  if (asked_ != nullptr) asked_->insert(general_path(path_) + ".*");
+  if (asked_ != nullptr) asked_->insert(general_of("*"));
 }
 
 std::string Reader::path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+
+std::string Reader::general_of(const std::string& key) const { return general_.empty() ? key : general_ + "." + key; }
 
 std::vector<std::string> split_command(const std::string& command) {
   std::vector<std::string> words;

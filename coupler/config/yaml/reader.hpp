@@ -18,7 +18,7 @@ namespace copepod::coupler {
 
 enum class Range { any, positive, not_negative };
 
-/// Key paths that a reading asked for, list positions written as "[]": what the schema must document.
+/// Key paths that a reading asked for, what the schema must document: list positions are "[]", invented keys "*".
 using AskedKeys = std::set<std::string>;
 
 /// Reads one mapping of the case. Every key that is asked for is known; any other key in the mapping is an
@@ -29,7 +29,8 @@ class Reader {
   /// @param mapping  nullptr stands for an empty section
   /// @param path     key path of the section, "" for the top
   /// @param asked    gets every key that is asked for; nullptr: they are not collected
-  Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked = nullptr);
+  Reader(const Value* mapping, const std::string& path, Problems& problems, AskedKeys* asked = nullptr)
+      : Reader(mapping, path, problems, asked, path) {}
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
   ~Reader();
@@ -58,6 +59,8 @@ class Reader {
   Reader section(const std::string& key);
   /// Reader of an item of the list `key`.
   Reader item(const std::string& key, std::size_t index);
+  /// Reader of a section whose key the user invented; `accept_all` makes it known.
+  Reader invented(const std::string& key);
   [[nodiscard]] std::size_t size(const std::string& key);  ///< of a list; 0 if absent
   /// The raw value of a key, nullptr if absent.
   const Value* raw(const std::string& key);
@@ -71,6 +74,9 @@ class Reader {
   [[nodiscard]] Problems& problems() { return problems_; }
 
  private:
+  /// @param general  the path as it is collected
+  Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked, std::string general);
+  [[nodiscard]] std::string general_of(const std::string& key) const;
   std::size_t choose(const std::string& key, const std::vector<std::string>& names, bool required);
   const Value* wanted(const std::string& key, bool required);
   std::optional<double> parse_number(const std::string& path, const Value& value, Range range);
@@ -79,6 +85,7 @@ class Reader {
 
   const Value* mapping_;
   std::string path_;
+  std::string general_;
   Problems& problems_;
   AskedKeys* asked_;
   std::set<std::string> known_;

@@ -48,7 +48,8 @@ struct Value::Entry {
 /// Shortest decimal text that reads back to the same bits.
 std::string shortest_text(double number);
 
-/// Every scalar becomes a string: what it means depends on the key.
-nlohmann::ordered_json to_json(const Value& value);
+/// What a scalar means depends on the key: all become strings; or those that read as numbers become numbers.
+enum class Scalars { as_text, as_numbers };
+nlohmann::ordered_json to_json(const Value& value, Scalars scalars = Scalars::as_text);
 
 }  // namespace copepod::coupler

@@ -1,8 +1,11 @@
 #include "config/campaign.hpp"
 
+#include <fstream>
+
 #include <gtest/gtest.h>
 
 #include "config/yaml/document.hpp"
+#include "temporary_folder.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -54,10 +57,17 @@ TEST(Campaign, OfThePaperRunsItsVacuumItsResonanceTheDragOfItsBeadsAndAllSevente
   EXPECT_EQ(load_campaign(std::string(CONFIGS) + "/paper/campaign.yaml").cases.size(), 26U);
 }
 
-TEST(Campaign, TellsACaseApart) {
-  const std::string problems = problems_of("case: one\nfluid: {solver: vacuum}\nrun: {steps: 1}\n");
-  EXPECT_EQ(problems,
-            "folder/campaign.yaml:1: error: the file is a case (it lists no cases). Run it with `copepod run`.");
+TEST(Campaign, GivesSettingsOfTheCommandLineToEveryCaseAfterItsOwn) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path("c.yaml")) << "campaign: c\ncases: [{case: a.yaml, set: {run.steps: 1}}, {case: b.yaml}]\n";
+  const std::vector<CampaignEntry> cases = load_campaign(folder.path("c.yaml"), {"run.steps=2"}).cases;
+  EXPECT_EQ(cases[0].settings, (std::vector<std::string>{"run.steps=\"1\"", "run.steps=2"}));
+  EXPECT_EQ(cases[1].settings, (std::vector<std::string>{"run.steps=2"}));
+}
+
+TEST(Campaign, IsToldFromACaseByItsName) {
+  EXPECT_TRUE(names_campaign(std::string(CONFIGS) + "/paper/campaign.yaml"));
+  EXPECT_FALSE(names_campaign(std::string(CONFIGS) + "/paper/vacuum.yaml"));
 }
 
 TEST(Campaign, RefusesToRunNothing) { EXPECT_NE(problems_of("campaign: c\n").find("has no cases"), std::string::npos); }

@@ -27,7 +27,10 @@ class SchemaKeys {
     if (node.contains("$ref")) collect(referred(node), path);
     for (const auto& option : node.value("anyOf", json::array())) collect(option, path);
     if (node.contains("items")) collect(node["items"], path + ".[]");
-    if (node.contains("additionalProperties") && node["additionalProperties"].is_object()) keys.insert(path + ".*");
+    if (node.contains("additionalProperties") && node["additionalProperties"].is_object()) {
+      keys.insert(path + ".*");
+      collect(node["additionalProperties"], path + ".*");
+    }
     const json properties = node.value("properties", json::object());
     for (const auto& [key, child] : properties.items()) {
       const std::string below = path.empty() ? key : path + "." + key;

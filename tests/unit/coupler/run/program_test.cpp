@@ -235,6 +235,29 @@ TEST_F(Program, PlansACaseForTheDeployCommand) {
   EXPECT_FALSE(plan["case_yaml"].get<std::string>().empty());
 }
 
+TEST_F(Program, PlansASweepWithWhatToSetForEachMember) {
+  EXPECT_EQ(call({"--plan", case_file, "--set",
+                  "sweep={combine: zip, parameters: {run.steps: [900, 1.0e3], swimmers.0.name: ['007', b]}}"}),
+            0)
+      << err.str();
+  const json sweep = json::parse(out.str())["sweep"];
+  EXPECT_EQ(sweep["combine"], "zip");
+  EXPECT_EQ(sweep["parameters"][0], (json{{"key", "run.steps"}, {"scale", "linear"}}));
+  EXPECT_EQ(sweep["members"][0]["values"], (json{900, 7}));
+  EXPECT_EQ(sweep["members"][0]["set"], (json{"run.steps=900", "swimmers.0.name=007", "sweep=null"}));
+  EXPECT_EQ(sweep["members"][1]["set"][1], "swimmers.0.name=\"b\"");
+}
+
+TEST_F(Program, PlansACampaignWithSettingsForEveryCase) {
+  EXPECT_EQ(call({"--plan", std::string(CONFIGS) + "/paper/campaign.yaml", "--set", "run.steps=900"}), 0) << err.str();
+  const json plan = json::parse(out.str());
+  EXPECT_EQ(plan["cases"].size(), 26U);
+  EXPECT_EQ(plan["cases"][1]["set"], (json{"run.steps=900"}));
+  EXPECT_EQ(
+      call({"--run", std::string(CONFIGS) + "/paper/campaign.yaml", "--out", "o", "--endpoint", "e", "--session", "s"}),
+      2);
+}
+
 std::string from_hex(const std::string& digits) {
   std::string bytes;
   for (std::size_t i = 0; i < digits.size(); i += 2)
@@ -269,6 +292,9 @@ TEST_F(Program, RejectsCommandLinesThatMakeNoSense) {
   EXPECT_EQ(call({"--plan", case_file, "--run", case_file}), 2);
   EXPECT_EQ(call({"--run", case_file}), 2);
   EXPECT_EQ(call({"--walk", case_file}), 2);
+  EXPECT_EQ(call({"--run", case_file, "--set", "sweep.parameters={run.steps: [1, 2]}", "--out", "o", "--endpoint", "e",
+                  "--session", "s"}),
+            2);
   EXPECT_EQ(call({"--plan", case_file, "--fluid", "'never closed"}), 2);
   EXPECT_EQ(call({"--plan", "/nonexistent/case.yaml"}), 2);
   EXPECT_EQ(call({"--version"}), 0);

@@ -1,0 +1,205 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "config/sections/sweep.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+constexpr std::size_t most_members = 10'000;
+
+/// A value rounded to a millionth of `distance`, in the shortest text.
+std::string neat_text(double value, double distance) {
+  constexpr int most_digits = 15;
+  if (value == 0.0) return "0";
+  const auto exponent = [](double number) { return static_cast<int>(std::floor(std::log10(std::abs(number)))); };
+  const int digits = std::min(exponent(value) - exponent(distance) + 7, most_digits);
+  if (digits < 1) return "0";  // the rounding error of a sum that vanishes
+  std::array<char, 40> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.*e", digits - 1, value);
+  const double rounded = std::strtod(buffer.data(), nullptr);
+  const bool is_whole = rounded == std::floor(rounded) && std::abs(rounded) < 1e15;
+  return is_whole ? std::to_string(static_cast<long long>(rounded)) : shortest_text(rounded);
+}
+
+void read_range(Reader range, SweptKey& parameter, const Origin& origin) {
+  const double from = range.number("from", Range::any);
+  const double to = range.number("to", Range::any);
+  const std::int64_t count = range.integer("count", Range::positive);
+  parameter.scale = range.choice("scale", scale_names, std::optional(SweepScale::linear));
+  for (const char* key : {"from", "to", "count", "scale"})
+    if (range.problems().any_under(range.path_of(key))) return;
+  if (count < 2 || count > static_cast<std::int64_t>(most_members)) {
+    range.reject("count", "is " + std::to_string(count) + " (a range has 2 to " + std::to_string(most_members) +
+                              " values, ends included). Write a list for a single value.");
+  } else if (from == to) {
+    range.reject("to", "is " + shortest_text(to) + " (so is `from`). Give the other end of the range.");
+  } else if (parameter.scale == SweepScale::logarithmic && from / to <= 0.0) {
+    range.reject("scale", "is logarithmic (the range from " + shortest_text(from) + " to " + shortest_text(to) +
+                              " holds zero). Choose ends of one sign, or scale: linear.");
+  } else {
+    for (const std::string& text : range_texts(from, to, static_cast<std::size_t>(count), parameter.scale)) {
+      Value& value = parameter.values.emplace_back();
+      value.kind = Value::Kind::scalar;
+      value.text = text;
+      value.origin = origin;
+    }
+  }
+}
+
+SweptKey read_parameter(Reader& parameters, const Value::Entry& entry) {
+  SweptKey parameter{entry.key, SweepScale::linear, {}};
+  if (entry.value.kind == Value::Kind::mapping) {
+    read_range(parameters.invented(entry.key), parameter, entry.key_origin);
+  } else if (entry.value.kind != Value::Kind::sequence) {
+    parameters.reject(entry.key,
+                      "is not a list (a swept key takes several values). Write [1, 2, 3] or {from: 1, to: 3, count: "
+                      "3}.");
+  } else if (entry.value.items.empty()) {
+    parameters.reject(entry.key, "has no values (there is nothing to run). List them: [1.0e-6, 2.0e-6].");
+  } else {
+    parameter.values = entry.value.items;
+  }
+  return parameter;
+}
+
+void check_lengths(const Sweep& sweep, Reader& section) {
+  const SweptKey& first = sweep.parameters.front();
+  for (const SweptKey& other : sweep.parameters) {
+    if (other.values.size() == first.values.size()) continue;
+    section.reject("combine", "is zip, but " + first.key + " has " + std::to_string(first.values.size()) +
+                                  " values and " + other.key + " has " + std::to_string(other.values.size()) +
+                                  " (each run takes one of both). Give both as many, or write combine: grid.");
+    return;
+  }
+}
+
+void check_number_of_members(const Sweep& sweep, Reader& section) {
+  double members = 1.0;
+  std::string factors;
+  for (const SweptKey& parameter : sweep.parameters) {
+    members *= static_cast<double>(parameter.values.size());
+    factors += (factors.empty() ? "" : " × ") + std::to_string(parameter.values.size());
+  }
+  if (sweep.combination == SweepCombination::zip || members <= static_cast<double>(most_members)) return;
+  char number[40];
+  std::snprintf(number, sizeof number, "%.6g", members);
+  section.reject("parameters", std::string("have ") + number + " combinations (" + factors + "; at most " +
+                                   std::to_string(most_members) + " are run). Give fewer values, or combine: zip.");
+}
+
+void check_twins(const Sweep& sweep, Reader& section) {
+  std::set<std::string> known;
+  for (std::size_t member = 0; member < member_count(sweep); ++member) {
+    if (known.insert(member_text(sweep, member)).second) continue;
+    section.reject("parameters", "have " + member_text(sweep, member) +
+                                     " twice (the same run would be made again). Leave one of them out.");
+    return;
+  }
+}
+
+/// The form of older versions.
+void refuse_single_key(const Document& document, const Value& sweep) {
+  if (sweep.find("key") == nullptr && sweep.find("values") == nullptr) return;
+  throw CaseInvalid(document.locate("sweep"),
+                    "sweep.key and sweep.values have become sweep.parameters (it takes several keys). Write sweep: "
+                    "{parameters: {key.path: [1, 2, 3]}}.");
+}
+
+Sweep read_section(Reader section) {
+  Sweep sweep;
+  sweep.combination = section.choice("combine", combination_names, std::optional(SweepCombination::grid));
+  {
+    Reader parameters = section.section("parameters");
+    parameters.accept_all();
+    if (const Value* mapping = section.raw("parameters"); mapping != nullptr)
+      for (const Value::Entry& entry : mapping->entries) sweep.parameters.push_back(read_parameter(parameters, entry));
+  }
+  if (section.problems().any()) return sweep;
+  if (sweep.parameters.empty()) {
+    section.reject("parameters",
+                   "is empty (a sweep varies one key at least). Write parameters: {key.path: [1.0e-6, 2.0e-6]}.");
+    return sweep;
+  }
+  if (sweep.combination == SweepCombination::zip) check_lengths(sweep, section);
+  check_number_of_members(sweep, section);
+  if (!section.problems().any()) check_twins(sweep, section);
+  return sweep;
+}
+
+/// Last part of a key path; all of it where another swept key ends alike.
+std::string short_key(const Sweep& sweep, const std::string& key) {
+  const auto last = [](const std::string& path) { return path.substr(path.rfind('.') + 1); };
+  const auto alike =
+      std::ranges::count_if(sweep.parameters, [&](const SweptKey& other) { return last(other.key) == last(key); });
+  const bool is_position = last(key).find_first_not_of("0123456789") == std::string::npos;
+  return alike > 1 || is_position ? key : last(key);
+}
+
+}  // namespace
+
+std::size_t member_count(const Sweep& sweep) {
+  if (sweep.combination == SweepCombination::zip) return sweep.parameters.front().values.size();
+  std::size_t count = 1;
+  for (const SweptKey& parameter : sweep.parameters) count *= parameter.values.size();
+  return count;
+}
+
+std::vector<Value::Entry> assignments_of(const Sweep& sweep, std::size_t member) {
+  std::vector<Value::Entry> assignments{{"sweep", {}, {}}};
+  for (auto parameter = sweep.parameters.rbegin(); parameter != sweep.parameters.rend(); ++parameter) {
+    const std::size_t count = parameter->values.size();
+    const Value& value = parameter->values[member % count];
+    assignments.push_back({parameter->key, value.origin, value});
+    if (sweep.combination == SweepCombination::grid) member /= count;
+  }
+  std::ranges::reverse(assignments);
+  return assignments;
+}
+
+std::string member_text(const Sweep& sweep, std::size_t member) {
+  std::string text;
+  std::vector<Value::Entry> assignments = assignments_of(sweep, member);
+  assignments.pop_back();
+  for (const Value::Entry& assignment : assignments) {
+    text += (text.empty() ? "" : ", ") + short_key(sweep, assignment.key) + "=" +
+            to_json(assignment.value, Scalars::as_numbers).dump();
+  }
+  return text;
+}
+
+std::string setting_text(const Value::Entry& assignment) {
+  const bool is_number = to_json(assignment.value, Scalars::as_numbers).is_number();
+  return assignment.key + "=" + (is_number ? assignment.value.text : to_json(assignment.value).dump());
+}
+
+std::vector<std::string> range_texts(double from, double to, std::size_t count, SweepScale scale) {
+  std::vector<std::string> texts;
+  const auto last = static_cast<double>(count - 1);
+  const auto value_at = [&](double i) {
+    return scale == SweepScale::linear ? (from * (last - i) + to * i) / last : from * std::pow(to / from, i / last);
+  };
+  for (std::size_t place = 0; place < count; ++place) {
+    const auto i = static_cast<double>(place);
+    const double neighbour = value_at(place > 0 ? i - 1.0 : 1.0);
+    texts.push_back(neat_text(value_at(i), value_at(i) - neighbour));
+  }
+  return texts;
+}
+
+std::optional<Sweep> read_sweep(const Document& document, AskedKeys* asked) {
+  const Value* value = document.root().find("sweep");
+  if (value == nullptr || value->kind == Value::Kind::null) return {};
+  refuse_single_key(document, *value);
+  Problems problems(document);
+  Sweep sweep = read_section(Reader(value, "sweep", problems, asked));
+  problems.throw_if_any();
+  return sweep;
+}
+
+}  // namespace copepod::coupler

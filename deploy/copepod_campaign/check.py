@@ -1,0 +1,110 @@
+"""`copepod check` of a sweep or campaign: every member, and what all of them need together."""
+
+import os
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from copepod_campaign.sweep import Member, Problems, members_of, swept_keys, value_text
+from copepod_run import components, estimate
+from copepod_run.errors import Stop
+from copepod_run.estimate import Findings
+from copepod_run.figures import number_text
+from copepod_run.messages import elapsed_text
+
+_MANY_RUNS = 1000
+
+
+def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, trusted: bool) -> Findings:
+    """What a sweep or campaign will do and need. Raises Stop(2) with the errors of all cases if one is bad."""
+    members = members_of(items, trusted)
+    jobs = min(jobs or len(os.sched_getaffinity(0)), len(members))
+    problems, remarks = Problems(), Problems()
+    memory_of: dict[str, list[estimate.Memory]] = {}  # members that are alike for the components are asked for once
+    bytes_of: list[int] = []
+    disk_bytes: Counter[str] = Counter()
+    for member in members:
+        plan = member.plan
+        disk_bytes.update(plan.estimate.get("disk_bytes", {}))
+        remarks.add(member.name, "\n".join(plan.warnings))
+        problems.add(member.name, "\n".join(components.problems_of_components(plan)))
+        alike = str((plan.setups, plan.fluid_ranks, plan.fluid_command, plan.body_command))
+        try:
+            if alike not in memory_of:
+                memory_of[alike] = estimate.memory_of(plan)
+            bytes_of.append(sum(part.total for part in memory_of[alike]))
+            remarks.add(member.name, "\n".join(estimate.warnings(memory_of[alike])))
+        except Stop as refusal:
+            problems.add(member.name, refusal.message)
+    warnings = remarks.lines() + estimate.disk_warnings(disk_bytes, "runs")
+    if len(members) > _MANY_RUNS:
+        warnings.append(f"warning: {len(members)} runs are many (each has a folder of its own). Fewer values may do.")
+    memory = sum(sorted(bytes_of, reverse=True)[:jobs])
+    return Findings(
+        name,
+        sum(member.plan.steps for member in members),
+        [*_rows_of_items(members), *_rows_of_needs(members, memory, disk_bytes, jobs)],
+        {"at once": memory},
+        dict(disk_bytes),
+        warnings,
+        problems.lines(),
+        len(members),
+    )
+
+
+def _rows_of_items(members: Sequence[Member]) -> list[tuple[str, str]]:
+    """What each sweep varies; how many cases are not of a sweep."""
+    items = dict.fromkeys(member.item for member in members)
+    rows, single = [], 0
+    for item in items:
+        own = [member for member in members if member.item == item]
+        if not own[0].parameters:
+            single += 1
+            continue
+        heads = swept_keys(own)
+        texts = [_values_text(head, [member.parameters[key] for member in own]) for key, head in heads.items()]
+        rows.append((item, f"{len(own)} runs: " + "; ".join(texts)))
+    return rows + ([("cases without a sweep", str(single))] if single else [])
+
+
+def _values_text(head: str, values: Sequence[Any]) -> str:
+    """«lag_deg 30 to 150 (5 values)»."""
+    texts = list(dict.fromkeys(value_text(value) for value in values))
+    span = texts[0] if len(texts) == 1 else f"{texts[0]} to {texts[-1]} ({len(texts)} values)"
+    return f"{head} {span}"
+
+
+def _rows_of_needs(
+    members: Sequence[Member], memory: int, disk_bytes: Mapping[str, int], jobs: int
+) -> list[tuple[str, str]]:
+    """Cell updates, memory, disk and time of the whole."""
+    rows = []
+    updates = sum(float(member.plan.estimate.get("cell_updates") or 0.0) for member in members)
+    if updates:
+        rows.append(("cell updates", number_text(updates)))
+    if memory:
+        rows.append(("memory", f"{memory / 2**20:.0f} MiB at most, for {jobs} at once"))
+    if disk_bytes:
+        rows.append(("disk", estimate.disk_text(disk_bytes)))
+    ranks = max(1, len(os.sched_getaffinity(0)) // jobs)
+    times = [_time_s(member, ranks) for member in members]
+    known = [time for time in times if time is not None]
+    missing = len(times) - len(known)
+    unknown = f"; {missing} runs unknown: nothing like them has finished on this machine yet" if missing else ""
+    rows.append(("time", f"about {elapsed_text(_together_s(known, jobs))}, {jobs} at once{unknown}"))
+    return rows
+
+
+def _time_s(member: Member, ranks: int) -> float | None:
+    """Of one run, at the speed that this machine has shown; None if it has not shown any."""
+    shared = replace(member.plan, fluid_ranks=ranks) if member.plan.estimate.get("cell_updates") else member.plan
+    return estimate.time_of(shared)[0] or estimate.time_of(member.plan)[0]
+
+
+def _together_s(times: Sequence[float], jobs: int) -> float:
+    """When the last ends if each takes the first place that becomes free."""
+    places = [0.0] * jobs
+    for time in times:
+        places[places.index(min(places))] += time
+    return max(places)

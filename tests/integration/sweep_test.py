@@ -1,0 +1,286 @@
+"""Sweeps: their names, tables, checks and figures, and the one in docs/your_first_own_swimmer.md as its page shows."""
+
+import csv
+import json
+import re
+import shlex
+import unittest
+
+from copepod_session import ROOT, CommandTest, WholeRunTest
+from synthetic_run import write_run
+from copepod_run.names import distinct_folders, distinct_words, quantity_of, short_keys
+
+PNG = b"\x89PNG\r\n\x1a\n"
+LAG, AMPLITUDE = "swimmers.0.stroke.phase_lag_steps", "swimmers.0.stroke.amplitude_N"
+
+
+class Names(unittest.TestCase):
+    def test_keys_are_as_short_as_they_stay_apart(self):
+        self.assertEqual(short_keys([LAG, AMPLITUDE]), {LAG: "phase_lag_steps", AMPLITUDE: "amplitude_N"})
+        arms = [f"swimmers.0.arms.{arm}.drive.signal.lag_deg" for arm in (0, 1)]
+        self.assertEqual(list(short_keys(arms).values()), [arm.removeprefix("swimmers.0.") for arm in arms])
+        self.assertEqual(short_keys(["swimmers.1.center_m.0"]), {"swimmers.1.center_m.0": "center_m.0"})
+        self.assertEqual(list(short_keys(["run.steps", "steps"]).values()), ["run.steps", "steps"])
+
+    def test_folders_differ_even_where_case_does_not_count_and_in_any_order(self):
+        names = ["s_solver=Own", "s_solver=own", "s_v=1/2", "s_v=1 2", "s_lag=0.1", "plain"]
+        first = distinct_folders(names, names, ["PLAIN"])
+        self.assertEqual(first[4], "s_lag=0.1")
+        self.assertEqual(len({name.casefold() for name in [*first, "PLAIN"]}), 7)
+        self.assertTrue(all(re.fullmatch(r"[\w.+=-]+", name) for name in first), first)
+        self.assertEqual(distinct_folders(names[::-1], names[::-1], ["PLAIN"]), first[::-1])
+
+    def test_long_names_are_cut_and_stay_apart(self):
+        folders = distinct_folders(["é" * 200 + "1", "é" * 200 + "2"], ["1", "2"])
+        self.assertEqual(len(set(folders)), 2)
+        self.assertLessEqual(max(len(folder.encode()) for folder in folders), 120)
+
+    def test_words_of_links_differ_whatever_the_names_are(self):
+        names = ["x_3", "x!", "x?", "X", "α", "β", "v=1.5", "v=1+5"]
+        words = distinct_words(names)
+        self.assertEqual(len({word.casefold() for word in words}), len(names), words)
+        self.assertTrue(all(words), words)
+
+    def test_units_are_in_the_names_of_keys(self):
+        for key, expected in {
+            "phase_lag_rad": ("phase lag", "rad"),
+            "velocity_m_per_s": ("velocity", "m/s"),
+            "kinematic_viscosity_m2_per_s": ("kinematic viscosity", "m²/s"),
+            "damping_N_s_per_m": ("damping", "N s/m"),
+            "stiffness_N_m_per_rad": ("stiffness", "N m/rad"),
+            "center_m.0": ("center.0", "m"),
+            "lag_deg": ("lag", "°"),
+            "solver": ("solver", ""),
+            "m": ("m", ""),
+        }.items():
+            self.assertEqual(quantity_of(key), expected)
+
+
+class FakeSweep(CommandTest):
+    """With components without physics: what the command makes of the members."""
+
+    def write_case(self, name, sweep=None, **keys):
+        content = {"name": name, "steps": 2, "step_s": 0.001, "case": {"run": {"steps": 2}}, **keys}
+        if sweep:
+            content["sweep"] = sweep
+        (self.folder / f"{name}.json").write_text(json.dumps(content))
+
+    @staticmethod
+    def sweep(key, *values, scale="linear"):
+        ending = key.rpartition(".")[2]
+        members = [{"values": [v], "set": [f"{ending}={json.dumps(v)}", "sweep=null"]} for v in values]
+        return {"combine": "grid", "parameters": [{"key": key, "scale": scale}], "members": members}
+
+    def finish(self, *arguments, code=0):
+        session = self.start(*arguments)
+        self.assertEqual(session.end(timeout_s=60), code, "".join(session.stderr))
+        return "".join(session.stderr), "".join(session.stdout)
+
+    def test_swept_keys_are_columns_and_empty_columns_are_left_out(self):
+        kinematics = {"cycle": 1, "arms": [], "tilt_rad": 0.0, "u_along_um_per_s": 7.5}
+        self.write_case(
+            "lags", self.sweep("run.steps", 2, 3), summary={"swimmers": [{"name": "s", "kinematics": kinematics}]}
+        )
+        self.finish("run", "lags.json", "--out", "out")
+        rows = list(csv.DictReader((self.folder / "out/results.csv").read_text().splitlines()))
+        self.assertEqual([(row["case"], row["steps"]) for row in rows], [("lags_steps=2", "2"), ("lags_steps=3", "3")])
+        self.assertTrue(all(row[column] for row in rows for column in rows[0]), rows)
+        self.assertNotIn("swimmer", rows[0])
+        self.assertIn(
+            "| case | steps | state | u along [µm/s] | tilt [rad] |\n", (self.folder / "out/results.md").read_text()
+        )
+        content = json.loads((self.folder / "out/results.json").read_text())
+        self.assertEqual(content["parameters"], [{"key": "run.steps", "name": "steps", "scale": "linear"}])
+        case = content["cases"][1]
+        self.assertEqual(
+            (case["name"], case["member_of"], case["parameters"]), ("lags_steps=3", "lags", {"run.steps": 3})
+        )
+        self.assertTrue((self.folder / "out/lags_steps=3/summary.json").exists())
+
+    def test_a_longer_sweep_keeps_the_runs_that_are_there(self):
+        self.write_case("lags", self.sweep("run.steps", 2, 4))
+        self.finish("run", "lags.json", "--out", "out")
+        self.write_case("lags", self.sweep("run.steps", 2, 3, 4))
+        self.assertIn("3 cases, 2 done already", self.finish("run", "lags.json", "--out", "out")[0])
+
+    def test_sweeps_of_one_campaign_with_keys_of_one_name_have_columns_of_their_own(self):
+        self.write_case("a", self.sweep("one.steps", 2, 3))
+        self.write_case("b", self.sweep("two.steps", 2, 3))
+        (self.folder / "both.json").write_text(json.dumps({"name": "both", "cases": ["a", "b"]}))
+        self.finish("campaign", "both.json", "--out", "out")
+        rows = list(csv.DictReader((self.folder / "out/results.csv").read_text().splitlines()))
+        self.assertEqual([row["case"] for row in rows], ["a_steps=2", "a_steps=3", "b_steps=2", "b_steps=3"])
+        self.assertEqual([row["two.steps"] for row in rows], ["", "", "2", "3"])
+
+    def test_a_refused_campaign_leaves_no_folder_and_names_every_bad_case_once(self):
+        self.write_case("a")
+        self.write_case("b", errors=["no such key", "no unit"])
+        self.write_case("c", errors=["no such key"], fluid="/bin/true")
+        (self.folder / "all.json").write_text(json.dumps({"name": "all", "cases": ["a", "b", "c"]}))
+        for command in (("campaign", "all.json", "--out", "out"), ("campaign", "all.json"), ("check", "all.json")):
+            said, _ = self.finish(*command, code=2)
+            self.assertIn("b: b.json:1: error: no such key\n", said)
+            self.assertIn("c: c.json:1: error: no such key\n", said)
+            self.assertIn("2 of 3 cases cannot run.", said)
+        self.assertEqual(
+            sorted(path.name for path in self.folder.iterdir()), ["a.json", "all.json", "b.json", "c.json"]
+        )
+
+    def test_a_campaign_whose_component_is_not_one_leaves_no_folder(self):
+        self.write_case("a")
+        self.write_case("b", fluid="/bin/true")
+        (self.folder / "all.json").write_text(json.dumps({"name": "all", "cases": ["a", "b"]}))
+        self.assertIn("b: /bin/true cannot be used as fluid", self.finish("campaign", "all.json", code=2)[0])
+        self.assertFalse((self.folder / "runs").exists())
+
+    def test_settings_of_the_command_line_reach_every_case_of_a_campaign(self):
+        self.write_case("a")
+        self.write_case("b", self.sweep("run.number", 1, 2))
+        (self.folder / "both.json").write_text(json.dumps({"name": "both", "cases": ["a", "b"]}))
+        self.finish("campaign", "both.json", "--out", "out", "--set", "steps=7")
+        for name in ("a", "b_number=1", "b_number=2"):
+            self.assertEqual(json.loads((self.folder / f"out/{name}/summary.json").read_text())["steps"], 7)
+
+    def test_check_of_a_campaign_looks_at_every_member_and_estimates_the_whole(self):
+        self.write_case("a", steps=10)
+        self.write_case("b", self.sweep("run.steps", 20, 30), warnings=["warning: short"])
+        (self.folder / "both.json").write_text(json.dumps({"name": "both", "cases": ["a", "b"]}))
+        printed = self.finish("check", "both.json")[1]
+        self.assertRegex(printed, r"both.json: both, 3 runs, \d at once\n")
+        self.assertRegex(printed, r"  b +2 runs: steps 20 to 30 \(2 values\)\n")
+        self.assertRegex(printed, r"  cell updates +6e\+04\n")
+        self.assertIn("b_steps=20 and 1 other: warning: short\n", printed)
+        self.assertTrue(printed.endswith("ok\n"))
+        self.assertFalse((self.folder / "runs").exists())
+
+    def test_a_case_is_not_run_as_a_campaign_nor_a_campaign_as_a_case(self):
+        self.write_case("a")
+        (self.folder / "all.json").write_text(json.dumps({"name": "all", "cases": ["a"]}))
+        self.assertIn("a.json is a case (it lists no cases).", self.finish("campaign", "a.json", code=2)[0])
+        self.assertIn("all.json is a campaign (a list of cases).", self.finish("run", "all.json", code=2)[0])
+
+
+class ReportOfASweep(CommandTest):
+    """Of synthetic runs, whose speed is known."""
+
+    def write_sweep(self, values, names, scales=("linear", "linear")):
+        """`values`: of lag and amplitude; the speed is lag × amplitude."""
+        cases = []
+        for (lag, amplitude), name in zip(values, names):
+            write_run(self.folder / "sweep" / name, steps=200, mean_flow=False)
+            path = self.folder / "sweep" / name / "summary.json"
+            summary = json.loads(path.read_text())
+            summary["swimmers"][0]["u_swim_lattice"] = lag * amplitude
+            path.write_text(json.dumps(summary))
+            parameters = {LAG: lag, AMPLITUDE: amplitude}
+            cases.append({"name": name, "member_of": "s", "parameters": parameters, "summary": {}})
+        heads = [{"key": key, "scale": scale} for key, scale in zip((LAG, AMPLITUDE), scales)]
+        (self.folder / "sweep/results.json").write_text(json.dumps({"parameters": heads, "cases": cases}))
+
+    def report(self):
+        session = self.start("report", "sweep", "--out", "report")
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        return (self.folder / "report/report.html").read_text()
+
+    def test_links_of_the_table_lead_to_the_run_of_their_row(self):
+        names = ["x_3", "x!", "x?", "X", "α", "β", "v=1.5", "v=1+5"]
+        self.write_sweep([(lag, 1e-5) for lag in range(len(names))], names)
+        text = self.report()
+        links = re.findall(r'<a href="#([^"]*)">([^<]*)</a>', text)
+        self.assertEqual([name for _, name in links], names)
+        for anchor, name in links:
+            self.assertEqual(len(re.findall(f'id="{re.escape(anchor)}"', text)), 1, anchor)
+            section = next(part for part in text.split("<section") if f'id="{anchor}"' in part)
+            self.assertIn(f"<h2>{name}</h2>", section)
+
+    def test_every_result_is_drawn_over_the_swept_keys(self):
+        values = [(lag, amplitude) for lag in (0, 1, 2) for amplitude in (1e-6, 1e-5)]
+        self.write_sweep(values, [f"s_{number}" for number in range(6)])
+        text = self.report()
+        self.assertIn("<th>phase_lag_steps</th><th>amplitude_N</th>", text)
+        for name in ("s_u_swim_lattice", "s_u_swim_lattice_map"):
+            self.assertTrue((self.folder / f"report/{name}.png").read_bytes().startswith(PNG))
+        self.assertFalse((self.folder / "report/s_d1_cells.png").exists())  # does not vary
+
+    def test_curves_and_map_hold_the_values_on_the_scale_of_the_range(self):
+        from copepod_report import sweeps
+        from copepod_report.run_record import collect
+        from copepod_report.style import LIGHT
+
+        values = [(lag, amplitude) for lag in (0, 1, 2) for amplitude in (1e-6, 1e-5)][::-1]
+        self.write_sweep(values, [f"s_{number}" for number in range(6)], ("linear", "logarithmic"))
+        runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
+        (sweep,) = sweeps.sweeps_of(runs)
+        (result,) = sweep.results
+        axes = sweeps.curves(sweep, result, LIGHT).axes[0]
+        self.assertEqual(axes.get_xlabel(), "phase lag [steps]")
+        self.assertEqual([line.get_label() for line in axes.lines], ["amplitude 1 µN", "amplitude 10 µN"])
+        self.assertEqual([tuple(line.get_ydata()) for line in axes.lines], [(0, 1e-6, 2e-6), (0, 1e-5, 2e-5)])
+        drawn = sweeps.colour_map(sweep, result, LIGHT).axes[0]
+        self.assertEqual((drawn.get_xscale(), drawn.get_yscale()), ("linear", "log"))
+        self.assertEqual(drawn.get_ylabel(), "amplitude [µN]")
+        self.assertEqual(drawn.collections[0].get_array().tolist(), [0, 1e-6, 2e-6, 0, 1e-5, 2e-5])
+
+    def test_pairs_of_values_are_one_curve_and_words_have_ticks(self):
+        from copepod_report import sweeps
+        from copepod_report.run_record import collect
+        from copepod_report.style import LIGHT
+
+        self.write_sweep([(2, 1e-5), (1, 2e-5), (3, 4e-5)], ["a", "b", "c"])
+        runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
+        (sweep,) = sweeps.sweeps_of(runs)
+        self.assertFalse(sweeps.has_map(sweep))
+        (line,) = sweeps.curves(sweep, sweep.results[0], LIGHT).axes[0].lines
+        self.assertEqual(list(line.get_xdata()), [1, 2, 3])
+        for run, solver in zip(runs, ("stokes", "vacuum", "stokes")):
+            run.sweep.values[LAG] = solver
+            del run.sweep.values[AMPLITUDE]
+        (sweep,) = sweeps.sweeps_of(runs)
+        axes = sweeps.curves(sweep, sweep.results[0], LIGHT).axes[0]
+        self.assertEqual([tick.get_text() for tick in axes.get_xticklabels()], ["stokes", "vacuum"])
+
+
+class SweepOfThePage(WholeRunTest):
+    """docs/your_first_own_swimmer.md: from one file to a figure with two commands."""
+
+    def setUp(self):
+        super().setUp()
+        page = (ROOT / "docs/your_first_own_swimmer.md").read_text()
+        section = page.partition("## 5. A sweep")[2].partition("\n## ")[0]
+        self.case = re.search(r"^```yaml\n(.*?)^```", section, re.DOTALL | re.MULTILINE)[1]
+        self.commands = re.findall(r"^deploy/copepod (.*)$", section, re.MULTILINE)
+        (self.folder / "lags.yaml").write_text(self.case)
+
+    def test_two_commands_lead_from_one_file_to_the_figure(self):
+        self.assertEqual([command.split()[0] for command in self.commands], ["run", "report"])
+        for command in self.commands:
+            self.finish(*shlex.split(command))
+        rows = list(csv.DictReader((self.folder / "runs/lags/results.csv").read_text().splitlines()))
+        self.assertEqual(len(rows), 25)
+        speeds = {(row["lag_deg"], row["amplitude_m"]): float(row["kinematics.u_along_um_per_s"]) for row in rows}
+        for lag in ("30", "60", "90", "120", "150"):  # the speed rises with the amplitude
+            of_lag = [abs(speeds[lag, f"{amplitude}e-06"]) for amplitude in (1, 1.5, 2, 2.5, 3)]
+            self.assertEqual(of_lag, sorted(of_lag))
+        for name in ("lags_kinematics.u_along_um_per_s", "lags_kinematics.u_along_um_per_s_map"):
+            self.assertTrue((self.folder / f"runs/lags/report/{name}.png").read_bytes().startswith(PNG), name)
+        self.assertTrue((self.folder / "runs/lags/lags_lag_deg=30_amplitude_m=1e-06/summary.json").exists())
+
+    def test_a_typo_in_a_swept_key_is_found_by_check_with_the_right_key(self):
+        (self.folder / "lags.yaml").write_text(self.case.replace("signal.lag_deg: {", "signal.lag_dge: {"))
+        session = self.finish("check", "lags.yaml", code=2)
+        line = 1 + self.case[: self.case.index("signal.lag_deg: {")].count("\n")
+        self.assertIn(f"lags.yaml:{line}: error: key 'lag_dge' is unknown", session.stderr[0])
+        self.assertIn("Did you mean lag_deg?", session.stderr[0])
+        self.assertEqual(len(session.stderr), 1, "".join(session.stderr))
+
+    def test_unknown_key_of_a_campaign_is_named_once(self):
+        (self.folder / "both.yaml").write_text(
+            "campaign: both\ncases: [{case: lags.yaml}, {case: lags.yaml, name: b}]\n"
+        )
+        session = self.finish("campaign", "both.yaml", "--set", "run.stepz=5", code=2)
+        self.assertIn("lags and 1 other: --set run.stepz=5: error: key 'stepz' is unknown", session.stderr[0])
+        self.assertFalse((self.folder / "runs").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
