@@ -235,8 +235,11 @@ def _dress(axis_of_plot: Any, axis: Axis) -> None:
     (axes.set_xlabel if is_x else axes.set_ylabel)(axis.label)
     if _is_logarithmic(axis):
         (axes.set_xscale if is_x else axes.set_yscale)("log")
+    values = axis.values()
     if axis.words:
         axis_of_plot.set_ticks(range(len(axis.words)), axis.words)
+    elif len(values) <= _MOST_LABELS and np.ptp(np.diff(values)) < 1e-6 * np.ptp(values):
+        axis_of_plot.set_ticks(values, [number_text(float(value)) for value in values])
 
 
 def caption(sweep: SweepRecord, result: Result, is_map: bool) -> str:

@@ -183,7 +183,7 @@ class ReportOfASweep(CommandTest):
         return (self.folder / "report/report.html").read_text()
 
     def test_links_of_the_table_lead_to_the_run_of_their_row(self):
-        names = ["x_3", "x!", "x?", "X", "α", "β", "v=1.5", "v=1+5"]
+        names = ["x_3", "x!", "x?", "X", "α", "β", "v=1.5", "v=1+5", *"abcde"]  # too many for figures of their own
         self.write_sweep([(lag, 1e-5) for lag in range(len(names))], names)
         text = self.report()
         links = re.findall(r'<a href="#([^"]*)">([^<]*)</a>', text)
@@ -192,6 +192,7 @@ class ReportOfASweep(CommandTest):
             self.assertEqual(len(re.findall(f'id="{re.escape(anchor)}"', text)), 1, anchor)
             section = next(part for part in text.split("<section") if f'id="{anchor}"' in part)
             self.assertIn(f"<h2>{name}</h2>", section)
+            self.assertIn(f"report {shlex.quote(f'sweep/{name}')}</p>".replace("'", "&#x27;"), section)
 
     def test_every_result_is_drawn_over_the_swept_keys(self):
         values = [(lag, amplitude) for lag in (0, 1, 2) for amplitude in (1e-6, 1e-5)]
