@@ -28,7 +28,7 @@ class Member:
 
 
 class Problems:
-    """What is wrong with several cases; what they share is said once."""
+    """What is wrong with several cases, by text: what they share appears once."""
 
     def __init__(self) -> None:
         self._names: dict[str, list[str]] = {}  # by text
