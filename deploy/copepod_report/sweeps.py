@@ -110,17 +110,17 @@ def _results(runs: Sequence[RunRecord]) -> list[Result]:
 
 
 def _figures_of(run: RunRecord) -> dict[str, tuple[str, float]]:
-    """Heading and value of each figure by a key that may name a file."""
+    """Heading and value of each figure, by a key that may name a file."""
     found = {}
     entries = measured(run.summary)
     for entry in entries if len(entries) <= MOST_TABLES else []:
         for key, figure in compared(entry).items():
-            heading = (
-                f"{FIGURES[key]} [cells/step]" if key == "u_swim_lattice" or key == "u_GA_lattice" else FIGURES[key]
-            )
-            name, of_which = (f"{entry['name']}_{key}", f"{entry['name']}: ") if len(entries) > 1 else (key, "")
+            heading = FIGURES[key] + (" [cells/step]" if key.endswith("_lattice") else "")
+            name = key.removeprefix("kinematics.")
+            if len(entries) > 1:
+                name, heading = f"{entry['name']}_{name}", f"{entry['name']}: {heading}"
             if figure.ours is not None:
-                found[name] = (of_which + heading, float(figure.ours))
+                found[name] = (heading, float(figure.ours))
     for name, unit, value in swarm_rows(run.summary):
         found[f"swarm_{name}"] = (f"{name} [{unit}]" if unit else name, float(value))
     return found

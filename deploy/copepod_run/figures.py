@@ -11,6 +11,8 @@ from copepod_run.messages import elapsed_text
 # key in a swimmer's summary, heading
 FIGURES = {
     "u_swim_lattice": "u_swim",
+    "kinematics.u_along_um_per_s": "u along [µm/s]",
+    "kinematics.u_across_um_per_s": "u across [µm/s]",
     "d1_cells": "d1",
     "d2_cells": "d2",
     "sin_dphi": "sin(φ1−φ2)",
@@ -22,8 +24,6 @@ FIGURES = {
     "Re_bodies.B2": "Re B2",
     "Re_bodies.B1": "Re B1",
     "Re_bodies.B3": "Re B3",
-    "kinematics.u_along_um_per_s": "u along [µm/s]",
-    "kinematics.u_across_um_per_s": "u across [µm/s]",
     **{f"arm_amplitudes_um.{arm}": f"amplitude of arm {arm} [µm]" for arm in range(4)},
     "kinematics.power_W": "power [W]",
     "kinematics.tilt_rad": "tilt [rad]",
