@@ -135,12 +135,12 @@ class RunRecord:
 
 
 def collect(directory: str | Path, read_case: ReadCase) -> list[RunRecord]:
-    """The run in a run directory, or the finished cases in the folder of a campaign or sweep."""
+    """The run in a run directory, or those in the folder of a campaign or sweep."""
     directory = Path(directory)
     if not (directory / "results.json").exists():
         return [RunRecord(directory, read_case)]
-    finished = read_file(directory / "results.json", _read_finished)
-    return [RunRecord(directory / name, read_case, sweep) for name, sweep in finished]
+    begun = read_file(directory / "results.json", _read_begun)
+    return [RunRecord(directory / name, read_case, sweep) for name, sweep in begun]
 
 
 def name_apart(runs: Sequence[RunRecord]) -> None:
@@ -175,14 +175,14 @@ def _read_summary(path: Path) -> Any:
     return summary
 
 
-def _read_finished(path: Path) -> list[tuple[str, Sweep]]:
-    """Names of the finished cases of a campaign, and the sweeps that they are of."""
+def _read_begun(path: Path) -> list[tuple[str, Sweep]]:
+    """Names of the cases of a campaign that have begun, and the sweeps that they are of."""
     content = json.loads(path.read_text())
     scales = {parameter["key"]: parameter["scale"] for parameter in content.get("parameters", [])}
     return [
         (case["name"], Sweep(case.get("member_of") or "", case.get("parameters", {}), scales))
         for case in content["cases"]
-        if case["summary"] is not None
+        if case["summary"] is not None or (path.parent / case["name"] / "case.yaml").is_file()
     ]
 
 

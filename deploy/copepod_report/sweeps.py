@@ -57,10 +57,10 @@ class SweepRecord:
 
 
 def sweeps_of(runs: Sequence[RunRecord]) -> list[SweepRecord]:
-    """Sweeps with two runs or more."""
+    """Sweeps with two finished runs or more."""
     groups: dict[tuple[str, str], list[RunRecord]] = {}
     for run in runs:
-        if run.sweep.values:
+        if run.sweep.values and run.status.is_finished:
             groups.setdefault((str(run.directory.parent), run.sweep.name), []).append(run)
     return [_read(name, members) for (_, name), members in groups.items() if len(members) > 1]
 

@@ -8,6 +8,9 @@ import unittest
 
 from copepod_session import ROOT, CommandTest, WholeRunTest
 from synthetic_run import write_run
+from copepod_report import sweeps
+from copepod_report.run_record import collect
+from copepod_report.style import LIGHT
 from copepod_run.names import distinct_folders, distinct_words, quantity_of, short_keys
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -204,10 +207,6 @@ class ReportOfASweep(CommandTest):
         self.assertFalse((self.folder / "report/s_d1_cells.png").exists())  # does not vary
 
     def test_curves_and_map_hold_the_values_on_the_scale_of_the_range(self):
-        from copepod_report import sweeps
-        from copepod_report.run_record import collect
-        from copepod_report.style import LIGHT
-
         values = [(lag, amplitude) for lag in (0, 1, 2) for amplitude in (1e-6, 1e-5)][::-1]
         self.write_sweep(values, [f"s_{number}" for number in range(6)], ("linear", "logarithmic"))
         runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
@@ -222,11 +221,22 @@ class ReportOfASweep(CommandTest):
         self.assertEqual(drawn.get_ylabel(), "amplitude [µN]")
         self.assertEqual(drawn.collections[0].get_array().tolist(), [0, 1e-6, 2e-6, 0, 1e-5, 2e-5])
 
-    def test_pairs_of_values_are_one_curve_and_words_have_ticks(self):
-        from copepod_report import sweeps
-        from copepod_report.run_record import collect
-        from copepod_report.style import LIGHT
+    def test_a_member_that_has_not_finished_is_on_the_page_but_in_no_curve(self):
+        self.write_sweep([(1, 1e-5), (2, 1e-5), (3, 1e-5)], ["a", "b", "c"])
+        (self.folder / "sweep/b/summary.json").unlink()
+        ending = {"status": "failed", "exit_code": 70, "exit_reason": "it diverged", "end": "2026-01-01"}
+        (self.folder / "sweep/b/provenance.json").write_text(json.dumps(ending))
+        path = self.folder / "sweep/results.json"
+        content = json.loads(path.read_text())
+        content["cases"][1]["summary"] = None
+        path.write_text(json.dumps(content))
+        self.assertIn("it diverged", self.report())
+        runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
+        self.assertEqual([run.name for run in runs], ["design_a"] * 3)
+        (sweep,) = sweeps.sweeps_of(runs)
+        self.assertEqual(sweep.results[0].values.tolist(), [1e-5, 3 * 1e-5])
 
+    def test_pairs_of_values_are_one_curve_and_words_have_ticks(self):
         self.write_sweep([(2, 1e-5), (1, 2e-5), (3, 4e-5)], ["a", "b", "c"])
         runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
         (sweep,) = sweeps.sweeps_of(runs)
