@@ -150,8 +150,10 @@ def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
 def time_text(plan: Plan) -> str:
     """How long a run will take, as far as this machine has shown it."""
     time_s, source = time_of(plan)
-    return f"unknown: no {source} has finished on this machine yet" if time_s is None else (
-        f"about {elapsed_text(time_s)}, {source}"
+    return (
+        f"unknown: no {source} has finished on this machine yet"
+        if time_s is None
+        else (f"about {elapsed_text(time_s)}, {source}")
     )
 
 
