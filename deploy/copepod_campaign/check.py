@@ -14,6 +14,7 @@ from copepod_run.figures import number_text
 from copepod_run.messages import elapsed_text
 
 _MANY_RUNS = 1000
+_UNKNOWN = "unknown: nothing like them has finished on this machine yet"
 
 
 def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, trusted: bool) -> Findings:
@@ -90,10 +91,10 @@ def _rows_of_needs(
     ranks = max(1, len(os.sched_getaffinity(0)) // jobs)
     times = [_time_s(member, ranks) for member in members]
     known = [time for time in times if time is not None]
-    missing = len(times) - len(known)
-    unknown = f"; {missing} runs unknown: nothing like them has finished on this machine yet" if missing else ""
-    rows.append(("time", f"about {elapsed_text(_together_s(known, jobs))}, {jobs} at once{unknown}"))
-    return rows
+    texts = [f"about {elapsed_text(_together_s(known, jobs))}, {jobs} at once"] if known else []
+    if len(known) < len(times):
+        texts.append(f"{f'{len(times) - len(known)} runs ' if known else ''}{_UNKNOWN}")
+    return [*rows, ("time", "; ".join(texts))]
 
 
 def _time_s(member: Member, ranks: int) -> float | None:

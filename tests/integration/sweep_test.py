@@ -149,7 +149,8 @@ class FakeSweep(CommandTest):
         self.write_case("b", self.sweep("run.steps", 20, 30), warnings=["warning: short"])
         (self.folder / "both.json").write_text(json.dumps({"name": "both", "cases": ["a", "b"]}))
         printed = self.finish("check", "both.json")[1]
-        self.assertRegex(printed, r"both.json: both, 3 runs, \d at once\n")
+        self.assertIn("both.json: both, 3 runs, 60 steps\n", printed)
+        self.assertRegex(printed, r"  time +unknown: nothing like them has finished on this machine yet\n")
         self.assertRegex(printed, r"  b +2 runs: steps 20 to 30 \(2 values\)\n")
         self.assertRegex(printed, r"  cell updates +6e\+04\n")
         self.assertIn("b_steps=20 and 1 other: warning: short\n", printed)
