@@ -88,9 +88,9 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
   EXPECT_EQ(
       required_of_fluid(loaded.content, loaded.assembly),
       (std::set<std::string>{"body_force", "boundary:no_slip", "boundary:pressure", "boundary:velocity", "checkpoint",
-                             "collision:trt", "fields", "initial_flow:uniform", "moving_boundary:bounce_back",
-                             "precision:single", "refill:equilibrium", "shape:capsule", "shape:sphere",
-                             "solver:lattice_boltzmann", "symmetry_planes", "thin_films"}));
+                             "collision:trt", "fields", "fields:selection", "initial_flow:uniform",
+                             "moving_boundary:bounce_back", "precision:single", "refill:equilibrium", "shape:capsule",
+                             "shape:sphere", "solver:lattice_boltzmann", "symmetry_planes", "thin_films"}));
   // The case brings its own body service, which integrates in its own way.
   EXPECT_EQ(required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)),
             (std::set<std::string>{"actuator:body_force", "actuator:body_torque", "actuator:pair_force",

@@ -61,7 +61,7 @@ TEST(Range, HasNumbersAsAPersonWritesThem) {
 }
 
 TEST(Range, OfALogarithmicScaleHasConstantRatios) {
-  EXPECT_EQ(range_texts(1e-6, 1e-2, 5, SweepScale::logarithmic), (Texts{"1e-06", "1e-05", "0.0001", "0.001", "0.01"}));
+  EXPECT_EQ(range_texts(1e-6, 1e-2, 5, SweepScale::logarithmic), (Texts{"1e-06", "1e-05", "1e-04", "0.001", "0.01"}));
   EXPECT_EQ(range_texts(1, 10, 3, SweepScale::logarithmic), (Texts{"1", "3.162278", "10"}));
   EXPECT_EQ(range_texts(-100, -1, 3, SweepScale::logarithmic), (Texts{"-100", "-10", "-1"}));
 }
@@ -110,11 +110,11 @@ TEST(Sweep, FindsATypoInASweptKeyOnceAndWhereItIsWritten) {
 }
 
 TEST(Sweep, NamesTheMembersThatCannotRun) {
-  const std::string problems =
-      problems_of(swept("sweep:\n  parameters:\n    swimmers.0.phase_deg: [0, 90]\n    swimmers.0.stroke.amplitude_N:\n"
-                        "      - 1.0e-5\n      - -1.0e-5\n"));
-  expect_in(problems, "case.yaml:22: error: swimmers.0.stroke.amplitude_N is -1.0e-5 (");
-  expect_in(problems, " [in member phase_deg=0, amplitude_N=-1e-05 and 1 other]");
+  const std::string problems = problems_of(
+      swept("sweep:\n  parameters:\n    swimmers.0.phase_deg: [0, 90]\n    swimmers.0.stroke.period_steps:\n"
+            "      - 1000\n      - -1000\n"));
+  expect_in(problems, "case.yaml:22: error: swimmers.0.stroke.period_steps is -1000 (");
+  expect_in(problems, " [in member phase_deg=0, period_steps=-1000 and 1 other]");
   EXPECT_EQ(problems.find('\n'), std::string::npos) << problems;
 }
 
