@@ -39,6 +39,8 @@ class Documentation(CommandTest):
         said = self.output_of("-c", "\n".join(blocks))
         self.assertIn("step [s]", said)
         self.assertTrue((self.folder / "runs/slow_rotator/summary.json").exists())
+        self.assertEqual(len(list((self.folder / "runs/lags").glob("lags_*/summary.json"))), 25)
+        self.assertTrue((self.folder / "lags.pdf").exists())
 
     def test_notebooks_run_and_show_their_figures(self):
         if importlib.util.find_spec("nbclient") is None or importlib.util.find_spec("ipykernel") is None:

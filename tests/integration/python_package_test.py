@@ -282,6 +282,18 @@ class Runs(PackageTest):
             thread.join()
         self.assertEqual(found, {"a": 2000, "b": 3000})
 
+    def test_sweep_gives_its_runs_and_a_table_of_its_keys(self):
+        case = copepod.Case.load(VACUUM)
+        case["sweep.parameters"] = {"swimmers.0.stroke.amplitude_N": [1e-5, 2e-5], "run.steps": [9000]}
+        seen = []
+        campaign = self.run_of(case, on_progress=seen.append)
+        self.assertEqual((seen[-1].step, seen[-1].steps, seen[-1].share), (2, 2, 1.0))
+        self.assertEqual(campaign.results["amplitude_N"].tolist(), [1e-5, 2e-5])
+        for number, run in enumerate(campaign):
+            self.assertEqual(run.case["swimmers.0.stroke.amplitude_N"], [1e-5, 2e-5][number])
+            self.assertEqual(run.summary["digest"], campaign.results["digest"][number])
+        self.assertEqual(len(copepod.load(campaign.directory)[:]), 2)
+
     def test_run_that_fails_raises_its_reason_and_where_it_is(self):
         body = self.folder / "body.sh"
         body.write_text(
