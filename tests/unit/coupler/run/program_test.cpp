@@ -237,7 +237,7 @@ TEST_F(Program, PlansACaseForTheDeployCommand) {
 
 TEST_F(Program, PlansASweepWithWhatToSetForEachMember) {
   EXPECT_EQ(call({"--plan", case_file, "--set",
-                  "sweep={combine: zip, parameters: {run.steps: [900, 1.0e3], swimmers.0.name: ['007', b]}}"}),
+                  "sweep={combine: zip, parameters: {run.steps: [900, 1000], swimmers.0.name: ['007', b]}}"}),
             0)
       << err.str();
   const json sweep = json::parse(out.str())["sweep"];

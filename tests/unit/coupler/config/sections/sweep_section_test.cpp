@@ -112,9 +112,9 @@ TEST(Sweep, FindsATypoInASweptKeyOnceAndWhereItIsWritten) {
 TEST(Sweep, NamesTheMembersThatCannotRun) {
   const std::string problems = problems_of(
       swept("sweep:\n  parameters:\n    swimmers.0.phase_deg: [0, 90]\n    swimmers.0.stroke.period_steps:\n"
-            "      - 1000\n      - -1000\n"));
-  expect_in(problems, "case.yaml:22: error: swimmers.0.stroke.period_steps is -1000 (");
-  expect_in(problems, " [in member phase_deg=0, period_steps=-1000 and 1 other]");
+            "      - 4000\n      - -4000\n"));
+  expect_in(problems, "case.yaml:22: error: swimmers.0.stroke.period_steps is -4000 (");
+  expect_in(problems, " [in member phase_deg=0, period_steps=-4000 and 1 other]");
   EXPECT_EQ(problems.find('\n'), std::string::npos) << problems;
 }
 
