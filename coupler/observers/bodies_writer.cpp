@@ -46,14 +46,14 @@ class PolyDataFile {
 
   template <class T>
   void add_array(const char* type, const std::string& attributes, const std::vector<T>& values) {
-    elements_ += std::string("<DataArray type=\"") + type + "\" " + attributes + " format=\"appended\" offset=\"" +
+    elements_ += std::string("<DataArray type=\"") + type + "\" " + attributes + R"( format="appended" offset=")" +
                  std::to_string(data_.size()) + "\"/>\n";
     const std::uint64_t bytes = values.size() * sizeof(T);
     data_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
     data_.append(reinterpret_cast<const char*>(values.data()), bytes);
   }
   void add_vectors(const std::string& name, const std::vector<float>& values) {
-    add_array("Float32", "Name=\"" + name + "\" NumberOfComponents=\"3\"", values);
+    add_array("Float32", "Name=\"" + name + R"(" NumberOfComponents="3")", values);
   }
 
   [[nodiscard]] std::string text() const {
