@@ -39,6 +39,7 @@ class Check:
     """What is known of a case before it runs.
 
     name, steps   of the case
+    runs          1, or of a sweep: its members
     figures       names and values, as texts: relaxation time, Reynolds numbers, memory, time, …
     memory_bytes  by component, of all its processes
     disk_bytes    by kind of output
@@ -48,6 +49,7 @@ class Check:
 
     name: str
     steps: int
+    runs: int
     figures: dict[str, str]
     memory_bytes: dict[str, int]
     disk_bytes: dict[str, int]
@@ -56,7 +58,8 @@ class Check:
 
     def __str__(self) -> str:
         width = max(map(len, self.figures), default=0)
-        lines = [f"{self.name}: {self.steps} steps"]
+        runs = f"{self.runs} runs, " if self.runs > 1 else ""
+        lines = [f"{self.name}: {runs}{self.steps} steps"]
         lines += [f"  {name:<{width}}  {value}" for name, value in self.figures.items()]
         return "\n".join([*lines, *self.warnings, *(f"error: {problem}" for problem in self.problems)])
 
