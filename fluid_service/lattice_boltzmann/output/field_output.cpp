@@ -22,11 +22,11 @@ const std::string uncompressed_file = "fields_uncompressed.h5";  ///< only while
 constexpr std::int64_t structure_bytes = 1 << 16;                ///< more than HDF5 needs to describe a group
 const std::string unfinished_group = "unfinished";               ///< name of a group that is being written
 
-const char* const density_name = "density_kg_per_m3";
-const char* const velocity_name = "velocity_m_per_s";
-const char* const pressure_name = "pressure_Pa";
-const char* const vorticity_name = "vorticity_per_s";
-const char* const body_name = "body";
+const char* const density_array = "density_kg_per_m3";
+const char* const velocity_array = "velocity_m_per_s";
+const char* const pressure_array = "pressure_Pa";
+const char* const vorticity_array = "vorticity_per_s";
+const char* const body_array = "body";
 
 /// Attributes of a group that place its cells in the domain; groups of older versions hold all cells and lack them.
 constexpr std::array region_attributes = {"first_cell_x", "first_cell_y", "first_cell_z",
@@ -91,14 +91,14 @@ FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Com
       cell_size_m_(setup.cell_size_m),
       images_(setup.domain_cells, setup.symmetry_planes),
       communicator_(communicator) {
-  if (asks_for(output, FieldQuantity::density)) datasets_.push_back({density_name, Reflection::scalar});
-  if (asks_for(output, FieldQuantity::pressure)) datasets_.push_back({pressure_name, Reflection::scalar});
-  if (asks_for(output, FieldQuantity::velocity)) datasets_.push_back({velocity_name, Reflection::vector});
+  if (asks_for(output, FieldQuantity::density)) datasets_.push_back({density_array, Reflection::scalar});
+  if (asks_for(output, FieldQuantity::pressure)) datasets_.push_back({pressure_array, Reflection::scalar});
+  if (asks_for(output, FieldQuantity::velocity)) datasets_.push_back({velocity_array, Reflection::vector});
   if (asks_for(output, FieldQuantity::vorticity)) {
-    datasets_.push_back({vorticity_name, Reflection::axial_vector});
+    datasets_.push_back({vorticity_array, Reflection::axial_vector});
     vorticity_.emplace(setup, communicator);
   }
-  datasets_.push_back({body_name, Reflection::scalar});
+  datasets_.push_back({body_array, Reflection::scalar});
   offsets_.resize(datasets_.size());
 }
 
@@ -124,8 +124,8 @@ void FieldWriter::lay_out() {
   file.make_group(unfinished_group);
   for (std::size_t i = 0; i < datasets_.size(); ++i) {
     const std::string name = unfinished_group + "/" + datasets_[i].name;
-    offsets_[i] = datasets_[i].name == body_name ? file.make_dataset<std::int32_t>(name, shape(datasets_[i]))
-                                                 : file.make_dataset<double>(name, shape(datasets_[i]));
+    offsets_[i] = datasets_[i].name == body_array ? file.make_dataset<std::int32_t>(name, shape(datasets_[i]))
+                                                  : file.make_dataset<double>(name, shape(datasets_[i]));
   }
   file.close();
   reserve_space(cells_path_, communicator_.context());
@@ -153,17 +153,17 @@ void FieldWriter::write_cells(const FieldBlock& block) const {
     SharedFile file(cells_path_, communicator_.context());
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       const std::string& name = datasets_[i].name;
-      if (name == body_name) {
+      if (name == body_array) {
         write_values(file, i, block.box, block.body);
-      } else if (name == pressure_name) {
+      } else if (name == pressure_array) {
         std::vector<double> pressure = block.density_kg_per_m3;
         for (double& value : pressure) value = units_.pressure_Pa(value);
         write_values(file, i, block.box, pressure);
       } else {
         write_values(file, i, block.box,
-                     name == density_name    ? block.density_kg_per_m3
-                     : name == velocity_name ? block.velocity_m_per_s
-                                             : vorticity);
+                     name == density_array    ? block.density_kg_per_m3
+                     : name == velocity_array ? block.velocity_m_per_s
+                                              : vorticity);
       }
     }
   });
@@ -175,7 +175,7 @@ void FieldWriter::compress_into(Hdf5File& file) const {
   Hdf5File source(cells_path_, Hdf5File::Access::read, communicator_.context());
   for (const Dataset& dataset : datasets_) {
     const std::string name = unfinished_group + "/" + dataset.name;
-    if (dataset.name == body_name)
+    if (dataset.name == body_array)
       file.copy_compressed<std::int32_t>(source, name, shape(dataset), output_.compression);
     else
       file.copy_compressed<double>(source, name, shape(dataset), output_.compression);
@@ -196,7 +196,7 @@ std::vector<XdmfGrid> FieldWriter::grids_of(Hdf5File& file, bool snapshots) {
               grid.box.low[axis] + file.read_attribute<std::int64_t>(group, region_attributes[axis + 3]);
         }
       }
-      for (const char* name : {density_name, pressure_name, velocity_name, vorticity_name, body_name})
+      for (const char* name : {density_array, pressure_array, velocity_array, vorticity_array, body_array})
         if (file.has(group + "/" + name)) grid.datasets.emplace_back(name);
       grids_[group] = grid;
     }

@@ -14,7 +14,7 @@ namespace copepod::coupler {
 namespace {
 
 constexpr double step_s = 0.001;
-Timeline timeline;  ///< never opened
+Timeline no_timeline;  ///< never opened
 
 /// The load of a fluid that is at rest far away: drag, and the inertia of the fluid that moves with a body,
 ///   F(n) = −c V(n) − mₐ (V(n) − V(n−1))/Δt.
@@ -35,7 +35,7 @@ class AddedMassFluid final : public ConstantDragFluid {
 };
 
 /// Keeps velocities of the first body, and the forces of fluid and drive on it, along z.
-class Witness final : public Observer {
+class MotionWitness final : public Observer {
  public:
   void observe(const StepRecord& record) override {
     velocity_m_per_s.push_back(record.kinematics.velocity_m_per_s(2, 0));
@@ -59,14 +59,14 @@ class DrivenBall {
         bodies_(setup().bodies),
         plausibility_({}, bodies_),
         driving_({{setup().actuators[0], constant()}}),
-        scheme_(fluid_, body_, driving_, plausibility_, averaging, witness, timeline, virtual_mass_) {}
+        scheme_(fluid_, body_, driving_, plausibility_, averaging, witness, no_timeline, virtual_mass_) {}
 
   void run(std::int64_t steps) {
     scheme_.run(steps, [](std::int64_t) { return false; });
     scheme_.finish();
   }
 
-  Witness witness;
+  MotionWitness witness;
 
  private:
   static BodySetup setup() {
