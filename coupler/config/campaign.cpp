@@ -77,7 +77,10 @@ Campaign read_document(const Document& document, const std::string& source, Aske
 
 }  // namespace
 
-bool names_campaign(const std::string& file) { return Document::load(file, {}).root().find("campaign") != nullptr; }
+bool names_campaign(const std::string& file) {
+  if (fs::is_fifo(file)) return false;  // its text comes once only
+  return Document::load(file, {}).root().find("campaign") != nullptr;
+}
 
 Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides) {
   Campaign campaign = read_document(Document::load(file, {}), file, nullptr);

@@ -22,7 +22,7 @@ struct Campaign {
   std::vector<CampaignEntry> cases;
 };
 
-/// Whether a file lists cases, rather than being one.
+/// Whether a file lists cases, rather than being one; a pipe holds a case.
 /// @throws CaseInvalid if it is not a YAML mapping
 bool names_campaign(const std::string& file);
 

@@ -107,7 +107,7 @@ def make_parser(prog: str = "") -> argparse.ArgumentParser:
         epilog=_epilog("run configs/quick/three_sphere.yaml", "run --help"),
         formatter_class=_Formatter,
     )
-    parser.add_argument("--version", action="version", version=f"copepod {version()}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser)
     _add_run(commands)
     _add_check(commands)
@@ -143,6 +143,14 @@ class _Formatter(argparse.HelpFormatter):
 
     def start_section(self, heading: str | None) -> None:
         super().start_section({"positional arguments": "Arguments", "options": "Options"}.get(heading or "", heading))
+
+
+class _Version(argparse.Action):
+    """Looks for the version only when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        print(f"copepod {version()}")
+        parser.exit()
 
 
 class _CommandParser(argparse.ArgumentParser):

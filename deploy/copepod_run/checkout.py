@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 def _root() -> Path:
     """The checkout that holds this file, or the one that pip has installed it from."""
     here = Path(__file__).resolve().parent.parent.parent
-    if (here / "CMakePresets.json").exists():
+    if (here / "deploy" / "copepod").exists():
         return here
     record = metadata.distribution("copepod").read_text("direct_url.json") or "{}"  # PEP 610
     return Path(unquote(urlsplit(json.loads(record).get("url", "")).path))

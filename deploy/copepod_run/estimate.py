@@ -105,11 +105,19 @@ def disk_text(parts: Mapping[str, int]) -> str:
     return f"{size_text(sum(parts.values()))} ({shown})"
 
 
+def _is_there(path: Path) -> bool:
+    """False, too, for a name that the system does not take."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
 def disk_warnings(parts: Mapping[str, int], folder: str) -> list[str]:
     """If what is written does not fit where `folder` is or will be made."""
     needed = sum(parts.values())
     place = Path(folder).absolute()
-    while not place.exists():
+    while not _is_there(place):
         place = place.parent
     free = shutil.disk_usage(place).free
     if needed <= free:

@@ -119,9 +119,10 @@ class Checkpoint(unittest.TestCase):
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("unshare"), "mounts a file system")
     def test_disk_without_inodes_is_named_whatever_file_is_the_first_to_lack_one(self):
         codes = set()
-        for inodes in range(2, 24):
+        for inodes in range(2, 36):
             mount = f"mount -t tmpfs -o nr_inodes={inodes},size=50m none {self.folder}"
             run = [COMMAND, "run", CASE, "--out", self.folder / "out", "--ranks", "1", "--set", "run.steps=30", *NEVER]
+            run += ["--set", "output.bodies.every_steps=10"]
             answer = subprocess.run(
                 ["unshare", "--mount", "sh", "-c", f"{mount} && exec {shlex.join(map(str, run))}"],
                 env={**os.environ, "COPEPOD_BIN_DIR": str(PROGRAMS)},

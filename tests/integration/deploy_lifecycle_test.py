@@ -213,7 +213,7 @@ class RunLifecycle(TinyRunTest):
         self.assert_ends(session, 0)
         said = self.events_of(session)
         self.assertIn({"event": "notice", "text": "slow"}, said)
-        self.assertEqual({event["event"] for event in said}, {"notice", "phase", "progress"})
+        self.assertEqual({event["event"] for event in said}, {"directory", "notice", "phase", "progress"})
         session = self.start(
             "run", self.case(reports=False), *json_lines, "--fluid", f"{FAKES}/fluid_service --fail-with 70"
         )
