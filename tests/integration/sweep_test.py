@@ -150,7 +150,9 @@ class FakeSweep(CommandTest):
         (self.folder / "both.json").write_text(json.dumps({"name": "both", "cases": ["a", "b"]}))
         printed = self.finish("check", "both.json")[1]
         self.assertIn("both.json: both, 3 runs, 60 steps\n", printed)
-        self.assertRegex(printed, r"  time +(unknown: nothing like them has finished on this machine yet|about \d+ s, 2 at once)\n")
+        self.assertRegex(
+            printed, r"  time +(unknown: nothing like them has finished on this machine yet|about \d+ s, 2 at once)\n"
+        )
         self.assertRegex(printed, r"  b +2 runs: steps 20 to 30 \(2 values\)\n")
         self.assertRegex(printed, r"  cell updates +6e\+04\n")
         self.assertIn("b_steps=20 and 1 other: warning: short\n", printed)
