@@ -81,7 +81,8 @@ const sessionOf = ({ session_id, epoch }) => ({ session_id, epoch });
 const isOf = (session, { session_id, epoch }) => session?.session_id.equals(session_id) && session.epoch.equals(epoch);
 
 // ---- Limits
-const LENGTHS = { boundaries: 6, orientation_wxyz: 4 }; // all other lists but `bodies` are vectors of 3, of each body
+const ANY = 0; // of the field output, which this fluid does not announce
+const LENGTHS = { boundaries: 6, orientation_wxyz: 4, quantities: ANY, region_cells: ANY }; // else 3, of each body
 
 function checkText(text, name) {
   if (Buffer.byteLength(text) > 4096) throw refused(`${name} has more than 4096 bytes`);
@@ -90,7 +91,8 @@ function checkText(text, name) {
 function checkFields(message, bodies = 1) {
   for (const { name, type, repeated, resolvedType } of message.$type.fieldsArray.map((field) => field.resolve())) {
     const entries = repeated ? message[name] : [message[name]];
-    if (name === "bodies" ? entries.length > 1e6 : repeated && entries.length !== (LENGTHS[name] ?? 3) * bodies)
+    const fixed = repeated && LENGTHS[name] !== ANY;
+    if (name === "bodies" ? entries.length > 1e6 : fixed && entries.length !== (LENGTHS[name] ?? 3) * bodies)
       throw refused(`${name} has ${entries.length} entries`);
     for (const entry of entries) {
       if (resolvedType instanceof protobuf.Enum) {

@@ -21,6 +21,7 @@ MAY_IMPORT = {
     "copepod_swimmers": {"copepod_report"},
     "copepod_paper": {"copepod_report", "copepod_run", "copepod_swimmers"},
     "copepod_validation": {"copepod_campaign", "copepod_report", "copepod_run"},
+    "copepod_watch": {"copepod_report", "copepod_run"},
     "copepod_command": {
         "copepod_bench",
         "copepod_campaign",
@@ -28,6 +29,7 @@ MAY_IMPORT = {
         "copepod_report",
         "copepod_run",
         "copepod_validation",
+        "copepod_watch",
     },
 }
 
