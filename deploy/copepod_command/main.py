@@ -99,10 +99,10 @@ def _complete(parser: argparse.ArgumentParser) -> None:
     argcomplete.autocomplete(parser)
 
 
-def make_parser(prog: str = "") -> argparse.ArgumentParser:
-    """The parser of all commands but for what follows --; `prog`: the name of the command in its texts."""
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of all commands but for what follows --."""
     parser = argparse.ArgumentParser(
-        prog=prog or called_as(),
+        prog=called_as(),
         description="Couples fluids and rigid bodies: one command.",
         epilog=_epilog("run configs/quick/three_sphere.yaml", "run --help"),
         formatter_class=_Formatter,
@@ -230,7 +230,7 @@ def _add_campaign(commands: _Commands) -> None:
     parser = commands.add_parser(
         "campaign",
         help="run a list of cases, or continue where it stopped",
-        epilog=_epilog("campaign configs/paper/all.yaml --jobs 2"),
+        epilog=_epilog("campaign configs/paper/campaign.yaml --jobs 2"),
         description="Runs the remaining cases of a campaign, several at once, and writes one result table. Repeat the "
         "command to continue: finished cases are kept, interrupted ones resume from their checkpoints.",
     )
