@@ -26,10 +26,13 @@ endif()
 
 option(COPEPOD_COVERAGE "Build with coverage counters for gcovr" OFF)
 
+# What ccache keeps serves every checkout: no object holds the path of its own.
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER
+    ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=true ${CCACHE})
 endif()
+add_compile_options(-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=)
 
 function(copepod_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)

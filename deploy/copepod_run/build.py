@@ -223,8 +223,7 @@ def _configure() -> None:
 
 def _build(targets: Sequence[str]) -> None:
     """Runs ninja; prints nothing if that is over in a moment."""
-    # With paths relative to the checkout, ccache serves every clone on this machine.
-    environment = dict(os.environ, NINJA_STATUS="[%f/%t] ", CCACHE_BASEDIR=str(ROOT))
+    environment = dict(os.environ, NINJA_STATUS="[%f/%t] ")
     ninja = subprocess.Popen(
         ["ninja", "-C", str(BUILD), "-j", str(parallel_jobs()), *targets],
         env=environment,
