@@ -52,7 +52,7 @@ def manual(options: Namespace) -> int:
 
 def _summaries() -> dict[str, str]:
     """A line about the command, "", and about each of its commands."""
-    from copepod_command.main import make_parser
+    from copepod_command.parser import make_parser
 
     commands = next(action for action in make_parser()._actions if isinstance(action, argparse._SubParsersAction))
     lines = {action.dest: action.help or "" for action in commands._choices_actions}

@@ -90,7 +90,7 @@ def predict(run: RunRecord, radii: Radii) -> list[Prediction]:
     if run.case["fluid"]["solver"] == "vacuum":
         return []
     predictions = []
-    for swimmer in run.swimmers():
+    for swimmer in run.swimmers:
         found = [radii.of(bead) for bead in swimmer.beads]
         if at(swimmer.figures, "u_GA_lattice") is None or None in found:
             continue

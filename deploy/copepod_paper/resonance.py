@@ -122,7 +122,7 @@ class ResonancePoint:
 
 def compare(run: RunRecord) -> ResonancePoint:
     """ResonancePoint of a run of one swimmer in vacuum."""
-    swimmer = run.swimmers()[0]
+    swimmer = run.swimmers[0]
     exact = VacuumSwimmer.of_case(run.case, run.case["swimmers"][0])
     steps = run.trajectory.steps
     window = (steps > steps[-1] - swimmer.period) & (steps <= steps[-1])
@@ -200,7 +200,7 @@ def sweeps_of(runs: Sequence[RunRecord]) -> dict[str, list[RunRecord]]:
     sweeps: dict[str, list[RunRecord]] = {}
     for run in runs:
         varied = [key.rpartition(".")[2] for key in run.sweep.values]
-        is_of_three_beads = [swimmer.is_three_beads for swimmer in run.swimmers()] == [True]
+        is_of_three_beads = [swimmer.is_three_beads for swimmer in run.swimmers] == [True]
         if varied == ["stiffness_N_per_m"] and is_of_three_beads and run.case["fluid"]["solver"] == "vacuum":
             sweeps.setdefault(run.sweep.name, []).append(run)
     return sweeps

@@ -16,7 +16,7 @@ def comparison_rows(runs: Sequence[RunRecord]) -> list[Row]:
     return [
         (number, name, figures)
         for number, run in enumerate(runs)
-        for name, figures in [(swimmer.name, compared(swimmer.figures)) for swimmer in run.swimmers()] or [("", {})]
+        for name, figures in [(swimmer.name, compared(swimmer.figures)) for swimmer in run.swimmers] or [("", {})]
     ]
 
 

@@ -184,8 +184,7 @@ def _place_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
     samples = _samples(run, window)
     place = run.trajectory.of(body.name)["position_m"][samples[: max(1, len(samples) - 1)]].mean(axis=0)
     lengths = np.array(run.case["fluid"]["domain_cells"]) * run.cell_size_m
-    periodic = [(run.case["fluid"].get("boundaries") or {}).get(axis) == "periodic" for axis in _AXES]
-    return np.where(periodic, np.mod(place, lengths), place)
+    return np.where(run.is_periodic, np.mod(place, lengths), place)
 
 
 def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) -> np.ndarray:

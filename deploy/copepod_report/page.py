@@ -11,9 +11,10 @@ from copepod_report.comparison import cell_texts, comparison_columns, comparison
 from copepod_report.run_record import RunRecord
 from copepod_report.sweeps import parameter_columns
 from copepod_run.checkout import called_as
-from copepod_run.figures import MOST_TABLES, Figure, measured, number_text, reason_without_rows, run_rows
-from copepod_run.figures import swarm_rows, swimmer_rows
+from copepod_run.figures import MOST_TABLES, Figure, compared, measured, number_text, reason_without_rows
+from copepod_run.figures import run_rows, swarm_rows, swimmer_rows
 
+_MOST_ROWS = 500  # of a table of swimmers
 _STYLE = Path(__file__).with_name("page.css").read_text()
 
 
@@ -53,10 +54,13 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     if run.sweep.values and not figures:
         parts.append(f"<p>Its own figures: {called_as()} report {escape(shlex.quote(str(run.directory)))}</p>")
     entries = measured(run.summary)
-    parts += [_swimmer_table(entry) for entry in entries if len(entries) <= MOST_TABLES]
+    if len(entries) <= MOST_TABLES:
+        parts += [_swimmer_table(entry) for entry in entries]
     swarm = [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]
     if swarm:
-        parts.append(f"<h3>{len(run.swimmers())} swimmers</h3>" + table(("in their last full cycles", "", ""), swarm))
+        parts.append(f"<h3>{len(run.swimmers)} swimmers</h3>" + table(("in their last full cycles", "", ""), swarm))
+    if len(entries) > MOST_TABLES:
+        parts.append(_table_of_all(entries))
     return "\n".join([*parts, '<div class="figures">', *figures, f"</div>{closing}</section>"])
 
 
@@ -76,7 +80,7 @@ def comparison_section(runs: Sequence[RunRecord], anchors: Sequence[str], figure
     body = ""
     for number, swimmer_name, cells in rows:
         run = runs[number]
-        shown = f"<small>{escape(swimmer_name)}</small>" if len(run.swimmers()) > 1 else ""
+        shown = f"<small>{escape(swimmer_name)}</small>" if len(run.swimmers) > 1 else ""
         label = f'<td><a href="#{anchors[number]}">{escape(run.name)}</a>{shown}</td>'
         parameters = [number_text(run.sweep.values[key]) if key in run.sweep.values else "" for key in swept]
         values = "".join(f"<td>{escape(text)}</td>" for text in parameters)
@@ -98,6 +102,21 @@ def _compared_cell(figure: Figure | None) -> str:
         return "<td></td>"
     ours, *beside = cell_texts(figure)
     return f"<td>{escape(ours)}{''.join(f'<small>{escape(text)}</small>' for text in beside)}</td>"
+
+
+def _table_of_all(swimmers: Sequence[Mapping[str, Any]]) -> str:
+    """A row for each of many swimmers, closed until the reader opens it; empty if none was analysed."""
+    rows = [(0, swimmer["name"], compared(swimmer)) for swimmer in swimmers[:_MOST_ROWS]]
+    columns = comparison_columns(rows)
+    if not columns:
+        return ""
+    texts = [
+        [name, *(number_text(figures[key].ours) if key in figures else "" for key, _ in columns)]
+        for _, name, figures in rows
+    ]
+    title = "Every swimmer" if len(rows) == len(swimmers) else f"The first {len(rows)} of {len(swimmers)} swimmers"
+    content = table(["swimmer", *(heading for _, heading in columns)], texts)
+    return f"<div><details><summary>{title}</summary>{content}</details></div>"
 
 
 def _swimmer_table(swimmer: Mapping[str, Any]) -> str:

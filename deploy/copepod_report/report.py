@@ -7,12 +7,14 @@ from typing import Any
 
 from copepod_report import comparison, cycles, flow, motion_plots, page, view
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart
-from copepod_report.style import DARK, LIGHT, Theme, picture_of
+from copepod_report.style import DARK, LIGHT, Theme, laid_out_like, picture_of
 from copepod_report.swarm import Swarm
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import MOST_TABLES
 from copepod_run.names import distinct_words
+
+_MOST_DRAWN = 12  # runs of a sweep whose own figures are drawn
 
 
 class Canvas:
@@ -25,14 +27,13 @@ class Canvas:
 
     def draw(self, name: str, draw: Callable[[Theme], Any], caption: str, wide: bool = False) -> list[str]:
         """One plot in both themes as a list of one HTML figure, empty without a plot; the light one is NAME.png, …"""
-        pictures = {}
-        for theme in (LIGHT, DARK):
-            drawn = draw(theme)
-            if drawn is None:
-                return []
-            pictures[theme.name] = picture_of(drawn, "png", caption)
-            for kind in self._formats if theme is LIGHT and self.folder else ():
-                self.write(f"{name}.{kind}", pictures["light"] if kind == "png" else picture_of(drawn, kind, caption))
+        light = draw(LIGHT)
+        if light is None:
+            return []
+        pictures = {LIGHT.name: picture_of(light, "png", caption)}
+        pictures[DARK.name] = picture_of(laid_out_like(draw(DARK), light), "png", caption)
+        for kind in self._formats if self.folder else ():
+            self.write(f"{name}.{kind}", pictures["light"] if kind == "png" else picture_of(light, kind, caption))
         return [page.figure(pictures, caption, wide)]
 
     def write(self, name: str, content: bytes) -> Path:
@@ -124,7 +125,7 @@ def _write_page(
         sections.append(page.comparison_section(runs, anchors, figures))
     sections += chapters
     for run, anchor in zip(runs, anchors):
-        is_one_of_many = len(runs) > MOST_TABLES and run.sweep.values  # whose figures are drawn on request
+        is_one_of_many = len(runs) > _MOST_DRAWN and run.sweep.values  # whose figures are drawn on request
         figures = []
         if not is_one_of_many:
             figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, additions, flow_view)]
@@ -146,9 +147,9 @@ def _names(directories: Sequence[str]) -> str:
 def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Additions, flow_view: flow.View) -> list[str]:
     """HTML of all plots of a run; each is also written as files."""
     figures = []
-    few = len(run.swimmers()) <= MOST_TABLES
+    few = len(run.swimmers) <= MOST_TABLES
     has_motion = len(run.trajectory) > 1
-    for swimmer in run.swimmers() if few else []:
+    for swimmer in run.swimmers if few else []:
         if swimmer.is_three_beads and has_motion:
             figures += _figures_of_swimmer(swimmer, canvas, f"{prefix}_{swimmer.name}", additions)
     for name, measured in run.cycles.items() if few else []:
@@ -161,7 +162,7 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
     if not few and has_motion:
         for name, draw, caption in Swarm(run).figures():
             figures += canvas.draw(f"{prefix}_{name}", draw, caption, wide=name == "swarm")
-    if not run.swimmers() and has_motion:
+    if not run.swimmers and has_motion:
         figures += canvas.draw(
             f"{prefix}_bodies", lambda theme: motion_plots.displacements(run, theme), "Displacements of all bodies."
         )

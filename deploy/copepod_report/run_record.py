@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -98,6 +99,14 @@ class RunRecord:
         """(metres per unit, name): cells where there is a lattice, else micrometres."""
         return (self.cell_size_m, "cells") if self.cell_size_m else (1e-6, "µm")
 
+    @property
+    def is_periodic(self) -> tuple[bool, bool, bool]:
+        """Along x, y and z; a case names an axis or, once it is resolved, both of its faces."""
+        boundaries = at(self.case, "fluid.boundaries") or {}
+        kinds = [boundaries.get(axis) for axis in "xyz"]
+        x, y, z = ((kind.get("low") if isinstance(kind, dict) else kind) == "periodic" for kind in kinds)
+        return x, y, z
+
     def arms_of(self, name: str) -> list[str]:
         """The ends of each arm of a swimmer or group: «A–B»."""
         arms = [at(entry, "kinematics.arms") or [] for entry in measured(self.summary) if entry["name"] == name]
@@ -106,7 +115,7 @@ class RunRecord:
 
     def bodies(self) -> "list[Body]":
         """Those that are in the trajectory, in its order."""
-        shapes = {f"{s.name}.{name}": bead for s in self.swimmers() for name, bead in zip(s.bead_names, s.beads)}
+        shapes = {f"{s.name}.{name}": bead for s in self.swimmers for name, bead in zip(s.bead_names, s.beads)}
         shapes |= {section["name"]: section for section in self.case.get("bodies") or []}
         return [
             Body(name, shapes[name]["radius_m"], shapes[name].get("length_m") or 0.0, number)
@@ -117,7 +126,7 @@ class RunRecord:
     def parameters(self) -> str:
         """What a caption has to give: case, radius, cell size, step, relaxation time, period, Reynolds number."""
         radii = sorted({body.radius_m for body in self.bodies()})
-        periods = {swimmer.period for swimmer in self.swimmers() if swimmer.period}
+        periods = {swimmer.period for swimmer in self.swimmers if swimmer.period}
         reynolds = [at(entry, "Re_swim") or at(entry, "kinematics.Re") for entry in measured(self.summary)]
         step_s, relaxation_time = self.summary.get("step_s"), at(self.case, "fluid.relaxation_time")
         entries = [
@@ -130,6 +139,7 @@ class RunRecord:
         ]
         return ", ".join([self.name, *(f"{what} {text}" for what, text in entries if text)])
 
+    @cached_property
     def swimmers(self) -> "list[SwimmerRecord]":
         return [SwimmerRecord(self, section) for section in self.case.get("swimmers") or []]
 

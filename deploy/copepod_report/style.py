@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure  # not pyplot, which would choose the backend of a notebook
 from matplotlib.colors import LinearSegmentedColormap
 
@@ -56,6 +57,15 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
     return figure, axes
 
 
+def laid_out_like(figure: Any, drawn: Any) -> Any:
+    """The figure with its axes where those of an equal one that has been drawn are: finding room for the text of the
+    axes takes as long as drawing them."""
+    figure.set_layout_engine("none")
+    for axes, equal in zip(figure.axes, drawn.axes):
+        axes.set_position(equal.get_position(original=True))
+    return figure
+
+
 def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
     look = {"fontsize": 9, "labelcolor": theme.ink, "frameon": False, "borderaxespad": 0.2}
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look)
@@ -80,12 +90,10 @@ def picture_of(figure: Any, kind: str, description: str = "") -> bytes:
         **_WITHOUT_DATE[kind],
         **({_DESCRIPTION[kind]: description} if description else {}),
     }
+    if kind == "png":
+        figure.set_dpi(RESOLUTION)
+        FigureCanvasAgg(figure).print_png(stream, metadata=metadata)  # savefig would go through the figure twice
+        return stream.getvalue()
     with matplotlib.rc_context(settings):
-        figure.savefig(
-            stream,
-            format=kind,
-            dpi=RESOLUTION if kind == "png" else _PRINT_RESOLUTION,
-            facecolor=figure.get_facecolor(),
-            metadata=metadata,
-        )
+        figure.savefig(stream, format=kind, dpi=_PRINT_RESOLUTION, facecolor=figure.get_facecolor(), metadata=metadata)
     return stream.getvalue()

@@ -27,15 +27,15 @@ class Swarm:
     def __init__(self, run: RunRecord) -> None:
         self.run = run
         number = {body: place for place, body in enumerate(run.trajectory.bodies)}
-        beads = [[number[f"{s.name}.{bead}"] for bead in s.bead_names] for s in run.swimmers()]
+        beads = [[number[f"{s.name}.{bead}"] for bead in s.bead_names] for s in run.swimmers]
         places = run.trajectory.all_of("position_m")
         self.time_s = run.trajectory.time_s
         self.centroids_m = np.stack([places[:, group].mean(axis=1) for group in beads], axis=1)
         self.has_axes = all(len(group) > 1 for group in beads)
         ends = places[:, [group[-1] for group in beads]] - places[:, [group[0] for group in beads]]
         self.axes = ends / np.maximum(np.linalg.norm(ends, axis=2, keepdims=True), 1e-300)
-        has_all = all(s.name in run.cycles for s in run.swimmers())  # of their first cycle, in a run that continues
-        measured = [run.cycles[s.name] for s in run.swimmers()] if has_all else []
+        has_all = all(s.name in run.cycles for s in run.swimmers)  # of their first cycle, in a run that continues
+        measured = [run.cycles[s.name] for s in run.swimmers] if has_all else []
         cycles = min((len(each["cycle"]) for each in measured), default=0)
         self.along = np.array([each["u_along_m_per_s"][:cycles] for each in measured]).reshape(len(measured), cycles).T
         self.moved_m = [centroids_m(each)[: cycles + 1] for each in measured] if cycles > 3 else []

@@ -17,6 +17,7 @@ _VECTORS = {
     "torque_N_m": ("tx_N_m", "ty_N_m", "tz_N_m"),
     "driving_N": ("drive_fx_N", "drive_fy_N", "drive_fz_N"),
 }
+_MOTION = ("position_m", "orientation_wxyz", "velocity_m_per_s", "driving_N")  # what a report draws: one pass for all
 
 
 class Trajectory:
@@ -40,13 +41,15 @@ class Trajectory:
         self._column = {name: number for number, name in enumerate(header)}
         self.names = header
         self.bodies = _first_names(self._text, self._column["body"]) if header else []
-        self._values: dict[str, np.ndarray] = {}
-        values = self.columns(("step", "time_s", *_VECTORS["position_m"]))
+        widths = [len(_VECTORS[quantity]) for quantity in _MOTION]
+        columns = [column for quantity in _MOTION for column in _VECTORS[quantity]]
+        values = self.columns(("step", "time_s", *columns))
         if len(values) == 0 and not may_be_empty:
             raise ValueError("it holds no sample")
         self.steps = values[:, :1, 0].ravel().astype(np.int64)
         self.time_s = values[:, :1, 1].ravel()
-        self._values["position_m"] = values[..., 2:]
+        parts = np.split(values[..., 2:], np.cumsum(widths)[:-1], axis=2)
+        self._values: dict[str, np.ndarray] = dict(zip(_MOTION, parts))
 
     def of(self, body: str) -> Mapping[str, np.ndarray]:
         return _OfBody(self, self.bodies.index(body))

@@ -166,7 +166,7 @@ _SWARM_ROWS = (
 )
 
 # a table for each swimmer up to this number, for all together beyond it
-MOST_TABLES = 12
+MOST_TABLES = 6
 
 # columns beside our own: key of a swimmer's summary, heading
 _OTHER_COLUMNS = (("as_in_paper", "paper's way"), ("published", "published"))

@@ -174,7 +174,7 @@ def _family(pid: int) -> list[int]:
 
 
 def _state(pid: int) -> str | None:
-    """One letter as in ps: R, S, D, T (stopped by a signal), Z; None if there is no such process."""
+    """One letter as in ps: R, S, D, T (stopped by a signal), Z; None if the process does not exist."""
     try:
         return Path("/proc", str(pid), "stat").read_text().rpartition(")")[2].split()[0]
     except OSError:

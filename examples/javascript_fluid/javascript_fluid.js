@@ -5,7 +5,6 @@
 import { randomBytes } from "node:crypto";
 import { appendFileSync, readFileSync, writeFileSync } from "node:fs";
 import { hostname } from "node:os";
-import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { createXXHash3 } from "hash-wasm";
 import protobuf from "protobufjs";
@@ -47,7 +46,7 @@ class StokesDrag {
 // ---- Frames
 const proto = process.env.COPEPOD_PROTO ?? new URL("../../proto", import.meta.url).pathname;
 const root = new protobuf.Root();
-root.resolvePath = (_, file) => join(proto, file);
+root.resolvePath = (_, file) => `${proto}/${file}`;
 await root.load("copepod/v1/envelope.proto", { keepCase: true });
 const Envelope = root.lookupType("copepod.v1.Envelope");
 const xxh3 = await createXXHash3();
@@ -84,10 +83,6 @@ const isOf = (session, { session_id, epoch }) => session?.session_id.equals(sess
 const ANY = 0; // of the field output, which this fluid does not announce
 const LENGTHS = { boundaries: 6, orientation_wxyz: 4, quantities: ANY, region_cells: ANY }; // else 3, of each body
 
-function checkText(text, name) {
-  if (Buffer.byteLength(text) > 4096) throw refused(`${name} has more than 4096 bytes`);
-}
-
 function checkFields(message, bodies = 1) {
   for (const { name, type, repeated, resolvedType } of message.$type.fieldsArray.map((field) => field.resolve())) {
     const entries = repeated ? message[name] : [message[name]];
@@ -99,7 +94,7 @@ function checkFields(message, bodies = 1) {
         if (!entry || !(entry in resolvedType.valuesById)) throw refused(`${name} has the unknown value ${entry}`);
       } else if (resolvedType && entry) checkFields(entry);
       else if (type === "double" && !Number.isFinite(entry)) throw refused(`${name} is not finite`);
-      else if (type === "string") checkText(entry, name);
+      else if (type === "string" && Buffer.byteLength(entry) > 4096) throw refused(`${name} has more than 4096 bytes`);
     }
   }
 }
@@ -196,7 +191,7 @@ function serve(options) {
     }
     if (name === "Summarise") return ["summary", { digest: String(solver.steps), ranks: 1 }];
     if (name === "Finish") return ["finished", {}];
-    checkText(body.path, "path");
+    checkFields(body);
     try {
       name === "Save" ? solver.save(body.path) : solver.restore(body.path);
     } catch ({ message }) {

@@ -16,7 +16,7 @@ from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
 from copepod_report.flow import View, choose, draw, strongest_plane
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
-from copepod_report.style import LIGHT, picture_of
+from copepod_report.style import DARK, LIGHT, laid_out_like, picture_of
 from copepod_report.swarm import Swarm
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import Stop
@@ -334,6 +334,21 @@ class Report(CommandTest):
         self.assertEqual(strongest_plane(still, np.array([1.0, 0, 2.0])), (2, 0))
         self.assertEqual(set(strongest_plane(still[:1], np.array([0, 0, 1.0]))), {0, 1})  # a slice normal to z
 
+    def test_axes_are_periodic_in_both_ways_of_writing_them(self):
+        write_run(self.folder / "run")
+        content = json.loads((self.folder / "run/case.yaml").read_text())
+        pair = {"low": "no_slip", "high": {"velocity_m_per_s": [1, 0, 0]}}
+        content["case"]["fluid"]["boundaries"] = {
+            "x": "periodic",
+            "y": pair,
+            "z": {"low": "periodic", "high": "periodic"},
+        }
+        (self.folder / "run/case.yaml").write_text(json.dumps(content))
+        trajectory = self.folder / "run/trajectory.csv"
+        trajectory.write_text(trajectory.read_text().replace(",1e-05,1.2e-05,", ",3.1e-05,1.2e-05,"))
+        self.assertEqual(RunRecord(self.folder / "run", read_case).is_periodic, (True, False, True))
+        self.assertAlmostEqual(self.chosen(plane="yz").at_m, 11e-6, delta=1e-9)  # not 31 µm, beyond the domain
+
     def test_flow_of_a_part_of_the_domain_is_drawn_where_it_is(self):
         write_run(self.folder / "run")
         with h5py.File(self.folder / "run/fields.h5", "r+") as file:
@@ -351,6 +366,19 @@ class Report(CommandTest):
         for beginning in ("100 swimmers from the side", "Order of 100 swimmers", "Mean-square displacement"):
             self.assertEqual(sum(caption.startswith(beginning) for caption in captions), 1, captions)
         self.assertLess(len(text), 3e6)
+
+    def test_more_than_six_swimmers_share_a_table(self):
+        for count, headings in ((6, 6), (7, 0)):
+            folder = self.folder / f"run{count}"
+            write_swarm(folder, swimmers=count)
+            summary = json.loads((folder / "summary.json").read_text())
+            for number, entry in enumerate(summary["swimmers"]):
+                entry["u_swim_lattice"] = 0.001 * number
+            (folder / "summary.json").write_text(json.dumps(summary))
+            text = page_of(folder, read_case)
+            self.assertEqual(text.count("<h3>"), headings)
+            self.assertEqual(len(re.findall(r"<tr><td>s\d</td>", text)), 0 if headings else count)
+            self.assertEqual("<tr><td>s5</td><td>0.005</td></tr>" in text, not headings)
 
     def test_figures_of_a_swarm_hold_what_its_trajectory_does(self):
         write_swarm(self.folder / "run", swimmers=20)
@@ -374,6 +402,17 @@ class Report(CommandTest):
             self.assertIn(b"a caption", first)
             self.assertNotRegex(first, rb"<dc:date>|/CreationDate")
             self.assertEqual(b">z [\xc2\xb5m]</text>" in first, kind == "svg")
+
+    def test_dark_pictures_are_laid_out_like_the_light_ones(self):
+        write_run(self.folder / "run")
+        run = RunRecord(self.folder / "run", read_case)
+        light, dark = (draw(run, choose(run, View()), theme) for theme in (LIGHT, DARK))
+        before = dark.axes[0].get_position().bounds
+        picture_of(light, "png")
+        picture_of(laid_out_like(dark, light), "png")
+        for first, second in zip(light.axes, dark.axes):
+            np.testing.assert_array_equal(first.get_position().bounds, second.get_position().bounds)
+        self.assertNotEqual(dark.axes[0].get_position().bounds, before)
 
     def test_plots_are_written_in_the_formats_that_are_asked_for(self):
         write_run(self.folder / "run")

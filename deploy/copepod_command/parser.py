@@ -1,0 +1,367 @@
+"""The command line: subcommands and their options, with the texts of --help."""
+
+import argparse
+from typing import Any
+
+from copepod_command import argument_types
+from copepod_run.checkout import called_as, version
+
+_EXIT_CODES = """Exit codes:
+  0 finished, 1 a build, test or conformance check failed, 2 bad case or command line,
+  65 refused by the peer, 69 a component was lost, 70 a solver failed, 73 storage failed, 74 deadline passed,
+  130/143 stopped by a signal"""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of all commands but for what follows --."""
+    parser = argparse.ArgumentParser(
+        prog=called_as(),
+        description="Couples fluids and rigid bodies: one command.",
+        epilog=_epilog("run configs/quick/three_sphere.yaml", "run --help"),
+        formatter_class=_Formatter,
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser)
+    _add_run(commands)
+    _add_check(commands)
+    _add_campaign(commands)
+    _add_report(commands)
+    _add_watch(commands)
+    _add_validate(commands)
+    _add_bench(commands)
+    _add_replay(commands)
+    commands.add_parser("python", help="run Python, or a script, with `import copepod`")
+    commands.add_parser("recording", help="list, count or draw what a run recorded")
+    _add_test(commands)
+    commands.add_parser("conformance", help="check a component against the protocol")
+    _add_setup(commands)
+    _add_completion(commands)
+    _add_manual(commands)
+    return parser
+
+
+def _epilog(*examples: str) -> str:
+    """Examples, and how every command ends."""
+    return "Examples:\n" + "".join(f"  {called_as()} {example}\n" for example in examples) + "\n" + _EXIT_CODES
+
+
+class _Formatter(argparse.HelpFormatter):
+    """Wraps texts, and leaves those with line breaks of their own as they are. Headings as manual pages have them."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return text if "\n" in text else super()._fill_text(text, width, indent)
+
+    def add_usage(self, usage: Any, actions: Any, groups: Any, prefix: str | None = None) -> None:
+        super().add_usage(usage, actions, groups, prefix or "Usage: ")
+
+    def start_section(self, heading: str | None) -> None:
+        super().start_section({"positional arguments": "Arguments", "options": "Options"}.get(heading or "", heading))
+
+
+class _Version(argparse.Action):
+    """Looks for the version only when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        print(f"copepod {version()}")
+        parser.exit()
+
+
+class _CommandParser(argparse.ArgumentParser):
+    """Of one command."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings, formatter_class=_Formatter)
+
+
+def _add_output(parser: argparse.ArgumentParser, what: str) -> None:
+    parser.add_argument("-q", "--quiet", action="store_true", help="only errors on stderr: no progress, no warnings")
+    parser.add_argument("--json", action="store_true", help=f"{what} as JSON on stdout")
+
+
+_Commands = argparse._SubParsersAction  # argparse has no public name for it
+
+
+def _add_run(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "run",
+        help="run a case",
+        epilog=_epilog(
+            "run configs/quick/three_sphere.yaml",
+            "run case.yaml --set fluid.relaxation_time=0.8 --ranks 2 --out runs/coarse",
+            "run case.yaml --out runs/coarse --resume",
+        ),
+        description="Runs a case: builds what is missing, starts and watches the three processes, and prints the "
+        "result table.",
+    )
+    _add_case(parser)
+    parser.add_argument(
+        "--out", metavar="DIR", help="run directory (default: runs/<case>, with a number if that exists)"
+    )
+    beginning = parser.add_mutually_exclusive_group()
+    beginning.add_argument("--resume", action="store_true", help="continue the run in --out, or the case's latest run")
+    beginning.add_argument(
+        "--branch-from",
+        metavar="DIR[:STEP]",
+        help="start this case, in a new folder, from a checkpoint of the run in DIR (default: its newest)",
+    )
+    parser.add_argument(
+        "--restarts",
+        type=argument_types.count,
+        default=0,
+        metavar="N",
+        help="start again up to N times when a component is lost (default: 0)",
+    )
+    parser.add_argument(
+        "--progress",
+        choices=("auto", "json"),
+        default="auto",
+        help="json: one JSON object per line on stderr, for programs; 'event' is its kind (default: auto)",
+    )
+    _add_output(parser, "summary.json with the run directory")
+    parser.set_defaults(action="copepod_command.run:run")
+
+
+def _add_check(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "check",
+        help="validate a case or campaign without running it",
+        epilog=_epilog("check case.yaml", "check case.yaml --set run.steps=1000 --json", "check campaign.yaml"),
+        description="Checks a case, every member of a sweep or every case of a campaign, and prints key figures, "
+        "estimates and warnings. Nothing that a case names is started.",
+    )
+    _add_case(parser)
+    parser.add_argument(
+        "--start-components",
+        action="store_true",
+        help="ask the components that the case names what they can do and need, which starts their commands",
+    )
+    _add_output(parser, "figures, estimates, warnings and problems")
+    parser.set_defaults(action="copepod_command.check:check")
+
+
+def _add_campaign(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "campaign",
+        help="run a list of cases, or continue where it stopped",
+        epilog=_epilog("campaign configs/paper/campaign.yaml --jobs 2"),
+        description="Runs the remaining cases of a campaign, several at once, and writes one result table. Repeat the "
+        "command to continue: finished cases are kept, interrupted ones resume from their checkpoints.",
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of every case"
+    )
+    parser.add_argument("--out", metavar="DIR", help="folder of the campaign (default: runs/<campaign>)")
+    parser.add_argument(
+        "--jobs", type=argument_types.integer, metavar="N", help="cases at once (default: see the campaign)"
+    )
+    parser.add_argument(
+        "--rerun-other-builds",
+        action="store_true",
+        help="run cases again that another build of the programs has finished (default: keep and list them)",
+    )
+    _add_output(parser, "results.json")
+    parser.set_defaults(action="copepod_campaign.campaign:campaign")
+
+
+def _add_case(parser: argparse.ArgumentParser) -> None:
+    """The options that change what the case is."""
+    parser.add_argument("case", metavar="CASE.yaml")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of the case"
+    )
+    parser.add_argument("--ranks", type=argument_types.ranks, metavar="N", help="MPI ranks of the fluid service")
+    parser.add_argument(
+        "--fluid", type=argument_types.command, metavar="CMD", help="command that replaces the fluid service"
+    )
+    parser.add_argument(
+        "--body", type=argument_types.command, metavar="CMD", help="command that replaces the body service"
+    )
+
+
+def _add_report(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "report",
+        help="tables and plots from run directories",
+        epilog=_epilog(
+            "report runs/three_sphere",
+            "report runs/coarse runs/fine --out comparison",
+            "report runs/three_sphere --format pdf svg --plane xz --at 24e-6 --time 12000",
+            "report runs/three_sphere --zoom swimmer --frame B1",
+        ),
+        description="Writes report.html, a page that needs no network, and its plots as files.",
+    )
+    parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory, also of an unfinished run")
+    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report; several runs: report)")
+    parser.add_argument(
+        "--format",
+        nargs="+",
+        choices=("png", "svg", "pdf"),
+        default=["png"],
+        metavar="FORMAT",
+        help="of the plots' files: png, svg, pdf; several are allowed (default: png)",
+    )
+    flow = parser.add_argument_group("picture of the flow", "of runs that recorded one (output.fields)")
+    planes = ("auto", "xy", "xz", "yz", "yx", "zx", "zy")
+    flow.add_argument(
+        "--plane",
+        choices=planes,
+        default="auto",
+        metavar="AXES",
+        help="xy, xz, yz, …: two axes, the horizontal one first (default: the plane that contains the motion)",
+    )
+    flow.add_argument(
+        "--at",
+        type=argument_types.metres,
+        metavar="METRES",
+        help="where the plane is along its normal (default: through the first swimmer or body, else the middle)",
+    )
+    flow.add_argument(
+        "--time",
+        type=argument_types.time,
+        default="auto",
+        metavar="TIME",
+        help="mean, last or the step of a snapshot (default: the mean if there is one, else the last snapshot)",
+    )
+    flow.add_argument("--zoom", default="", metavar="NAME", help="around this swimmer or body (default: everything)")
+    flow.add_argument(
+        "--margin",
+        type=argument_types.metres,
+        metavar="METRES",
+        help="with --zoom: beyond its surface (default: half its length)",
+    )
+    flow.add_argument(
+        "--frame",
+        default="",
+        metavar="NAME",
+        help="subtract the velocity of this swimmer or body (default: the laboratory frame)",
+    )
+    parser.set_defaults(action="copepod_command.report:report")
+
+
+def _add_watch(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "watch",
+        help="a live page of a run",
+        epilog=_epilog("watch runs/three_sphere", "watch runs/three_sphere --port 8000"),
+        description="Serves a page that shows a run while it continues: progress, time left, speeds cycle by cycle and "
+        "the moving bodies in 3-D; at its end also the report. Prints the address, which only this machine can open, "
+        "and stays until Ctrl-C. For a campaign, the page lists its runs.",
+    )
+    parser.add_argument("directory", metavar="DIR", help="run directory, or folder of a campaign")
+    parser.add_argument("--port", type=argument_types.port, default=0, metavar="N", help="port (default: a free one)")
+    parser.set_defaults(action="copepod_command.watch:watch")
+
+
+def _add_validate(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "validate",
+        help="measure the accuracy of the schemes against theory",
+        epilog=_epilog("validate --fast", "validate --cases sphere_array --schemes parabolic"),
+        description="Runs experiments with a reference for every scheme at the surfaces of bodies, several at once, "
+        "and writes accuracy.md with its figures. Runs are kept in runs/validation: repeat the command to continue, or "
+        "to make the page of other cases and schemes; only runs of another build are repeated.",
+    )
+    parser.add_argument(
+        "--cases", nargs="+", metavar="CASE", help="experiments (default: all; an unknown one lists them)"
+    )
+    parser.add_argument("--schemes", nargs="+", metavar="SCHEME", help="schemes (default: all)")
+    parser.add_argument("--fast", action="store_true", help="a few points of each case")
+    parser.add_argument(
+        "--fluid", type=argument_types.command, metavar="CMD", help="command that replaces the fluid service"
+    )
+    parser.add_argument("--jobs", type=argument_types.integer, metavar="N", help="runs at once (default: one per core)")
+    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: docs/results of the checkout)")
+    parser.set_defaults(action="copepod_command.validate:validate", json=False)
+
+
+def _add_bench(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "bench",
+        epilog=_epilog("bench --quick"),
+        help="measure this machine",
+        description="Measures memory, the fluid alone and coupled runs for a few minutes; prints a table.",
+    )
+    parser.add_argument(
+        "--samples", type=argument_types.integer, default=5, metavar="N", help="samples per median (default: 5)"
+    )
+    parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
+    parser.add_argument(
+        "--exchange", action="store_true", help="only the exchange between processes, beside a plain ZeroMQ echo"
+    )
+    parser.add_argument("--out", metavar="FILE.json", help="write every sample there")
+    parser.set_defaults(action="copepod_bench.bench:bench")
+
+
+def _add_replay(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "replay",
+        epilog=_epilog("replay runs/quick --body -- ./my_body_component", "replay runs/quick --as fluid"),
+        help="replay a recorded run against a component",
+        usage=f"{called_as()} replay RUN_DIR (--fluid | --body | --as ROLE) [options] [-- CMD …]",
+        description="Replays the coupler of a run recorded with output.wire to a component, the one that CMD starts or "
+        "the recorded one, and compares the replies; or (--as) runs the case again with one component replaced by its "
+        "recording. Exit code 0: nothing differs.",
+    )
+    parser.add_argument("directory", metavar="RUN_DIR")
+    which = parser.add_mutually_exclusive_group(required=True)
+    which.add_argument("--fluid", action="store_true", help="to a fluid component")
+    which.add_argument("--body", action="store_true", help="to a body component")
+    which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
+    parser.add_argument(
+        "--tolerance",
+        type=argument_types.tolerance,
+        default=0.0,
+        metavar="X",
+        help="relative difference allowed (default: 0)",
+    )
+    parser.add_argument(
+        "--ranks", type=argument_types.ranks, default=1, metavar="N", help="MPI ranks of our fluid (default: 1)"
+    )
+    parser.add_argument(
+        "--attempt", type=argument_types.integer, metavar="N", help="of a resumed run (default: the last)"
+    )
+    parser.add_argument("--out", metavar="DIR", help="with --as: keep the new run in this directory")
+    parser.set_defaults(action="copepod_command.kit_tools:replay")
+
+
+def _add_test(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "test",
+        epilog=_epilog("test", "test -- -L unit"),
+        help="build and run the test suite",
+        usage=f"{called_as()} test [-- CTEST ARGS]",
+        description="Builds everything and runs ctest; arguments after -- are ctest's, for example: -- -L unit",
+    )
+    parser.set_defaults(action="copepod_command.setup:test")
+
+
+def _add_setup(commands: _Commands) -> None:
+    parser = commands.add_parser("setup", help="install packages and build, nothing else")
+    parser.add_argument("--ci", action="store_true", help="also the packages of .ci/run: clang-tidy, black, gcovr, …")
+    parser.add_argument("--packages-only", action="store_true", help="do not build")
+    parser.set_defaults(action="copepod_command.setup:setup")
+
+
+def _add_completion(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "completion",
+        help="completion of this command for a shell",
+        epilog=_epilog("completion bash > /etc/bash_completion.d/copepod", "completion fish | source"),
+        description="Prints the script with which a shell completes commands, options and files. For one session: "
+        'eval "$(copepod completion bash)".',
+    )
+    parser.add_argument("shell", choices=("bash", "zsh", "fish"))
+    parser.set_defaults(action="copepod_command.documentation:completion")
+
+
+def _add_manual(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "man",
+        help="manual pages",
+        epilog=_epilog("man run", "man --out /usr/local/share/man/man1"),
+        description="Shows the manual page of the command or of one of its subcommands, or writes all of them.",
+    )
+    parser.add_argument("page", nargs="?", metavar="COMMAND", help="subcommand (default: the page of copepod)")
+    parser.add_argument("--out", metavar="FOLDER", help="write copepod.1, copepod-run.1, … there")
+    parser.set_defaults(action="copepod_command.documentation:manual")
