@@ -1,7 +1,7 @@
 #include <string>
 
 #include "config/checks/checks.hpp"
-#include "config/checks/geometry.hpp"
+#include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
 #include "contract/number_text.hpp"
 

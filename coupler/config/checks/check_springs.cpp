@@ -7,8 +7,8 @@
 #include <Eigen/Geometry>
 
 #include "config/checks/checks.hpp"
-#include "config/checks/geometry.hpp"
 #include "config/checks/spring_stability.hpp"
+#include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
 #include "contract/number_text.hpp"
 

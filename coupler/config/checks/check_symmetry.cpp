@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "config/checks/checks.hpp"
-#include "config/checks/geometry.hpp"
+#include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
 #include "contract/number_text.hpp"
 

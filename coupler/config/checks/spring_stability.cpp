@@ -9,7 +9,7 @@
 
 #include <Eigen/Geometry>
 
-#include "config/checks/geometry.hpp"
+#include "config/placement/geometry.hpp"
 
 namespace copepod::coupler {
 namespace {

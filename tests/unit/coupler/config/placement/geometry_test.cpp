@@ -1,4 +1,4 @@
-#include "config/checks/geometry.hpp"
+#include "config/placement/geometry.hpp"
 
 #include <algorithm>
 #include <cmath>
