@@ -15,7 +15,8 @@ REFERENCE = (
     "([decision](../decisions/virtual_mass.md)). Terminal velocity: that of the sphere of the fluid's density, in a "
     "closed box of four radii and 16 cells, at 1e-4 cells per step without walls. Start: the exact velocity of a "
     "sphere in an unbounded fluid, with Stokes drag, added mass and Basset's history force [Maxey and Riley, Phys. "
-    "Fluids 26, 1983], in a periodic cube of 64 cells, in which the fluid feels the opposite force."
+    "Fluids 26, 1983], in a periodic cube of 64 cells (R = 4, τ ≤ 1) or 128, in which the fluid feels the opposite "
+    "force."
 )
 BODIES = {
     "own": "own",
@@ -39,7 +40,8 @@ class Point:
     @property
     def cells(self) -> int:
         """Along an edge of the cube."""
-        return 64 if self.kind == "start" else 16 + 4 * int(self.radius)
+        wide = self.radius > 4 or self.tau > 1  # images felt sooner
+        return (128 if wide else 64) if self.kind == "start" else 16 + 4 * int(self.radius)
 
     @property
     def resistance(self) -> float:
@@ -48,18 +50,31 @@ class Point:
 
 LABEL = "{0.kind}_r{0.radius:g}_tau{0.tau:.3g}_{0.bodies}_density{0.density:g}"
 POINTS: list[Point] = []
-FAST = [Point("start", 0.01, tau) for tau in (0.55, 2.0)]
-_STARTS = [Point("start", density, tau) for tau in _NEUTRAL for density in _DENSITIES[:-1]]
-MORE = {
-    "central_linear": [
-        *(Point("terminal", density, tau) for tau in _NEUTRAL for density in _DENSITIES),
-        *(Point("terminal", 0.01, tau, bodies=bodies) for bodies in ("Bullet", "Python") for tau in (0.55, 2.0)),
-        *(Point("terminal", density, tau, radius=8.0) for tau in (2 / 3, 2.0) for density in (0.01, 1.0)),
-        *_STARTS,
-        *(Point("start", 0.01, tau, bodies="Python") for tau in _NEUTRAL),
-    ],
-    "parabolic": _STARTS,
-}
+FAST = [Point("start", 0.01, tau) for tau in (0.55, 1.0)]
+_CHOSEN = [
+    *(Point("terminal", density, tau) for tau in _NEUTRAL for density in _DENSITIES),
+    *(Point("terminal", 0.01, tau, bodies=bodies) for bodies in ("Bullet", "Python") for tau in (0.55, 2.0)),
+    *(Point("terminal", density, tau, radius=8.0) for tau in (2 / 3, 2.0) for density in (0.01, 1.0)),
+    *(Point("start", density, tau) for tau in _NEUTRAL for density in _DENSITIES[:-1]),
+    *(Point("start", 0.01, tau, bodies="Python") for tau in _NEUTRAL),
+]
+_ALL_BODIES = [
+    *(
+        Point("terminal", density, tau, bodies=bodies)
+        for bodies in ("Bullet", "Python")
+        for tau in (0.55, 2.0)
+        for density in (1.0, 100.0)
+    ),
+    *(Point("terminal", density, tau, radius=8.0) for tau in _NEUTRAL for density in _DENSITIES),
+    *(Point("start", density, tau, radius=8.0) for tau in _NEUTRAL for density in (0.01, 1.0, 10.0)),
+    *(
+        Point("start", density, tau, bodies=bodies)
+        for bodies in ("Bullet", "Python")
+        for tau in (0.55, 2.0)
+        for density in (0.01, 10.0)
+    ),
+]
+MORE = {"central_linear": _CHOSEN, "parabolic": list(dict.fromkeys(_CHOSEN + _ALL_BODIES))}
 
 
 def case_of(point: Point) -> CaseDict:
@@ -121,7 +136,7 @@ def section(results: Results[float]) -> Section:
         "relaxation is longer than the run.",
         "start": "Largest deviation of the start over the steps 100 to 300, relative to the velocity there [%]. Heavy "
         "spheres, which move without virtual mass, deviate as much as light ones: what is left is the error of the "
-        "fluid at four cells per radius and of the images, not of the coupling.",
+        "fluid and of the images, not of the coupling.",
     }
     tables = []
     for kind in dict.fromkeys(point.kind for _, point, _ in results):
