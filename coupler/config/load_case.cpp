@@ -128,44 +128,6 @@ ordered_json resolved_output(const OutputCase& output) {
           {"trace", name_of(switch_names, output.trace)}};
 }
 
-ServicesCase read_services(Reader services) {
-  ServicesCase result;
-  {
-    Reader fluid = services.section("fluid");
-    const std::int64_t ranks = fluid.integer("ranks", Range::positive, 1);
-    constexpr std::int64_t most_ranks = 1'000'000;
-    if (ranks > most_ranks) {
-      fluid.reject("ranks", "is " + std::to_string(ranks) + " (no machine has so many). Give the number of processes.");
-    }
-    result.fluid_ranks = static_cast<int>(std::min(ranks, most_ranks));
-    result.fluid_command = fluid.command("command");
-  }
-  {
-    Reader body = services.section("body");
-    result.body_command = body.command("command");
-  }
-  result.transport = services.text("transport", "ipc");
-  if (result.transport != "ipc" && result.transport != in_process_transport &&
-      !result.transport.starts_with("tcp://")) {
-    services.reject("transport", "is '" + result.transport +
-                                     "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
-  }
-  result.connect_deadline_s = services.number("connect_deadline_s", Range::positive, 60.0);
-  result.progress_deadline_s = services.number("progress_deadline_s", Range::positive, 60.0);
-  const bool has_network = result.transport.starts_with("tcp://");  // which may be cut for a while
-  result.silence_s = services.number("silence_s", Range::positive, has_network ? 30.0 : 3.0);
-  return result;
-}
-
-ordered_json resolved_services(const ServicesCase& services) {
-  return {{"fluid", {{"ranks", services.fluid_ranks}, {"command", services.fluid_command}}},
-          {"body", {{"command", services.body_command}}},
-          {"transport", services.transport},
-          {"connect_deadline_s", services.connect_deadline_s},
-          {"progress_deadline_s", services.progress_deadline_s},
-          {"silence_s", services.silence_s}};
-}
-
 /// `none`, `auto` (absent), or a number.
 std::optional<double> read_number_or_auto(Reader& section, const char* key, const char* default_word,
                                           const char* number_of) {

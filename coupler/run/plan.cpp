@@ -169,6 +169,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
       {"body",
        {{"solver", name_of(body_solver_names, the_case.body.solver)},
         {"command", command(the_case.services.body_command)}}},
+      {"hosts", the_case.services.hosts},
       {"transport", the_case.services.transport},
       {"silence_s", the_case.services.silence_s}};
   plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},

@@ -2,6 +2,7 @@
 
 import argparse
 import functools
+import json
 import math
 
 
@@ -10,6 +11,11 @@ def command(text: str) -> str:
     if not text.strip():
         raise argparse.ArgumentTypeError("the command is empty (a variable that is not set?). Name a program.")
     return text
+
+
+def hosts(text: str) -> str:
+    """The setting of the case that the hosts between commas stand for."""
+    return f"services.hosts={json.dumps(text.split(','))}"
 
 
 def integer(text: str, least: int = 1, what: str = "number") -> int:

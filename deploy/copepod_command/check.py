@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 
 from copepod_campaign import check as campaign_check
 from copepod_campaign.campaign import item_of_sweep
-from copepod_run import build, components, estimate
+from copepod_run import build, components, estimate, hosts
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.estimate import Findings, Memory
 from copepod_run.plan import CampaignPlan, Plan, request
@@ -84,8 +84,8 @@ def _named_by_case(plan: Plan, options: Namespace) -> frozenset[str]:
 
 
 def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> list[tuple[str, str]]:
-    """Memory, disk and time of the run."""
-    rows = []
+    """What runs where, memory, disk and time of the run."""
+    rows = [(f"on {host}", what) for host, what in hosts.table(plan)]
     if memory:
         parts = ", ".join(part.text() for part in memory)
         rows.append(("memory", f"{sum(part.total for part in memory) / 2**20:.0f} MiB ({parts})"))
@@ -96,11 +96,11 @@ def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> list[tuple[str, str]
 
 def _rank_warnings(plan: Plan) -> list[str]:
     cores = len(os.sched_getaffinity(0))
-    if plan.fluid_ranks <= cores:
+    ranks = hosts.placement(plan)[0].ranks if plan.hosts else plan.fluid_ranks
+    if ranks <= cores:
         return []
     return [
-        f"warning: {plan.fluid_ranks} fluid ranks share {cores} core(s) (slower than one rank per core). "
-        f"Use --ranks {cores}."
+        f"warning: {ranks} fluid ranks share {cores} core(s) (slower than one rank per core). " f"Use --ranks {cores}."
     ]
 
 

@@ -172,6 +172,14 @@ def _add_case(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--ranks", type=argument_types.ranks, metavar="N", help="MPI ranks of the fluid service")
     parser.add_argument(
+        "--hosts",
+        type=argument_types.hosts,
+        action="append",
+        dest="set",
+        metavar="A,B:N,…",
+        help="hosts and their ranks of the fluid (default: 1 each); the first one is this machine",
+    )
+    parser.add_argument(
         "--fluid", type=argument_types.command, metavar="CMD", help="command that replaces the fluid service"
     )
     parser.add_argument(

@@ -9,7 +9,7 @@ import sys
 from argparse import Namespace
 from contextlib import ExitStack
 
-from copepod_run import components, progress
+from copepod_run import components, hosts, progress
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.launcher import Launcher, Process
 from copepod_run.local_launcher import LocalLauncher
@@ -45,13 +45,21 @@ class Attempt:
             signals = stack.enter_context(SignalRecorder())
             scratch = Scratch(self._directory.path)
             stack.callback(scratch.close)
-            keys = scratch.keys(self._plan.transport)
-            mark = secrets.token_hex(16)
-            launcher = LocalLauncher(mark, scratch.folders, [self._directory.lock, *scratch.locks])
-            stack.callback(launcher.close)
-            endpoint, token = scratch.endpoint(self._plan.transport), secrets.token_hex(16)
-            connection = components.Connection(endpoint, token, keys, self._directory.path / "logs")
+            mark, locks = secrets.token_hex(16), [self._directory.lock, *scratch.locks]
             environment = components.environment(mark, scratch, self._plan.fluid_ranks)
+            launcher: LocalLauncher
+            if hosts.others(self._plan):
+                from copepod_run.hosts_launcher import HostsLauncher  # runs on one machine start without it
+
+                launcher = HostsLauncher(mark, scratch, locks, self._plan)
+                stack.callback(launcher.close)
+                keys, endpoint = launcher.connect(self._directory.path, components.fluid_program(self._plan)[0])
+                environment = launcher.environment(environment)
+            else:
+                keys, endpoint = scratch.keys(self._plan.transport), scratch.endpoint(self._plan.transport)
+                launcher = LocalLauncher(mark, scratch.folders, locks)
+                stack.callback(launcher.close)
+            connection = components.Connection(endpoint, secrets.token_hex(16), keys, self._directory.path / "logs")
             events, writing_end = _pipe(stack)
             try:
                 processes = self._start(launcher, connection, environment, writing_end)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from copepod_run import hosts
 from copepod_run.cleanup import MARK
 from copepod_run.checkout import build_digest, program
 from copepod_run.errors import ExitCode, Stop
@@ -89,7 +90,9 @@ def body_program(plan: Plan) -> list[str]:
 
 def with_ranks(plan: Plan, command: list[str]) -> list[str]:
     """The command of a fluid, behind mpirun where that is needed."""
-    return ["mpirun", "-n", str(plan.fluid_ranks), "--oversubscribe", *command] if _needs_mpirun(plan) else command
+    if not _needs_mpirun(plan):
+        return command
+    return ["mpirun", "-n", str(plan.fluid_ranks), *([] if hosts.others(plan) else ["--oversubscribe"]), *command]
 
 
 def _needs_mpirun(plan: Plan) -> bool:
@@ -107,12 +110,13 @@ def settled(plan: Plan, options: Namespace) -> Plan:
     Raises Stop(2) if a program is missing or the ranks would exhaust the machine, before anything is started.
     """
     _require_programs(plan)
+    hosts.require_first_here(plan)
     own = plan.fluid_command
     if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks or "fluid" in plan.unasked):
         if not announces(own, "mpi"):
             return replace(plan, fluid_ranks=1)
     cores = len(os.sched_getaffinity(0))
-    if _needs_mpirun(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
+    if _needs_mpirun(plan) and not hosts.others(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
         raise Stop(
             ExitCode.BAD_CASE,
             f"{plan.fluid_ranks} fluid ranks are too many (each is a process, and this machine has {cores} core(s)). "

@@ -19,7 +19,7 @@ class Failure:
     code: int
     component: str
     host: str
-    rank: str  # "0", or "0-3" where all ranks ended together
+    rank: str  # "0", or "0-3" where all ranks ended together; empty for a guard
     step: int  # -1: before the first
     reason: str
     log: str = ""  # file to look into, if the reason is not all that is known
@@ -29,10 +29,11 @@ class Failure:
     def sentence(self) -> str:
         """Component, host, rank, step and reason on one line."""
         name = COMPONENTS.get(self.component, self.component)
+        rank = f", rank {self.rank}" if self.rank else ""
         when = "after" if self.is_after_step else "at"
         place = f"{when} step {self.step}" if self.step >= 0 else "before the first step"
         see = f" See its log {self.log}." if self.log else ""
-        return f"{name} on host {self.host}, rank {self.rank}, {place}: {self.reason}{see}"
+        return f"{name} on host {self.host}{rank}, {place}: {self.reason}{see}"
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,12 @@ class Exit:
     output: str = ""
     log: str = ""
     log_file: str = ""
+    reason: str = ""  # why mpirun lost a host
 
 
+_HOST_LOST = re.compile(r"^copepod: host (\S+): (.+)$", re.MULTILINE)  # host_guard.py, host_agent.py
+_DAEMON_LOST = re.compile(r"lost communication with a remote daemon.*? Remote daemon\s*: \S+ on node (\S+)")
+_AGENT_LOST = "ORTE was unable to reliably start one or more daemons"
 _RANK_KILLED = re.compile(r"process rank (\d+) with PID \d+ on node\s+(\S+)\s+exited on\s+signal (\d+)", re.DOTALL)
 _RANK_FAILED = re.compile(r"Process name: \[\[\d+,\d+\],(\d+)\]\s+Exit code:\s+(\d+)", re.DOTALL)
 _LOG_LINE = re.compile(r"^\S+ \S+ (?P<level>\w+) \[.*?\](?: \[step -?\d+\])? (?P<text>.+)$")
@@ -56,11 +61,22 @@ _LOG_LINE = re.compile(r"^\S+ \S+ (?P<level>\w+) \[.*?\](?: \[step -?\d+\])? (?P
 
 def reported_by_mpirun(output: str, host: str) -> Exit | None:
     """Exit of the rank that ended the fluid, if mpirun has reported it."""
-    words = re.sub(r"\s+", " ", output)
+    lost = _HOST_LOST.search(output)
+    words = re.sub(r"\s+", " ", output[: lost.start()] if lost else output)  # what follows is a consequence
     if killed := _RANK_KILLED.search(words):
         return Exit("fluid", signal=int(killed[3]), rank=killed[1], host=killed[2], output=output)
     if failed := _RANK_FAILED.search(words):
         return Exit("fluid", code=int(failed[2]), rank=failed[1], host=host, output=output)
+    return _host_lost_by_mpirun(lost, words, output, host)
+
+
+def _host_lost_by_mpirun(lost: re.Match[str] | None, words: str, output: str, host: str) -> Exit | None:
+    if lost:
+        return Exit("guard", 1, rank="", host=lost[1], output=output, reason=lost[2])
+    if daemon := _DAEMON_LOST.search(words):
+        return Exit("guard", 1, rank="", host=daemon[1], output=output, reason="mpirun lost the connection to it.")
+    if _AGENT_LOST in words:
+        return Exit("guard", 1, rank="", host=host, output=output, reason="mpirun lost the connection to a host.")
     return None
 
 
@@ -98,7 +114,7 @@ def judge(reported: Failure | None, exits: Sequence[Exit], last_step: int, host:
     @param exits      Exits in the order in which they were seen
     @param last_step  last step in the coupler's events, -1 if none
     """
-    killed = next((exit for exit in exits if exit.signal), None)
+    killed = next((exit for exit in exits if exit.signal or exit.reason), None)
     if reported is not None:
         failure = _with_cause(reported, killed, exits, host)
     elif killed and not _is_consequence(killed, exits):
@@ -130,6 +146,10 @@ def _is_consequence(killed: Exit, exits: Sequence[Exit]) -> bool:
 
 
 def _of_killed(exit: Exit, step: int) -> Failure:
+    if exit.reason:
+        return Failure(
+            ExitCode.COMPONENT_LOST, exit.component, exit.host, exit.rank, step, exit.reason, was_killed=True
+        )
     name = signal.Signals(exit.signal).name if exit.signal in set(signal.Signals) else "unknown"
     is_defect = exit.signal in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
     cause = "a defect in the program" if is_defect else "sent by a user or another program"

@@ -65,6 +65,7 @@ CONTINUOUS_INTEGRATION = (
     "nodejs",
     "npm",
     "chromium",
+    "openssh-server",
 )
 # Often installed from elsewhere, in versions that conflict with Debian's: the command is what counts.
 _COMMANDS = {"nodejs": "node", "npm": "npm"}

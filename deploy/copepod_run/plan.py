@@ -29,6 +29,7 @@ class Plan:
     body_solver: str  # "own", "bullet" or "external"
     body_command: list[str] | None  # replaces the body service
     transport: str  # "ipc" or "tcp://host:port"
+    hosts: list[str]  # «name» or «name:ranks»; empty: this machine alone
     silence_s: float  # longest time without an answer between the processes
     requires: dict[str, dict[str, list[str]]]  # role: feature: announcements of which one is enough
     setups: dict[str, str]  # role: what the component receives, in Protocol Buffers, as hexadecimal digits
@@ -161,6 +162,7 @@ def parse_plan(text: str) -> Plan:
             body_solver=services["body"].get("solver", "own"),
             body_command=services["body"].get("command"),
             transport=services["transport"],
+            hosts=services.get("hosts", []),
             silence_s=float(services.get("silence_s", COUPLER_SILENCE_S)),
             requires=plan["requires"],
             setups=plan["setups"],

@@ -5,7 +5,7 @@ import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from typing import IO
 
-from copepod_run.local_launcher import end_with_parent
+from copepod_run.processes import end_with_parent
 from copepod_run.progress import Event, EventReader
 
 

@@ -34,16 +34,15 @@ class Scratch:
         self._run_path = Path(run_path)
         self.sockets = Path(run_path) / ".sockets"
         if len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH:
-            shutil.rmtree(self.sockets, ignore_errors=True)
-            self.sockets.mkdir(mode=0o700)
-            self.folders.append(self.sockets)
+            self._fresh_folder(self.sockets)
         else:
             self.sockets = self._private_folder("/tmp")
         self.mpi_files = self._private_folder("/tmp")
         self.shared_memory = self._private_folder("/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp")
 
-    def keys(self, transport: str) -> dict[str, Path]:
-        """Key file by role if messages use tcp, else none. They are in the run directory, which other hosts see too.
+    def keys(self, transport: str, is_private: bool = False) -> dict[str, Path]:
+        """Key file by role if messages use tcp, else none. They are in the run directory, which other hosts see too;
+        `is_private`: on this host alone.
 
         CURVE (ZeroMQ's encryption, Curve25519): a process without a key cannot listen, and the key of one role is not
         accepted for another. Keys are made for every run and removed with it; no command line contains one.
@@ -52,10 +51,7 @@ class Scratch:
             return {}
         import zmq  # needed by runs over tcp only
 
-        folder = self._run_path / ".keys"
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(mode=0o700)
-        self.folders.append(folder)
+        folder = self.mpi_files if is_private else self._fresh_folder(self._run_path / ".keys")
         pairs = {role: [key.decode() for key in zmq.curve_keypair()] for role in _ROLES}
         files = {}
         for role in _ROLES:
@@ -67,6 +63,12 @@ class Scratch:
     def endpoint(self, transport: str) -> str:
         """Where the coupler listens: a socket in our folder, or the planned tcp address."""
         return f"ipc://{self.sockets}/coupler.ipc" if transport == "ipc" else transport
+
+    def _fresh_folder(self, folder: Path) -> Path:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(mode=0o700)
+        self.folders.append(folder)
+        return folder
 
     def _private_folder(self, where: str) -> Path:
         folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))

@@ -20,12 +20,13 @@ class SlurmScript(TinyRunTest):
         scontrol.write_text(f'#!/bin/sh\necho "$@" >> {self.folder}/scontrol_calls\n')
         scontrol.chmod(0o755)
 
-    def start_job(self, command=COMMAND, **changes):
+    def start_job(self, command=COMMAND, more_variables=(), **changes):
         variables = {
             "PATH": f"{self.folder}/bin:{os.environ['PATH']}",
             "COPEPOD": str(command),
             "SLURM_JOB_ID": "7",
             "SLURM_CPUS_PER_TASK": "1",
+            **dict(more_variables),
         }
         return self.start(SCRIPT, self.case(**changes), environment=variables, program="/bin/bash")
 
@@ -76,6 +77,16 @@ class SlurmScript(TinyRunTest):
         job.process.send_signal(signal.SIGTERM)
         self.assert_ends(job, 143)
         self.assertEqual(self.requeued(), [])
+
+    def test_several_nodes_are_hosts_with_a_rank_per_core(self):
+        scontrol = self.folder / "bin/scontrol"
+        scontrol.write_text('#!/bin/sh\n[ "$*" = "show hostnames n[1-2]" ] && printf "n1\\nn2\\n"\n')
+        command = self.folder / "command"
+        command.write_text('#!/bin/sh\necho "$@" > arguments\n')
+        command.chmod(0o755)
+        nodes = {"SLURM_JOB_NUM_NODES": "2", "SLURM_JOB_NODELIST": "n[1-2]", "SLURM_CPUS_PER_TASK": "4"}
+        self.assert_ends(self.start_job(command, nodes), 0)
+        self.assertIn("--hosts n1:4,n2:4 --out runs/job-7", (self.folder / "arguments").read_text())
 
     def test_exit_code_of_a_run_that_ends_by_itself_is_that_of_the_job(self):
         self.assert_ends(self.start_job(fail=73), 73)

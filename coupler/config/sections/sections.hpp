@@ -109,4 +109,7 @@ E read_solver(Reader& section, const std::array<Choice<E>, N>& names, std::optio
   return E::external;
 }
 
+ServicesCase read_services(Reader services);
+nlohmann::ordered_json resolved_services(const ServicesCase& services);
+
 }  // namespace copepod::coupler

@@ -152,6 +152,18 @@ TEST(Services, AreGivenMoreTimeToAnswerOverANetworkUnlessTheCaseSaysHowMuch) {
   const std::string tcp = "services.transport=tcp://127.0.0.1:5555";
   EXPECT_EQ(load_case(quick, {tcp}).content.services.silence_s, 30.0);
   EXPECT_EQ(load_case(quick, {tcp, "services.silence_s=7"}).content.services.silence_s, 7.0);
+  EXPECT_EQ(load_case(quick, {"services.hosts=[a, b]"}).content.services.silence_s, 30.0);
+}
+
+TEST(Services, HaveTheRanksOfAllHosts) {
+  const std::string quick = std::string(CONFIGS) + "/quick/three_sphere.yaml";
+  const LoadedCase loaded = load_case(quick, {"services.hosts=[a, b.example.org:8, 10.0.0.3:0]"});
+  EXPECT_EQ(loaded.content.services.fluid_ranks, 9);
+  EXPECT_EQ(loaded.content.services.hosts, (std::vector<std::string>{"a", "b.example.org:8", "10.0.0.3:0"}));
+  for (const char* bad : {"[a, a:2]", "[a b]", "[-o]", "[a:x]", "[me@a]", "[a:0]"})
+    EXPECT_THROW(load_case(quick, {std::string("services.hosts=") + bad}), CaseError) << bad;
+  EXPECT_THROW(load_case(quick, {"fluid.solver=vacuum", "services.transport=in_process", "services.hosts=[a]"}),
+               CaseError);
 }
 
 TEST(SolverChoice, TakesACommandInItsOwnLine) {

@@ -1,0 +1,164 @@
+"""The connection to the guard on another host of a run: what it reports, and whether it still does."""
+
+import json
+import os
+import subprocess
+import time
+from collections.abc import Mapping
+from typing import IO, Any
+
+from copepod_run import hosts
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.host_guard import GUARD
+from copepod_run.processes import Wrong, end_with_parent
+
+_READY_WITHIN_S = 30.0
+
+
+class HostConnection:
+    """Ends with this command; the guard then ends everything on that host."""
+
+    def __init__(self, host: str, mark: str, order: Mapping[str, Any]) -> None:
+        """Sends the order at once; wait_until_ready() has the answer."""
+        self.host = host
+        self.wrong: list[Wrong] = []  # what the last answer reported
+        self.address = ""  # of this host as seen from there, empty if unknown
+        self.left: int | None = None  # processes that could not be ended, once the guard has ended the others
+        self._answered = time.monotonic()
+        self._asked = self._received = 0
+        self._rest = b""
+        self._is_ready = self._is_closed = False
+        parent = os.getpid()
+        self._popen = subprocess.Popen(
+            hosts.connecting_command(host, hosts.guard_command(GUARD, mark)),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+            preexec_fn=lambda: end_with_parent(parent, 9),
+        )
+        self.pid = self._popen.pid
+        self._order = {**order, "host": host}
+        for pipe in (self._stdin, self._stdout, self._stderr):
+            os.set_blocking(pipe.fileno(), False)
+        self._send(self._order)
+
+    def wait_until_ready(self) -> None:
+        """Raises Stop(2) if the host cannot take part."""
+        deadline = self._answered + _READY_WITHIN_S
+        while not self._is_ready:
+            self.read()
+            if self._is_closed or time.monotonic() > deadline:
+                why = self.why_closed() if self._is_closed else f"no answer within {_READY_WITHIN_S:.0f} s"
+                raise Stop(
+                    ExitCode.BAD_CASE,
+                    f"host {self.host} cannot be reached ({why}). "
+                    f"It must let you in without questions: ssh -o BatchMode=yes {self.host} true",
+                )
+            time.sleep(0.01)
+
+    def ask(self) -> None:
+        """One question more; answers to earlier ones are read."""
+        self.read()
+        self._asked += 1
+        self._send({"ping": self._asked, "received": self._received})
+
+    @property
+    def is_closed(self) -> bool:
+        return self._is_closed
+
+    @property
+    def silent_s(self) -> float:
+        """Since the last answer."""
+        return time.monotonic() - self._answered
+
+    def forgive(self) -> None:
+        """The silence was ours."""
+        self._answered = time.monotonic()
+
+    def end(self) -> None:
+        """Asks the guard to end everything there."""
+        self._send({"end": True})
+
+    def read(self) -> None:
+        """Takes what has arrived."""
+        while not self._is_closed:
+            try:
+                received = os.read(self._stdout.fileno(), 1 << 16)
+            except BlockingIOError:
+                return
+            self._is_closed = not received
+            *lines, self._rest = (self._rest + received).split(b"\n")
+            for line in lines:
+                self._take(line)
+
+    def why_closed(self) -> str:
+        """The last line of ssh, or how it ended."""
+        try:
+            code: int | None = self._popen.wait(timeout=1)
+        except subprocess.TimeoutExpired:
+            code = None
+        try:
+            lines = (self._stderr.read() or b"").decode(errors="replace").strip().splitlines()
+        except OSError:
+            lines = []
+        if code is not None and code < 0:
+            return f"its connection, process {self.pid}, was killed by signal {-code}"
+        return lines[-1].strip().rstrip(".") if lines else f"the connection ended with code {code}"
+
+    def close(self) -> None:
+        self._popen.kill()
+        self._popen.wait()
+        for pipe in (self._stdin, self._stdout, self._stderr):
+            try:
+                pipe.close()
+            except OSError:
+                pass
+
+    def _take(self, line: bytes) -> None:
+        try:
+            answer = json.loads(line)
+        except ValueError:  # what a login script prints
+            return
+        if not isinstance(answer, dict):
+            return
+        self._answered = time.monotonic()
+        if "ready" in answer:
+            self._check(answer)
+        elif "pong" in answer:
+            self._received = answer["pong"]
+            self.wrong = [Wrong(**wrong) for wrong in answer["wrong"]]
+        elif "ended" in answer:
+            self.left = answer["ended"]
+
+    def _check(self, answer: Mapping[str, Any]) -> None:
+        if answer["problem"]:
+            raise Stop(ExitCode.BAD_CASE, f"host {self.host}: {answer['problem']}")
+        if self._order["build"] not in ("", answer["build"]):
+            raise Stop(
+                ExitCode.BAD_CASE,
+                f"host {self.host}: {self._order['program']} is of another build than here. "
+                "Copy the checkout, or build it there.",
+            )
+        self.address, self._is_ready = answer["address"], True
+
+    def _send(self, words: Mapping[str, Any]) -> None:
+        try:
+            os.write(self._stdin.fileno(), json.dumps(words).encode() + b"\n")
+        except OSError:  # full, because nothing has been read for long, or closed: seen where answers are read
+            pass
+
+    @property
+    def _stdin(self) -> IO[bytes]:
+        assert self._popen.stdin is not None
+        return self._popen.stdin
+
+    @property
+    def _stdout(self) -> IO[bytes]:
+        assert self._popen.stdout is not None
+        return self._popen.stdout
+
+    @property
+    def _stderr(self) -> IO[bytes]:
+        assert self._popen.stderr is not None
+        return self._popen.stderr

@@ -1,0 +1,222 @@
+"""On another host of a run: owns what runs there, reports what is wrong, and ends it with the run or its connection.
+
+    python3 -m copepod_run.host_guard     stdin: the order, one line of JSON; then questions, until it is closed
+
+There are two on every host: one that watches, and one that has started the ranks. Each notices when the other is gone.
+"""
+
+import fcntl
+import hashlib
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from copepod_run.cleanup import COMPONENT, MARK, end_marked, marked_processes, remove_folders
+from copepod_run.processes import ENDED, Looker, adopt_orphans, end_with_parent, state_of
+
+GUARD = "COPEPOD_GUARD"  # in the environment of the guard that watches, with the mark of the run
+STARTER = "COPEPOD_STARTER"  # the same of the one that starts
+_LOOK_EVERY_S = 0.5
+_GRACE_S = 2.0  # the command decides first that a connection is lost
+_OTHER_STOPPED_FOR_S = 2.0
+_FILE_APPEARS_WITHIN_S = 5.0  # network file systems show new files late
+_IN_READING = 1 << 16
+
+
+def main() -> int:
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    lines = _Lines()
+    order = next(lines.wait(None), None)
+    if order is None:
+        return 1
+    adopt_orphans()
+    return _start(order, lines) if "command" in order else _watch(order, lines)
+
+
+class _Lines:
+    """JSON objects on stdin, one per line."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+        self.is_open = True
+
+    def wait(self, timeout_s: float | None, *others: int) -> Iterator[dict[str, Any]]:
+        """What arrives within that time, at least one complete line if there is no limit; ends at once when one of
+        the `others` becomes readable."""
+        while self.is_open:
+            ready, _, _ = select.select([0, *others], [], [], timeout_s)
+            if 0 not in ready:
+                return
+            received = os.read(0, _IN_READING)
+            self.is_open = bool(received)
+            *complete, self._rest = (self._rest + received).split(b"\n")
+            yield from map(json.loads, complete)
+            if complete or timeout_s is not None:
+                return
+
+
+def _watch(order: dict[str, Any], lines: _Lines) -> int:
+    """Answers questions until asked to end, or until nothing arrives in either direction."""
+    locks: list[int] = []
+    problem = _problem(order) or _make_folders(order, locks)
+    address = os.environ.get("SSH_CONNECTION", "").partition(" ")[0]
+    _answer(ready=True, problem=problem, address=address, build="" if problem else digest(order["program"]))
+    looker = Looker(order["host"])
+    confirmed = time.monotonic()  # when the last answer was sent that has arrived
+    sent: dict[int, float] = {}
+    is_over = False
+    while lines.is_open and not is_over and time.monotonic() - confirmed < order["silence_s"] + _GRACE_S:
+        for question in lines.wait(_LOOK_EVERY_S):
+            if "end" in question:
+                is_over = True
+            else:
+                confirmed = max(confirmed, sent.get(question["received"], 0.0))
+                sent = {number: then for number, then in sent.items() if number > question["received"]}
+                sent[question["ping"]] = time.monotonic()
+                _answer(pong=question["ping"], wrong=[asdict(wrong) for wrong in _wrong(order, looker)])
+    left = _end_all(order["mark"])
+    for starter in marked_processes(f"{STARTER}={order['mark']}"):
+        _signal(starter, signal.SIGKILL)
+    remove_folders(order["folders"])
+    if is_over:
+        _answer(ended=left)
+    return 0
+
+
+def _start(order: dict[str, Any], lines: _Lines) -> int:
+    """Carries out the command as ssh would, and ends with it; also ends it, and all the rest, with the connection."""
+    mark, host = order["mark"], order["host"]
+    watcher = next(iter(marked_processes(f"{GUARD}={mark}")), None)
+    parent = os.getpid()
+    process = subprocess.Popen(
+        ["/bin/sh", "-c", order["command"]],
+        env=_environment(order),
+        cwd=order["cwd"],
+        stdin=subprocess.DEVNULL,
+        start_new_session=True,
+        preexec_fn=lambda: end_with_parent(parent, signal.SIGKILL),
+    )
+    ended = os.pidfd_open(process.pid)
+    stopped_since: float | None = None
+    while lines.is_open and process.poll() is None:
+        for _ in lines.wait(_LOOK_EVERY_S, ended):
+            pass
+        state = "S" if watcher is None else state_of(watcher)
+        stopped_since = (stopped_since or time.monotonic()) if state == "T" else None
+        is_frozen = stopped_since is not None and time.monotonic() - stopped_since > _OTHER_STOPPED_FOR_S
+        if state in ENDED or is_frozen:
+            how = "is stopped (SIGSTOP)" if is_frozen else "was killed"
+            _report(host, f"its guard, process {watcher}, {how}.")
+            break
+    code = process.poll()
+    if code is None:
+        _end_all(mark)
+        if watcher is not None:
+            _signal(watcher, signal.SIGCONT)  # it sees by itself that the connection is gone
+        return 1
+    if code != 0:  # what it had started goes with it
+        _end_all(mark)
+    if code < 0 or code > 128:
+        number = -code if code < 0 else code - 128
+        _report(host, f"{_program(order['command'])} was killed by signal {number}.")
+        return 128 + number
+    return code
+
+
+def _problem(order: dict[str, Any]) -> str:
+    """Why the run cannot use this host; empty if it can. Grammar: «problem (why). What to do.»"""
+    probe = Path(order["probe"])
+    deadline = time.monotonic() + _FILE_APPEARS_WITHIN_S
+    while not probe.exists() and time.monotonic() < deadline:
+        with suppress(OSError):
+            os.listdir(probe.parent)  # makes some network file systems look again
+        time.sleep(0.05)
+    try:
+        if probe.read_text() != order["token"]:
+            raise FileNotFoundError
+    except OSError:
+        return f"{probe.parent} is not there (no shared file system). Choose an --out that every host sees."
+    if not os.access(probe.parent, os.W_OK):
+        return f"{probe.parent} cannot be written to. Choose another --out, or change its permissions there."
+    if not os.access(order["program"], os.R_OK | os.X_OK):
+        return f"{order['program']} is not there. Copepod must be at the same path on every host."
+    return ""
+
+
+def _make_folders(order: dict[str, Any], locks: list[int]) -> str:
+    """Private folders of the same names as on the first host, and the files in them; a problem if that fails."""
+    try:
+        for name in order["folders"]:
+            folder = Path(name)
+            folder.mkdir(mode=0o700, exist_ok=True)
+            if folder.stat().st_uid != os.geteuid():
+                return f"{folder} belongs to another user. Run again."
+            locks.append(os.open(folder, os.O_RDONLY | os.O_DIRECTORY))
+            with suppress(OSError):
+                fcntl.flock(locks[-1], fcntl.LOCK_SH | fcntl.LOCK_NB)
+        for name, content in order["files"].items():
+            with suppress(FileExistsError):  # /tmp is shared, too
+                descriptor = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+                with os.fdopen(descriptor, "w") as file:
+                    file.write(content)
+    except OSError as problem:
+        return f"{problem.filename} cannot be made ({problem.strerror}). Free space there, or ask its owner."
+    return ""
+
+
+def digest(program: str) -> str:
+    return hashlib.sha256(Path(program).read_bytes()).hexdigest()[:16]
+
+
+def _wrong(order: dict[str, Any], looker: Looker) -> Iterator[Any]:
+    starters = marked_processes(f"{STARTER}={order['mark']}")
+    marked = marked_processes(f"{MARK}={order['mark']}")
+    yield from looker.wrong([*marked, *starters], fluid_lives=bool(starters))
+
+
+def _environment(order: dict[str, Any]) -> dict[str, str]:
+    own = {name: value for name, value in os.environ.items() if name not in (GUARD, STARTER, "PYTHONPATH")}
+    return {**own, **order["environment"], MARK: order["mark"], COMPONENT: order["component"]}
+
+
+def _end_all(mark: str) -> int:
+    left = end_marked(f"{MARK}={mark}")
+    with suppress(ChildProcessError):  # adopted orphans
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+    return left
+
+
+def _program(command: str) -> str:
+    """Name of the program in a shell command, for a message."""
+    words = [word for word in command.split() if "=" not in word and not word.startswith(("export", ";"))]
+    return Path(words[0]).name if words else command
+
+
+def _signal(pid: int, number: int) -> None:
+    with suppress(ProcessLookupError, PermissionError):
+        os.kill(pid, number)
+
+
+def _answer(**words: Any) -> None:
+    with suppress(OSError):  # the connection is gone, which stdin shows too
+        os.write(1, json.dumps(words).encode() + b"\n")
+
+
+def _report(host: str, reason: str) -> None:
+    with suppress(OSError):
+        os.write(2, f"copepod: host {host}: {reason}\n".encode())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

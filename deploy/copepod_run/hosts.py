@@ -1,0 +1,127 @@
+"""Which host of a run has which ranks of the fluid, and how another host is reached."""
+
+import os
+import shlex
+import shutil
+import socket
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.plan import Plan
+from copepod_run.processes import own_host
+
+_SSH = ("ssh", "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10")
+_SRUN = ("srun", "--quiet", "--overlap", "--nodes=1", "--ntasks=1", "--mem=0", "--mpi=none", "--cpu-bind=none")
+
+
+@dataclass(frozen=True)
+class Host:
+    """A host of the case and its ranks of the fluid."""
+
+    name: str
+    ranks: int
+
+
+def placement(plan: Plan) -> list[Host]:
+    """The hosts of a case in its order, the first of which has the command, the coupler and the bodies; empty for a
+    run on this machine alone. Ranks fill them in this order."""
+    left = plan.fluid_ranks
+    hosts = []
+    for word in plan.hosts:
+        name, _, number = word.partition(":")
+        ranks = min(left, int(number or 1))
+        hosts.append(Host(name, ranks))
+        left -= ranks
+    return hosts
+
+
+def others(plan: Plan) -> list[Host]:
+    """The hosts other than this one that have something to do."""
+    return [host for host in placement(plan)[1:] if host.ranks > 0]
+
+
+def host_of_rank_0(plan: Plan) -> Host | None:
+    """None: this one."""
+    first = next((host for host in placement(plan) if host.ranks > 0), None)
+    return first if first in others(plan) else None
+
+
+def hostfile_text(plan: Plan) -> str:
+    """For mpirun, which must recognise this host."""
+    first, *rest = placement(plan)
+    slots = [(own_host(), first.ranks), *((host.name, host.ranks) for host in rest)]
+    return "".join(f"{name} slots={ranks}\n" for name, ranks in slots if ranks > 0)
+
+
+def table(plan: Plan) -> list[tuple[str, str]]:
+    """What runs where, for people: (host, components)."""
+    rows = []
+    start = 0
+    for number, host in enumerate(placement(plan)):
+        parts = ["command, coupler, bodies"] if number == 0 else []
+        if host.ranks:
+            last = start + host.ranks - 1
+            parts.append(f"fluid rank {start}" if host.ranks == 1 else f"fluid ranks {start} to {last}")
+        rows.append((host.name, ", ".join(parts) or "nothing"))
+        start += host.ranks
+    return rows
+
+
+def require_first_here(plan: Plan) -> None:
+    """Raises Stop(2) unless the command runs on the first host of the case."""
+    if not plan.hosts:
+        return
+    name = placement(plan)[0].name
+    if name.partition(".")[0] == own_host().partition(".")[0] or _is_address_of_ours(name):
+        return
+    raise Stop(
+        ExitCode.BAD_CASE,
+        f"the first of the hosts is {name}, but this is {own_host()} (coupler and bodies run where the command runs). "
+        f"Run it on {name}, or begin the list with {own_host()}:0.",
+    )
+
+
+def _is_address_of_ours(name: str) -> bool:
+    with suppress(OSError):
+        address = socket.gethostbyname(name)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind((address, 0))  # refused for an address of another host
+            return True
+    return False
+
+
+def connecting_command(host: str, command: Sequence[str]) -> list[str]:
+    """Carries out `command` on another host, with our stdin: COPEPOD_SSH, else srun inside a Slurm job, else ssh."""
+    text = shlex.join(command)
+    if chosen := os.environ.get("COPEPOD_SSH"):
+        return [*shlex.split(chosen), host, text]
+    if "SLURM_JOB_ID" in os.environ and shutil.which("srun"):
+        return [*_SRUN, f"--nodelist={host}", *command]
+    return [*_SSH, host, text]
+
+
+def guard_command(variable: str, mark: str) -> list[str]:
+    """Starts the guard on another host; `variable`, by which the guards find each other, holds the mark there."""
+    folder = Path(__file__).resolve().parent.parent
+    settings = [f"{variable}={mark}", f"PYTHONPATH={folder}", "PYTHONUTF8=1"]
+    return ["exec", "env", *settings, "/usr/bin/python3", "-S", "-P", "-B", "-m", "copepod_run.host_guard"]
+
+
+def free_endpoint(address: str, host: str) -> str:
+    """A port of this host on the network that leads to another one; `address`: ours as seen from there, if known."""
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.connect((address or host, 9))
+            own = probe.getsockname()[0]
+        with socket.socket() as listener:
+            listener.bind((address or own, 0))
+            return f"tcp://{address or own}:{listener.getsockname()[1]}"
+    except OSError as problem:
+        raise Stop(
+            ExitCode.BAD_CASE,
+            f"host {host} cannot find this one ({problem}). "
+            "Give an address: --set services.transport=tcp://ADDRESS:PORT",
+        ) from None

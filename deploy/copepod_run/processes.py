@@ -1,0 +1,105 @@
+"""The processes of a run on this host as /proc shows them: which there are, and what is wrong with them."""
+
+import ctypes
+import os
+import signal
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from copepod_run.cleanup import COMPONENT
+
+ENDED = (None, "Z", "X")
+_PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """A process that is not as it should be."""
+
+    host: str
+    pid: int
+    what: str  # "stopped" by a signal, or "ended" although it is a rank of a fluid that has not
+    component: str
+    rank: str
+    program: str
+
+
+class Looker:
+    """Looks at processes again and again, and remembers the ranks that have ended."""
+
+    def __init__(self, host: str) -> None:
+        self._host = host
+        self._ranks: dict[int, str] = {}  # process id: rank
+
+    def wrong(self, pids: Iterable[int], fluid_lives: bool) -> Iterator[Wrong]:
+        """`fluid_lives`: whether what has started the ranks is still there."""
+        states = {pid: state_of(pid) for pid in pids}
+        for pid, state in states.items():
+            rank = None if pid in self._ranks else environment_of(pid).get("OMPI_COMM_WORLD_RANK")
+            if rank is not None:
+                self._ranks[pid] = rank
+            if state == "T":
+                yield self.stopped(pid)
+        if fluid_lives:
+            for pid, rank in self._ranks.items():
+                if states.get(pid) in ENDED:
+                    yield Wrong(self._host, pid, "ended", "fluid", rank, "")
+
+    def stopped(self, pid: int) -> Wrong:
+        variables = environment_of(pid)
+        try:
+            program = Path("/proc", str(pid), "comm").read_text().strip()
+        except OSError:
+            program = "ended"
+        rank = variables.get("OMPI_COMM_WORLD_RANK", "0")
+        return Wrong(self._host, pid, "stopped", variables.get(COMPONENT, ""), rank, program)
+
+
+def own_host() -> str:
+    return os.uname().nodename
+
+
+def family_of(pid: int) -> list[int]:
+    """A process and all its descendants."""
+    family = [pid]
+    for member in family:
+        for children in Path("/proc", str(member), "task").glob("*/children"):
+            try:
+                family += map(int, children.read_text().split())
+            except OSError:  # ended meanwhile
+                pass
+    return family
+
+
+def state_of(pid: int) -> str | None:
+    """One letter as in ps: R, S, D, T (stopped by a signal), Z; None if the process does not exist."""
+    try:
+        return Path("/proc", str(pid), "stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return None
+
+
+def environment_of(pid: int) -> dict[str, str]:
+    """Environment of a process; empty if it cannot be read."""
+    try:
+        pairs = Path("/proc", str(pid), "environ").read_bytes().decode(errors="replace").split("\0")
+    except OSError:
+        return {}
+    return {name: value for name, separator, value in (pair.partition("=") for pair in pairs) if separator}
+
+
+def adopt_orphans() -> None:
+    """Grandchildren whose parent dies become ours, so that none escapes."""
+    _libc.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def end_with_parent(parent: int, number: int = signal.SIGTERM) -> None:
+    """Runs in the child: this signal if the parent dies, whatever kills it. mpirun then ends its ranks too."""
+    _libc.prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
+    if os.getppid() != parent:
+        os._exit(1)
+    for default in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE):
+        signal.signal(default, signal.SIG_DFL)

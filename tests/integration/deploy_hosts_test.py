@@ -1,0 +1,82 @@
+"""Which host has which ranks, how others are reached, and what mpirun's reports of lost hosts mean."""
+
+import dataclasses
+import os
+import unittest
+from unittest import mock
+
+from copepod_session import ROOT, WholeRunTest  # sets the path of our modules
+
+from copepod_run import hosts
+from copepod_run.errors import ExitCode
+from copepod_run.outcome import describe_exit, judge
+from copepod_run.plan import Plan
+
+DAEMON_LOST = """
+ORTE has lost communication with a remote daemon.
+
+  HNP daemon   : [[24181,0],0] on node a
+  Remote daemon: [[24181,0],2] on node c
+"""
+RANK_KILLED = "mpirun noticed that process rank 1 with PID 7 on node b exited on signal 9 (Killed)."
+
+
+def plan(*words, ranks=None):
+    values = {field.name: None for field in dataclasses.fields(Plan)}
+    total = sum(int(word.partition(":")[2] or 1) for word in words) if ranks is None else ranks
+    return Plan(**{**values, "hosts": list(words), "fluid_ranks": total, "transport": "ipc"})
+
+
+class Placement(unittest.TestCase):
+    def test_ranks_fill_the_hosts_in_order(self):
+        three = plan("here", "b:8", "c")
+        self.assertEqual([host.ranks for host in hosts.placement(three)], [1, 8, 1])
+        self.assertIsNone(hosts.host_of_rank_0(three))
+        self.assertIn("b slots=8\nc slots=1\n", hosts.hostfile_text(three))
+        self.assertEqual(hosts.table(three)[1], ("b", "fluid ranks 1 to 8"))
+
+    def test_host_without_ranks_is_left_alone(self):
+        self.assertEqual(hosts.host_of_rank_0(plan("here:0", "b")).name, "b")
+        self.assertEqual(hosts.hostfile_text(plan("here:0", "b")), "b slots=1\n")
+        self.assertEqual(hosts.others(plan("here", "b", ranks=1)), [])  # a solver that has one rank
+        self.assertEqual(hosts.others(plan()), [])
+
+
+class Connecting(unittest.TestCase):
+    def test_ssh_unless_the_user_or_a_slurm_job_has_another_way(self):
+        with mock.patch.dict(os.environ, clear=True), mock.patch("shutil.which", return_value="/bin/srun"):
+            self.assertEqual(hosts.connecting_command("b", ["echo", "a b"])[-2:], ["b", "echo 'a b'"])
+            os.environ["SLURM_JOB_ID"] = "7"
+            in_job = hosts.connecting_command("b", ["echo", "a b"])
+            self.assertEqual((in_job[0], in_job[-3:]), ("srun", ["--nodelist=b", "echo", "a b"]))
+            os.environ["COPEPOD_SSH"] = "ssh -p 2222"
+            self.assertEqual(hosts.connecting_command("b", ["true"]), ["ssh", "-p", "2222", "b", "true"])
+
+
+class LostHosts(unittest.TestCase):
+    def sentence(self, output):
+        exit = describe_exit("fluid", 1, output, "a", 3)
+        failure = judge(None, [exit], 120, "a")
+        self.assertEqual(failure.code, ExitCode.COMPONENT_LOST)
+        return failure.sentence()
+
+    def test_host_that_mpirun_lost_is_named(self):
+        self.assertEqual(
+            self.sentence(DAEMON_LOST), "guard on host c, after step 120: mpirun lost the connection to it."
+        )
+
+    def test_first_report_is_the_cause(self):
+        guard = "copepod: host b: orted was killed by signal 9.\n"
+        self.assertIn("guard on host b, after step 120: orted was killed", self.sentence(guard + RANK_KILLED))
+        self.assertIn("fluid service on host b, rank 1, after step 120", self.sentence(RANK_KILLED + "\n" + guard))
+
+
+class Check(WholeRunTest):
+    def test_what_runs_where_is_printed_without_connecting(self):
+        here = os.uname().nodename
+        checked = self.finish("check", ROOT / "configs/quick/three_sphere.yaml", "--hosts", f"{here},nowhere:2")
+        self.assertRegex("".join(checked.stdout), r"on nowhere +fluid ranks 1 to 2")
+
+
+if __name__ == "__main__":
+    unittest.main()
