@@ -74,6 +74,7 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     looker = Looker(order["host"])
     confirmed = time.monotonic()  # when the last answer was sent that has arrived
     sent: dict[int, float] = {}
+    starters: set[int] = set()
     is_over = False
     while lines.is_open and not is_over and time.monotonic() - confirmed < order["silence_s"] + _GRACE_S:
         for question in lines.wait(_LOOK_EVERY_S):
@@ -84,6 +85,10 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
                 sent = {number: then for number, then in sent.items() if number > question["received"]}
                 sent[question["ping"]] = time.monotonic()
                 _answer(pong=question["ping"], wrong=[asdict(wrong) for wrong in _wrong(order, looker)])
+        present = set(marked_processes(f"{STARTER}={order['mark']}"))
+        if starters - present:  # killed: what it had started keeps the connection open, and mpirun notices nothing
+            _end_all(order["mark"])
+        starters = present
     left = _end_all(order["mark"])
     for starter in marked_processes(f"{STARTER}={order['mark']}"):
         _signal(starter, signal.SIGKILL)
@@ -119,13 +124,14 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
             _report(host, f"its guard, process {watcher}, {how}.")
             break
     code = process.poll()
-    if code is None:
+    if code != 0:  # what it had started goes with it
         _end_all(mark)
+    if watcher is not None and state_of(watcher) in ENDED:
+        remove_folders(order["folders"])
+    if code is None:
         if watcher is not None:
             _signal(watcher, signal.SIGCONT)  # it sees by itself that the connection is gone
         return 1
-    if code != 0:  # what it had started goes with it
-        _end_all(mark)
     if code < 0 or code > 128:
         number = -code if code < 0 else code - 128
         _report(host, f"{_program(order['command'])} was killed by signal {number}.")

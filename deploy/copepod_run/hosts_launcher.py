@@ -54,7 +54,7 @@ class HostsLauncher(LocalLauncher):
         probe = path / f".seen-{self._mark}"
         order = {
             "mark": self._mark,
-            "folders": [str(folder) for folder in self._scratch.folders if not folder.is_relative_to(path)],
+            "folders": self._private_folders(),
             "probe": str(probe),
             "token": self._mark,
             "program": program,
@@ -95,10 +95,20 @@ class HostsLauncher(LocalLauncher):
         }
         complete = {**environment, **settings}
         passed_on = {name: value for name, value in complete.items() if name.startswith(_PASSED_ON)}
-        order = {"mark": self._mark, "component": "fluid", "cwd": os.getcwd(), "environment": passed_on}
+        order = {
+            "mark": self._mark,
+            "folders": self._private_folders(),
+            "component": "fluid",
+            "cwd": os.getcwd(),
+            "environment": passed_on,
+        }
         order_file.write_text(json.dumps(order))
         (self._scratch.mpi_files / "hosts").write_text(hosts.hostfile_text(self._plan))
         return complete
+
+    def _private_folders(self) -> list[str]:
+        """Of this host; every other host has its own of the same names."""
+        return [str(self._scratch.mpi_files), str(self._scratch.shared_memory)]
 
     def look(self) -> Trouble | None:
         for connection in self._connections:

@@ -10,8 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_session import COMMAND, Session
-from hurt_run import CASE, LONGEST_S, PROGRAMS, digest, has_checkpoint, wait_for
+from hurt_run import CASE, LONGEST_S, PROGRAMS, ROOT, Session, digest, has_checkpoint, wait_for
 from three_hosts import Hosts, clean_within
 
 CLEAN_WITHIN_S = 5.0  # after the end of the command
@@ -38,7 +37,7 @@ class HostsRun(Session):
     """One `copepod run` on host a of `hosts`, in a folder on the disk that they share."""
 
     def __init__(self, hosts, folder, *arguments):
-        program, *words = hosts.command("a", "env", "-C", folder, COMMAND, "run", CASE, *_SETTINGS, *arguments)
+        program, *words = hosts.command("a", "env", "-C", folder, ROOT / "deploy/copepod", "run", CASE, *_SETTINGS, *arguments)
         self.hosts = hosts
         super().__init__(words, folder, PROGRAMS, {"COPEPOD_SSH": hosts.ssh}, program)
 
