@@ -86,7 +86,8 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
                 sent[question["ping"]] = time.monotonic()
                 _answer(pong=question["ping"], wrong=[asdict(wrong) for wrong in _wrong(order, looker)])
         present = set(marked_processes(f"{STARTER}={order['mark']}"))
-        if starters - present:  # killed: what it had started keeps the connection open, and mpirun notices nothing
+        if any(state_of(pid) in ENDED for pid in starters - present):
+            # It was killed. What it had started keeps the connection open, and mpirun would notice nothing.
             _end_all(order["mark"])
         starters = present
     left = _end_all(order["mark"])
