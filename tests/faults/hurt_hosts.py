@@ -18,7 +18,7 @@ HALT_AT = 45
 _SETTINGS = ("--set", "run.steps=60", "--set", "output.checkpoint.every_steps=20")
 _GUARDS = {"guard": "COPEPOD_GUARD", "starter": "COPEPOD_STARTER"}
 
-# What can be hurt where, and what the last line of the command must say if it is killed there.
+# What can be hurt where, and what the last line of the command must contain if it is killed there.
 VICTIMS = {
     ("a", "command"): "",
     ("a", "coupler"): "coupler on host a.* killed by signal 9",
@@ -37,7 +37,9 @@ class HostsRun(Session):
     """One `copepod run` on host a of `hosts`, in a folder on the disk that they share."""
 
     def __init__(self, hosts, folder, *arguments):
-        program, *words = hosts.command("a", "env", "-C", folder, ROOT / "deploy/copepod", "run", CASE, *_SETTINGS, *arguments)
+        program, *words = hosts.command(
+            "a", "env", "-C", folder, ROOT / "deploy/copepod", "run", CASE, *_SETTINGS, *arguments
+        )
         self.hosts = hosts
         super().__init__(words, folder, PROGRAMS, {"COPEPOD_SSH": hosts.ssh}, program)
 
@@ -141,7 +143,7 @@ def hurt(host, kind, number=signal.SIGKILL):
 
 
 def cut(host, direction, seconds, *arguments, placement="a,b,c"):
-    """Outcome of a network that is cut for a while as the run goes on; resumed if it has failed."""
+    """Outcome of a network that is cut for a while while the run continues; resumed if it has failed."""
     with three_hosts() as (hosts, folder):
         run = start_halted(hosts, folder, *arguments, placement=placement)
         start = time.monotonic()

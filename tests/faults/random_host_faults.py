@@ -43,7 +43,7 @@ def hurt_at_random(seed, expected_digest):
 
 
 def _signal(run, choose, fault):
-    """Kind of the process, None if the run has ended; a frozen command goes on after a while, as from Ctrl-Z."""
+    """Kind of the process, None if the run has ended; a frozen command continues after a while, as from Ctrl-Z."""
     for host, kind in choose.sample(sorted(VICTIMS), len(VICTIMS)):
         for pid in run.victims(host, kind):
             try:
