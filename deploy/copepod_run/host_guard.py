@@ -135,7 +135,8 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
         return 1
     if code < 0 or code > 128:
         number = -code if code < 0 else code - 128
-        _report(host, f"{_program(order['command'])} was killed by signal {number}.")
+        if number != signal.SIGTERM:  # which the other guard sends when the run has ended
+            _report(host, f"{_program(order['command'])} was killed by signal {number}.")
         return 128 + number
     return code
 
@@ -147,7 +148,8 @@ def _problem(order: dict[str, Any]) -> str:
     while not probe.exists() and time.monotonic() < deadline:
         with suppress(OSError):
             os.listdir(probe.parent)  # makes some network file systems look again
-        time.sleep(0.05)
+        if select.select([0], [], [], 0.05)[0]:  # asked to end already, or the connection is gone
+            break
     try:
         if probe.read_text() != order["token"]:
             raise FileNotFoundError
