@@ -44,7 +44,8 @@ function(copepod_compile_options target)
 endfunction()
 
 # Several sources at once, since most of the time goes into the headers that they share. A private name must not be used
-# twice in a target, nor in a header that another source uses. The preset `debug` compiles each source alone and so finds what a source fails to include.
+# twice in a target, nor in a header that another source uses. The preset `debug` compiles each source alone and so
+# finds what a source fails to include.
 function(copepod_sources_together target)
   if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
