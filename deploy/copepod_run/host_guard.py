@@ -20,7 +20,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from copepod_run.cleanup import COMPONENT, MARK, end_marked, marked_processes, remove_folders
+from copepod_run.cleanup import COMPONENT, MARK, Guard, end_marked, marked_processes, remove_folders
 from copepod_run.processes import ENDED, Looker, adopt_orphans, end_with_parent, state_of
 
 GUARD = "COPEPOD_GUARD"  # in the environment of the guard that watches, with the mark of the run
@@ -69,6 +69,8 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     """Answers questions until asked to end, or until nothing arrives in either direction."""
     locks: list[int] = []
     problem = _problem(order) or _make_folders(order, locks)
+    os.environ.pop(GUARD, None)
+    cleaner = Guard(f"{MARK}={order['mark']}", order["folders"])  # if this process is killed
     address = os.environ.get("SSH_CONNECTION", "").partition(" ")[0]
     _answer(ready=True, problem=problem, address=address, build="" if problem else digest(order["program"]))
     looker = Looker(order["host"])
@@ -94,6 +96,7 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     for starter in marked_processes(f"{STARTER}={order['mark']}"):
         _signal(starter, signal.SIGKILL)
     remove_folders(order["folders"])
+    cleaner.dismiss()
     if is_over:
         _answer(ended=left)
     return 0
@@ -127,8 +130,6 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
     code = process.poll()
     if code != 0:  # what it had started goes with it
         _end_all(mark)
-    if watcher is not None and state_of(watcher) in ENDED:
-        remove_folders(order["folders"])
     if code is None:
         if watcher is not None:
             _signal(watcher, signal.SIGCONT)  # it sees by itself that the connection is gone

@@ -54,7 +54,7 @@ class HostsLauncher(LocalLauncher):
         probe = path / f".seen-{self._mark}"
         order = {
             "mark": self._mark,
-            "folders": self._private_folders(),
+            "folders": [str(self._scratch.mpi_files), str(self._scratch.shared_memory)],
             "probe": str(probe),
             "token": self._mark,
             "program": program,
@@ -97,7 +97,6 @@ class HostsLauncher(LocalLauncher):
         passed_on = {name: value for name, value in complete.items() if name.startswith(_PASSED_ON)}
         order = {
             "mark": self._mark,
-            "folders": self._private_folders(),
             "component": "fluid",
             "cwd": os.getcwd(),
             "environment": passed_on,
@@ -105,10 +104,6 @@ class HostsLauncher(LocalLauncher):
         order_file.write_text(json.dumps(order))
         (self._scratch.mpi_files / "hosts").write_text(hosts.hostfile_text(self._plan))
         return complete
-
-    def _private_folders(self) -> list[str]:
-        """Of this host; every other host has its own of the same names."""
-        return [str(self._scratch.mpi_files), str(self._scratch.shared_memory)]
 
     def look(self) -> Trouble | None:
         for connection in self._connections:
