@@ -35,6 +35,7 @@ class HostsLauncher(LocalLauncher):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(mark, scratch.folders, locks, clock)
+        self.ended_for_s = plan.silence_s  # the news may travel over a network that is cut for a while
         self._plan = plan
         self._scratch = scratch
         self._connections: list[HostConnection] = []

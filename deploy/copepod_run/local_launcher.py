@@ -20,6 +20,8 @@ _TAIL_BYTES = 8192
 class LocalLauncher(Launcher):
     """All processes of the run are children of this command; a guard cleans up if the command is killed."""
 
+    ended_for_s = _ENDED_FOR_S  # how long a rank may have ended before mpirun has
+
     def __init__(
         self, mark: str, folders: Sequence[Path], locks: Sequence[int], clock: Callable[[], float] = time.monotonic
     ) -> None:
@@ -53,7 +55,7 @@ class LocalLauncher(Launcher):
         for wrong, since in self._since.items():
             if wrong.what == "stopped" and now - since >= _STOPPED_FOR_S:
                 return _stopped(wrong)
-            if wrong.what == "ended" and now - since >= _ENDED_FOR_S:
+            if wrong.what == "ended" and now - since >= self.ended_for_s:
                 return Trouble("fluid", wrong.host, wrong.rank, "it has ended, and mpirun did not notice.")
         return None
 

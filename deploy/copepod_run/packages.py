@@ -66,6 +66,7 @@ CONTINUOUS_INTEGRATION = (
     "npm",
     "chromium",
     "openssh-server",
+    "iproute2",
 )
 # Often installed from elsewhere, in versions that conflict with Debian's: the command is what counts.
 _COMMANDS = {"nodejs": "node", "npm": "npm"}

@@ -54,8 +54,9 @@ class Looker:
             program = Path("/proc", str(pid), "comm").read_text().strip()
         except OSError:
             program = "ended"
-        rank = variables.get("OMPI_COMM_WORLD_RANK", "0")
-        return Wrong(self._host, pid, "stopped", variables.get(COMPONENT, ""), rank, program)
+        component = variables.get(COMPONENT, "guard")  # or its connection
+        rank = variables.get("OMPI_COMM_WORLD_RANK", "" if component == "guard" else "0")
+        return Wrong(self._host, pid, "stopped", component, rank, program)
 
 
 def own_host() -> str:

@@ -14,12 +14,13 @@ from hurt_run import wait_for
 NAMES = ("a", "b", "c")
 _PORT = 2222
 _SSHD = "/usr/sbin/sshd"
-_numbers = itertools.count(os.getpid())  # different ones in tests at the same time
+_numbers = itertools.count()
+_SUBNET = "10.77.0"  # every set of hosts has a switch of its own
 
 
 def missing():
     """Why hosts cannot be made here; empty if they can."""
-    for program in ("ip", "bridge", "unshare", "nsenter", "ssh", "ssh-keygen", _SSHD):
+    for program in ("ip", "unshare", "nsenter", "ssh", "ssh-keygen", _SSHD):
         if not shutil.which(program):
             return f"{program} is missing"
     if os.geteuid() != 0:
@@ -36,8 +37,7 @@ class Hosts:
 
     def __init__(self, folder):
         self._folder = Path(folder)
-        self._number = next(_numbers)
-        self._subnet = f"10.{self._number // 250 % 250}.{self._number % 250}"
+        self._spaces = f"copepod-{os.getpid()}-{next(_numbers)}"
         self._init = {}  # name: its first process
         self._boots = []
         self._cuts = []  # (host, route)
@@ -53,7 +53,7 @@ class Hosts:
             raise
 
     def address(self, name):
-        return f"{self._subnet}.{NAMES.index(name) + 1}"
+        return f"{_SUBNET}.{NAMES.index(name) + 1}"
 
     def command(self, name, *words):
         """Words that carry out a command on a host."""
@@ -95,7 +95,7 @@ class Hosts:
         """Drops what a host sends (out), what is sent to it (in), or both."""
         if direction in ("out", "both"):
             for half in (0, 128):
-                self._drop(name, f"{self._subnet}.{half}/25")
+                self._drop(name, f"{_SUBNET}.{half}/25")
         if direction in ("in", "both"):
             for other in NAMES:
                 if other != name:
@@ -120,7 +120,7 @@ class Hosts:
             self._cuts.append((host, route))
 
     def _space(self, name):
-        return f"cop{self._number}{name}"
+        return f"{self._spaces}-{name}"
 
     def _make_network(self):
         switch = self._space("switch")
