@@ -203,6 +203,7 @@ Case read_case(Reader top) {
     result.swimmers.push_back(read_swimmer(top.item("swimmers", i), result.step_s));
   for (std::size_t i = 0; i < top.size("bodies"); ++i)
     result.bodies.push_back(read_body(top.item("bodies", i), result.step_s));
+  if (top.has("swarm")) read_swarm(top.section("swarm"), result);
   for (std::size_t i = 0; i < top.size("groups"); ++i) result.groups.push_back(read_group(top.item("groups", i)));
   for (std::size_t i = 0; i < top.size("springs"); ++i) result.springs.push_back(read_spring(top.item("springs", i)));
   for (std::size_t i = 0; i < top.size("bends"); ++i) result.bends.push_back(read_named_bend(top.item("bends", i)));

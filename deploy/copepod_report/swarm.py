@@ -1,4 +1,4 @@
-"""Figures of many swimmers together: a picture from above, speeds, orientations, mean-square displacement."""
+"""Figures of many swimmers together: a picture, speeds, power, orientations, distances, mean-square displacement."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,8 +7,11 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from copepod_report.cycles import centroids_m
+from copepod_report.pair_distribution import pair_distribution
 from copepod_report.run_record import RunRecord
 from copepod_report.style import Theme, legend_above, new_figure
+from copepod_report.sweeps import with_prefix
+from copepod_run.figures import at, quantity_text
 
 _MOST_POINTS = 200  # of a path in the picture
 _MOST_LAGS = 40
@@ -22,6 +25,8 @@ class Swarm:
     centroids_m   shape (samples, swimmers, 3)
     axes          unit vectors from the first to the last bead, shape (samples, swimmers, 3)
     along         velocity along the own axis [m/s], shape (cycles, swimmers)
+    power_W       that the drives give to all swimmers, shape (samples,); power_by_cycle_W: its mean, shape (cycles,)
+    periodic_length_m   of the domain, shape (3,); 0: not periodic along this axis
     """
 
     def __init__(self, run: RunRecord) -> None:
@@ -34,10 +39,17 @@ class Swarm:
         self.has_axes = all(len(group) > 1 for group in beads)
         ends = places[:, [group[-1] for group in beads]] - places[:, [group[0] for group in beads]]
         self.axes = ends / np.maximum(np.linalg.norm(ends, axis=2, keepdims=True), 1e-300)
+        driven = run.trajectory.all_of("driving_N") * run.trajectory.all_of("velocity_m_per_s")
+        self.power_W = driven[:, [body for group in beads for body in group]].sum(axis=(1, 2))
+        cells = np.array(at(run.case, "fluid.domain_cells") or (0, 0, 0), float)
+        self.periodic_length_m = np.where(run.is_periodic, cells * (run.cell_size_m or 0.0), 0.0)
         has_all = all(s.name in run.cycles for s in run.swimmers)  # of their first cycle, in a run that continues
         measured = [run.cycles[s.name] for s in run.swimmers] if has_all else []
         cycles = min((len(each["cycle"]) for each in measured), default=0)
         self.along = np.array([each["u_along_m_per_s"][:cycles] for each in measured]).reshape(len(measured), cycles).T
+        self.period_s = float(np.diff(measured[0]["start_s"][:2])[0]) if cycles > 1 else 0.0
+        powers = np.array([each["power_W"][:cycles] for each in measured])
+        self.power_by_cycle_W = powers.sum(axis=0) if np.isfinite(powers).all() else np.empty(0)
         self.moved_m = [centroids_m(each)[: cycles + 1] for each in measured] if cycles > 3 else []
 
     def figures(self) -> list[tuple[str, Draw, str]]:
@@ -54,12 +66,21 @@ class Swarm:
         if len(self.along):
             text = f"Velocities of {count} along their own axes: mean and middle 80 % by cycle; all in the last cycle."
             found.append(("speeds", self.speeds, text))
+        if self.power_W.any():
+            mean = f" (in the last: {quantity_text(self.power_by_cycle_W[-1], 'W')})" if self._has_cycle_power() else ""
+            text = f"Power that the drives give to {count} together, and its mean over each cycle{mean}."
+            found.append(("power", self.power, text))
         if self.has_axes:
             text = (
                 f"Order of {count}: polar (length of the mean axis, 1 if all point one way) and nematic (heads "
                 "and tails alike); angles between the axes at the end and their mean."
             )
             found.append(("orientations", self.orientations, text))
+        text = (
+            f"Pair distribution of the centroids of {count} in the second half of the samples: number of pairs at a "
+            "distance, relative to points spread evenly over the same box."
+        )
+        found.append(("pairs", self.pairs, text))
         if len(self.time_s) > 2:
             text = f"Mean-square displacement of the centroids of {count}; dotted: ballistic and diffusive."
             found.append(("spreading", self.spreading, text))
@@ -114,6 +135,45 @@ class Swarm:
         distribution.set_ylabel("swimmers")
         distribution.yaxis.get_major_locator().set_params(integer=True)
         distribution.locator_params(axis="x", nbins=5)
+        return figure
+
+    def _has_cycle_power(self) -> bool:
+        return self.period_s > 0 and len(self.power_by_cycle_W) > 0
+
+    def power(self, theme: Theme) -> Any:
+        """Power of all drives together over time, and its mean by cycle."""
+        unit, name = with_prefix(np.abs(self.power_W), "W")
+        figure, axes = new_figure(theme, 3.0)
+        axes.plot(1e6 * self.time_s, unit * self.power_W, color=theme.beads[0], linewidth=0.8, label="sampled")
+        if self._has_cycle_power():
+            edges = 1e6 * self.period_s * np.arange(len(self.power_by_cycle_W) + 1)
+            axes.stairs(
+                unit * self.power_by_cycle_W,
+                edges,
+                baseline=None,
+                color=theme.beads[1],
+                linewidth=2,
+                label="cycle mean",
+            )
+        axes.axhline(0, color=theme.faint, linewidth=1)
+        axes.set_xlabel("time [µs]")
+        axes.set_ylabel(f"power of all drives [{name}]")
+        legend_above(axes, theme)
+        return figure
+
+    def pairs(self, theme: Theme) -> Any:
+        """Pair distribution of the centroids; None without distances."""
+        later = self.centroids_m[len(self.time_s) // 2 :]
+        distances_m, ratio = pair_distribution(later, self.periodic_length_m)
+        if len(distances_m) == 0:
+            return None
+        figure, axes = new_figure(theme, 3.0)
+        axes.axhline(1, color=theme.ink, linewidth=1, linestyle=":")
+        axes.plot(1e6 * distances_m, ratio, "-", color=theme.beads[0], linewidth=1.6)
+        axes.set_xlim(0, None)
+        axes.set_ylim(0, None)
+        axes.set_xlabel("distance of centroids [µm]")
+        axes.set_ylabel("pair distribution")
         return figure
 
     def polar_order(self) -> np.ndarray:

@@ -54,6 +54,14 @@ class Examples(CommandTest):
             if "…" not in line and "change in last cycle" not in line:  # the change is rounding
                 self.assertIn(" ".join(line.split()), printed)
 
+    def test_swarm_is_placed(self):
+        session = self.start("run", ROOT / "configs/examples/swarm.yaml", "--set", "run.steps=20", "--out", "out")
+        self.assert_ends(session, 0, timeout_s=100)
+        self.assertEqual((self.folder / "out/case.yaml").read_text().count("center_m"), 16)
+        names = {row.split(",")[2] for row in (self.folder / "out/trajectory.csv").read_text().splitlines()[1:]}
+        self.assertEqual(len(names), 48)
+        self.assertIn("swimmer_16.B2", names)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -14,6 +14,7 @@ from copepod_session import CommandTest
 from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_swarm, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
 from copepod_report.flow import View, choose, draw, strongest_plane
+from copepod_report.pair_distribution import pair_distribution
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
 from copepod_report.style import DARK, LIGHT, laid_out_like, picture_of
@@ -363,7 +364,7 @@ class Report(CommandTest):
         text = page_of(self.folder / "run", read_case)
         self.assertEqual(text.count("<h3>"), 0)
         captions = re.findall(r"<figcaption>(.*?)</figcaption>", text)
-        for beginning in ("100 swimmers from the side", "Order of 100 swimmers", "Mean-square displacement"):
+        for beginning in ("100 swimmers from the side", "Order of 100 swimmers", "Pair distribution", "Mean-square"):
             self.assertEqual(sum(caption.startswith(beginning) for caption in captions), 1, captions)
         self.assertLess(len(text), 3e6)
 
@@ -390,6 +391,38 @@ class Report(CommandTest):
         lags_s, squares_m2 = swarm.mean_square_displacement()
         expected = np.mean([(1e-8 * number) ** 2 for number in range(20)]) * (lags_s / STEP_S) ** 2
         np.testing.assert_allclose(squares_m2, expected, rtol=1e-9)
+
+    def test_points_spread_evenly_have_a_pair_distribution_of_one(self):
+        random = np.random.default_rng(1)
+        lengths = np.array([1.0, 2.0, 0.5])
+        for periodic, flat in (([0, 0, 0], 1), ([1, 2, 0.5], 1), ([0, 2, 0], 1), ([0, 0, 0], 0)):
+            points = random.random((40, 150, 3)) * lengths * (1, 1, flat)
+            distances, ratio = pair_distribution(points, periodic, bins=10)
+            self.assertAlmostEqual(distances[-1] + distances[0], 0.25 if periodic[2] else 1.0, delta=0.02)
+            np.testing.assert_allclose(ratio[3:], 1, atol=0.1)
+
+    def test_pair_distribution_peaks_where_pairs_are(self):
+        random = np.random.default_rng(1)
+        points = random.random((20, 50, 3))
+        points = np.concatenate([points, np.mod(points + (0.1, 0, 0), 1)], axis=1)  # partners across the face, too
+        distances, ratio = pair_distribution(points, [1, 1, 1], bins=25)
+        self.assertAlmostEqual(distances[np.argmax(ratio)], 0.1, delta=0.02)
+        self.assertEqual(pair_distribution(points[:, :1], [1, 1, 1])[0].size, 0)
+
+    def test_power_of_a_swarm_is_that_of_all_drives(self):
+        write_swarm(self.folder / "run", swimmers=8, samples=10)
+        trajectory = self.folder / "run/trajectory.csv"
+        header, *rows = trajectory.read_text().splitlines()
+        columns = header.split(",")
+        for number, row in enumerate(rows):
+            fields = row.split(",")
+            fields[columns.index("vy_m_per_s")], fields[columns.index("drive_fy_N")] = "2.0", f"{fields[0]}.0"
+            rows[number] = ",".join(fields)
+        trajectory.write_text("\n".join([header, *rows]) + "\n")
+        swarm = Swarm(RunRecord(self.folder / "run", read_case))
+        np.testing.assert_allclose(swarm.power_W, 2 * 24 * np.arange(10))
+        names = [name for name, _, _ in swarm.figures()]
+        self.assertEqual(names, ["swarm", "power", "orientations", "pairs", "spreading"])
 
     def test_figures_are_the_same_bytes_each_time_and_their_text_is_text(self):
         write_run(self.folder / "run")

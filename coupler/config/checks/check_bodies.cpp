@@ -10,14 +10,6 @@
 namespace copepod::coupler {
 namespace {
 
-Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
-  Eigen::Vector3d length;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    length[static_cast<Eigen::Index>(axis)] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
-  }
-  return length;
-}
-
 std::string known_names(const Assembly& assembly) {
   std::vector<std::string> names;
   std::string text;
@@ -81,17 +73,6 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
   }
 }
 
-/// Shift of B to its image nearest to A.
-Eigen::Vector3d nearest_image(const std::array<double, 3>& periodic_length_m, const BodySpecification& A,
-                              const BodySpecification& B) {
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const double length = periodic_length_m[static_cast<std::size_t>(axis)];
-    if (length > 0.0) shift[axis] = length * std::round((A.position_m[axis] - B.position_m[axis]) / length);
-  }
-  return shift;
-}
-
 void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
   const Eigen::Vector3d length = domain_length_m(fluid);
   std::array<double, 3> periodic_length_m{};
@@ -102,7 +83,7 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
   for (const auto& [a, b] : near_pairs(assembly.bodies, periodic_length_m, fluid.cell_size_m)) {
     const BodySpecification& A = assembly.bodies[a];
     const BodySpecification& B = assembly.bodies[b];
-    const double gap = surface_distance_m(A, B, nearest_image(periodic_length_m, A, B));
+    const double gap = surface_distance_m(A, B, nearest_image_m(periodic_length_m, A, B));
     const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
     if (gap < 0.0) {
       problems.error(assembly.body_paths[b],
@@ -159,7 +140,7 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const auto& three_beads = the_case.swimmers[i].three_beads;
     if (!three_beads || (three_beads->rest_gap_m[0] > 0.0 && three_beads->rest_gap_m[1] > 0.0)) continue;
-    const std::string path = "swimmers." + std::to_string(i) + ".rest_gap_m";
+    const std::string path = path_of_swimmer(the_case, i) + ".rest_gap_m";
     problems.error(path,
                    path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");
     return;

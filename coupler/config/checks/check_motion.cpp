@@ -191,7 +191,7 @@ void check_strokes(const Case& the_case, Problems& problems) {
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     if (!the_case.swimmers[i].three_beads) continue;
     const Stroke& stroke = the_case.swimmers[i].three_beads->stroke;
-    const std::string path = "swimmers." + std::to_string(i) + ".stroke";
+    const std::string path = path_of_swimmer(the_case, i) + ".stroke";
     if (stroke.phase_lag_steps >= stroke.period_steps) {
       problems.error(path + ".phase_lag_steps",
                      path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) + ", the period " +

@@ -93,7 +93,7 @@ void check_arms(const Case& the_case, Problems& problems) {
     for (std::size_t arm = 0; arm < swimmer.arms.size(); ++arm) {
       const auto [A, B] = std::minmax(swimmer.arms[arm].bead_A, swimmer.arms[arm].bead_B);
       if (joined.emplace(A, B).second) continue;
-      const std::string path = "swimmers." + std::to_string(i) + ".arms." + std::to_string(arm);
+      const std::string path = path_of_swimmer(the_case, i) + ".arms." + std::to_string(arm);
       problems.warning(path, path + " joins '" + swimmer.beads[static_cast<std::size_t>(A)].name + "' and '" +
                                  swimmer.beads[static_cast<std::size_t>(B)].name +
                                  "' like an arm before it (their springs act side by side). Name other beads, or "

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include <Eigen/Core>
@@ -33,6 +34,17 @@ inline double surface_distance_m(const BodySpecification& A, const BodySpecifica
   const CoreSegment first{A.position_m, core_half_length_m(A.shape) * body_axis(A)};
   const CoreSegment second{B.position_m + shift_m, core_half_length_m(B.shape) * body_axis(B)};
   return segment_distance_m(first, second) - A.shape.radius_m - B.shape.radius_m;
+}
+
+/// Shift of B to its image nearest to A [m].
+inline Eigen::Vector3d nearest_image_m(const std::array<double, 3>& periodic_length_m, const BodySpecification& A,
+                                       const BodySpecification& B) {
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const double length = periodic_length_m[static_cast<std::size_t>(axis)];
+    if (length > 0.0) shift[axis] = length * std::round((A.position_m[axis] - B.position_m[axis]) / length);
+  }
+  return shift;
 }
 
 /// All pairs of bodies whose surfaces may be less than `reach_m` apart, and some more; ascending.

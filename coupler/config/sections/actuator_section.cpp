@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "config/yaml/csv_rows.hpp"
 #include "contract/number_text.hpp"
 
 namespace copepod::coupler {
@@ -60,25 +60,12 @@ double read_lag(Reader& signal, const Signal& result, double step_s) {
   return turns * static_cast<double>(result.period_steps);
 }
 
-std::optional<double> parsed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  text = text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-  double number = 0.0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc{} && stop == text.data() + text.size() && std::isfinite(number) ? std::optional(number)
-                                                                                            : std::nullopt;
-}
-
 /// Rows "time_s,value" of a CSV file, beside the file that names it; the first row may be a header.
 std::vector<Signal::Point> read_table_file(Reader& signal, double step_s) {
-  const std::filesystem::path name = signal.text("file");
-  const Origin& origin = signal.raw("file")->origin;
-  const auto folder = origin.line > 0 ? std::filesystem::path(origin.source).parent_path() : std::filesystem::path();
-  const std::filesystem::path path = (folder / name).lexically_normal();
+  const std::filesystem::path path = file_beside_case(signal, "file");
   std::ifstream stream(path);
   if (!stream) {
-    signal.reject("file", "is '" + name.string() + "' (" + path.string() +
+    signal.reject("file", "is '" + signal.text("file") + "' (" + path.string() +
                               " cannot be read). Give the path of a CSV file, relative to the case file.");
     return {};
   }
@@ -87,8 +74,8 @@ std::vector<Signal::Point> read_table_file(Reader& signal, double step_s) {
   for (std::string line; std::getline(stream, line);) {
     ++number;
     const std::size_t comma = std::min(line.find(','), line.size());
-    const auto time_s = parsed(std::string_view(line).substr(0, comma));
-    const auto value = parsed(comma < line.size() ? std::string_view(line).substr(comma + 1) : std::string_view());
+    const auto time_s = number_in(std::string_view(line).substr(0, comma));
+    const auto value = number_in(comma < line.size() ? std::string_view(line).substr(comma + 1) : std::string_view());
     const bool blank = line.find_first_not_of(" \t\r") == std::string::npos;
     if (blank || (number == 1 && !time_s && !value)) continue;
     const auto report_row = [&](const std::string& problem) {

@@ -102,6 +102,7 @@ struct Swimmer {
   double phase_deg = 0.0;                              ///< its drive runs late by that part of each signal's period
   std::optional<ThreeBeads> three_beads;               ///< where the case uses the shorthand
   PublishedFigures published;
+  bool is_of_swarm = false;  ///< placed by section `swarm`, after those of section `swimmers`
 };
 
 /// A body that is not of a swimmer.
@@ -198,6 +199,18 @@ struct Case {
 double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s);
 /// Its inverse: τ = 1/2 + ν Δt / (c_s² Δx²).
 double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s);
+
+/// Key path of what a swimmer was read from.
+inline std::string path_of_swimmer(const Case& the_case, std::size_t number) {
+  return the_case.swimmers[number].is_of_swarm ? "swarm.template" : "swimmers." + std::to_string(number);
+}
+
+/// Of the whole domain [m]; 0 without one.
+inline Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
+  const auto& cells = fluid.domain_cells;
+  return fluid.cell_size_m *
+         Eigen::Vector3d(static_cast<double>(cells[0]), static_cast<double>(cells[1]), static_cast<double>(cells[2]));
+}
 
 inline bool on_lattice(const Case& the_case) { return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann; }
 

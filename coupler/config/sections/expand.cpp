@@ -144,7 +144,7 @@ Assembly assemble(const Case& the_case) {
   Assembly assembly;
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Swimmer& swimmer = the_case.swimmers[i];
-    const std::string path = "swimmers." + std::to_string(i);
+    const std::string path = path_of_swimmer(the_case, i);
     add_swimmer_bodies(swimmer, path, assembly);
     const int first_body = assembly.first_bodies.back();
     add_swimmer_arms(swimmer, first_body, path, assembly);

@@ -20,6 +20,12 @@ void add_shape(nlohmann::ordered_json& section, const Shape& shape);
 Swimmer read_swimmer(Reader swimmer, double step_s);
 nlohmann::ordered_json resolved_swimmer(const Swimmer& swimmer);
 
+/// Everything of a swimmer but its centre.
+Swimmer read_template(Reader& swimmer, double step_s);
+
+/// Adds the swimmers that section `swarm` places: around the other swimmers and the bodies, which have been read.
+void read_swarm(Reader swarm, Case& the_case);
+
 /// The shorthand's own keys: beads B2, B1, B3 in a row along z, B1 at the origin.
 void read_three_beads(Reader& swimmer, Swimmer& result);
 void add_three_beads(nlohmann::ordered_json& section, const Swimmer& swimmer);

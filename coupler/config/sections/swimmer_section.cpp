@@ -225,9 +225,15 @@ double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg) {
 double extent_along_m(const Bead& bead) { return 2.0 * half_extent_m(bead, Eigen::Vector3d::UnitZ()); }
 
 Swimmer read_swimmer(Reader swimmer, double step_s) {
+  const Eigen::Vector3d center_m = swimmer.numbers("center_m", 3);
+  Swimmer result = read_template(swimmer, step_s);
+  result.center_m = center_m;
+  return result;
+}
+
+Swimmer read_template(Reader& swimmer, double step_s) {
   Swimmer result;
   result.name = swimmer.name("name");
-  result.center_m = swimmer.numbers("center_m", 3);
   result.orientation_wxyz = read_frame(swimmer);
   result.phase_deg = read_phase_deg(swimmer);
   if (swimmer.has("arms")) {

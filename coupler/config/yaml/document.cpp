@@ -194,6 +194,7 @@ CaseInvalid::CaseInvalid(const Origin& origin, const std::string& message)
     : CaseInvalid(std::vector<std::string>{to_string(origin) + ": error: " + message}) {}
 
 void Problems::error(const std::string& path, const std::string& message) {
+  if (at_or_below(path, "swarm.template") && !kinds_of_template_.insert(path + kind_of(message)).second) return;
   error_at(document_.locate(path), path, message);
 }
 

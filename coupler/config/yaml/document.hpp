@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,8 @@ class Problems {
  public:
   explicit Problems(const Document& document) : document_(document) {}
 
+  /// Below swarm.template, which stands for many swimmers, the first of several at one place that differ in names and
+  /// numbers only stands for all of them.
   /// @param message  "problem (why). What to do."
   void error(const std::string& path, const std::string& message);
   void error_at(const Origin& origin, const std::string& path, const std::string& message);
@@ -86,6 +89,7 @@ class Problems {
   };
   std::vector<Warning> warnings_;
   std::map<std::string, std::size_t> kinds_;  ///< where the warning of a kind is
+  std::set<std::string> kinds_of_template_;   ///< of errors, with their places
 };
 
 }  // namespace copepod::coupler

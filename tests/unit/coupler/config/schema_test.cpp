@@ -78,6 +78,23 @@ TEST(Schema, DescribesExactlyTheKeysThatTheParserLooksFor) {
                  {"fluid.boundaries={x: periodic, y: periodic}", "fluid.symmetry_planes=[]",
                   "fluid.initial_flow={kind: taylor_green, speed_m_per_s: 0.2}"},
                  &asked);
+  // Both forms of a swimmer are templates; the rest of the template's keys is read like that of a swimmer.
+  const std::string swarm =
+      ", count: 1, region_m: {x: [1.0e-5, 4.0e-5], y: [1.0e-6, 2.0e-5], z: [5.0e-5, 7.0e-5]}, placement: random, "
+      "orientations: aligned, spread_deg: 5, phases: random, minimal_gap_m: 1.0e-6, seed: 2}";
+  const std::string pair =
+      "swarm={template: {name: pair, beads: [{name: A, radius_m: 1.0e-6, mass_kg: 1.0e-14}, {name: B, radius_m: "
+      "1.0e-6, mass_kg: 1.0e-14}], arms: [{beads: [A, B], spring: {stiffness_N_per_m: 1, rest_gap_m: 2.0e-6}}]}";
+  const std::string row =
+      "swarm={template: {name: row, beads: [{radius_m: 1.0e-6}, {radius_m: 1.0e-6}, {radius_m: 1.0e-6}], bead_mass_kg: "
+      "1.0e-14, rest_gap_m: [2.0e-6, 2.0e-6], spring: {stiffness_N_per_m: 1}, stroke: {amplitude_N: 1.0e-8, "
+      "period_steps: 4000, phase_lag_steps: 1000, cycles: 1}}";
+  for (const std::string& form : {pair, row})
+    load_case_text(text, "every_key.yaml", {"fluid.symmetry_planes=[]", form + swarm}, &asked);
+  for (const std::string& key : AskedKeys(asked)) {
+    const std::string list = "swimmers.[].";
+    if (key.starts_with(list)) asked.insert("swarm.template." + key.substr(list.size()));
+  }
   // What acts on the body has no place beside a motion in time.
   const std::vector<std::string> unattached{"bodies.0.velocity_m_per_s=null",
                                             "bodies.0.angular_velocity_rad_per_s=null", "springs=[]", "actuators=[]"};

@@ -1,0 +1,396 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "config/placement/placement.hpp"
+#include "config/placement/random_numbers.hpp"
+#include "config/sections/expand.hpp"
+#include "config/sections/sections.hpp"
+#include "config/yaml/csv_rows.hpp"
+#include "contract/number_text.hpp"
+
+// Section `swarm`: a template and how copies of it are placed. They become swimmers like those of section `swimmers`,
+// so that nothing else depends on swarms.
+
+namespace copepod::coupler {
+namespace {
+
+enum class PlacementKind { random, lattice, file };
+enum class Orientations { isotropic, aligned };
+enum class Phases { equal, random };
+
+constexpr std::array placement_names{Choice<PlacementKind>{"random", PlacementKind::random},
+                                     Choice<PlacementKind>{"lattice", PlacementKind::lattice},
+                                     Choice<PlacementKind>{"file", PlacementKind::file}};
+constexpr std::array orientations_names{Choice<Orientations>{"isotropic", Orientations::isotropic},
+                                        Choice<Orientations>{"aligned", Orientations::aligned}};
+constexpr std::array phases_names{Choice<Phases>{"equal", Phases::equal}, Choice<Phases>{"random", Phases::random}};
+
+constexpr std::int64_t most_swimmers = 1'000'000;
+constexpr std::size_t most_reported = 10;  // rows of a file
+
+/// The section as it is written.
+struct Swarm {
+  Swimmer swimmer;
+  std::size_t count = 0;  ///< 0: not known yet, or not usable
+  std::optional<double> volume_fraction;
+  Eigen::Vector3d low_m;  ///< of the region
+  Eigen::Vector3d high_m;
+  std::array<bool, 3> is_region_given{};
+  PlacementKind placement = PlacementKind::random;
+  std::optional<CsvRows> rows;
+  Orientations orientations = Orientations::isotropic;
+  double least_cosine = 1.0;  ///< of the angle to the template's axis
+  Phases phases = Phases::equal;
+  double gap_m = 0.0;
+  std::uint64_t seed = 1;
+};
+
+void read_count(Reader& section, Swarm& swarm) {
+  const bool is_file = swarm.placement == PlacementKind::file;
+  const bool has_count = section.has("count");
+  const bool has_fraction = section.has("volume_fraction");
+  if (is_file && (has_count || has_fraction)) {
+    section.reject(has_count ? "count" : "volume_fraction",
+                   "is given together with a file (which has a row for each swimmer). Remove it.");
+  } else if (has_count && has_fraction) {
+    section.reject("volume_fraction", "is given together with count (one follows from the other). Remove one.");
+  } else if (has_fraction) {
+    swarm.volume_fraction = section.number("volume_fraction", Range::positive);
+  } else if (!is_file) {
+    const std::int64_t count = section.integer("count", Range::positive);
+    if (count > most_swimmers)
+      section.reject("count", "is " + std::to_string(count) + " (at most " + std::to_string(most_swimmers) +
+                                  " are placed). Use fewer.");
+    swarm.count = static_cast<std::size_t>(std::max<std::int64_t>(count, 0));
+  }
+}
+
+void read_limits(Reader region, const FluidCase& fluid, Swarm& swarm) {
+  const Eigen::Vector3d length_m = domain_length_m(fluid);
+  swarm.low_m.setZero();
+  swarm.high_m = length_m;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const char* name = axis_names[static_cast<std::size_t>(axis)];
+    if (!region.has(name)) {
+      if (!(length_m[axis] > 0.0) && !region.problems().any())
+        region.reject(name, "is missing (the fluid has no domain along it). Write region_m: {x: [0, 1.0e-4], …}.");
+      continue;
+    }
+    const Eigen::VectorXd limits = region.numbers(name, 2);
+    swarm.low_m[axis] = limits[0];
+    swarm.high_m[axis] = limits[1];
+    swarm.is_region_given[static_cast<std::size_t>(axis)] = true;
+    if (region.problems().any_under(region.path_of(name))) continue;
+    constexpr double rounding = 1e-9;
+    if (!(limits[0] < limits[1])) {
+      region.reject(name, "is empty (it ends at " + length_text(limits[1]) + "). Write [low, high] in metres.");
+    } else if (length_m[axis] > 0.0 &&
+               (limits[0] < -rounding * length_m[axis] || limits[1] > (1.0 + rounding) * length_m[axis])) {
+      region.reject(name, "reaches out of the domain (which is " + length_text(length_m[axis]) +
+                              " long). Write limits inside it.");
+    }
+  }
+}
+
+void read_file_of_places(Reader& section, Swarm& swarm) {
+  if (swarm.placement != PlacementKind::file) {
+    if (section.has("file")) section.reject("file", "is given without placement: file (it is not read). Remove one.");
+    return;
+  }
+  if (!section.has("file")) {
+    section.reject("file",
+                   "is missing (placement: file takes the places from it). Name a CSV file with the columns "
+                   "x_m,y_m,z_m.");
+    return;
+  }
+  swarm.rows = read_csv_rows(section, "file", {"x_m", "y_m", "z_m"}, {"axis_x", "axis_y", "axis_z"});
+  if (!swarm.rows) return;
+  swarm.count = swarm.rows->values.size();
+  if (swarm.rows->has_optional && section.has("orientations"))
+    section.reject("orientations", "is given together with a file that has axes (both turn the swimmers). Remove one.");
+}
+
+void read_orientations(Reader& section, Swarm& swarm) {
+  swarm.orientations = section.choice("orientations", orientations_names, std::optional(Orientations::isotropic));
+  const double spread_deg = section.number("spread_deg", Range::not_negative, 0.0);
+  if (swarm.orientations == Orientations::isotropic && section.has("spread_deg")) {
+    section.reject("spread_deg",
+                   "is given without orientations: aligned (isotropic axes point everywhere). Remove it.");
+  } else if (spread_deg > 180.0) {
+    section.reject("spread_deg", "is " + rounded_text(spread_deg) + " (angles between axes end at 180). Use less.");
+  }
+  // Rounded to single precision, so that every machine has the same number.
+  swarm.least_cosine = static_cast<double>(static_cast<float>(std::cos(spread_deg * std::numbers::pi / 180.0)));
+}
+
+Swarm read_keys(Reader& section, const Case& the_case) {
+  Swarm swarm;
+  if (section.has("template")) {
+    Reader swimmer = section.section("template");
+    if (swimmer.has("center_m"))
+      swimmer.reject("center_m", "is given (the placement gives each swimmer its own). Remove it.");
+    swarm.swimmer = read_template(swimmer, the_case.step_s);
+  } else {
+    section.reject("template", "is missing (a swarm has copies of it). Write a swimmer below it: name, beads, …");
+  }
+  swarm.placement = section.choice("placement", placement_names, std::optional(PlacementKind::random));
+  read_count(section, swarm);
+  read_limits(section.section("region_m"), the_case.fluid, swarm);
+  read_file_of_places(section, swarm);
+  read_orientations(section, swarm);
+  swarm.phases = section.choice("phases", phases_names, std::optional(Phases::equal));
+  const bool keeps_a_cell = on_lattice(the_case) && swarm.placement != PlacementKind::file;
+  swarm.gap_m = section.number("minimal_gap_m", Range::not_negative, keeps_a_cell ? the_case.fluid.cell_size_m : 0.0);
+  swarm.seed = static_cast<std::uint64_t>(section.integer("seed", Range::not_negative, 1));
+  const auto& planes = the_case.fluid.symmetry_planes;
+  if (std::ranges::find(planes, true) != planes.end())
+    section.reject("template",
+                   "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). "
+                   "Remove the planes.");
+  return swarm;
+}
+
+std::vector<BodySpecification> beads_of(const Swimmer& swimmer) {
+  std::vector<BodySpecification> bodies;
+  for (const Bead& bead : swimmer.beads) {
+    BodySpecification& body = bodies.emplace_back();
+    body.shape = bead.shape;
+    body.position_m = bead.position_m;
+    body.orientation_wxyz = bead.orientation_wxyz;
+  }
+  return bodies;
+}
+
+/// Along periodic axes the whole domain has no ends; walls are as far away as other surfaces.
+Room room_of(const Swarm& swarm, const Case& the_case) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const FluidCase& fluid = the_case.fluid;
+  Room room;
+  room.least_m = swarm.low_m;
+  room.most_m = swarm.high_m;
+  room.gap_m = swarm.gap_m;
+  room.obstacles = assemble(the_case).bodies;
+  const Eigen::Vector3d length_m = domain_length_m(fluid);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const bool is_periodic = fluid.boundaries[2 * axis].kind == BoundaryKind::periodic && length_m[i] > 0.0;
+    if (is_periodic) room.periodic_length_m[axis] = length_m[i];
+    if (is_periodic && !swarm.is_region_given[axis]) {
+      room.least_m[i] = -infinity;
+      room.most_m[i] = infinity;
+    }
+    const auto is_wall = [&](int face) {
+      return fluid.no_slip_plane == face || (!is_periodic && !computes_no_cells(fluid.solver));
+    };
+    const auto low_face = static_cast<int>(2 * axis);
+    if (is_wall(low_face)) room.least_m[i] = std::max(room.least_m[i], swarm.gap_m);
+    if (is_wall(low_face + 1) && length_m[i] > 0.0)
+      room.most_m[i] = std::min(room.most_m[i], length_m[i] - swarm.gap_m);
+  }
+  return room;
+}
+
+/// Sets the number of swimmers from the volume fraction; reports numbers that cannot fit.
+void settle_count(Reader& section, Swarm& swarm) {
+  const double region_m3 = (swarm.high_m - swarm.low_m).prod();
+  if (swarm.volume_fraction) {
+    double swimmer_m3 = 0.0;
+    for (const Bead& bead : swarm.swimmer.beads) swimmer_m3 += volume_m3(bead.shape);
+    const double count = std::round(*swarm.volume_fraction * region_m3 / swimmer_m3);
+    if (count >= 1.0 && count <= static_cast<double>(most_swimmers)) {
+      swarm.count = static_cast<std::size_t>(count);
+    } else {
+      section.reject("volume_fraction", "is " + rounded_text(*swarm.volume_fraction) + " (" + rounded_text(count) +
+                                            " swimmers; one to " + std::to_string(most_swimmers) +
+                                            " are placed). Use another fraction or region.");
+      return;
+    }
+  }
+  double largest_m = 0.0;
+  for (const Bead& bead : swarm.swimmer.beads) largest_m = std::max(largest_m, bead.shape.radius_m);
+  const double radius_m = largest_m + 0.5 * swarm.gap_m;
+  const double taken_m3 = 4.0 / 3.0 * std::numbers::pi * radius_m * radius_m * radius_m;
+  const double room_m3 = (swarm.high_m - swarm.low_m + Eigen::Vector3d::Constant(swarm.gap_m)).prod();
+  if (swarm.placement == PlacementKind::file || static_cast<double>(swarm.count) * taken_m3 < room_m3) return;
+  section.reject(section.has("count") ? "count" : "volume_fraction",
+                 "gives " + std::to_string(swarm.count) +
+                     " swimmers (not even their largest beads have room in the "
+                     "region). Use fewer, or a larger region.");
+}
+
+/// What is drawn for the swimmers, one after the other.
+class Draws {
+ public:
+  explicit Draws(const Swarm& swarm) : swarm_(swarm), random_(swarm.seed) {}
+
+  Eigen::Vector3d center_m() {
+    Eigen::Vector3d center;
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      center[axis] = swarm_.low_m[axis] + (swarm_.high_m[axis] - swarm_.low_m[axis]) * random_.fraction();
+    return center;
+  }
+
+  Eigen::Vector4d orientation() {
+    if (swarm_.orientations == Orientations::isotropic) return random_.orientation();
+    const Eigen::Vector4d& own = swarm_.swimmer.orientation_wxyz;
+    if (swarm_.least_cosine == 1.0) return own;
+    return product(own, rotation_from_z(random_.direction_about_z(swarm_.least_cosine)));
+  }
+
+ private:
+  const Swarm& swarm_;
+  RandomNumbers random_;
+};
+
+std::vector<Place> place_at_random(Reader& section, const Swarm& swarm, const Placement& placement, Draws& draws) {
+  std::vector<Place> places = placement.fill(swarm.count, [&] {
+    const Eigen::Vector3d center_m = draws.center_m();
+    return Place{center_m, draws.orientation()};
+  });
+  if (places.size() < swarm.count) {
+    section.reject(section.has("count") ? "count" : "volume_fraction",
+                   "gives " + std::to_string(swarm.count) + " swimmers (" + std::to_string(places.size()) +
+                       " could be placed at random without overlap). Use fewer, a smaller minimal_gap_m, a larger "
+                       "region, or placement: lattice.");
+  }
+  return places;
+}
+
+/// Extents of the template along the world's axes [m]; the diameter about its centre where it is turned in every way.
+Eigen::Vector3d extents_m(const Swarm& swarm) {
+  const Eigen::Matrix3d R_WS = rotation_matrix(swarm.swimmer.orientation_wxyz);
+  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
+  double reach_m = 0.0;
+  for (const Bead& bead : swarm.swimmer.beads) {
+    const Eigen::Vector3d centre = R_WS * bead.position_m;
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(bounding_radius_m(bead.shape));
+    low = low.cwiseMin(centre - half);
+    high = high.cwiseMax(centre + half);
+    reach_m = std::max(reach_m, centre.norm() + half[0]);
+  }
+  const bool is_aligned = swarm.orientations == Orientations::aligned && swarm.least_cosine > 0.9;
+  return is_aligned ? Eigen::Vector3d(high - low) : Eigen::Vector3d::Constant(2.0 * reach_m);
+}
+
+/// "overlap by 2 µm", or "would be 0.5 µm apart, less than minimal_gap_m".
+std::string touch_text(double distance_m) {
+  return distance_m < 0.0 ? "overlap by " + length_text(-distance_m)
+                          : "are " + length_text(distance_m) + " apart, less than minimal_gap_m";
+}
+
+std::vector<Place> place_on_lattice(Reader& section, const Swarm& swarm, const Placement& placement, Draws& draws) {
+  std::vector<Place> places;
+  for (const Eigen::Vector3d& center_m : lattice_of(swarm.count, swarm.low_m, swarm.high_m, extents_m(swarm)))
+    places.push_back({center_m, draws.orientation()});
+  const auto report = [&](const std::string& problem) {
+    section.reject("placement",
+                   "is lattice (" + problem + "). Use fewer swimmers, a larger region, or orientations: aligned.");
+  };
+  const auto outside = std::ranges::find_if(places, [&](const Place& place) { return !placement.holds(place); });
+  const std::vector<Touch> touches = placement.touches(places);
+  if (outside != places.end()) {
+    report("swimmer " + std::to_string(outside - places.begin() + 1) + " of " + std::to_string(places.size()) +
+           " reaches out of the region");
+  } else if (!touches.empty()) {
+    const std::string other = touches[0].first < 0 ? "another body" : "swimmer " + std::to_string(touches[0].first + 1);
+    report(other + " and swimmer " + std::to_string(touches[0].second + 1) + " of " + std::to_string(places.size()) +
+           " " + touch_text(touches[0].distance_m));
+  }
+  return places;
+}
+
+/// Reports what is wrong with rows of a file, up to some number of them.
+class RowReports {
+ public:
+  RowReports(Reader& section, const CsvRows& rows) : section_(section), rows_(rows) {}
+
+  void add(std::size_t row, const std::string& problem) {
+    if (++count_ <= most_reported)
+      section_.problems().error_at({rows_.path.string(), rows_.lines[row]}, section_.path_of("file"), problem);
+  }
+
+ private:
+  Reader& section_;
+  const CsvRows& rows_;
+  std::size_t count_ = 0;
+};
+
+std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const Placement& placement, Draws& draws) {
+  const CsvRows& rows = *swarm.rows;
+  RowReports reports(section, rows);
+  std::vector<Place> places;
+  for (std::size_t row = 0; row < rows.values.size(); ++row) {
+    const std::vector<double>& values = rows.values[row];
+    Place& place = places.emplace_back();
+    place.center_m = {values[0], values[1], values[2]};
+    if (rows.has_optional) {
+      const Eigen::Vector3d axis(values[3], values[4], values[5]);
+      if (!(axis.norm() > 0.0) || !std::isfinite(axis.norm()))
+        reports.add(row, "the axis has no direction (its length is zero or too large). Give a vector.");
+      else
+        place.orientation_wxyz = rotation_from_z(axis.normalized());
+    } else {
+      place.orientation_wxyz = draws.orientation();
+    }
+    if (!placement.holds(place))
+      reports.add(row,
+                  "the swimmer reaches out of the region (or comes nearer to a wall than minimal_gap_m). Move it.");
+  }
+  std::pair<int, int> last{-1, -1};
+  for (const Touch& touch : placement.touches(places)) {
+    if (std::exchange(last, {touch.first, touch.second}) == last) continue;  // other beads of the same two
+    const std::string other = touch.first < 0
+                                  ? "another body"
+                                  : "that of line " + std::to_string(rows.lines[static_cast<std::size_t>(touch.first)]);
+    reports.add(
+        static_cast<std::size_t>(touch.second),
+        "the swimmer and " + other + " " + touch_text(touch.distance_m) + " (solid bodies need room). Move one.");
+  }
+  return places;
+}
+
+/// "swimmer_007" of 100.
+std::string name_of_copy(const std::string& name, std::size_t number, std::size_t count) {
+  const std::string digits = std::to_string(number);
+  return name + "_" + std::string(std::to_string(count).size() - digits.size(), '0') + digits;
+}
+
+}  // namespace
+
+void read_swarm(Reader section, Case& the_case) {
+  Swarm swarm = read_keys(section, the_case);
+  if (section.problems().any()) return;  // places would follow from wrong numbers
+  settle_count(section, swarm);
+  if (section.problems().any()) return;
+  const Placement placement(beads_of(swarm.swimmer), room_of(swarm, the_case));
+  Draws draws(swarm);
+  std::vector<Place> places;
+  switch (swarm.placement) {
+    case PlacementKind::random:
+      places = place_at_random(section, swarm, placement, draws);
+      break;
+    case PlacementKind::lattice:
+      places = place_on_lattice(section, swarm, placement, draws);
+      break;
+    case PlacementKind::file:
+      places = place_as_in_file(section, swarm, placement, draws);
+      break;
+  }
+  if (section.problems().any()) return;
+  RandomNumbers phases(~swarm.seed);  // not those of the places, of which trials take more or fewer
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Swimmer& swimmer = the_case.swimmers.emplace_back(swarm.swimmer);
+    swimmer.name = name_of_copy(swarm.swimmer.name, i + 1, places.size());
+    swimmer.center_m = places[i].center_m;
+    swimmer.orientation_wxyz = places[i].orientation_wxyz;
+    if (swarm.phases == Phases::random) swimmer.phase_deg = 360.0 * phases.fraction();
+    swimmer.is_of_swarm = true;
+  }
+}
+
+}  // namespace copepod::coupler

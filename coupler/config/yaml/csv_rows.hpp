@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/yaml/reader.hpp"
+
+namespace copepod::coupler {
+
+/// Numbers of a CSV file whose first line names its columns.
+struct CsvRows {
+  std::filesystem::path path;
+  std::vector<std::vector<double>> values;  ///< of each row, in the order in which the columns were asked for
+  std::vector<int> lines;                   ///< of each row in the file, counted from 1
+  bool has_optional = false;                ///< whether the optional columns are there, after the others
+};
+
+/// The file that a key names: where a case file names it, a relative path starts in the folder of that file.
+std::filesystem::path file_beside_case(Reader& reader, const std::string& key);
+
+/// The finite number that a text is, spaces around it allowed.
+std::optional<double> number_in(std::string_view text);
+
+/// Reads the file that a key names; blank lines and those that start with # are left out. What cannot be used is
+/// reported with its line.
+/// @param required  columns in any order
+/// @param optional  columns of which all are there or none
+std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,
+                                     const std::vector<std::string>& optional);
+
+}  // namespace copepod::coupler
