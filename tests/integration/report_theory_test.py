@@ -62,7 +62,7 @@ class HydrodynamicRadii(unittest.TestCase):
         }
         swimmer = SimpleNamespace(beads=[capsule, bead, bead], figures=figures)
         run = SimpleNamespace(
-            case={"fluid": {"solver": "lattice_boltzmann"}}, name="b", cell_size_m=1e-6, swimmers=lambda: [swimmer]
+            case={"fluid": {"solver": "lattice_boltzmann"}}, name="b", cell_size_m=1e-6, swimmers=[swimmer]
         )
         prediction = predict(run, measure(self.runs))[0]
         by_hand = 9e-6 * (5.2 * 16 / 13.2**2) / (6 * 16 / 14**2)
