@@ -11,8 +11,8 @@
 namespace copepod::coupler {
 namespace {
 
-const Shape sphere{ShapeKind::sphere, 2.0, 0.0};
-const Shape capsule{ShapeKind::capsule, 2.0, 3.0};
+const Shape meshed_sphere{ShapeKind::sphere, 2.0, 0.0};
+const Shape meshed_capsule{ShapeKind::capsule, 2.0, 3.0};
 
 /// Corners of the triangles that have an area, fronts outwards.
 std::vector<std::array<std::int32_t, 3>> triangles(const SurfaceMesh& mesh) {
@@ -26,7 +26,7 @@ std::vector<std::array<std::int32_t, 3>> triangles(const SurfaceMesh& mesh) {
 }
 
 TEST(SurfaceMesh, IsClosedAndFacesOutwards) {
-  for (const Shape& shape : {sphere, capsule}) {
+  for (const Shape& shape : {meshed_sphere, meshed_capsule}) {
     const SurfaceMesh mesh = surface_mesh(shape, 48);
     std::map<std::pair<int, int>, int> edges;
     double volume = 0.0;
@@ -43,7 +43,7 @@ TEST(SurfaceMesh, IsClosedAndFacesOutwards) {
 }
 
 TEST(SurfaceMesh, LiesOnTheShapeWithItsAxisAlongZ) {
-  const SurfaceMesh mesh = surface_mesh(capsule, 12);
+  const SurfaceMesh mesh = surface_mesh(meshed_capsule, 12);
   for (Eigen::Index i = 0; i < mesh.points_m.cols(); ++i) {
     const Eigen::Vector3d point = mesh.points_m.col(i);
     const Eigen::Vector3d core{0, 0, std::clamp(point.z(), -1.5, 1.5)};
@@ -55,8 +55,8 @@ TEST(SurfaceMesh, LiesOnTheShapeWithItsAxisAlongZ) {
 }
 
 TEST(SurfaceMesh, HasFewerPointsForASphereThanForACapsule) {
-  EXPECT_EQ(surface_mesh(sphere, 12).points_m.cols(), 2 + 5 * 12);
-  EXPECT_EQ(surface_mesh(capsule, 12).points_m.cols(), 2 + 6 * 12);
+  EXPECT_EQ(surface_mesh(meshed_sphere, 12).points_m.cols(), 2 + 5 * 12);
+  EXPECT_EQ(surface_mesh(meshed_capsule, 12).points_m.cols(), 2 + 6 * 12);
 }
 
 }  // namespace
