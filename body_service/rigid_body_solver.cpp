@@ -5,6 +5,7 @@
 
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
+#include "geometry/contact_time.hpp"
 #include "request_checks.hpp"
 #include "storage/state_file.hpp"
 
@@ -18,6 +19,18 @@ constexpr Eigen::Index preferred_block_bodies = 256;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+bool resolves_contacts(const BodySetup& setup) { return setup.contact.stiffness_N_per_m > 0.0; }
+
+/// Weights of the values at the nodes for the polynomial through them, at the fraction `at` of the step.
+Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double at) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    for (std::size_t j = 0; j < nodes.size(); ++j)
+      if (j != i) weights[static_cast<Eigen::Index>(i)] *= (at - nodes[j]) / (nodes[i] - nodes[j]);
+  }
+  return weights;
+}
 
 /// Zero times inf or NaN is NaN; unlike a test of every number, this vectorises.
 template <typename Columns>
@@ -48,24 +61,46 @@ void check_finite(const BodyBlock& block, const BodyModel& model, const MotionSt
 Capabilities rigid_body_capabilities() {
   return {"Copepod rigid bodies",
           COPEPOD_VERSION,
-          {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
-           "integrator:semi_implicit_euler", "integrator:runge_kutta_4", "springs", "anchors", "bends",
-           "actuator:pair_force", "actuator:body_force", "actuator:body_torque", "actuator:world_force",
-           "actuator:world_torque", "gravity", "periodic", "checkpoint"}};
+          {"shape:sphere",
+           "shape:capsule",
+           "motion:free",
+           "motion:fixed",
+           "motion:prescribed",
+           "motion:axis",
+           "integrator:semi_implicit_euler",
+           "integrator:runge_kutta_4",
+           "springs",
+           "anchors",
+           "bends",
+           "actuator:pair_force",
+           "actuator:body_force",
+           "actuator:body_torque",
+           "actuator:world_force",
+           "actuator:world_torque",
+           "gravity",
+           "contact",
+           "walls",
+           "periodic",
+           "checkpoint"}};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
     : context_(context),
       layout_digest_(layout_digest(setup)),
       equations_(setup, preferred_block_bodies),
-      integrator_(make_time_integrator(setup.integrator, equations_, setup.step_s)),
+      integrator_(make_time_integrator(setup.integrator, equations_)),
+      step_s_(setup.step_s),
       actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
-      driving_nodes_(static_cast<Eigen::Index>(integrator_->driving_nodes().size())),
-      near_pairs_(equations_.model().shapes(), 0.0, setup.periodic_length_m),
-      overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_),
+      nodes_(integrator_->driving_nodes()),
+      driving_nodes_(static_cast<Eigen::Index>(nodes_.size())),
+      near_pairs_(equations_.model().shapes(), resolves_contacts(setup) ? Contacts::reach_m(setup) : 0.0,
+                  setup.periodic_length_m),
+      overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_, setup.contact),
       state_(equations_.model().initial_state()) {
   require_positive_step(setup.step_s);
   overlap_check_.check(state_, step_);
+  if (resolves_contacts(setup)) contacts_.emplace(setup, equations_.model(), near_pairs_);
+  substeps_ = static_cast<std::int64_t>(contact_substeps(setup));
 }
 
 std::vector<double> RigidBodySolver::driving_nodes() const { return integrator_->driving_nodes(); }
@@ -85,21 +120,53 @@ void RigidBodySolver::kinematics(Kinematics& kinematics) {
 void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   require_matching_loads(applied, step_, state_.bodies(), actuators_, driving_nodes_);
   const auto start = Clock::now();
-  integrate(applied);
+  const double before_s = contact_s_;
+  if (contacts_)
+    integrate_with_contacts(applied);
+  else
+    integrate(applied, step_s_);
   ++step_;
-  integration_s_ += seconds_since(start);
+  integration_s_ += seconds_since(start) - (contact_s_ - before_s);
 
   const auto integrated = Clock::now();
-  overlap_check_.check(state_, step_);
+  if (!contacts_) overlap_check_.check(state_, step_);
   contact_s_ += seconds_since(integrated);
   kinematics(next);
 }
 
-void RigidBodySolver::integrate(const AppliedLoads& applied) {
+void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s) {
   for (const auto& block : equations_.blocks()) {
-    integrator_->advance(block, applied, state_);
+    integrator_->advance(block, applied, step_s, state_);
     check_finite(block, equations_.model(), state_, step_);
   }
+}
+
+void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
+  const auto substeps = static_cast<double>(substeps_);
+  const double substep_s = step_s_ / substeps;
+  applied_in_part_.hydrodynamic = applied.hydrodynamic;
+  push_contacts({0.5 * substep_s, 0.25 * substep_s, 0.0});
+  for (std::int64_t substep = 0; substep < substeps_; ++substep) {
+    integrate_part(applied, static_cast<double>(substep) / substeps, static_cast<double>(substep + 1) / substeps);
+    if (substep + 1 < substeps_) push_contacts({substep_s, 0.0, substep_s});
+  }
+  push_contacts({0.5 * substep_s, -0.25 * substep_s, substep_s});
+}
+
+void RigidBodySolver::push_contacts(const Contacts::Interval& interval) {
+  const auto start = Clock::now();
+  contacts_->push(state_, interval);
+  contact_s_ += seconds_since(start);
+}
+
+void RigidBodySolver::integrate_part(const AppliedLoads& applied, double from, double to) {
+  const std::vector<double>& nodes = nodes_;
+  applied_in_part_.actuation.resize(actuators_, driving_nodes_);
+  for (Eigen::Index node = 0; node < driving_nodes_; ++node) {
+    const double at = from + nodes[static_cast<std::size_t>(node)] * (to - from);
+    applied_in_part_.actuation.col(node) = applied.actuation * interpolation_weights(nodes, at);
+  }
+  integrate(applied_in_part_, (to - from) * step_s_);
 }
 
 std::function<void()> RigidBodySolver::report_progress() const {
@@ -108,17 +175,25 @@ std::function<void()> RigidBodySolver::report_progress() const {
 }
 
 void RigidBodySolver::save(const std::string& path) {
-  write_state(path, {layout_digest_, step_}, state_, report_progress());
+  write_state(path, {layout_digest_, step_}, state_, report_progress(), contact_memory());
 }
 
 void RigidBodySolver::restore(const std::string& path) {
-  step_ = read_state(path, layout_digest_, state_, report_progress());
-  overlap_check_.check(state_, step_);
+  std::vector<ContactMemory> memory;
+  step_ = read_state(path, layout_digest_, state_, report_progress(), contacts_ ? &memory : nullptr);
+  if (contacts_)
+    contacts_->restore(std::move(memory));
+  else
+    overlap_check_.check(state_, step_);
+}
+
+std::vector<ContactMemory> RigidBodySolver::contact_memory() const {
+  return contacts_ ? contacts_->memory() : std::vector<ContactMemory>{};
 }
 
 SolverSummary RigidBodySolver::summarise() {
   SolverSummary summary;
-  summary.digest = state_digest(step_, state_);
+  summary.digest = state_digest(step_, state_, contact_memory());
   summary.seconds = {{"integrate", integration_s_}, {"contact", contact_s_}};
   return summary;
 }

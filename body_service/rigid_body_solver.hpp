@@ -2,7 +2,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
+#include <vector>
 
+#include "contact/contacts.hpp"
 #include "contact/overlap_check.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
@@ -17,7 +20,8 @@ namespace copepod::body {
 /// What RigidBodySolver can do, for the component's Hello.
 Capabilities rigid_body_capabilities();
 
-/// Rigid spheres and capsules with springs, actuators, gravity and constraints; the theory is in docs/theory_bodies.md.
+/// Rigid spheres and capsules with springs, actuators, gravity, constraints and contacts; the theory is in
+/// docs/theory_bodies.md.
 class RigidBodySolver final : public BodySolver {
  public:
   /// @param context  to report progress to while a state is saved or restored; null: none. Outlives
@@ -33,7 +37,13 @@ class RigidBodySolver final : public BodySolver {
   SolverSummary summarise() override;
 
  private:
-  void integrate(const AppliedLoads& applied);
+  void integrate(const AppliedLoads& applied, double step_s);
+  /// In substeps, with the impulses of the contacts between them, and half of one at both ends.
+  void integrate_with_contacts(const AppliedLoads& applied);
+  void push_contacts(const Contacts::Interval& interval);
+  /// @param from, to  fractions of the step
+  void integrate_part(const AppliedLoads& applied, double from, double to);
+  [[nodiscard]] std::vector<ContactMemory> contact_memory() const;
 
   [[nodiscard]] std::function<void()> report_progress() const;
 
@@ -41,10 +51,15 @@ class RigidBodySolver final : public BodySolver {
   std::uint64_t layout_digest_;  ///< of the setup: a saved state fits these bodies only
   EquationsOfMotion equations_;
   std::unique_ptr<TimeIntegrator> integrator_;
+  double step_s_;
   Eigen::Index actuators_;
+  std::vector<double> nodes_;   ///< samples of the drive, as fractions of a step
   Eigen::Index driving_nodes_;  ///< number of samples of the drive per step
   NearPairs near_pairs_;
   OverlapCheck overlap_check_;
+  std::optional<Contacts> contacts_;  ///< none: bodies that meet end the run
+  std::int64_t substeps_ = 1;
+  AppliedLoads applied_in_part_;  ///< the same loads, with the drive of a part of the step
   MotionState state_;
   std::int64_t step_ = 0;
   double integration_s_ = 0.0;

@@ -21,8 +21,11 @@ std::string in_metres(double length_m) {
 }  // namespace
 
 OverlapCheck::OverlapCheck(const BodyModel& model, const std::array<double, 3>& periodic_length_m,
-                           NearPairs& near_pairs)
-    : model_(model), periodic_length_m_(periodic_length_m), near_pairs_(near_pairs) {}
+                           NearPairs& near_pairs, const ContactSpecification& contact)
+    : model_(model),
+      periodic_length_m_(periodic_length_m),
+      near_pairs_(near_pairs),
+      contacts_are_resolved_(contact.stiffness_N_per_m > 0.0) {}
 
 CoreSegment OverlapCheck::core(Eigen::Index body, const MotionState& state) const {
   const double half_length_m = core_half_length_m(model_.shape(body));
@@ -71,6 +74,11 @@ void OverlapCheck::report(int A, int B, double gap_m, std::int64_t step) const {
   if (A == B) {
     throw SolverError("body '" + model_.name(A) + "' overlaps with its own periodic image by " + depth +
                           " (the periodic length is shorter than the body). Use a larger domain.",
+                      0, step);
+  }
+  if (contacts_are_resolved_) {
+    throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
+                          " at the start (a contact would push them apart at once). Start them further apart.",
                       0, step);
   }
   throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +

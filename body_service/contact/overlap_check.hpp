@@ -18,7 +18,9 @@ class OverlapCheck {
  public:
   /// @param model, near_pairs  must outlive this object
   /// @param periodic_length_m  0: that direction is not periodic
-  OverlapCheck(const BodyModel& model, const std::array<double, 3>& periodic_length_m, NearPairs& near_pairs);
+  /// @param contact            for the error
+  OverlapCheck(const BodyModel& model, const std::array<double, 3>& periodic_length_m, NearPairs& near_pairs,
+               const ContactSpecification& contact = {});
 
   /// @param state  finite
   /// @param step   for the error
@@ -34,6 +36,7 @@ class OverlapCheck {
   const BodyModel& model_;
   std::array<double, 3> periodic_length_m_;
   NearPairs& near_pairs_;
+  bool contacts_are_resolved_;
 };
 
 }  // namespace copepod::body

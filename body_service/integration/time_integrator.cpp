@@ -54,36 +54,35 @@ void normalise_orientations(const BodyBlock& block, MotionState& state) {
 /// First order; symplectic for forces that depend on positions alone.
 class SemiImplicitEuler final : public TimeIntegrator {
  public:
-  SemiImplicitEuler(EquationsOfMotion& equations, double step_s) : equations_(equations), step_s_(step_s) {
+  explicit SemiImplicitEuler(EquationsOfMotion& equations) : equations_(equations) {
     start_.resize(equations.longest_block());
     rate_.resize(equations.longest_block());
   }
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0}; }
 
-  void advance(const BodyBlock& block, const AppliedLoads& applied, MotionState& state) override {
+  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state) override {
     const Eigen::Index bodies = block.bodies;
     copy_block(state, block, start_);
     equations_.evaluate(block, applied, 0, start_, rate_);
 
     auto velocity = state.velocity_m_per_s.middleCols(block.first, bodies);
-    velocity += step_s_ * rate_.velocity_m_per_s.leftCols(bodies);
-    state.position_m.middleCols(block.first, bodies) += step_s_ * velocity;
+    velocity += step_s * rate_.velocity_m_per_s.leftCols(bodies);
+    state.position_m.middleCols(block.first, bodies) += step_s * velocity;
     state.angular_momentum_N_m_s.middleCols(block.first, bodies) +=
-        step_s_ * rate_.angular_momentum_N_m_s.leftCols(bodies);
+        step_s * rate_.angular_momentum_N_m_s.leftCols(bodies);
     for (Eigen::Index i = 0; i < bodies; ++i) {
       const Eigen::Index body = block.first + i;
       const Eigen::Vector4d q_WB = start_.orientation_wxyz.col(i);
       const Eigen::Vector3d w_WB =
           equations_.model().angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(body));
-      state.orientation_wxyz.col(body) = rotated(step_s_ * w_WB, q_WB);
+      state.orientation_wxyz.col(body) = rotated(step_s * w_WB, q_WB);
     }
     normalise_orientations(block, state);
   }
 
  private:
   EquationsOfMotion& equations_;
-  double step_s_;
   MotionState start_;
   MotionState rate_;
 };
@@ -95,17 +94,17 @@ class SemiImplicitEuler final : public TimeIntegrator {
 /// method: docs/decisions/body_integrator.md.
 class RungeKutta4 final : public TimeIntegrator {
  public:
-  RungeKutta4(EquationsOfMotion& equations, double step_s) : equations_(equations), step_s_(step_s) {
+  explicit RungeKutta4(EquationsOfMotion& equations) : equations_(equations) {
     for (MotionState* work : {&stage_, &rate_, &rate_sum_}) work->resize(equations.longest_block());
   }
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0, 0.5, 1.0}; }
 
-  void advance(const BodyBlock& block, const AppliedLoads& applied, MotionState& state) override {
+  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state) override {
     constexpr Eigen::Index start = 0;
     constexpr Eigen::Index middle = 1;
     constexpr Eigen::Index end = 2;
-    const double h = step_s_;
+    const double h = step_s;
 
     copy_block(state, block, stage_);
     equations_.evaluate(block, applied, start, stage_, rate_sum_);  // k₁
@@ -128,7 +127,6 @@ class RungeKutta4 final : public TimeIntegrator {
 
  private:
   EquationsOfMotion& equations_;
-  double step_s_;
   MotionState stage_;
   MotionState rate_;
   MotionState rate_sum_;
@@ -136,12 +134,12 @@ class RungeKutta4 final : public TimeIntegrator {
 
 }  // namespace
 
-std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations, double step_s) {
+std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations) {
   switch (kind) {
     case Integrator::semi_implicit_euler:
-      return std::make_unique<SemiImplicitEuler>(equations, step_s);
+      return std::make_unique<SemiImplicitEuler>(equations);
     case Integrator::runge_kutta_4:
-      return std::make_unique<RungeKutta4>(equations, step_s);
+      return std::make_unique<RungeKutta4>(equations);
   }
   throw CaseError("unknown integrator (the setup holds no valid value). Use semi_implicit_euler or runge_kutta_4.");
 }

@@ -10,7 +10,7 @@
 
 namespace copepod::body {
 
-/// Advances the bodies of one block by one step.
+/// Advances the bodies of one block by a step, or by a part of one.
 class TimeIntegrator {
  public:
   TimeIntegrator() = default;
@@ -21,12 +21,13 @@ class TimeIntegrator {
   /// See BodySolver::driving_nodes.
   [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
 
-  /// @param state  of all bodies; only the columns of the block are read and written
+  /// @param applied  with the drive at the driving nodes of these `step_s`
+  /// @param state    of all bodies; only the columns of the block are read and written
   /// @throws SolverError if a force is not defined in a state on the way
-  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, MotionState& state) = 0;
+  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state) = 0;
 };
 
 /// @param equations  must outlive the integrator
-std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations, double step_s);
+std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations);
 
 }  // namespace copepod::body

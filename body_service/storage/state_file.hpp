@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "contact/contacts.hpp"
 #include "contract/body_setup.hpp"
 #include "model/motion_state.hpp"
 
@@ -13,7 +15,8 @@ namespace copepod::body {
 std::uint64_t layout_digest(const BodySetup& setup);
 
 /// Digest of the complete state of all bodies before step `step`; equal digests mean equal bits.
-std::uint64_t state_digest(std::int64_t step, const MotionState& state);
+std::uint64_t state_digest(std::int64_t step, const MotionState& state,
+                           const std::vector<ContactMemory>& contacts = {});
 
 /// What a saved state belongs to.
 struct StateLabel {
@@ -24,19 +27,20 @@ struct StateLabel {
 /// Writes a state to a new file, complete and on the disk on return; an interrupted write leaves none.
 ///
 /// Layout, 64-bit little-endian words: magic "COPEBODY", version, case digest, step, bodies; then position (3
-/// words per body), orientation (4), velocity (3) and angular momentum (3), each body by body; last the
-/// digest of all words before.
+/// words per body), orientation (4), velocity (3) and angular momentum (3), each body by body; the number of closed
+/// contacts and of each body, other body or wall, and stretch (3); last the digest of all words before.
 /// @param on_piece  called after every piece, so that a slow disk is not mistaken for a process that hangs
 /// @throws StorageError
 void write_state(const std::string& path, const StateLabel& label, const MotionState& state,
-                 const std::function<void()>& on_piece = {});
+                 const std::function<void()>& on_piece = {}, const std::vector<ContactMemory>& contacts = {});
 
 /// Reads what `write_state` wrote, bit for bit.
 /// @param layout_digest  of the present case
 /// @param state        must have the case's number of bodies; overwritten
+/// @param contacts     overwritten; null: the file must hold none
 /// @return the step before which the state was saved
 /// @throws StorageError if the file is missing, truncated, damaged, of another version or of another case
 std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, MotionState& state,
-                        const std::function<void()>& on_piece = {});
+                        const std::function<void()>& on_piece = {}, std::vector<ContactMemory>* contacts = nullptr);
 
 }  // namespace copepod::body

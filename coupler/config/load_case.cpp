@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/checks/checks.hpp"
+#include "config/checks/contact_setup.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
 #include "config/yaml/yaml_text.hpp"
@@ -217,6 +218,7 @@ Case read_case(Reader top) {
     result.virtual_mass = read_number_or_auto(coupling, "virtual_mass", "auto", "displaced masses");
   }
   result.lubrication = read_lubrication(top.section("lubrication"), result.fluid);
+  if (top.has("contact")) result.contact = read_contact(top.section("contact"));
   {
     Reader run = top.section("run");
     result.steps = run.integer("steps", Range::positive);
@@ -247,6 +249,7 @@ ordered_json resolved(const Case& the_case) {
                      {"virtual_mass", resolved_number_or_auto(the_case.virtual_mass)}};
   top["lubrication"] = {{"cut_off_cells", resolved_number_or_auto(the_case.lubrication.cut_off_cells)},
                         {"roughness_m", the_case.lubrication.roughness_m}};
+  if (the_case.contact) top["contact"] = resolved_contact(*the_case.contact);
   top["run"] = {{"steps", the_case.steps}};
   top["output"] = resolved_output(the_case.output);
   top["services"] = resolved_services(the_case.services);
@@ -378,6 +381,8 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, cons
   FluidSetup setup = static_cast<const FluidSetup&>(the_case.fluid);
   setup.step_s = the_case.step_s;
   for (const BodySpecification& body : assembly.bodies) setup.bodies.push_back(body.shape);
+  constexpr double of_a_cell = 0.25;  // contacts are soft
+  if (the_case.contact) setup.wall_overlap_m = of_a_cell * setup.cell_size_m;
   setup.fields = the_case.output.fields;
   setup.fields.directory = field_directory;
   return setup;
@@ -396,6 +401,8 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   setup.springs = assembly.springs;
   setup.bends = assembly.bends;
   for (const DrivenActuator& driven : assembly.drive) setup.actuators.push_back(driven.actuator);
+  setup.contact = contact_specification(the_case, assembly);
+  setup.walls = contact_walls(the_case);
   take_out(assembly.prescribed, setup);
   return setup;
 }

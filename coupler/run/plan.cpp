@@ -7,12 +7,14 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis/swimmer_figures.hpp"
+#include "config/checks/contact_setup.hpp"
 #include "config/checks/light_bodies.hpp"
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/features.hpp"
 #include "conversion/setup_conversion.hpp"
+#include "geometry/contact_time.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -47,6 +49,19 @@ void note_virtual_masses(ordered_json& notes, const LoadedCase& loaded) {
   }
 }
 
+/// What the bodies make of `contact`.
+void note_contacts(ordered_json& notes, const LoadedCase& loaded) {
+  const BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
+  if (setup.contact.stiffness_N_per_m == 0.0) return;
+  const ExpectedContacts expected = expected_contacts(loaded.content, loaded.assembly);
+  const double overlap_m = expected.overlap_m(setup.contact.stiffness_N_per_m);
+  notes.push_back({{"what", "stiffness of contacts [N/m]"},
+                   {"value", fmt::format("{:.4g} (overlap up to about {:.2g} of the smallest radius, {:.0f} "
+                                         "substeps per step)",
+                                         setup.contact.stiffness_N_per_m, overlap_m / expected.smallest_radius_m,
+                                         contact_substeps(setup))}});
+}
+
 /// Figures of interest before a long run.
 ordered_json make_notes(const LoadedCase& loaded) {
   const Case& the_case = loaded.content;
@@ -70,6 +85,7 @@ ordered_json make_notes(const LoadedCase& loaded) {
       note(notes, "rest length of " + swimmer.name + " [cells]", rest_length_m(swimmer) / fluid.cell_size_m);
   }
   note_virtual_masses(notes, loaded);
+  note_contacts(notes, loaded);
   return notes;
 }
 

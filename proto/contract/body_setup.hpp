@@ -76,6 +76,21 @@ struct ActuatorSpecification {
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
 };
 
+/// Plane wall of the domain, which bodies meet in contacts.
+struct WallSpecification {
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();           ///< on the plane
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();           ///< unit vector towards the bodies
+  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< of its surface, in its plane
+  double friction = 0.0;                                       ///< Coulomb coefficient between it and bodies
+};
+
+/// Contacts between bodies, and between bodies and walls.
+struct ContactSpecification {
+  double stiffness_N_per_m = 0.0;  ///< of the normal spring; 0: contacts are not resolved
+  double restitution = 1.0;        ///< ratio of normal velocities after and before an impact, at most 1
+  double friction = 0.0;           ///< Coulomb coefficient between bodies
+};
+
 /// Everything that a body solver needs before the first step; SI units.
 struct BodySetup {
   double step_s = 0.0;
@@ -87,7 +102,9 @@ struct BodySetup {
   std::vector<SpringSpecification> springs;
   std::vector<BendSpecification> bends;
   std::vector<ActuatorSpecification> actuators;  ///< in the order of AppliedLoads::actuation
-  std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
+  std::vector<WallSpecification> walls;          ///< for contacts
+  ContactSpecification contact;
+  std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
 };
 
 }  // namespace copepod

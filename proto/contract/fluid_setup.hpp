@@ -81,6 +81,7 @@ struct FluidSetup {
   Refill refill = Refill::equilibrium;
   Precision precision = Precision::double_precision;
   double film_thickness_m = 0.0;  ///< loads leave out what films that are thinner exert; 0: nothing is left out
+  double wall_overlap_m = 0.0;    ///< how far moving bodies may reach beyond a face: contacts are soft
   std::vector<Shape> bodies;      ///< shapes, in the order of Kinematics and Loads
   FieldOutput fields;
   std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere

@@ -81,6 +81,7 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
   wire("refill", setup.refill);
   wire("precision", setup.precision);
   wire("film_thickness_m", setup.film_thickness_m);
+  wire("wall_overlap_m", setup.wall_overlap_m);
   wire("bodies", setup.bodies);
   wire("fields", setup.fields);
   wire("trace_directory", setup.trace_directory);
@@ -125,6 +126,19 @@ void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {
   wire("anchor_B_m", actuator.anchor_B_m);
 }
 
+void describe(auto& wire, Is<WallSpecification> auto& wall) {
+  wire("point_m", wall.point_m);
+  wire("normal", wall.normal);
+  wire("velocity_m_per_s", wall.velocity_m_per_s);
+  wire("friction", wall.friction);
+}
+
+void describe(auto& wire, Is<ContactSpecification> auto& contact) {
+  wire("stiffness_N_per_m", contact.stiffness_N_per_m);
+  wire("restitution", contact.restitution);
+  wire("friction", contact.friction);
+}
+
 void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("step_s", setup.step_s);
   wire("integrator", setup.integrator);
@@ -135,6 +149,8 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("springs", setup.springs);
   wire("bends", setup.bends);
   wire("actuators", setup.actuators);
+  wire("walls", setup.walls);
+  wire("contact", setup.contact);
   wire("trace_directory", setup.trace_directory);
 }
 

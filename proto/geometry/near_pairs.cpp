@@ -41,6 +41,7 @@ const std::vector<BodyPair>& NearPairs::at(const Eigen::Matrix3Xd& position_m) {
     listed_position_m_ = position_m;
     grid_.find_pairs(position_m, pairs_);
     std::ranges::sort(pairs_);
+    ++listing_;
   }
   return pairs_;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,6 +26,9 @@ class NearPairs {
   /// @param position_m  finite, shape (3, bodies)
   const std::vector<BodyPair>& at(const Eigen::Matrix3Xd& position_m);
 
+  /// How often pairs have been listed: the list is the same while this is.
+  [[nodiscard]] std::uint64_t listing() const { return listing_; }
+
   /// Bodies that are longer than the periodic box and may meet their own image.
   [[nodiscard]] const std::vector<int>& longer_than_the_box() const { return longer_than_the_box_; }
 
@@ -39,6 +43,7 @@ class NearPairs {
   std::vector<double> margin_m_;  ///< by which a body may move before the pairs are listed anew
   NeighbourGrid grid_;
   std::vector<BodyPair> pairs_;
+  std::uint64_t listing_ = 0;
   std::vector<int> longer_than_the_box_;
   Eigen::Matrix3Xd listed_position_m_;  ///< when the pairs were listed; no columns: never
 };

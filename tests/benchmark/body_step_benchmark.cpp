@@ -1,11 +1,12 @@
 // Time of one step of the body solver for many swimmers of three beads
-// (docs/decisions/body_integrator.md). Run: build/bin/body_step_benchmark
+// (docs/decisions/body_integrator.md), and of one substep of spheres that collide. Run: build/bin/body_step_benchmark
 
 #include <cmath>
 #include <string>
 
 #include <benchmark/benchmark.h>
 
+#include "geometry/contact_time.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace {
@@ -67,6 +68,52 @@ void step_of_swimmers(benchmark::State& state, Integrator integrator) {
   }
 }
 
+/// Spheres at 10 % of the volume of a periodic box, all of one speed in every direction; steps of one substep.
+BodySetup suspension(int spheres) {
+  constexpr double radius_m = 1e-3;
+  constexpr double volume_fraction = 0.1;
+  const int row = static_cast<int>(std::ceil(std::cbrt(spheres)));
+  const double spacing_m = radius_m * std::cbrt(4.0 / 3.0 * 3.14159265358979 / volume_fraction);
+  BodySetup setup;
+  setup.step_s = 2e-5;
+  setup.integrator = Integrator::semi_implicit_euler;
+  setup.contact = {10.0, 0.9, 0.3};
+  setup.periodic_length_m.fill(row * spacing_m);
+  for (int i = 0; i < spheres; ++i) {
+    BodySpecification sphere;
+    sphere.name = "sphere " + std::to_string(i);
+    sphere.shape = {ShapeKind::sphere, radius_m, 0.0};
+    sphere.mass_kg = 1e-5;
+    sphere.position_m =
+        spacing_m * Eigen::Vector3d(i % row, static_cast<int>(i / row) % row, static_cast<int>(i / row / row));
+    sphere.velocity_m_per_s =
+        0.3 * Eigen::Vector3d(std::sin(3.0 * i), std::cos(7.0 * i), std::sin(11.0 * i)).normalized();
+    setup.bodies.push_back(sphere);
+  }
+  return setup;
+}
+
+/// A substep of colliding spheres, pairs listed anew whenever one has moved by a quarter of its radius.
+void substep_of_a_suspension(benchmark::State& state) {
+  const BodySetup setup = suspension(static_cast<int>(state.range(0)));
+  body::RigidBodySolver solver(setup);
+  AppliedLoads applied;
+  applied.hydrodynamic.resize(state.range(0));
+  applied.hydrodynamic.force_N.setZero();
+  applied.hydrodynamic.torque_N_m.setZero();
+  applied.actuation.resize(0, 1);
+  Kinematics next;
+  for (auto _ : state) {
+    solver.step(applied, next);
+    applied.hydrodynamic.step = next.step;
+    benchmark::DoNotOptimize(next.position_m.data());
+  }
+  state.counters["substeps"] = contact_substeps(setup);
+  for (const auto& [phase, seconds] : solver.summarise().seconds)
+    state.counters[phase + "_ms"] = 1e3 * seconds / static_cast<double>(state.iterations());
+  state.SetComplexityN(state.range(0));
+}
+
 /// Listing the pairs of neighbours anew, the rare part of the overlap check: construction does it once.
 void start_of_swimmers(benchmark::State& state) {
   const BodySetup setup = swarm(static_cast<int>(state.range(0)), Integrator::runge_kutta_4);
@@ -87,6 +134,12 @@ BENCHMARK_CAPTURE(step_of_swimmers, semi_implicit_euler, Integrator::semi_implic
     ->Arg(1)
     ->RangeMultiplier(10)
     ->Range(33, 33333)
+    ->Unit(benchmark::kMillisecond)
+    ->Complexity(benchmark::oN);
+BENCHMARK(substep_of_a_suspension)
+    ->Arg(1000)
+    ->Arg(10000)
+    ->Arg(100000)
     ->Unit(benchmark::kMillisecond)
     ->Complexity(benchmark::oN);
 BENCHMARK(start_of_swimmers)

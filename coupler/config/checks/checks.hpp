@@ -19,6 +19,7 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
 void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems);     ///< of springs
 void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< for the coupling
+void check_contact(const Case& the_case, const Assembly& assembly, Problems& problems);       ///< stiffness, walls
 void check_signals(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_strokes(const Case& the_case, Problems& problems);
 void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< Mach number

@@ -142,6 +142,13 @@ struct LubricationCase {
   double roughness_m = 1e-9;  ///< films do not get thinner
 };
 
+/// Section `contact`: bodies that meet each other or a wall rebound.
+struct ContactCase {
+  double restitution = 0.9;
+  double friction = 0.3;
+  std::optional<double> stiffness_N_per_m;  ///< absent: by the rule of checks/contact_setup.hpp
+};
+
 struct OutputCase {
   std::int64_t trajectory_every_steps = 0;  ///< 0: first and last step only
   std::int64_t trajectory_from_step = 0;    ///< no samples before but the first step
@@ -189,6 +196,7 @@ struct Case {
   LoadAveraging load_averaging = LoadAveraging::two_step;
   std::optional<double> virtual_mass;  ///< in displaced masses; 0: none, absent: by the rule of checks/light_bodies.hpp
   LubricationCase lubrication;
+  std::optional<ContactCase> contact;  ///< absent: a run in which bodies meet ends
   std::int64_t steps = 0;
   OutputCase output;
   ServicesCase services;

@@ -63,6 +63,9 @@ nlohmann::ordered_json resolved_signal(const Signal& signal, const char* amplitu
 Drive read_drive(Reader drive, double step_s);
 nlohmann::ordered_json resolved_drive(const Drive& drive);
 
+ContactCase read_contact(Reader contact);
+nlohmann::ordered_json resolved_contact(const ContactCase& contact);
+
 NamedGroup read_group(Reader group);
 nlohmann::ordered_json resolved_group(const NamedGroup& group);
 

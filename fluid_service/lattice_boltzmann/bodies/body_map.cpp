@@ -186,7 +186,7 @@ void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
 void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) const {
   for (int axis = 0; axis < 3; ++axis) {
     for (const bool high : {false, true}) {
-      if (beyond(body, axis, high) <= 0.0) continue;
+      if (beyond(body, axis, high) <= domain_.wall_overlap_lu()) continue;
       throw SolverError("body " + std::to_string(index) + " runs into the " + (high ? "upper" : "lower") +
                         " face normal to " + "xyz"[axis] + " (its centre is at " + std::to_string(body.position[axis]) +
                         " cells; its loads would be those of a part of it). Enlarge the domain, or keep it "

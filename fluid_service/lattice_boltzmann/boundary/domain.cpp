@@ -37,7 +37,9 @@ Face make_face(const Boundary& boundary, const LatticeUnits& units) {
 }  // namespace
 
 Domain::Domain(const FluidSetup& setup, const LatticeUnits& units)
-    : cells_(setup.domain_cells), symmetric_(setup.symmetry_planes) {
+    : cells_(setup.domain_cells),
+      symmetric_(setup.symmetry_planes),
+      wall_overlap_lu_(units.length_lu(setup.wall_overlap_m)) {
   constexpr const char* axis_name = "xyz";
   for (int axis = 0; axis < 3; ++axis) {
     if (cells_[axis] < 1)

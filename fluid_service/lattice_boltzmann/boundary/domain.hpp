@@ -49,6 +49,8 @@ class Domain {
   [[nodiscard]] const Face& face(int axis, bool high) const { return faces_[face_index(axis, high)]; }
   [[nodiscard]] bool periodic(int axis) const { return face(axis, false).kind == FaceKind::periodic; }
   [[nodiscard]] bool symmetric(int axis) const { return symmetric_[axis]; }
+  /// How far moving bodies may reach beyond a face, where contacts hold them.
+  [[nodiscard]] double wall_overlap_lu() const { return wall_overlap_lu_; }
   /// Whether a body with its centre there lies on the symmetry plane normal to `axis`, which shows half of
   /// it. Any other body is in the computed half, whole.
   [[nodiscard]] bool cut_by_symmetry_plane(const Eigen::Vector3d& position_lu, int axis) const {
@@ -88,6 +90,7 @@ class Domain {
   Cell cells_;
   std::array<Face, 6> faces_;
   std::array<bool, 3> symmetric_;
+  double wall_overlap_lu_;
 };
 
 /// Where the population comes from that leaves ghost cell g in direction α towards the domain.

@@ -184,7 +184,7 @@ TEST(RigidBodySolver, AnnouncesEveryShapeMotionAndIntegratorItHas) {
   const auto features = rigid_body_capabilities().features;
   for (const char* feature :
        {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis",
-        "integrator:runge_kutta_4", "integrator:semi_implicit_euler", "periodic", "checkpoint"}) {
+        "integrator:runge_kutta_4", "integrator:semi_implicit_euler", "contact", "walls", "periodic", "checkpoint"}) {
     EXPECT_TRUE(features.contains(feature)) << feature;
   }
 }

@@ -154,7 +154,7 @@ TEST_F(StateFile, RefusesEveryTruncatedFile) {
 TEST_F(StateFile, RefusesAFileThatIsTooLong) {
   write();
   for (const std::size_t extra : {1U, 8U, 100U}) {
-    replace(bytes().substr(0, 8 * (6 + 39)) + std::string(extra, '\0'));
+    replace(bytes().substr(0, 8 * (7 + 39)) + std::string(extra, '\0'));
     EXPECT_TRUE(contains(refusal(), "is damaged")) << extra;
   }
 }
@@ -162,7 +162,7 @@ TEST_F(StateFile, RefusesAFileThatIsTooLong) {
 TEST_F(StateFile, RefusesAFlippedBitAnywhere) {
   write();
   const std::string whole = bytes();
-  ASSERT_EQ(whole.size(), 8U * (6 + 39));
+  ASSERT_EQ(whole.size(), 8U * (7 + 39));
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::string damaged = whole;
     damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));

@@ -49,6 +49,7 @@ const Travels fluid_travels{
     {"refill", {"fluid.refill=nonequilibrium"}},
     {"precision", {"fluid.precision=double"}},
     {"film_thickness_m", {"lubrication.cut_off_cells=auto"}},
+    {"wall_overlap_m", {"fluid.symmetry_planes=[]", "fluid.cell_size_m=1.05e-6"}},
     {"bodies.kind", {"bodies.0.shape=capsule"}},
     {"bodies.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
@@ -99,12 +100,19 @@ const Travels body_travels{
     {"actuators.direction", {"actuators.0.direction=[0, 0, 1]"}},
     {"actuators.anchor_A_m", {"actuators.1.anchors_m=[[0, 0, 2.0e-6], [1.0e-6, 0, 0]]"}},
     {"actuators.anchor_B_m", {"actuators.1.anchors_m=[[0, 0, 1.0e-6], [2.0e-6, 0, 0]]"}},
+    {"walls.point_m", {"fluid.domain_cells=[50, 50, 96]"}},
+    {"walls.normal", {"fluid.boundaries.x=periodic"}},
+    {"walls.velocity_m_per_s", {"fluid.boundaries.y={velocity_m_per_s: [0, 0, 0.4]}"}},
+    {"walls.friction", {"contact.friction=0.4"}},
+    {"contact.stiffness_N_per_m", {"contact.stiffness_N_per_m=0.25"}},
+    {"contact.restitution", {"contact.restitution=0.7"}},
+    {"contact.friction", {"contact.friction=0.4"}},
     {"trace_directory", {}},
 };
 
 /// Sections whose keys all go to a component, and those of their keys that do not.
-const std::vector<std::string> travelling_sections{"fluid.",      "body.",     "bodies.[].",
-                                                   "springs.[].", "bends.[].", "gravity"};
+const std::vector<std::string> travelling_sections{"fluid.",    "body.",   "bodies.[].", "springs.[].",
+                                                   "bends.[].", "gravity", "contact."};
 const std::set<std::string> keys_of_the_coupler{"fluid.solver.command", "body.solver", "body.solver.command"};
 
 /// Values of every field of a message as text, by path; entries of lists one after the other.

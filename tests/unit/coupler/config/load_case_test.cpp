@@ -94,8 +94,8 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
   // The case brings its own body service, which integrates in its own way.
   EXPECT_EQ(required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)),
             (std::set<std::string>{"actuator:body_force", "actuator:body_torque", "actuator:pair_force",
-                                   "actuator:world_torque", "anchors", "bends", "checkpoint", "gravity", "motion:axis",
-                                   "motion:free", "shape:capsule", "shape:sphere", "springs"}));
+                                   "actuator:world_torque", "anchors", "bends", "checkpoint", "contact", "gravity",
+                                   "motion:axis", "motion:free", "shape:capsule", "shape:sphere", "springs", "walls"}));
 }
 
 TEST(Requirements, NameThinFilmsOnlyForACaseThatGivesTheirThickness) {

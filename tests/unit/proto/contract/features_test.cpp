@@ -144,12 +144,21 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
      {[](BodySetup& s) { s.actuators.resize(1), s.actuators[0].anchor_A_m.x() = 1e-6; }, "anchors"}},
     {"actuators.anchor_B_m",
      {[](BodySetup& s) { s.actuators.resize(1), s.actuators[0].anchor_B_m.x() = 1e-6; }, "anchors"}},
+    {"walls", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
+    {"walls.point_m", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
+    {"walls.normal", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
+    {"walls.velocity_m_per_s", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
+    {"walls.friction", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
+    {"contact", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
+    {"contact.stiffness_N_per_m", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
+    {"contact.restitution", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
+    {"contact.friction", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
 };
 
 /// Fields that every solver of the role must read, so that no feature guards them; a source of our service or
 /// of the kit reads each of them under its name in the contract.
 const Names fluid_essentials{"step_s",       "cell_size_m",     "density_kg_per_m3", "kinematic_viscosity_m2_per_s",
-                             "domain_cells", "bodies.radius_m", "trace_directory"};
+                             "domain_cells", "bodies.radius_m", "wall_overlap_m",    "trace_directory"};
 const Names body_essentials{"step_s",
                             "bodies.name",
                             "bodies.shape.radius_m",

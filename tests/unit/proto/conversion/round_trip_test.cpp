@@ -127,6 +127,7 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
   EXPECT_EQ(received.initial_flow.velocity_m_per_s, sent.initial_flow.velocity_m_per_s);
   EXPECT_EQ(received.initial_flow.speed_m_per_s, sent.initial_flow.speed_m_per_s);
   EXPECT_EQ(received.film_thickness_m, sent.film_thickness_m);
+  EXPECT_EQ(received.wall_overlap_m, sent.wall_overlap_m);
   EXPECT_EQ(received.collision, sent.collision);
   EXPECT_EQ(received.moving_boundary, sent.moving_boundary);
   EXPECT_EQ(received.refill, sent.refill);
@@ -172,6 +173,14 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
   EXPECT_EQ(received.springs[0].rest_length_m, 1.6e-5);
   EXPECT_EQ(received.springs[0].anchor_A_m, sent.springs[0].anchor_A_m);
   EXPECT_EQ(received.springs[0].anchor_B_m, sent.springs[0].anchor_B_m);
+  ASSERT_EQ(received.walls.size(), 1U);
+  EXPECT_EQ(received.walls[0].point_m, sent.walls[0].point_m);
+  EXPECT_EQ(received.walls[0].normal, sent.walls[0].normal);
+  EXPECT_EQ(received.walls[0].velocity_m_per_s, sent.walls[0].velocity_m_per_s);
+  EXPECT_EQ(received.walls[0].friction, 0.25);
+  EXPECT_EQ(received.contact.stiffness_N_per_m, sent.contact.stiffness_N_per_m);
+  EXPECT_EQ(received.contact.restitution, 0.9);
+  EXPECT_EQ(received.contact.friction, 0.3);
   ASSERT_EQ(received.bends.size(), 1U);
   EXPECT_EQ(received.bends[0].body_A, 1);
   EXPECT_EQ(received.bends[0].body_B, 0);

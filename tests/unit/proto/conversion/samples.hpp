@@ -59,6 +59,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.collision = CollisionKind::trt;
   setup.precision = Precision::single_precision;
   setup.film_thickness_m = 1.0 / 13;
+  setup.wall_overlap_m = 1.0 / 17;
   setup.bodies = {{ShapeKind::sphere, 4e-6, 0}, {ShapeKind::capsule, 4e-6, 8e-6}};
   setup.fields = {"/runs/a/fields",    100, 5, 50, 2, {FieldQuantity::pressure, FieldQuantity::velocity},
                   {3, 4, 0, 0, 5, 50}, 1};
@@ -87,6 +88,8 @@ inline BodySetup sample_body_setup() {
   setup.bends = {{1, 0, 1, 2e-16, 2.5}};
   setup.actuators = {{ActuatorKind::pair_force, 0, 1, {0, 0, 1}, {1e-6, 0, 0}, {0, 1e-6, 0}},
                      {ActuatorKind::world_torque, 1, -1, {0, 0.6, 0.8}}};
+  setup.walls = {{{0, 0, 1.0 / 3}, {0, 0.6, 0.8}, {1, -2, 3}, 0.25}};
+  setup.contact = {1.0 / 7, 0.9, 0.3};
   return setup;
 }
 

@@ -152,6 +152,16 @@ TEST(BodyMap, RefusesABodyThatRunsIntoAFace) {
   EXPECT_FALSE(is_refused(setup, {10.0, 10.0, 20.0}));  // on the plane, which cuts it
 }
 
+TEST(BodyMap, LetsABodyReachBeyondAFaceByTheOverlapOfContacts) {
+  FluidSetup setup = periodic_box({20, 20, 40}, {{ShapeKind::sphere, 4.0, 0.0}});
+  setup.boundaries[face_index(0, false)].kind = setup.boundaries[face_index(0, true)].kind = BoundaryKind::no_slip;
+  setup.wall_overlap_m = 0.25;
+  EXPECT_FALSE(is_refused(setup, {3.76, 10.0, 10.0}));
+  EXPECT_TRUE(is_refused(setup, {3.74, 10.0, 10.0}));
+  EXPECT_FALSE(is_refused(setup, {16.24, 10.0, 10.0}));
+  EXPECT_TRUE(is_refused(setup, {16.26, 10.0, 10.0}));
+}
+
 TEST(BodyMap, LetsABodyThatRestsStandInAWall) {
   FluidSetup setup = periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}});
   for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::no_slip;

@@ -1,0 +1,276 @@
+#include "contact/contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include <Eigen/Geometry>
+
+#include "constraints/motion_constraint.hpp"
+#include "contract/errors.hpp"
+#include "contract/number_text.hpp"
+#include "geometry/rotation.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+void check_contact(const BodySetup& setup) {
+  const ContactSpecification& contact = setup.contact;
+  if (!(contact.restitution > 0.0 && contact.restitution <= 1.0)) {
+    throw CaseError("contact.restitution " + rounded_text(contact.restitution) +
+                    " (a rebound has a part of the velocity before it). Use a number between 0.05 and 1.");
+  }
+  if (!(contact.friction >= 0.0)) {
+    throw CaseError("contact.friction " + rounded_text(contact.friction) +
+                    " (friction must not create energy). Use 0 or more.");
+  }
+  for (const WallSpecification& wall : setup.walls) {
+    if (std::abs(wall.normal.norm() - 1.0) < 1e-6 && wall.friction >= 0.0) continue;
+    throw CaseError("a wall has a normal of length " + rounded_text(wall.normal.norm()) + " or a friction of " +
+                    rounded_text(wall.friction) + " (it needs a unit vector, and 0 or more). Correct them.");
+  }
+}
+
+/// Place of each body among the names; bodies of one name keep their order.
+std::vector<int> bodies_by_name(const BodyModel& model) {
+  std::vector<int> bodies(static_cast<std::size_t>(model.bodies()));
+  std::iota(bodies.begin(), bodies.end(), 0);
+  std::ranges::stable_sort(bodies, {}, [&](int body) -> const std::string& { return model.name(body); });
+  return bodies;
+}
+
+}  // namespace
+
+double Contacts::reach_m(const BodySetup& setup) {
+  constexpr double share_of_radius = 0.1;
+  double smallest_m = 0.0;
+  for (const BodySpecification& body : setup.bodies)
+    smallest_m = smallest_m == 0.0 ? body.shape.radius_m : std::min(smallest_m, body.shape.radius_m);
+  return share_of_radius * smallest_m;
+}
+
+Contacts::Contacts(const BodySetup& setup, const BodyModel& model, NearPairs& near_pairs)
+    : model_(model),
+      near_pairs_(near_pairs),
+      friction_(setup.contact.friction),
+      walls_(setup.walls),
+      reach_m_(reach_m(setup)),
+      rank_(setup.bodies.size()),
+      by_rank_(bodies_by_name(model)) {
+  check_contact(setup);
+  if (!near_pairs.longer_than_the_box().empty()) {
+    throw CaseError("body '" + model.name(near_pairs.longer_than_the_box().front()) +
+                    "' is longer than the periodic domain (it would be in contact with its own image). Use a larger "
+                    "domain.");
+  }
+  law_ = {setup.contact.stiffness_N_per_m, damping_ratio_of(setup.contact.restitution)};
+  for (std::size_t rank = 0; rank < by_rank_.size(); ++rank)
+    rank_[static_cast<std::size_t>(by_rank_[rank])] = static_cast<int>(rank);
+  force_N_.resize(3, model.bodies());
+  torque_N_m_.resize(3, model.bodies());
+}
+
+bool Contacts::moves(int body) const {
+  return model_.motion(body) == MotionKind::free || model_.motion(body) == MotionKind::axis;
+}
+
+CoreSegment Contacts::core(int body, const MotionState& state) const {
+  const double half_length_m = core_half_length_m(model_.shape(body));
+  if (half_length_m == 0.0) return {state.position_m.col(body), Eigen::Vector3d::Zero()};
+  return {state.position_m.col(body), half_length_m * z_axis(state.orientation_wxyz.col(body))};
+}
+
+void Contacts::push(MotionState& state, const Interval& interval) {
+  prepare(state, interval);
+  for (const auto& [A, B] : pairs_) push_pair(A, B, state, interval);
+  for (int body = 0; body < static_cast<int>(rank_.size()) && !walls_.empty(); ++body) {
+    if (!moves(body)) continue;
+    for (std::size_t wall = 0; wall < walls_.size(); ++wall) push_from_wall(body, wall, state, interval);
+  }
+  if (!memory_.empty()) apply(state, interval.duration_s);
+}
+
+void Contacts::prepare(const MotionState& state, const Interval& interval) {
+  std::swap(memory_, before_);
+  memory_.clear();
+  touches_.clear();
+  next_before_ = 0;
+  double fastest_m_per_s = 0.0;
+  for (const WallSpecification& wall : walls_)
+    fastest_m_per_s = std::max(fastest_m_per_s, wall.velocity_m_per_s.norm());
+  for (Eigen::Index body = 0; body < model_.bodies(); ++body) {
+    double speed_m_per_s = state.velocity_m_per_s.col(body).norm();
+    const double half_length_m = core_half_length_m(model_.shape(body));
+    if (half_length_m > 0.0) {
+      speed_m_per_s += half_length_m * model_
+                                           .angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body),
+                                                                       state.angular_momentum_N_m_s.col(body))
+                                           .norm();
+    }
+    fastest_m_per_s = std::max(fastest_m_per_s, speed_m_per_s);
+  }
+  // Two bodies approach each other at most twice as fast, over the half of the interval or to its other end.
+  near_m_ = std::min(reach_m_, 2.0 * fastest_m_per_s * interval.duration_s);
+  force_N_.setZero();
+  torque_N_m_.setZero();
+  list_pairs(state.position_m);
+}
+
+void Contacts::list_pairs(const Eigen::Matrix3Xd& position_m) {
+  const std::vector<BodyPair>& near = near_pairs_.at(position_m);
+  if (listing_ == near_pairs_.listing()) return;
+  listing_ = near_pairs_.listing();
+  const auto rank = [this](int body) { return rank_[static_cast<std::size_t>(body)]; };
+  pairs_.clear();
+  for (auto [A, B] : near) {
+    if (!moves(A) && !moves(B)) continue;
+    if (rank(B) < rank(A)) std::swap(A, B);
+    pairs_.emplace_back(A, B);
+  }
+  std::ranges::sort(pairs_, {}, [&](const BodyPair& pair) { return std::pair(rank(pair.first), rank(pair.second)); });
+}
+
+void Contacts::push_pair(int A, int B, const MotionState& state, const Interval& interval) {
+  const Shape& shape_A = model_.shape(A);
+  const Shape& shape_B = model_.shape(B);
+  const Eigen::Vector3d apart_m = near_pairs_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
+  const double bound_m = bounding_radius_m(shape_A) + bounding_radius_m(shape_B) + near_m_;
+  if (apart_m.squaredNorm() > bound_m * bound_m) return;
+  const CoreSegment core_A{Eigen::Vector3d::Zero(), core(A, state).half_W_m};
+  const CoreSegment core_B{apart_m, core(B, state).half_W_m};
+  const Eigen::Vector3d at_A_m = nearest_place(core_A, core_B) * core_A.half_W_m;
+  const Eigen::Vector3d at_B_m = nearest_place(core_B, {at_A_m, Eigen::Vector3d::Zero()}) * core_B.half_W_m;
+  const Eigen::Vector3d between_m = apart_m + at_B_m - at_A_m;
+  const double distance_m = between_m.norm();
+  const double overlap_m = shape_A.radius_m + shape_B.radius_m - distance_m;
+  if (overlap_m < -near_m_) return;
+  if (overlap_m > std::min(shape_A.radius_m, shape_B.radius_m)) {
+    throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' are pressed into each other by " +
+                      length_text(overlap_m) +
+                      " (the contact is too soft for its load, or the step too long). Use a larger "
+                      "contact.stiffness_N_per_m or a shorter step.");
+  }
+  Touch touch{.A = A, .B = B, .normal = between_m / distance_m, .overlap_m = overlap_m};
+  touch.arm_A_m = at_A_m + (shape_A.radius_m - 0.5 * overlap_m) * touch.normal;
+  touch.arm_B_m = at_B_m - (shape_B.radius_m - 0.5 * overlap_m) * touch.normal;
+  touch.friction = friction_;
+  touch.inverse_mass_per_kg = inverse_mass_per_kg(A, touch.arm_A_m, touch.normal, state) +
+                              inverse_mass_per_kg(B, touch.arm_B_m, touch.normal, state);
+  act(touch, B, state, interval);
+}
+
+void Contacts::push_from_wall(int body, std::size_t wall, const MotionState& state, const Interval& interval) {
+  const WallSpecification& plane = walls_[wall];
+  const Shape& shape = model_.shape(body);
+  const double height_m = plane.normal.dot(state.position_m.col(body) - plane.point_m);
+  if (height_m - bounding_radius_m(shape) > near_m_) return;
+  const Eigen::Vector3d half_m = core(body, state).half_W_m;
+  const int ends = half_m.isZero(0.0) ? 1 : 2;
+  const double slope_m = plane.normal.dot(half_m);
+  const auto overlap_m = [&](int end) { return shape.radius_m - height_m + (end == 0 ? slope_m : -slope_m); };
+  for (int end = 0; end < ends; ++end) {
+    if (overlap_m(end) < -near_m_) continue;
+    if (overlap_m(end) > shape.radius_m) {
+      throw SolverError("body '" + model_.name(body) + "' is pressed into a wall by " + length_text(overlap_m(end)) +
+                        " (the contact is too soft for its load, or the step too long). Use a larger "
+                        "contact.stiffness_N_per_m or a shorter step.");
+    }
+    Touch touch{.A = body, .normal = -plane.normal, .overlap_m = overlap_m(end)};
+    const Eigen::Vector3d at_m = (end == 0 ? -1.0 : 1.0) * (ends - 1) * half_m;
+    touch.arm_A_m = at_m + (shape.radius_m - touch.overlap_m) * touch.normal;
+    touch.wall_m_per_s = plane.velocity_m_per_s;
+    touch.friction = plane.friction;
+    // On both ends a capsule bears like a sphere, each with half of its mass.
+    const bool lies = ends == 2 && overlap_m(0) > 0.0 && overlap_m(1) > 0.0;
+    touch.inverse_mass_per_kg = lies ? 2.0 * inverse_mass_per_kg(body, Eigen::Vector3d::Zero(), touch.normal, state)
+                                     : inverse_mass_per_kg(body, touch.arm_A_m, touch.normal, state);
+    act(touch, static_cast<int>(rank_.size() + 2 * wall) + end, state, interval);
+  }
+}
+
+/// What a unit impulse along the normal changes of the velocity at the contact: f·f/m + τ·I⁻¹τ, of motions that the
+/// body's kind allows.
+double Contacts::inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
+                                     const MotionState& state) const {
+  if (!moves(body)) return 0.0;
+  if (model_.shape(body).kind == ShapeKind::sphere && model_.motion(body) == MotionKind::free)
+    return model_.inverse_mass_per_kg(body);  // the arm is along the normal
+  Eigen::Vector3d force = normal;
+  Eigen::Vector3d torque = arm_m.cross(normal);
+  constrain_loads(model_.motion(body), model_.axis(body), force, torque);
+  return force.squaredNorm() * model_.inverse_mass_per_kg(body) +
+         torque.dot(model_.angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body), torque));
+}
+
+Eigen::Vector3d Contacts::relative_m_per_s(const Touch& touch, const MotionState& state) const {
+  const auto surface_m_per_s = [&](int body, const Eigen::Vector3d& arm_m) -> Eigen::Vector3d {
+    const Eigen::Vector3d spin_rad_per_s = model_.angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body),
+                                                                             state.angular_momentum_N_m_s.col(body));
+    return state.velocity_m_per_s.col(body) + spin_rad_per_s.cross(arm_m);
+  };
+  const Eigen::Vector3d of_other = touch.B < 0 ? touch.wall_m_per_s : surface_m_per_s(touch.B, touch.arm_B_m);
+  return of_other - surface_m_per_s(touch.A, touch.arm_A_m);
+}
+
+void Contacts::act(const Touch& touch, int other, const MotionState& state, const Interval& interval) {
+  if (!(touch.inverse_mass_per_kg > 0.0)) return;
+  const Eigen::Vector3d relative = relative_m_per_s(touch, state);
+  const double separation_m_per_s = relative.dot(touch.normal);
+  const double mass_kg = 1.0 / touch.inverse_mass_per_kg;
+  const double overlap_m = touch.overlap_m - interval.after_s * separation_m_per_s;
+  const double pressure_N = law_.normal_force_N(overlap_m, -separation_m_per_s, mass_kg, interval.duration_s);
+  if (pressure_N == 0.0) return;
+  Eigen::Vector3d force_N = pressure_N * touch.normal;  // on the other
+  touches_.push_back(touch);
+  ContactMemory& memory = memory_.emplace_back(ContactMemory{.body = touch.A, .other = other});
+  if (touch.friction > 0.0) {
+    const Eigen::Vector3d slip_m_per_s = relative - separation_m_per_s * touch.normal;
+    if (const ContactMemory* last = before(touch.A, other)) {
+      // The surfaces have moved with the mean of their velocities since then.
+      memory.stretch_m = turned_into_plane(last->stretch_m, touch.normal) +
+                         0.5 * interval.since_s * (slip_m_per_s + last->slip_m_per_s);
+    }
+    force_N += law_.friction_N(memory.stretch_m, slip_m_per_s, mass_kg, touch.friction * pressure_N);
+  }
+  force_N_.col(touch.A) -= force_N;
+  torque_N_m_.col(touch.A) -= touch.arm_A_m.cross(force_N);
+  if (touch.B < 0) return;
+  force_N_.col(touch.B) += force_N;
+  torque_N_m_.col(touch.B) += touch.arm_B_m.cross(force_N);
+}
+
+/// Contacts are asked for in the order in which they were left.
+const ContactMemory* Contacts::before(int body, int other) {
+  const auto place = [this](int first, int second) {
+    const bool wall = second >= static_cast<int>(rank_.size());
+    const auto rank = [&](int of) { return wall ? of : rank_[static_cast<std::size_t>(of)]; };
+    return std::tuple(wall, rank(first), rank(second));
+  };
+  const auto wanted = place(body, other);
+  for (; next_before_ < before_.size(); ++next_before_) {
+    const ContactMemory& found = before_[next_before_];
+    const auto at = place(found.body, found.other);
+    if (at == wanted) return &found;
+    if (at > wanted) break;
+  }
+  return nullptr;
+}
+
+void Contacts::apply(MotionState& state, double duration_s) {
+  for (const int body : by_rank_) {
+    if (!moves(body)) continue;
+    Eigen::Vector3d force_N = force_N_.col(body);
+    Eigen::Vector3d torque_N_m = torque_N_m_.col(body);
+    constrain_loads(model_.motion(body), model_.axis(body), force_N, torque_N_m);
+    state.velocity_m_per_s.col(body) += duration_s * model_.inverse_mass_per_kg(body) * force_N;
+    state.angular_momentum_N_m_s.col(body) += duration_s * torque_N_m;
+  }
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const Eigen::Vector3d relative = relative_m_per_s(touches_[i], state);
+    memory_[i].slip_m_per_s = relative - relative.dot(touches_[i].normal) * touches_[i].normal;
+  }
+}
+
+}  // namespace copepod::body
