@@ -106,6 +106,9 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
     """Carries out the command as ssh would, and ends with it; also ends it, and all the rest, with the connection."""
     mark, host = order["mark"], order["host"]
     watcher = next(iter(marked_processes(f"{GUARD}={mark}")), None)
+    if watcher is None:
+        _report(host, "its guard has ended, and nothing is started without it.")
+        return 1
     parent = os.getpid()
     process = subprocess.Popen(
         ["/bin/sh", "-c", order["command"]],
@@ -120,7 +123,7 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
     while lines.is_open and process.poll() is None:
         for _ in lines.wait(_LOOK_EVERY_S, ended):
             pass
-        state = "S" if watcher is None else state_of(watcher)
+        state = state_of(watcher)
         stopped_since = (stopped_since or time.monotonic()) if state == "T" else None
         is_frozen = stopped_since is not None and time.monotonic() - stopped_since > _OTHER_STOPPED_FOR_S
         if state in ENDED or is_frozen:
@@ -131,8 +134,7 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
     if code != 0:  # what it had started goes with it
         _end_all(mark)
     if code is None:
-        if watcher is not None:
-            _signal(watcher, signal.SIGCONT)  # it sees by itself that the connection is gone
+        _signal(watcher, signal.SIGCONT)  # it sees by itself that the connection is gone
         return 1
     if code < 0 or code > 128:
         number = -code if code < 0 else code - 128
