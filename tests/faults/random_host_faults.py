@@ -53,6 +53,7 @@ def _signal(run, choose, fault):
             if fault == "freeze" and kind == "command":
                 time.sleep(choose.uniform(0.5, 2 * SILENCE_S))
                 os.kill(pid, signal.SIGCONT)
+                run.process.send_signal(signal.SIGCONT)  # nsenter has stopped with it
             return kind
     return None
 
