@@ -12,6 +12,7 @@
 #include "config/sections/sections.hpp"
 #include "config/yaml/csv_rows.hpp"
 #include "contract/number_text.hpp"
+#include "geometry/rotation.hpp"
 
 // Section `swarm`: a template and how copies of it are placed. They become swimmers like those of section `swimmers`,
 // so that nothing else depends on swarms.
