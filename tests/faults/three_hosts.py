@@ -167,7 +167,8 @@ class Hosts:
         (folder / "hosts").write_text(f"127.0.0.1 localhost\n{names}")
         (folder / "sshd_config").write_text(
             f"Port {_PORT}\nHostKey {folder}/host_key\nAuthorizedKeysFile {folder}/user_key.pub\nStrictModes no\n"
-            "UsePAM no\nPermitRootLogin yes\nPidFile none\nMaxStartups 100\n"
+            f"UsePAM no\nPermitRootLogin yes\nPidFile none\nMaxStartups 100\n"
+            f"SetEnv HOME={folder}\n"  # what a login starts on this machine is not part of the test
         )
         (folder / "ssh_config").write_text(
             f"Host *\n  Port {_PORT}\n  IdentityFile {folder}/user_key\n  IdentitiesOnly yes\n  BatchMode yes\n"
