@@ -257,7 +257,7 @@ TEST(Contacts, NeverCreateEnergy) {
 TEST(Contacts, GiveTheSameBitsInWhateverOrderTheBodiesAre) {
   std::vector<int> scattered = in_order();
   std::ranges::reverse(scattered);
-  std::ranges::rotate(scattered, scattered.begin() + 7);
+  std::rotate(scattered.begin(), scattered.begin() + 7, scattered.end());  // clang 14 has no ranges::rotate
   std::swap(scattered[0], scattered[15]);
   BodySetup plain = crowd(0.6, 0.3, in_order());
   BodySetup mixed = crowd(0.6, 0.3, scattered);
