@@ -21,6 +21,7 @@ def _root() -> Path:
 ROOT = _root()
 BUILD = ROOT / "build"
 PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
+_WITH_BULLET = "bullet_body_service"  # only where libbullet-dev is
 
 
 def version() -> str:
@@ -41,8 +42,8 @@ def program(name: str) -> Path:
 
 
 def present_programs() -> list[str]:
-    """Those of PROGRAMS that are there; a folder that the user has put together may lack some."""
-    return [name for name in PROGRAMS if program(name).exists()]
+    """Those that are there; a folder that the user has put together may lack some."""
+    return [name for name in (*PROGRAMS, _WITH_BULLET) if program(name).exists()]
 
 
 def build_digest() -> str:

@@ -118,6 +118,11 @@ class FakeCampaign(CommandTest):
         self.run_campaign("--rerun-other-builds")
         self.assertEqual(self.states(), {"a": ("done", False), "b": ("done", False)})
 
+    def test_bodies_that_bullet_moves_are_part_of_its_build(self):
+        shutil.copy(self.programs / "body_service", self.programs / "bullet_body_service")
+        self.run_campaign()
+        self.assertEqual(len(list((self.folder / "out/programs").glob("*/bullet_body_service"))), 1)
+
     def test_programs_that_change_in_the_middle_do_not_disturb_it(self):
         self.write("campaign", {"name": "fakes", "jobs": 1, "cases": ["a", "b"]})
         self.write_case("a", steps=50)
