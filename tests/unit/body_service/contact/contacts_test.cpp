@@ -294,7 +294,7 @@ TEST(Contacts, AreResumedBitForBit) {
 TEST(Contacts, LetAHeapComeToRest) {
   std::vector<BodySpecification> bodies;
   constexpr double spacing_m = 2.2e-3;
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 45; ++i) {
     const double shift = 0.03 * std::sin(17.0 * i);
     const Eigen::Vector3d place(0.6 + i % 3 + shift, 0.6 + i / 3 % 3 - shift, 0.6 + static_cast<int>(i / 9));
     bodies.push_back(ball("body " + std::to_string(100 + i), spacing_m * place));
@@ -309,7 +309,7 @@ TEST(Contacts, LetAHeapComeToRest) {
     state = advance(solver, static_cast<std::int64_t>(0.025 / setup.step_s));
     largest_J = std::max(largest_J, kinetic_energy_J(state, setup));
   }
-  EXPECT_GT(largest_J, 1e-3 * 100 * mass_kg * gravity_m_per_s2 * radius_m) << "nothing has fallen";
+  EXPECT_GT(largest_J, 1e-3 * 45 * mass_kg * gravity_m_per_s2 * radius_m) << "nothing has fallen";
   EXPECT_LT(kinetic_energy_J(state, setup), 1e-4 * largest_J);
   EXPECT_GT(state.position_m.minCoeff(), 0.95 * radius_m);
 }
