@@ -197,7 +197,7 @@ def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, {ranks}"))
     rows += _timing_rows(summary.get("timing") or {}, has_fluid=bool(summary.get("mlups")))
     if summary.get("mass_drift") is not None:
-        rows.append(("mass that the fluid gained", f"{summary['mass_drift'] * 1e6:.2g} ppm"))
+        rows.append(("mass drift", f"{summary['mass_drift'] * 1e6:.2g} ppm"))
     if summary.get("digest") is not None:
         rows.append(("digest", str(summary["digest"])))
     return rows

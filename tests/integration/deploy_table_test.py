@@ -3,7 +3,7 @@
 import unittest
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_run.figures import compared, number_text, result_table
+from copepod_run.figures import MOST_TABLES, compared, number_text, result_table
 
 SWIMMER = {
     "name": "swimmer",
@@ -140,7 +140,8 @@ class ResultTable(unittest.TestCase):
         self.assertEqual(self.row("mean velocity", summary)[-2:], ["0.01235", "m/s"])
         self.assertEqual(self.row("polar order", summary)[-1], "0.5")
         self.assertNotIn("tilt", result_table(summary, "runs/a"))
-        self.assertEqual(result_table({**summary, "swimmers": swimmers[:12]}, "runs/a").count("tilt"), 12)
+        few = {**summary, "swimmers": swimmers[:MOST_TABLES]}
+        self.assertEqual(result_table(few, "runs/a").count("tilt"), MOST_TABLES)
 
     def test_run_without_swimmers_or_timing_has_a_table_too(self):
         table = result_table({"case": "box", "status": "finished", "steps": 3, "wall_s": 0.5}, "runs/box")
