@@ -27,6 +27,7 @@ _SPEED = {"terminal": 1e-4, "start": 1e-5}  # without walls, in cells per step
 _STEPS = {"terminal": 20000, "start": 300}
 _DENSITIES = (0.01, 0.1, 0.2, 0.5, 1.0, 10.0, 100.0)  # over the fluid's
 _NEUTRAL = {0.55: 0.5433, 2 / 3: 0.5431, 1.0: 0.5430, 2.0: 0.5430}  # by τ: where heavier spheres start, as measured
+_NEUTRAL_FINE = 0.4104  # the same at R = 8
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def case_of(point: Point) -> CaseDict:
         boundaries, from_step = "periodic", 0
         fluid["body_force_N_per_m3"] = [0, 0, -force / point.cells**3]
     elif point.density > 1:  # its relaxation is longer than the run
-        start = _NEUTRAL[point.tau] * speed
+        start = (_NEUTRAL[point.tau] if point.radius == 4 else _NEUTRAL_FINE) * speed
     place = [0.5 * point.cells + shift for shift in (0.3, 0.2, -0.9)]
     body = sphere(point.radius, place, "free", point.density, velocity_m_per_s=[0, 0, start])
     case = lattice_case([point.cells] * 3, point.tau, boundaries, [body], steps, from_step, **fluid)
