@@ -9,7 +9,7 @@ import subprocess
 import time
 from pathlib import Path
 
-from hurt_run import wait_for
+from hurt_run import ROOT, wait_for
 
 NAMES = ("a", "b", "c")
 _PORT = 2222
@@ -139,8 +139,10 @@ class Hosts:
     def _boot(self, name):
         """Its first process collects orphans, and keeps sshd."""
         names = self._folder / "hosts"
+        shared = shlex.quote(str(ROOT))  # perhaps in /tmp
         script = (
-            f"hostname {name}; mount --bind {names} /etc/hosts; mount -t tmpfs none /tmp; "
+            f"hostname {name}; mount --bind {names} /etc/hosts; "
+            f"mount --bind {shared} /mnt; mount -t tmpfs none /tmp; mkdir -p {shared}; mount --move /mnt {shared}; "
             f"mount -t tmpfs none /dev/shm; mkdir -p /run/sshd; cd /; "
             f"{_SSHD} -D -f {self._folder}/sshd_config -E {self._folder}/sshd_{name}.log & "
             "while :; do wait; sleep 0.5; done"
