@@ -119,22 +119,34 @@ class Accuracy(WholeRunTest):
 
 
 class LightBodies(WholeRunTest):
-    def last_velocity(self, density, bodies="own", code=0, **coupling):
-        """After 2000 steps in a closed box."""
-        case = light_bodies.case_of(light_bodies.Point("terminal", density, 2 / 3, bodies=bodies))
-        case["fluid"].update(SCHEMES["central_linear"])
-        case.update(case="light", run={"steps": 2000}, coupling=coupling, output={"trajectory": {"every_steps": 2000}})
+    def velocities(self, case, scheme, code=0, **coupling):
+        """In the last steps of 2000 in a closed box."""
+        case["fluid"].update(SCHEMES[scheme])
+        output = {"trajectory": {"every_steps": 1, "from_step": 1990}}
+        case.update(case="light", run={"steps": 2000}, coupling=coupling, output=output)
         (self.folder / "case.yaml").write_text(json.dumps(case))
         run = self.run_of(self.folder / "case.yaml", code=code)
-        return Trajectory(run / "trajectory.csv").of("sphere")["velocity_m_per_s"][-1, 2]
+        return Trajectory(run / "trajectory.csv").of("sphere")["velocity_m_per_s"]
+
+    def last_speed(self, density, bodies="own", code=0, **coupling):
+        case = light_bodies.case_of(light_bodies.Point("terminal", density, 2 / 3, bodies=bodies))
+        return self.velocities(case, "central_linear", code, **coupling)[-1, 2]
 
     def test_tend_to_the_velocity_of_a_body_of_the_fluids_density_whatever_component_moves_them(self):
-        neutral = self.last_velocity(1.0)
+        neutral = self.last_speed(1.0)
         for bodies in light_bodies.BODIES:
-            self.assertAlmostEqual(self.last_velocity(0.01, bodies) / neutral, 1, delta=0.005, msg=bodies)
+            self.assertAlmostEqual(self.last_speed(0.01, bodies) / neutral, 1, delta=0.005, msg=bodies)
 
     def test_would_diverge_without_virtual_mass(self):
-        self.last_velocity(0.01, code=70, virtual_mass="none")
+        self.last_speed(0.01, code=70, virtual_mass="none")
+
+    def test_do_not_oscillate_where_no_asymmetry_cancels_staggered_momentum(self):
+        """Measured: 1e-8 of the velocity. With surfaces that return it the run diverges within 2500 steps."""
+        case = light_bodies.case_of(light_bodies.Point("terminal", 0.01, 1.0))
+        case["bodies"][0]["position_m"] = [16.5, 16.5, 15.5]
+        velocity = self.velocities(case, "parabolic")[-8:]
+        alternating = velocity[2:] - 2 * velocity[1:-1] + velocity[:-2]
+        self.assertLess(abs(alternating).max() / velocity[-1, 2], 1e-6)
 
 
 if __name__ == "__main__":

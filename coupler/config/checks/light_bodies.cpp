@@ -23,6 +23,11 @@ double relaxation_time(const Case& the_case) {
                                    the_case.fluid.kinematic_viscosity_m2_per_s);
 }
 
+/// (−1)^(x+t) j_x, which collisions conserve: what these surfaces send back of it lets a light body oscillate.
+bool returns_staggered_momentum(MovingBoundary boundary) {
+  return boundary == MovingBoundary::bounce_back || boundary == MovingBoundary::central_linear;
+}
+
 bool moves_under_loads(const BodySpecification& body) {
   return body.motion == MotionKind::free || body.motion == MotionKind::axis;
 }
@@ -39,7 +44,7 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
   const bool averages = averaging == LoadAveraging::two_step;
   const double oscillating = averages ? 1.4 : 2.8 / excess;
   VirtualMassRule rule;
-  rule.needed_below = std::max(oscillating, 1.4 * std::pow(relaxation_time, 1.5)) / radius_cells;
+  rule.needed_below = std::max(oscillating, 1.65 * std::pow(relaxation_time, 1.5)) / radius_cells;
   if (averages && relaxation_time < averaged_below) {
     rule.virtual_mass = 1.5 / radius_cells;
     if (boundary != MovingBoundary::parabolic) rule.averaging = LoadAveraging::two_step;
@@ -102,6 +107,12 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
                        found + fmt::format("the coupling may be unstable below {:.2g} with less than {:.2g} displaced "
                                            "masses as virtual mass). Use coupling.virtual_mass: auto.",
                                            rule.needed_below, rule.virtual_mass));
+    } else if (rule.averaging == LoadAveraging::none && returns_staggered_momentum(the_case.fluid.moving_boundary)) {
+      problems.warning("fluid.moving_boundary",
+                       found +
+                           "at some places between the cells it may oscillate from step to step). Use "
+                           "moving_boundary: parabolic or, with load_averaging: two_step, a relaxation time below " +
+                           fmt::format("{}.", averaged_below));
     }
   }
 }

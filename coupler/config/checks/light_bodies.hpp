@@ -16,7 +16,7 @@ struct VirtualMassRule {
 
 /// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
 /// velocity or angular velocity [docs/decisions/virtual_mass.md]:
-///   needed below  1.4 max(1, τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.4 τ^(3/2)) / r   without
+///   needed below  max(1.4, 1.65 τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.65 τ^(3/2)) / r   without
 ///   τ < 0.75 and averaged loads:   m = 1.5 / r; parabolic boundaries, whose loads do not alternate: as they are
 ///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
 /// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere

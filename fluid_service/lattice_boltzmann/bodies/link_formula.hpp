@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "lattice_boltzmann/kernel/collision.hpp"
 
@@ -71,18 +72,19 @@ struct CentralLinear : LinkFormula {
 ///   X + S = (f̃⁻ − e)/(τ⁻ − 1) = Λ⁺ ∂²e − ∂(w_α ρ) + S,   ∂e = f̃_α(x_f) − f̃_α(x_f − e_α) + X
 /// The odd half remains as it is, but for a part of what is missing at the surface, r:
 ///   r = e − S/2 + q ∂e + q²/2 (X + S)/Λ⁺ − 3 w_α ρ_w e_α·u_w
-///   f_ᾱ(x_f) = f̃_α(x_f − e_α) − 2 (f̃⁻ + X) + 4 min(τ⁺, 1)/(1 + 2q) r
+///   f_ᾱ(x_f) = f̃_α(x_f − e_α) − 2 (f̃⁻ + X) + 4 k/(1 + 2q) r,   k = min(τ⁺, 0.95)
 /// The steady state has r = 0 at every τ: a parabola through the surface, but for the gradient of pressure in X + S. Of
-/// the kind of [Marson et al. 2021; Ginzburg et al. 2023], without a state of its own. At τ⁻ = 1 the collision leaves
-/// nothing of f⁻ − e, and X is lost.
+/// the kind of [Marson et al. 2021; Ginzburg et al. 2023], without a state of its own. With k = 1 staggered momentum,
+/// (−1)^(x+t) j_x, which collisions conserve, would leave a surface as it came. Within 0.02 of τ⁻ = 1 the collision
+/// leaves nothing of f⁻ − e, and X + S is taken as 0.
 class Parabolic : public LinkFormula {
  public:
   template <class T>
   explicit Parabolic(const CollisionConstants<T>& c)
       : force_{c.force[0], c.force[1], c.force[2]},
-        per_odd_(1.0 / (odd_time(c) - 1.0)),
+        per_odd_(std::abs(odd_time(c) - 1.0) < 0.02 ? 0.0 : 1.0 / (odd_time(c) - 1.0)),
         per_even_(1.0 / (2.0 * even_time(c) - 1.0)),
-        share_(4.0 * std::min(even_time(c), 1.0)) {}
+        share_(4.0 * std::min(even_time(c), 0.95)) {}
 
   [[nodiscard]] double returning(const Link& link) const {
     const auto& e = d3q19::e[link.direction];
@@ -100,9 +102,9 @@ class Parabolic : public LinkFormula {
 
  private:
   double force_[3];
-  double per_odd_;   ///< 1/(τ⁻ − 1)
+  double per_odd_;   ///< 1/(τ⁻ − 1), or 0
   double per_even_;  ///< 1/(2 Λ⁺)
-  double share_;     ///< 4 min(τ⁺, 1)
+  double share_;     ///< 4 k
 };
 
 }  // namespace copepod::fluid
