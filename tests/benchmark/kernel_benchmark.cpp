@@ -53,10 +53,11 @@ void add(const std::string& precision) {
     const std::string suffix = "/" + precision + "/" + domain;
     for (const auto& [name, placement] :
          {std::pair{"home", Placement::home}, std::pair{"streamed", Placement::streamed}}) {
-      ::benchmark::RegisterBenchmark(("avx2/" + std::string(name) + suffix).c_str(), stream_collide<T>,
-                                     stream_collide_avx2<T>(), placement, box);
-      ::benchmark::RegisterBenchmark(("baseline/" + std::string(name) + suffix).c_str(), stream_collide<T>,
-                                     stream_collide_baseline<T>(), placement, box);
+      for (const auto& [set, update] : {std::pair{"avx512/", stream_collide_avx512<T>()},
+                                        {"avx2/", stream_collide_avx2<T>()},
+                                        {"baseline/", stream_collide_baseline<T>()}})
+        ::benchmark::RegisterBenchmark((set + std::string(name) + suffix).c_str(), stream_collide<T>, update, placement,
+                                       box);
     }
     ::benchmark::RegisterBenchmark(("streams" + suffix).c_str(), streams<T>, box);
   }

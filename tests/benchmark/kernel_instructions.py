@@ -21,7 +21,7 @@ STEPS = (4, 24)
 
 LINE = re.compile(r"^\s+([0-9a-f]+):\t(\S+)\s*(.*)$")
 FUNCTION = re.compile(
-    r"^[0-9a-f]+ <(.*StreamCollideLoop<.*Avx2, (float|double)>::rows<(true|false), (true|false)>.*)>:$"
+    r"^[0-9a-f]+ <(.*StreamCollideLoop<.*(Avx2|Avx512), (float|double)>::rows<(true|false), (true|false)>.*)>:$"
 )
 CLASSES = (
     ("arithmetic", re.compile(r"v(add|sub|mul)p[sd]")),
@@ -35,28 +35,30 @@ CLASSES = (
 
 
 def loops(binary):
-    """(name, instructions) of the vector loop of each AVX2 instantiation without a body force."""
+    """(name, instructions) of the vector loop of each AVX2 and AVX-512 instantiation without a body force."""
     text = subprocess.run(
         ["objdump", "-dC", "--no-show-raw-insn", str(binary)], capture_output=True, text=True, check=True
     )
-    function, body = None, []
+    function, widest, body = None, "", []
     for line in text.stdout.splitlines() + [""]:
         if instruction := LINE.match(line):
             if function:
                 body.append((int(instruction[1], 16), instruction[2], instruction[3]))
             continue
         if function and body:
-            yield function, vector_loop(body)
+            yield function, vector_loop(body, widest)
         header = FUNCTION.match(line)
         function = None
-        if header and header[4] == "false":
-            function = f"{header[2]}, {'streamed to home' if header[3] == 'true' else 'home to streamed'}"
+        if header and header[5] == "false":
+            widest = {"Avx2": "%ymm", "Avx512": "%zmm"}[header[2]]
+            way = "streamed to home" if header[4] == "true" else "home to streamed"
+            function = f"{header[2]}, {header[3]}, {way}"
         body = []
 
 
-def vector_loop(body):
-    """The innermost loop with the division in packed arithmetic: the shortest backward jump around one."""
-    divisions = [address for address, name, _ in body if re.fullmatch(r"vdivp[sd]", name)]
+def vector_loop(body, widest):
+    """The innermost loop with a division of the widest vectors: the shortest backward jump around one."""
+    divisions = [a for a, name, operands in body if re.fullmatch(r"vdivp[sd]", name) and widest in operands]
     best = None
     for address, name, operands in body:
         target = re.match(r"([0-9a-f]+)\b", operands)
@@ -71,12 +73,12 @@ def vector_loop(body):
 
 
 def kind(name, operands):
-    """Name of an instruction, with where it moves a 256-bit vector from or to."""
-    if not name.startswith("vmov") or "%ymm" not in operands or "(" not in operands:
+    """Name of an instruction, with where it moves a whole vector from or to."""
+    if not name.startswith("vmov") or not re.search("%[yz]mm", operands) or "(" not in operands:
         return name
     if "(%rsp" in operands:
         return name + ":stack"
-    return name + (":store" if operands.startswith("%ymm") else ":load")
+    return name + (":store" if operands.startswith(("%ymm", "%zmm")) else ":load")
 
 
 def instructions_per_cell(binary, *options):
@@ -132,7 +134,7 @@ def main():
     for name, loop in loops(binary):
         counted = collections.Counter(kind(*instruction) for instruction in loop)
         shares = [sum(n for k, n in counted.items() if pattern.fullmatch(k)) for _, pattern in CLASSES]
-        width = 4 if name.startswith("double") else 8
+        width = (32 if "Avx2" in name else 64) // (8 if "double" in name else 4)
         print(f"| {name} | {width} | {len(loop)} | " + " | ".join(map(str, shares)) + " |")
     print()
     print("| instructions per cell update, the whole step | |\n|---|---|")

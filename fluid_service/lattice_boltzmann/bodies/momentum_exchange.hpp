@@ -86,17 +86,22 @@ namespace momentum_exchange {
 constexpr double absurd_population = 1e2;
 
 /// A body's surface is scattered over memory: without this, every population is a miss that is waited for.
-constexpr std::size_t prefetch_distance = 8;
+constexpr std::size_t prefetch_distance = 4;
 
 inline double along(int direction, const Eigen::Vector3d& u) {
   const auto& e = d3q19::e[direction];
   return e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
 }
 
+/// Always inline: gcc drops calls of a function that does nothing but prefetch.
 template <class T>
-void prefetch(const T* populations, const PopulationLayout& layout, Placement placement, const BoundaryCell& boundary) {
+[[gnu::always_inline]] inline void prefetch(const T* populations, const PopulationLayout& layout, Placement placement,
+                                            const BoundaryCell& boundary, bool second_cells) {
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
     __builtin_prefetch(populations + layout.location(boundary.site, alpha, placement));
+  if (!second_cells) return;
+  for (std::uint32_t bits = boundary.directions & boundary.second_cells; bits != 0; bits &= bits - 1)
+    __builtin_prefetch(populations + layout.entry(boundary.site, std::countr_zero(bits), placement));
 }
 
 [[noreturn]] inline void throw_diverged(const Cell& cell) {
@@ -194,7 +199,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
     };
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (i + prefetch_distance < cells.size()) prefetch(populations, layout_, placement, cells[i + prefetch_distance]);
+      if (i + prefetch_distance < cells.size())
+        prefetch(populations, layout_, placement, cells[i + prefetch_distance], Formula::uses_second_cell);
       const BoundaryCell& boundary = cells[i];
       const Populations f = layout_.gather(populations, boundary.site, placement);
       const Moments<double> m = moments(f);  // of the same bits for a cell and its mirror image
@@ -272,7 +278,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   const ThinFilms& films_;
 };
 
-/// With the link formula of a case; CentralLinear in place of Parabolic within 0.02 of τ⁻ = 1.
+/// With the link formula of a case.
 /// @throws CaseError for one that this version does not have
 template <class T>
 std::unique_ptr<MomentumExchange<T>> make_momentum_exchange(MovingBoundary formula,
@@ -288,8 +294,7 @@ std::unique_ptr<MomentumExchange<T>> make_momentum_exchange(MovingBoundary formu
     case MovingBoundary::interpolated:
       return by(Interpolated());
     case MovingBoundary::parabolic:
-      if (std::abs(odd_time(collision) - 1.0) >= 0.02) return by(Parabolic(collision));
-      [[fallthrough]];
+      return by(Parabolic(collision));
     case MovingBoundary::central_linear:
       return by(CentralLinear());
   }

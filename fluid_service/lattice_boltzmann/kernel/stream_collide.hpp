@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <string>
+#include <type_traits>
 
 #include "lattice_boltzmann/kernel/collision.hpp"
 #include "lattice_boltzmann/lattice/population_layout.hpp"
@@ -22,7 +23,7 @@ using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, P
 template <class T>
 struct KernelChoice {
   StreamCollide<T> update;
-  std::string instruction_set;  ///< "avx2" or "baseline"
+  std::string instruction_set;  ///< "avx512", "avx2" or "baseline"
 };
 
 template <class T>
@@ -33,10 +34,12 @@ template <class T>
 StreamCollide<T> stream_collide_baseline();
 template <class T>
 StreamCollide<T> stream_collide_avx2();
+template <class T>
+StreamCollide<T> stream_collide_avx512();
 
-// The loop around `collide`, compiled once per instruction set (stream_collide_avx2.cpp,
-// stream_collide_baseline.cpp). `Isa` is a tag type of the including file: it keeps the instantiations of
-// different instruction sets apart.
+// The loop around `collide`, compiled once per instruction set (stream_collide_avx512.cpp,
+// stream_collide_avx2.cpp, stream_collide_baseline.cpp). `Isa` is a tag type of the including file: it keeps the
+// instantiations of different instruction sets apart.
 
 template <class T, int width>
 using Pack [[gnu::vector_size(sizeof(T) * width)]] = T;
@@ -44,7 +47,7 @@ using Pack [[gnu::vector_size(sizeof(T) * width)]] = T;
 template <class Isa, class T>
 struct StreamCollideLoop {
   static constexpr int width = Isa::vector_bytes / static_cast<int>(sizeof(T));
-  using V = Pack<T, width>;
+  static constexpr int narrowest = 16 / static_cast<int>(sizeof(T));
 
   /// The 19 slots of a row's first cell; slot α is read as direction α or ᾱ (Placement).
   using Row = T * [d3q19::directions];
@@ -71,6 +74,18 @@ struct StreamCollideLoop {
 #pragma GCC unroll 19
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
+  }
+
+  /// From cell z of a row to its end: in packs of w cells, what is left in narrower ones, then cell by cell.
+  template <int w, bool streamed, bool has_force>
+  [[gnu::always_inline]] static void finish_row(T* const (&row)[d3q19::directions], std::int64_t z, std::int64_t length,
+                                                const CollisionConstants<T>& constants) {
+    using V = std::conditional_t<w == 1, T, Pack<T, w>>;
+    for (; z + w <= length; z += w) {
+      if (w == width && z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
+      update<streamed, has_force, V>(row, z, constants);
+    }
+    if constexpr (w > 1) finish_row<(w > narrowest ? w / 2 : 1), streamed, has_force>(row, z, length, constants);
   }
 
   /// Slots of a row's end cells that are not in line with the row's others are put there for the time of its
@@ -109,12 +124,7 @@ struct StreamCollideLoop {
           row[alpha] = populations + (streamed ? middle.index + layout.slot(alpha)
                                                : layout.location(middle, alpha, Placement::streamed));
         if constexpr (!streamed) move_row_ends<true>(populations, layout, region, x, y);
-        std::int64_t z = 0;
-        for (; z + width <= length; z += width) {
-          if (z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
-          update<streamed, has_force, V>(row, z, constants);
-        }
-        for (; z < length; ++z) update<streamed, has_force, T>(row, z, constants);
+        finish_row<width, streamed, has_force>(row, 0, length, constants);
         if constexpr (!streamed) move_row_ends<false>(populations, layout, region, x, y);
       }
   }

@@ -15,6 +15,7 @@ StreamCollide<T> stream_collide_baseline() {
 
 template <class T>
 KernelChoice<T> choose_stream_collide() {
+  if (const auto update = stream_collide_avx512<T>()) return {update, "avx512"};
   if (const auto update = stream_collide_avx2<T>()) return {update, "avx2"};
   return {stream_collide_baseline<T>(), "baseline"};
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lattice_boltzmann/lattice/d3q19.hpp"
@@ -109,9 +110,10 @@ class PopulationLayout {
   [[nodiscard]] std::array<double, d3q19::directions> gather(const T* populations, const Site& site,
                                                              Placement placement) const {
     const Locations& from = locations(site.faces, placement);
-    std::array<double, d3q19::directions> f{};
-    for (std::size_t alpha = 0; alpha < f.size(); ++alpha) f[alpha] = populations[site.index + from[alpha]];
-    return f;
+    const auto each = [&]<std::size_t... alpha>(std::index_sequence<alpha...>) {
+      return std::array{static_cast<double>(populations[site.index + from[alpha]])...};
+    };
+    return each(std::make_index_sequence<d3q19::directions>{});
   }
 
   /// A slot of a row's end cell, relative to its index, and where the row's other cells would have it.

@@ -24,7 +24,7 @@ std::vector<T> random_populations(const PopulationLayout& layout) {
 /// Two steps of a block whose rows do not divide by the vector width.
 template <class T>
 std::vector<T> two_steps(StreamCollide<T> update, const std::vector<Box>& regions, const Eigen::Vector3d& force) {
-  const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 13}}, sizeof(T));
+  const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 29}}, sizeof(T));
   std::vector<T> values = random_populations<T>(layout);
   const auto constants = collision_constants<T>(CollisionKind::trt, 0.7, force);
   for (const Placement placement : {Placement::home, Placement::streamed})
@@ -40,14 +40,20 @@ TYPED_TEST_SUITE(StreamCollideKernel, Precisions);
 TYPED_TEST(StreamCollideKernel, GivesTheSameBitsForEveryInstructionSet) {
   const StreamCollide<TypeParam> wide = stream_collide_avx2<TypeParam>();
   if (wide == nullptr) GTEST_SKIP() << "this machine has no AVX2";
-  const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 13}}};
-  for (const Eigen::Vector3d& force : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-4, 2e-4, -3e-4)})
-    EXPECT_EQ(two_steps(wide, whole, force), two_steps(stream_collide_baseline<TypeParam>(), whole, force));
+  const StreamCollide<TypeParam> widest = stream_collide_avx512<TypeParam>();
+  const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 29}}};
+  for (const Eigen::Vector3d& force : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-4, 2e-4, -3e-4)}) {
+    const auto expected = two_steps(stream_collide_baseline<TypeParam>(), whole, force);
+    EXPECT_EQ(two_steps(wide, whole, force), expected);
+    if (widest != nullptr) {
+      EXPECT_EQ(two_steps(widest, whole, force), expected);
+    }
+  }
 }
 
 TYPED_TEST(StreamCollideKernel, GivesTheSameBitsInVectorBodyAndRemainder) {
-  const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 13}}};
-  const std::vector<Box> pieces = {{{0, 0, 0}, {5, 4, 3}}, {{0, 0, 3}, {2, 4, 13}}, {{2, 0, 3}, {5, 4, 13}}};
+  const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 29}}};
+  const std::vector<Box> pieces = {{{0, 0, 0}, {5, 4, 3}}, {{0, 0, 3}, {2, 4, 29}}, {{2, 0, 3}, {5, 4, 29}}};
   const auto update = choose_stream_collide<TypeParam>().update;
   EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero()), two_steps(update, pieces, Eigen::Vector3d::Zero()));
 }
