@@ -92,6 +92,7 @@ void Hdf5File::make_group(const std::string& group) {
 }
 
 void Hdf5File::rename(const std::string& object, const std::string& name) {
+  require(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "write " + object);
   require(H5Lmove(file_, object.c_str(), H5L_SAME_LOC, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0,
           "rename " + object + " to " + name);
 }

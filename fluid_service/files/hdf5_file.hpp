@@ -26,6 +26,7 @@ class Hdf5File {
   ~Hdf5File();
 
   void make_group(const std::string& group);
+  /// What the object holds is in the file before its new name is: a process may be killed in between.
   void rename(const std::string& object, const std::string& name);
   void remove(const std::string& object);
   [[nodiscard]] bool has(const std::string& object);
