@@ -72,4 +72,4 @@ def _page(name: str, summary: str) -> str:
             text=True,
             check=True,
         )
-    return made.stdout.replace("Usage: ", "", 1)  # the heading is enough
+    return made.stdout

@@ -53,7 +53,7 @@ class Attempt:
 
                 launcher = HostsLauncher(mark, scratch, locks, self._plan)
                 stack.callback(launcher.close)
-                keys, endpoint = launcher.connect(self._directory.path, components.fluid_program(self._plan)[0])
+                keys, endpoint = launcher.connect(components.fluid_program(self._plan)[0])
                 environment = launcher.environment(environment)
             else:
                 keys, endpoint = scratch.keys(self._plan.transport), scratch.endpoint(self._plan.transport)

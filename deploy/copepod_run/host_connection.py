@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import subprocess
 import time
 from collections.abc import Mapping
@@ -53,7 +54,8 @@ class HostConnection:
                 raise Stop(
                     ExitCode.BAD_CASE,
                     f"host {self.host} cannot be reached ({why}). "
-                    f"It must let you in without questions: ssh -o BatchMode=yes {self.host} true",
+                    "This command must succeed without questions: "
+                    f"{shlex.join(hosts.connecting_command(self.host, ['true']))}",
                 )
             time.sleep(0.01)
 

@@ -13,6 +13,7 @@ import select
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -26,8 +27,10 @@ from copepod_run.processes import ENDED, Looker, adopt_orphans, end_with_parent,
 GUARD = "COPEPOD_GUARD"  # in the environment of the guard that watches, with the mark of the run
 STARTER = "COPEPOD_STARTER"  # the same of the one that starts
 _LOOK_EVERY_S = 0.5
+_SILENT_S = 1.5  # without a question; the shared disk may then show that the run is over
 _GRACE_S = 2.0  # the command decides first that a connection is lost
 _OTHER_STOPPED_FOR_S = 2.0
+_AWAY_S = 1.5  # between two looks: this guard was stopped itself (a suspended job or machine), and so was the command
 _FILE_APPEARS_WITHIN_S = 5.0  # network file systems show new files late
 _IN_READING = 1 << 16
 
@@ -65,8 +68,32 @@ class _Lines:
                 return
 
 
+class _Sign:
+    """A file on the shared disk that exists as long as the run does."""
+
+    def __init__(self, file: str) -> None:
+        self._file = Path(file)
+        self._thread = threading.Thread()
+        self.is_gone = False
+
+    def look(self) -> None:
+        """Sets `is_gone` soon, unless the disk does not answer, which must not stop the guard."""
+        if not self._thread.is_alive():
+            self._thread = threading.Thread(target=self._open, daemon=True)
+            self._thread.start()
+
+    def _open(self) -> None:
+        try:
+            self._file.open().close()  # network file systems ask their server then
+        except FileNotFoundError:
+            self.is_gone = True
+        except OSError:  # of the disk
+            pass
+
+
 def _watch(order: dict[str, Any], lines: _Lines) -> int:
-    """Answers questions until asked to end, or until nothing arrives in either direction."""
+    """Answers questions until asked to end, or until nothing arrives in either direction and the run is over, or long
+    enough for it to have given up this host."""
     locks: list[int] = []
     problem = _problem(order) or _make_folders(order, locks)
     os.environ.pop(GUARD, None)
@@ -75,18 +102,29 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     _answer(ready=True, problem=problem, address=address, build="" if problem else digest(order["program"]))
     looker = Looker(order["host"])
     confirmed = time.monotonic()  # when the last answer was sent that has arrived
+    asked = confirmed
     sent: dict[int, float] = {}
+    looked = confirmed
+    sign = _Sign(order["sign"])
     starters: set[int] = set()
     is_over = False
-    while lines.is_open and not is_over and time.monotonic() - confirmed < order["silence_s"] + _GRACE_S:
+    limit_s = order["silence_s"] + _GRACE_S
+    while lines.is_open and not is_over and not sign.is_gone and time.monotonic() - confirmed < limit_s:
         for question in lines.wait(_LOOK_EVERY_S):
+            asked = time.monotonic()
             if "end" in question:
                 is_over = True
             else:
                 confirmed = max(confirmed, sent.get(question["received"], 0.0))
                 sent = {number: then for number, then in sent.items() if number > question["received"]}
-                sent[question["ping"]] = time.monotonic()
+                sent[question["ping"]] = asked
                 _answer(pong=question["ping"], wrong=[asdict(wrong) for wrong in _wrong(order, looker)])
+        was_away = time.monotonic() - looked > _AWAY_S
+        looked = time.monotonic()
+        if was_away:
+            confirmed = looked
+        if time.monotonic() - asked > _SILENT_S:
+            sign.look()
         present = set(marked_processes(f"{STARTER}={order['mark']}"))
         if any(state_of(pid) in ENDED for pid in starters - present):
             # It was killed. What it had started keeps the connection open, and mpirun would notice nothing.
@@ -120,11 +158,17 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
     )
     ended = os.pidfd_open(process.pid)
     stopped_since: float | None = None
+    looked = time.monotonic()
     while lines.is_open and process.poll() is None:
         for _ in lines.wait(_LOOK_EVERY_S, ended):
             pass
         state = state_of(watcher)
-        stopped_since = (stopped_since or time.monotonic()) if state == "T" else None
+        was_away = time.monotonic() - looked > _AWAY_S
+        looked = time.monotonic()
+        if state != "T":
+            stopped_since = None
+        elif stopped_since is None or was_away:
+            stopped_since = looked
         is_frozen = stopped_since is not None and time.monotonic() - stopped_since > _OTHER_STOPPED_FOR_S
         if state in ENDED or is_frozen:
             how = "is stopped (SIGSTOP)" if is_frozen else "was killed"
@@ -146,20 +190,18 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
 
 def _problem(order: dict[str, Any]) -> str:
     """Why the run cannot use this host; empty if it can. Grammar: «problem (why). What to do.»"""
-    probe = Path(order["probe"])
+    sign = Path(order["sign"])
+    folder = sign.parent.parent
     deadline = time.monotonic() + _FILE_APPEARS_WITHIN_S
-    while not probe.exists() and time.monotonic() < deadline:
+    while not os.path.exists(sign) and time.monotonic() < deadline:
         with suppress(OSError):
-            os.listdir(probe.parent)  # makes some network file systems look again
+            os.listdir(folder)  # makes some network file systems look again
         if select.select([0], [], [], 0.05)[0]:  # asked to end already, or the connection is gone
             break
-    try:
-        if probe.read_text() != order["token"]:
-            raise FileNotFoundError
-    except OSError:
-        return f"{probe.parent} is not there (no shared file system). Choose an --out that every host sees."
-    if not os.access(probe.parent, os.W_OK):
-        return f"{probe.parent} cannot be written to. Choose another --out, or change its permissions there."
+    if not os.path.exists(sign):
+        return f"{folder} is not there (no shared file system). Choose an --out that every host sees."
+    if not os.access(folder, os.W_OK):
+        return f"{folder} cannot be written to. Choose another --out, or change its permissions there."
     if not os.access(order["program"], os.R_OK | os.X_OK):
         return f"{order['program']} is not there. Copepod must be at the same path on every host."
     return ""

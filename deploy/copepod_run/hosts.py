@@ -99,7 +99,7 @@ def connecting_command(host: str, command: Sequence[str]) -> list[str]:
     if chosen := os.environ.get("COPEPOD_SSH"):
         return [*shlex.split(chosen), host, text]
     if "SLURM_JOB_ID" in os.environ and shutil.which("srun"):
-        return [*_SRUN, f"--nodelist={host}", *command]
+        return [*_SRUN, f"--nodelist={host}", "/bin/sh", "-c", text]
     return [*_SSH, host, text]
 
 

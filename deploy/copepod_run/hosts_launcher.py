@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from copepod_run import hosts
+from copepod_run.cleanup import remove_folders
 from copepod_run.host_agent import ORDER
 from copepod_run.host_connection import HostConnection
 from copepod_run.host_guard import digest
@@ -34,44 +35,41 @@ class HostsLauncher(LocalLauncher):
         plan: Plan,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(mark, scratch.folders, locks, clock)
+        self._sign = scratch.run_path / ".alive" / mark  # a file that exists as long as the run does
+        super().__init__(mark, [*scratch.folders, self._sign.parent], locks, clock)
         self.ended_for_s = plan.silence_s  # the news may travel over a network that is cut for a while
         self._plan = plan
         self._scratch = scratch
         self._connections: list[HostConnection] = []
         self._silent: set[str] = set()  # hosts about which a line has been written
 
-    def connect(self, path: Path, program: str) -> tuple[dict[str, Path], str]:
+    def connect(self, program: str) -> tuple[dict[str, Path], str]:
         """(key files by role, where the coupler listens), once all other hosts have answered.
 
         Raises Stop(2) if one cannot take part.
-        @param path      run directory, which every host must see
         @param program   of the fluid, which must be at the same path everywhere
         """
         first, planned = hosts.host_of_rank_0(self._plan), self._plan.transport
         keys = self._scratch.keys(planned if first is None else "tcp://", is_private=True)
         others = hosts.others(self._plan)
         program = str(Path(shutil.which(program) or program).absolute())
-        probe = path / f".seen-{self._mark}"
         order = {
             "mark": self._mark,
             "folders": [str(self._scratch.mpi_files), str(self._scratch.shared_memory)],
-            "probe": str(probe),
-            "token": self._mark,
+            "sign": str(self._sign),
             "program": program,
             "build": "" if self._plan.fluid_command else digest(program),
             "silence_s": self._plan.silence_s,
         }
-        probe.write_text(self._mark)
-        try:
-            with Stage(f"connecting to {', '.join(host.name for host in others)}"):
-                for host in others:
-                    files = {str(keys["fluid"]): keys["fluid"].read_text()} if keys and host == first else {}
-                    self._connections.append(HostConnection(host.name, self._mark, {**order, "files": files}))
-                for connection in self._connections:
-                    connection.wait_until_ready()
-        finally:
-            probe.unlink(missing_ok=True)
+        remove_folders([self._sign.parent])
+        self._sign.parent.mkdir()
+        self._sign.touch()
+        with Stage(f"connecting to {', '.join(host.name for host in others)}"):
+            for host in others:
+                files = {str(keys["fluid"]): keys["fluid"].read_text()} if keys and host == first else {}
+                self._connections.append(HostConnection(host.name, self._mark, {**order, "files": files}))
+            for connection in self._connections:
+                connection.wait_until_ready()
         if first is None or planned.startswith("tcp://"):
             return keys, self._scratch.endpoint(planned)
         address = next(connection.address for connection in self._connections if connection.host == first.name)
@@ -112,6 +110,7 @@ class HostsLauncher(LocalLauncher):
         return super().look() or next(self._lost(), None)
 
     def end_all(self) -> int:
+        remove_folders([self._sign.parent])  # which hosts see that cannot be reached
         for connection in self._connections:
             connection.end()
         left = super().end_all()

@@ -67,6 +67,7 @@ CONTINUOUS_INTEGRATION = (
     "chromium",
     "openssh-server",
     "iproute2",
+    "slurm-wlm",
 )
 # Often installed from elsewhere, in versions that conflict with Debian's: the command is what counts.
 _COMMANDS = {"nodejs": "node", "npm": "npm"}

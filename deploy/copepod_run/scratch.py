@@ -31,7 +31,7 @@ class Scratch:
         _sweep()
         self.folders: list[Path] = []
         self.locks: list[int] = []  # descriptors
-        self._run_path = Path(run_path)
+        self.run_path = Path(run_path)
         self.sockets = Path(run_path) / ".sockets"
         if len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH:
             self._fresh_folder(self.sockets)
@@ -51,7 +51,7 @@ class Scratch:
             return {}
         import zmq  # needed by runs over tcp only
 
-        folder = self.mpi_files if is_private else self._fresh_folder(self._run_path / ".keys")
+        folder = self.mpi_files if is_private else self._fresh_folder(self.run_path / ".keys")
         pairs = {role: [key.decode() for key in zmq.curve_keypair()] for role in _ROLES}
         files = {}
         for role in _ROLES:

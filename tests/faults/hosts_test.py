@@ -76,6 +76,12 @@ class ThreeHosts(unittest.TestCase):
         for outcome in outcomes:
             self.assertLess(outcome.seconds, SILENCE_S + 3 * CLEAN_WITHIN_S)
 
+    def test_host_that_is_cut_off_sees_on_the_shared_disk_that_the_run_is_over(self):
+        victims = ("command", "body")
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            outcomes = list(pool.map(lambda kind: hurt("a", kind, cut_off="b"), victims))
+        self.check(outcomes, zip(victims, ("", VICTIMS["a", "body"]), (-signal.SIGKILL, 69)))
+
     @unittest.skipUnless(ALL, "takes minutes: set COPEPOD_ALL_HOST_FAULTS=1")
     def test_cuts_of_thirty_seconds(self):
         self.check([cut("b", "both", 30, "--set", "services.silence_s=90")], [("30 s, 90 s allowed", "", 0)])

@@ -4,6 +4,7 @@ import os
 import re
 import shlex
 import signal
+import subprocess
 import tempfile
 import time
 from contextlib import contextmanager
@@ -113,13 +114,16 @@ def start_halted(hosts, folder, *arguments, placement="a,b,c"):
 
 
 def finish(hosts, folder, *arguments, placement="a,b,c"):
-    """Digest of the run, resumed if it has a checkpoint; or its last line if it fails."""
+    """Digest of the run, resumed if it has a checkpoint; or its last line if it fails or takes too long."""
     resumes = has_checkpoint(folder)
     if not resumes and (folder / "out").exists():
         (folder / "out").rename(folder / f"out_{time.monotonic_ns()}")
     words = ["--out", "out", "--hosts", placement, *(["--resume"] if resumes else []), *arguments]
     run = HostsRun(hosts, folder, *words)
-    return digest(folder) if run.end(LONGEST_S) == 0 else run.last_line
+    try:
+        return digest(folder) if run.end(LONGEST_S) == 0 else run.last_line
+    except subprocess.TimeoutExpired:
+        return f"(not over after {LONGEST_S} s: {run.last_line}; {'; '.join(hosts.left())})"
 
 
 def outcome_of(run, since):
@@ -130,13 +134,16 @@ def outcome_of(run, since):
     return Outcome(code, run.stderr[-1].strip() if run.stderr else "", seconds, clean_s, left)
 
 
-def hurt(host, kind, number=signal.SIGKILL):
-    """Outcome of one signal to one process, the run resumed afterwards."""
+def hurt(host, kind, number=signal.SIGKILL, cut_off=None):
+    """Outcome of one signal to one process while a host is `cut_off`; the run resumed afterwards."""
     with three_hosts() as (hosts, folder):
         run = start_halted(hosts, folder)
+        if cut_off:
+            hosts.cut(cut_off)
         start = time.monotonic()
         os.kill(run.victims(host, kind)[0], number)
         outcome = outcome_of(run, start)
+        hosts.mend()
         (folder / "halted").unlink(missing_ok=True)
         outcome.digest = finish(hosts, folder)
         return outcome

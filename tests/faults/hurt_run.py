@@ -18,7 +18,7 @@ from copepod_session import PROMPT_S, ROOT, Session  # noqa: E402
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 CASE = HERE / "case.yaml"
-LONGEST_S = 60
+LONGEST_S = 180  # a run of some seconds that takes longer is stuck, however busy the machine
 
 
 class HurtRun(Session):
@@ -178,11 +178,12 @@ def undisturbed_digest():
         return digest(Path(folder))
 
 
-def wait_for(condition, patience_s):
+def wait_for(condition, patience_s, pause_s=0.01):
+    """Whether the condition holds, at the latest after `patience_s`; `pause_s` between two looks."""
     deadline = time.monotonic() + patience_s
-    while not condition() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    return condition()
+    while not (holds := condition()) and time.monotonic() < deadline:
+        time.sleep(pause_s)
+    return holds
 
 
 def _start(folder, victim, phase, fault, deadline_s=DEADLINE_S):

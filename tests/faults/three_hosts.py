@@ -35,19 +35,22 @@ def missing():
 class Hosts:
     """Three hosts on a switch. `folder` is on the shared disk, not in /tmp, which every host has for itself."""
 
+    _DAEMONS: tuple[str, ...] = ("sshd:",)  # how the command lines of a host's own processes begin
+
     def __init__(self, folder):
         self._folder = Path(folder)
         self._spaces = f"copepod-{os.getpid()}-{next(_numbers)}"
         self._init = {}  # name: its first process
-        self._boots = []
-        self._cuts = []  # (host, route)
-        self._prepare_ssh()
+        self._boots = {}  # name: what has started it
+        self._cuts = set()  # (host, the host that it sends to in vain)
+        names = "".join(f"{self.address(name)} {name}\n" for name in NAMES)
+        (self._folder / "hosts").write_text(f"127.0.0.1 localhost\n{names}")
+        self._prepare()
         try:
             self._make_network()
             for name in NAMES:
                 self._boot(name)
-            if not wait_for(lambda: all(self._accepts(name) for name in NAMES[1:]), 20):
-                raise AssertionError("sshd does not answer")
+            self._wait_until_up()
         except BaseException:
             self.close()
             raise
@@ -84,7 +87,7 @@ class Hosts:
         for name in NAMES:
             for pid in self.processes(name):
                 words = _words(pid)
-                if pid != self._init[name] and words and not words.startswith(("sshd:", "sleep 0.5")):
+                if pid != self._init[name] and words and not words.startswith((*self._DAEMONS, "sleep 0.5")):
                     found.append(f"{name}: {pid} {words}")
             root = Path(f"/proc/{self._init[name]}/root")
             for place in ("tmp", "dev/shm"):
@@ -92,32 +95,27 @@ class Hosts:
         return found
 
     def cut(self, name, direction="both"):
-        """Drops what a host sends (out), what is sent to it (in), or both."""
-        if direction in ("out", "both"):
-            for half in (0, 128):
-                self._drop(name, f"{_SUBNET}.{half}/25")
-        if direction in ("in", "both"):
-            for other in NAMES:
-                if other != name:
-                    self._drop(other, f"{self.address(name)}/32")
+        """Loses what a host sends (out), what it is sent (in), or both; no sender notices, as with a torn cable."""
+        others = [other for other in NAMES if other != name]
+        lost = [(name, other) for other in others if direction in ("out", "both")]
+        lost += [(other, name) for other in others if direction in ("in", "both")]
+        for sender, receiver in lost:
+            unused = "02:00:00:00:00:01"  # a link address that no host has
+            self._ip(f"-n {self._space(sender)} neigh replace {self.address(receiver)} lladdr {unused} dev net")
+            self._cuts.add((sender, receiver))
 
     def mend(self):
-        for host, route in self._cuts:
-            self._ip(f"-n {self._space(host)} route delete blackhole {route}", check=False)
+        for sender, receiver in self._cuts:
+            self._ip(f"-n {self._space(sender)} neigh delete {self.address(receiver)} dev net", check=False)
         self._cuts.clear()
 
     def close(self):
         for pid in self._init.values():
             os.kill(pid, signal.SIGKILL)  # and with it everything on that host
-        for process in self._boots:
+        for process in self._boots.values():
             process.wait()
         for name in (*NAMES, "switch"):
             self._ip(f"netns delete {self._space(name)}", check=False)
-
-    def _drop(self, host, route):
-        if (host, route) not in self._cuts:
-            self._ip(f"-n {self._space(host)} route add blackhole {route}")
-            self._cuts.append((host, route))
 
     def _space(self, name):
         return f"{self._spaces}-{name}"
@@ -137,15 +135,13 @@ class Hosts:
             self._ip(f"-n {space} link set lo up")
 
     def _boot(self, name):
-        """Its first process collects orphans, and keeps sshd."""
+        """Its first process collects orphans, and keeps the daemons."""
         names = self._folder / "hosts"
         shared = shlex.quote(str(ROOT))  # perhaps in /tmp
         script = (
             f"hostname {name}; mount --bind {names} /etc/hosts; "
             f"mount --bind {shared} /mnt; mount -t tmpfs none /tmp; mkdir -p {shared}; mount --move /mnt {shared}; "
-            f"mount -t tmpfs none /dev/shm; mkdir -p /run/sshd; cd /; "
-            f"{_SSHD} -D -f {self._folder}/sshd_config -E {self._folder}/sshd_{name}.log & "
-            "while :; do wait; sleep 0.5; done"
+            f"mount -t tmpfs none /dev/shm; cd /; {self._daemons(name)} while :; do wait; sleep 0.5; done"
         )
         space = ["ip", "netns", "exec", self._space(name), "unshare", "--pid", "--fork", "--kill-child"]
         process = subprocess.Popen(
@@ -155,18 +151,24 @@ class Hosts:
             start_new_session=True,
             cwd="/",
         )
-        self._boots.append(process)
+        self._boots[name] = process
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
         if not wait_for(lambda: children.read_text().split(), 10):
             raise AssertionError(f"host {name} does not start")
         self._init[name] = int(children.read_text().split()[0])
 
-    def _prepare_ssh(self):
+    def _daemons(self, name):
+        """Commands of a shell that start them."""
+        return f"mkdir -p /run/sshd; {_SSHD} -D -f {self._folder}/sshd_config -E {self._folder}/sshd_{name}.log & "
+
+    def _wait_until_up(self):
+        if not wait_for(lambda: all(self._accepts(name) for name in NAMES[1:]), 20):
+            raise AssertionError("sshd does not answer")
+
+    def _prepare(self):
         folder = self._folder
         for key in ("host_key", "user_key"):
             subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", folder / key], check=True)
-        names = "".join(f"{self.address(name)} {name}\n" for name in NAMES)
-        (folder / "hosts").write_text(f"127.0.0.1 localhost\n{names}")
         (folder / "sshd_config").write_text(
             f"Port {_PORT}\nHostKey {folder}/host_key\nAuthorizedKeysFile {folder}/user_key.pub\nStrictModes no\n"
             f"UsePAM no\nPermitRootLogin yes\nPidFile none\nMaxStartups 100\n"

@@ -83,6 +83,7 @@ class CommandLine(TinyRunTest):
         self.assertIn("copepod run configs/quick/three_sphere.yaml", pages["copepod-run.1"])
         shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), ("PATH", os.environ["PATH"])])
         self.assertIn("--resume", shown.replace("\u2010", "-"))
+        self.assertRegex(self.ended("run", "--help")[0], r"^Usage: \S*copepod run ")
         _, stderr = self.ended("man", "walk", code=2)
         self.assertIn("there is no command «walk»", stderr)
 

@@ -48,7 +48,7 @@ class Connecting(unittest.TestCase):
             self.assertEqual(hosts.connecting_command("b", ["echo", "a b"])[-2:], ["b", "echo 'a b'"])
             os.environ["SLURM_JOB_ID"] = "7"
             in_job = hosts.connecting_command("b", ["echo", "a b"])
-            self.assertEqual((in_job[0], in_job[-3:]), ("srun", ["--nodelist=b", "echo", "a b"]))
+            self.assertEqual((in_job[0], in_job[-4:]), ("srun", ["--nodelist=b", "/bin/sh", "-c", "echo 'a b'"]))
             os.environ["COPEPOD_SSH"] = "ssh -p 2222"
             self.assertEqual(hosts.connecting_command("b", ["true"]), ["ssh", "-p", "2222", "b", "true"])
 

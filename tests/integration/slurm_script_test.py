@@ -88,6 +88,25 @@ class SlurmScript(TinyRunTest):
         self.assert_ends(self.start_job(command, nodes), 0)
         self.assertIn("--hosts n1:4,n2:4 --out runs/job-7", (self.folder / "arguments").read_text())
 
+    def lose_a_node(self, nodes, commands):
+        """Ends a job with what the command reports then, after `commands` of bash."""
+        command = self.folder / "command"
+        command.write_text(f"#!/bin/bash\n{commands}\nexit 69\n")
+        command.chmod(0o755)
+        variables = {"SLURM_JOB_NUM_NODES": str(nodes), "SLURM_JOB_NODELIST": "n"}
+        self.assert_ends(self.start_job(command, variables), 69)
+
+    def test_job_that_has_lost_a_node_is_queued_again_if_it_has_a_new_checkpoint(self):
+        new_checkpoint = f"mkdir -p {OUT}/checkpoints/step_$$; touch {OUT}/checkpoints/step_$$/manifest.json"
+        self.lose_a_node(2, new_checkpoint)
+        self.assertEqual(self.requeued()[-1:], ["requeue 7"])
+        (self.folder / "scontrol_calls").unlink()
+        self.lose_a_node(1, new_checkpoint)
+        self.lose_a_node(2, "true")
+        cancelled = "trap 'exit 69' TERM; kill -TERM $PPID; while :; do sleep 0.01; done"
+        self.lose_a_node(2, f"{new_checkpoint}; {cancelled}")
+        self.assertNotIn("requeue 7", self.requeued())
+
     def test_exit_code_of_a_run_that_ends_by_itself_is_that_of_the_job(self):
         self.assert_ends(self.start_job(fail=73), 73)
         self.assertEqual(self.requeued(), [])
