@@ -154,7 +154,11 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& load
 template <class T>
 void LatticeBoltzmann<T>::apply(const std::vector<ReflectedPopulation<T>>& reflected) {
   T* populations = populations_.data();
-  for (const auto& [location, value] : reflected) populations[location] = value;
+  constexpr std::size_t ahead = 32;
+  for (std::size_t i = 0; i < reflected.size(); ++i) {
+    if (i + ahead < reflected.size()) __builtin_prefetch(populations + reflected[i + ahead].location, 1);
+    populations[reflected[i].location] = reflected[i].value;
+  }
 }
 
 template <class T>

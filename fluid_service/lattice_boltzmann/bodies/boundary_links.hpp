@@ -42,17 +42,23 @@ inline BoundaryLinks::BoundaryLinks(const BodyMap& map, const PopulationLayout& 
     : map_(map), layout_(layout), interior_(interior), cells_(map.bodies().size()) {}
 
 inline void BoundaryLinks::update() {
-  for (const BodyMap::ChangedCell& c : map_.changed())
+  for (const BodyMap::ChangedCell& c : map_.changed()) {
+    const std::int64_t index = layout_.cell(c.cell);
     for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
       const auto& e = d3q19::e[alpha];
       const Cell cell = {c.cell[0] + e[0], c.cell[1] + e[1], c.cell[2] + e[2]};
-      if (layout_.block().contains(cell)) look_at(cell, c.body);
+      if (!layout_.block().contains(cell)) continue;
+      // A neighbour inside the same body has no link into it, or has changed itself.
+      if (alpha > 0 && map_.owner(index + layout_.neighbour(alpha)) == c.body + 1) continue;
+      look_at(cell, c.body);
     }
+  }
 }
 
 /// Links of one cell into every body beside it, and into the one that changed there.
 inline void BoundaryLinks::look_at(const Cell& cell, std::int32_t changed_body) {
-  const std::int64_t index = layout_.cell(cell);
+  const Site site = layout_.site(cell);
+  const std::int64_t index = site.index;
   const bool solid = map_.owner(index) > BodyMap::fluid;
   std::uint32_t left = 0;  // directions into bodies that have not been looked at
   std::uint32_t second_cells = 0;
@@ -60,7 +66,7 @@ inline void BoundaryLinks::look_at(const Cell& cell, std::int32_t changed_body) 
     const auto& e = d3q19::e[alpha];
     if (map_.owner(index + layout_.neighbour(alpha)) > BodyMap::fluid)
       left |= 1U << alpha;
-    else if (map_.domain().canonical({cell[0] + e[0], cell[1] + e[1], cell[2] + e[2]}))
+    else if (site.faces == 0 || map_.domain().canonical({cell[0] + e[0], cell[1] + e[1], cell[2] + e[2]}))
       second_cells |= 1U << d3q19::opposite(alpha);
   }
   const auto directions_into = [&](std::int32_t body) {

@@ -58,15 +58,6 @@ void include_cylinder(Interval& span, double dx, double dy, const LatticeBody& b
   if (low < high) span.include(low, high);
 }
 
-/// First root of |r + q e|² = R² along a link that starts outside; infinity if the line misses.
-double entry(const Eigen::Vector3d& r, const Eigen::Vector3d& e, double radius) {
-  const double linear = -r.dot(e);
-  const double constant = r.squaredNorm() - radius * radius;
-  const double discriminant = linear * linear - e.squaredNorm() * constant;
-  if (linear <= 0.0 || constant < 0.0 || discriminant < 0.0) return std::numeric_limits<double>::infinity();
-  return constant / (linear + std::sqrt(discriminant));  // without cancellation where q is small
-}
-
 }  // namespace
 
 RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y) {
@@ -87,16 +78,17 @@ RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t 
   return {static_cast<std::int64_t>(first), static_cast<std::int64_t>(last)};
 }
 
-double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, const d3q19::Direction& e) {
-  const Eigen::Vector3d link(e[0], e[1], e[2]);
-  const Eigen::Vector3d end = body.half_length * body.axis;
-  double q = std::min(entry(r - end, link, body.radius), entry(r + end, link, body.radius));
-  if (body.half_length > 0.0) {
-    const auto across = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d { return v - v.dot(body.axis) * body.axis; };
-    const double side = entry(across(r), across(link), body.radius);
-    if (side < q && std::abs((r + side * link).dot(body.axis)) <= body.half_length) q = side;
+double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, const Eigen::Vector3d& e) {
+  const Eigen::Vector3d end = capsule.half_length * capsule.axis;
+  double q = std::min(entry_into_sphere(r - end, e, capsule.radius), entry_into_sphere(r + end, e, capsule.radius));
+  if (capsule.half_length > 0.0) {
+    const auto across = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+      return v - v.dot(capsule.axis) * capsule.axis;
+    };
+    const double side = entry_into_sphere(across(r), across(e), capsule.radius);
+    if (side < q && std::abs((r + side * e).dot(capsule.axis)) <= capsule.half_length) q = side;
   }
-  return std::min(q, 1.0);  // a centre that is covered by rounding only
+  return q;
 }
 
 }  // namespace copepod::fluid

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include <Eigen/Geometry>
 
@@ -64,10 +67,27 @@ struct RowInterval {
 /// the cylinder between.
 RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y);
 
+/// First root q of |r + q e|² = R² along a link that starts outside; infinity if the line misses.
+inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d& e, double radius) {
+  const double linear = -r.dot(e);
+  const double constant = r.squaredNorm() - radius * radius;
+  const double discriminant = linear * linear - e.squaredNorm() * constant;
+  if (linear <= 0.0 || constant < 0.0 || discriminant < 0.0) return std::numeric_limits<double>::infinity();
+  return constant / (linear + std::sqrt(discriminant));  // without cancellation where q is small
+}
+
+/// The same for a capsule: the first of its end spheres and its cylinder.
+double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, const Eigen::Vector3d& e);
+
 /// Where the link x_f → x_f + e crosses the surface: q in [0, 1], with the wall at x_f + q e. Exact:
 ///   |r + q e − c|² = R², with c = 0 for the sphere and the centres of the end spheres for the capsule;
 ///   |(r + q e)⊥|² = R² for the capsule's cylinder, ⊥ normal to its axis.
 /// @param r  from the body's centre to x_f, outside the body; r + e is inside
-double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, const d3q19::Direction& e);
+inline double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, const d3q19::Direction& e) {
+  const Eigen::Vector3d link(e[0], e[1], e[2]);
+  const double q =
+      body.kind == ShapeKind::sphere ? entry_into_sphere(r, link, body.radius) : entry_into_capsule(body, r, link);
+  return std::min(q, 1.0);  // a centre that is covered by rounding only
+}
 
 }  // namespace copepod::fluid
