@@ -81,6 +81,7 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
   summary["precision"] = name_of(precision_names, the_case.fluid.precision);
   summary["digest"] = hexadecimal(run_digest(fluid, body, kinematics));
   summary["mass_drift"] = fluid.mass_drift ? ordered_json(*fluid.mass_drift) : ordered_json(nullptr);
+  summary["momentum_drift"] = fluid.momentum_drift ? ordered_json(*fluid.momentum_drift) : ordered_json(nullptr);
   summary["timing"] = {{"fluid_s", busy_s(fluid, timing.fluid_wait_s)},
                        {"body_s", busy_s(body, timing.body_wait_s)},
                        {"coupler_s", own_s},

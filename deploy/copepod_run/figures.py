@@ -198,6 +198,8 @@ def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows += _timing_rows(summary.get("timing") or {}, has_fluid=bool(summary.get("mlups")))
     if summary.get("mass_drift") is not None:
         rows.append(("mass drift", f"{summary['mass_drift'] * 1e6:.2g} ppm"))
+    if summary.get("momentum_drift") is not None:
+        rows.append(("momentum drift", f"{summary['momentum_drift'] * 100:.2g} % of the bodies' impulses"))
     if summary.get("digest") is not None:
         rows.append(("digest", str(summary["digest"])))
     return rows

@@ -6,7 +6,6 @@
 
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/boundary/mirror.hpp"
-#include "lattice_boltzmann/output/population_file.hpp"
 
 namespace copepod::fluid {
 
@@ -44,7 +43,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       exchange_momentum_(make_momentum_exchange<T>(setup.moving_boundary, constants_, layout_, map_, films_)),
       reflected_(layout_.block().extent(0)),
       load_sums_(setup.bodies.size()),
-      load_sum_halves_(2 * load_components * setup.bodies.size()),
+      load_sum_halves_(setup.bodies.empty() ? 0 : 2 * (load_components * setup.bodies.size() + 3)),
       absorbed_mass_(Eigen::Matrix2Xd::Zero(2, static_cast<Eigen::Index>(setup.bodies.size()))),
       timer_(communicator.context().timeline()),
       output_(setup, communicator) {
@@ -70,6 +69,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   map_bodies(kinematics);
   timer_.book(Phase::map);
   std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
+  gained_momentum_ = {};
   (*refill_)(populations_.data(), placement_, map_);
   map_.accept_fresh_cells();
   timer_.book(Phase::refill);
@@ -79,23 +79,29 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
     timer_.book(Phase::halo);
     receive_halo();
   }
-  if (exchange_momentum_->conserving) count_changed_cells();
+  count_changed_cells();
   reflected_.clear();
+  MomentumSums kept_back{};
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
     (*exchange_momentum_)(populations_.data(), placement_, b, links_.of_body(b), returned_mass(b), load_sums_[b],
-                          reflected_);
+                          kept_back, reflected_);
+  for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
   sum_loads();
   report_loads(kinematics, loads);
   timer_.book(Phase::reduce);
 }
 
+/// Mass and momentum of covered cells leave the fluid, those of refilled cells enter it.
 template <class T>
 void LatticeBoltzmann<T>::count_changed_cells() {
-  const auto add = [this](const BodyMap::ChangedCell& changed, int sign) {
+  const auto add = [this](const BodyMap::ChangedCell& changed, fixed_point::Sum sign) {
     if (step_ == 0 || !layout_.block().contains(changed.cell)) return;  // at step 0 bodies displace fluid at rest
+    const Moments<double> m = moments_of(layout_.site(changed.cell));
     load_sums_[static_cast<std::size_t>(changed.body)][mass_component] +=
-        sign * fixed_point::from_double(moments_of(layout_.site(changed.cell)).excess_density);
+        sign * fixed_point::from_double(m.excess_density);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      gained_momentum_[axis] -= sign * fixed_point::from_double(m.momentum[axis]);
   };
   for (const BodyMap::ChangedCell& covered : map_.covered()) add(covered, 1);
   for (const BodyMap::ChangedCell& uncovered : map_.uncovered()) add(uncovered, -1);
@@ -114,6 +120,8 @@ void LatticeBoltzmann<T>::sum_loads() {
   auto half = load_sum_halves_.begin();
   for (const LoadSums& sums : load_sums_)
     for (const fixed_point::Sum sum : sums) half = std::ranges::copy(fixed_point::halves(sum), half).out;
+  if (!load_sums_.empty())
+    for (const fixed_point::Sum sum : gained_momentum_) half = std::ranges::copy(fixed_point::halves(sum), half).out;
   if (exchange_momentum_->conserving)
     communicator_.sum_to_all(load_sum_halves_);
   else
@@ -124,6 +132,8 @@ void LatticeBoltzmann<T>::sum_loads() {
       sum = fixed_point::from_halves(half[0], half[1]);
       half += 2;
     }
+  for (Eigen::Index axis = 0; axis < 3 && half != load_sum_halves_.end(); ++axis, half += 2)
+    momentum_.gained[axis] += fixed_point::to_double(fixed_point::from_halves(half[0], half[1]));
   if (!exchange_momentum_->conserving) return;
   for (Eigen::Index b = 0; b < absorbed_mass_.cols(); ++b) {
     const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
@@ -139,15 +149,22 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& load
   loads.resize(kinematics.bodies());
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
     WholeBody whole;
-    for (int plane = 0; plane < 3; ++plane)
+    double images = 1.0;
+    for (int plane = 0; plane < 3; ++plane) {
       if (domain_.cut_by_symmetry_plane(map_.bodies()[static_cast<std::size_t>(b)].position, plane))
         whole.cut(static_cast<std::size_t>(plane));
+      else if (domain_.symmetric(plane))
+        images *= 2.0;
+    }
     const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
+    Eigen::Vector3d force_lu;
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
-      loads.force_N(axis, b) = units_.force_N(fixed_point::to_double(sums[i]) * whole.force[i]);
+      force_lu[axis] = fixed_point::to_double(sums[i]) * whole.force[i];
+      loads.force_N(axis, b) = units_.force_N(force_lu[axis]);
       loads.torque_N_m(axis, b) = units_.torque_N_m(fixed_point::to_double(sums[3 + i]) * whole.torque[i]);
     }
+    momentum_.exchanged += images * force_lu.norm();
   }
 }
 
@@ -311,6 +328,19 @@ fixed_point::Sum LatticeBoltzmann<T>::excess_mass() const {
   return sum;
 }
 
+/// Of the whole domain, relative to what its bodies exchanged; none if they exchanged nothing.
+template <class T>
+std::optional<double> LatticeBoltzmann<T>::momentum_drift() const {
+  if (momentum_.exchanged == 0.0) return std::nullopt;
+  Eigen::Vector3d gained = momentum_.gained;
+  for (int plane = 0; plane < 3; ++plane) {
+    if (!domain_.symmetric(plane)) continue;
+    gained[plane] = 0.0;
+    gained *= 2.0;
+  }
+  return gained.norm() / momentum_.exchanged;
+}
+
 template <class T>
 SolverSummary LatticeBoltzmann<T>::summarise() {
   check_all_rows();
@@ -321,6 +351,7 @@ SolverSummary LatticeBoltzmann<T>::summarise() {
   summary.digest = static_cast<std::uint64_t>(sums[0]);
   summary.mass_drift =
       fixed_point::to_double(fixed_point::from_halves(sums[1], sums[2])) / static_cast<double>(domain_.box().volume());
+  summary.momentum_drift = momentum_drift();
   summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
   summary.ranks = communicator_.size();
   summary.seconds = timer_.seconds();
@@ -349,7 +380,7 @@ void LatticeBoltzmann<T>::save(const std::string& path) {
     for_each_population(piece, placement_, [&](std::size_t location) { *next++ = populations_[location]; });
   };
   save_populations<T>(path, communicator_, {layout_digest(setup_), domain_.cells(), step_}, layout_.block(), get,
-                      {mapped_, absorbed_mass_, output_.mean(), output_.sampling()});
+                      {mapped_, absorbed_mass_, output_.mean(), output_.sampling(), momentum_});
 }
 
 template <class T>
@@ -367,6 +398,7 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
   placement_ = placement_after(step_);
   output_.restore(step_, state.sampling, std::move(state.mean));
   absorbed_mass_ = state.absorbed_mass;
+  momentum_ = state.momentum;
   mapped_ = state.kinematics;
   map_bodies(mapped_);
   map_.accept_fresh_cells();

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "lattice_boltzmann/lattice/initial_flow.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 #include "lattice_boltzmann/output/field_output.hpp"
+#include "lattice_boltzmann/output/population_file.hpp"
 
 namespace copepod::fluid {
 
@@ -82,6 +84,7 @@ class LatticeBoltzmann final : public FluidSolver {
  private:
   void map_bodies(const Kinematics& kinematics);
   void count_changed_cells();
+  void sum_momentum_gained();
   /// Mass that a body gives back in this step, by the weight of its links.
   [[nodiscard]] double returned_mass(std::size_t body) const;
   void sum_loads();
@@ -102,6 +105,7 @@ class LatticeBoltzmann final : public FluidSolver {
   [[nodiscard]] Moments<double> checked_moments(const Cell& cell) const;
   [[nodiscard]] std::uint64_t digest_of_fluid_cells() const;
   [[nodiscard]] fixed_point::Sum excess_mass() const;
+  [[nodiscard]] std::optional<double> momentum_drift() const;
   /// For loops over the block that take long.
   [[nodiscard]] auto showing_progress() const {
     return [this] { communicator_.context().report_progress(); };
@@ -129,6 +133,8 @@ class LatticeBoltzmann final : public FluidSolver {
   std::vector<LoadSums> load_sums_;            ///< by body
   std::vector<std::int64_t> load_sum_halves_;  ///< of all of them
   Eigen::Matrix2Xd absorbed_mass_;             ///< by body: mass absorbed and not yet given back, weight of its links
+  MomentumSums gained_momentum_{};             ///< of this step, from neither body, wall nor force
+  MomentumBalance momentum_;                   ///< of the computed domain, up to the last exchange; valid on rank 0
   Kinematics mapped_;                          ///< of the last exchange; a restart maps it again first
   Placement placement_ = Placement::home;
   std::int64_t step_ = 0;  ///< steps completed

@@ -17,6 +17,9 @@ struct SolverSummary {
   std::set<std::string> body_phases = {};     ///< those of `seconds` that a fluid without bodies would not need
   std::set<std::string> waiting_phases = {};  ///< those of `seconds` in which the solver only waited
   std::optional<double> mass_drift = {};      ///< fluid: mass gained since it was at rest, by its mass
+  /// Fluid with bodies on a grid: |momentum gained from neither a body, a wall nor a force| over the sum of the
+  /// |impulses| that its bodies received, since step 0.
+  std::optional<double> momentum_drift = {};
 };
 
 /// What fluids and bodies have in common. An exception from any call means that the solver is unusable from then

@@ -227,6 +227,8 @@ void Decoder::read(SolverSummary& summary) const {
   read_phases(wire.waiting_phases(), summary.waiting_phases);
   summary.mass_drift.reset();
   if (wire.has_mass_drift()) summary.mass_drift = read_finite(wire.mass_drift(), "mass_drift");
+  summary.momentum_drift.reset();
+  if (wire.has_momentum_drift()) summary.momentum_drift = read_finite(wire.momentum_drift(), "momentum_drift");
 }
 
 void Decoder::read(session::Ping& ping) const { ping.stamp_ns = buffers_->envelope->ping().stamp_ns(); }

@@ -171,6 +171,7 @@ Bytes Encoder::encode(const Header& header, const SolverSummary& summary) {
   for (const std::string& phase : summary.body_phases) wire.add_body_phases(phase);
   for (const std::string& phase : summary.waiting_phases) wire.add_waiting_phases(phase);
   if (summary.mass_drift) wire.set_mass_drift(*summary.mass_drift);
+  if (summary.momentum_drift) wire.set_momentum_drift(*summary.momentum_drift);
   return serialise(header);
 }
 

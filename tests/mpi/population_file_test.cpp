@@ -42,6 +42,7 @@ FluidState state_on(const Box& box, int samples) {
   state.absorbed_mass.resize(2, 3);
   state.absorbed_mass << 0.1, 0.2, 0.3, 4.0, 5.0, 6.0;
   state.sampling = {12, 10};
+  state.momentum = {{0.7, -0.8, 0.9}, 10.0};
   for (int sample = 0; sample < samples; ++sample) state.mean.add(numbered_fields(box));
   return state;
 }
@@ -113,6 +114,7 @@ TEST_F(Checkpoint, RestoresBodiesAndTheMeanField) {
   EXPECT_EQ(state_.kinematics.velocity_m_per_s, expected.kinematics.velocity_m_per_s);
   EXPECT_EQ(state_.kinematics.angular_velocity_rad_per_s, expected.kinematics.angular_velocity_rad_per_s);
   EXPECT_EQ(state_.absorbed_mass, expected.absorbed_mass);
+  EXPECT_EQ(state_.momentum, expected.momentum);
   EXPECT_EQ(state_.mean.samples(), 3);
   EXPECT_EQ(state_.sampling, (Sampling{12, 10}));
   EXPECT_EQ(state_.mean.sums().density_kg_per_m3, expected.mean.sums().density_kg_per_m3);

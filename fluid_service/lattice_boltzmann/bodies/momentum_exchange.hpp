@@ -58,6 +58,8 @@ inline constexpr std::size_t load_components = 8;
 inline constexpr std::size_t mass_component = 6;
 inline constexpr std::size_t weight_component = 7;
 using LoadSums = std::array<fixed_point::Sum, load_components>;
+/// x, y, z.
+using MomentumSums = std::array<fixed_point::Sum, 3>;
 
 /// A population that a body's surface sends back, to be put in place before the bulk update.
 template <class T>
@@ -163,10 +165,11 @@ class MomentumExchange {
   /// @param cells     of the body, on this rank
   /// @param returned  mass to be given back, by the weight of the body's links
   /// @param loads     sums to which this rank's share is added
+  /// @param kept_back likewise: momentum that left the fluid, but is not in the loads
   /// @throws SolverError if a population is not finite or absurdly large, naming the cell
   virtual void operator()(const T* populations, Placement placement, std::size_t body,
                           std::span<const BoundaryCell> cells, double returned, LoadSums& loads,
-                          ReflectedPopulations<T>& reflected) const = 0;
+                          MomentumSums& kept_back, ReflectedPopulations<T>& reflected) const = 0;
 
  protected:
   MomentumExchange(bool second_cell, bool conserves) : uses_second_cell(second_cell), conserving(conserves) {}
@@ -184,12 +187,13 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
 
   void operator()(const T* populations, Placement placement, std::size_t body_index,
                   std::span<const BoundaryCell> cells, [[maybe_unused]] double returned, LoadSums& loads,
-                  ReflectedPopulations<T>& reflected) const override {
+                  MomentumSums& kept_back, ReflectedPopulations<T>& reflected) const override {
     using namespace momentum_exchange;
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
     const bool beside_films = films_.beside(body_index);
-    LoadSums sums = loads;  // a local copy, which need not be stored for every cell
+    LoadSums sums = loads;  // local copies, which need not be stored for every cell
+    MomentumSums kept = kept_back;
     const auto add = [&sums](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
       const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
                            fixed_point::to_double(force[2])};
@@ -228,9 +232,17 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           resolved = films_.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
         const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
         for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
+        if (beside_films) {
+          const fixed_point::Sum unresolved = fixed_point::from_double(exchanged) - fixed;
+          for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += e[axis] * unresolved;
+        }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - static_cast<double>(stored);
-          for (int axis = 0; axis < 3; ++axis) force[axis] -= fixed_point::from_double(resolved * absorbed * u[axis]);
+          for (int axis = 0; axis < 3; ++axis) {
+            const std::int64_t of_absorbed = fixed_point::from_double(resolved * absorbed * u[axis]);
+            force[axis] -= of_absorbed;
+            kept[static_cast<std::size_t>(axis)] += of_absorbed;
+          }
           sums[mass_component] += fixed_point::from_double(absorbed);
           sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
         }
@@ -253,6 +265,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       }
     }
     loads = sums;
+    kept_back = kept;
   }
 
  private:

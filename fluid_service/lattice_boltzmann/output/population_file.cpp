@@ -14,7 +14,7 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr std::int64_t format_version = 4;
+constexpr std::int64_t format_version = 5;
 constexpr std::int64_t layout_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
 constexpr std::int64_t piece_bytes = 1 << 18;   ///< of populations at once: stays in a core's cache
 const std::string root = "/";
@@ -23,6 +23,7 @@ const std::string bodies_name = "/bodies";
 const std::string density_name = "/mean_density_sum";
 const std::string velocity_name = "/mean_velocity_sum";
 const std::string body_name = "/mean_body";
+const std::array<std::string, 3> momentum_gained = {"momentum_gained_x", "momentum_gained_y", "momentum_gained_z"};
 
 using Extent = Hdf5File::Extent;
 
@@ -106,6 +107,8 @@ std::uint64_t digest_of_bodies(const FluidState& state) {
   Digest digest(static_cast<std::uint64_t>(state.kinematics.step));
   const Rows rows = rows_of(state);
   for (const double value : rows.reshaped()) digest.add(value);
+  for (const double value : state.momentum.gained) digest.add(value);
+  digest.add(state.momentum.exchanged);
   return digest.value();
 }
 
@@ -151,6 +154,9 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   file.write_attribute(root, "mean_samples", state.mean.samples());
   file.write_attribute(root, "mean_start", state.sampling.start);
   file.write_attribute(root, "mean_every_steps", state.sampling.every_steps);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    file.write_attribute(root, momentum_gained[axis], state.momentum.gained[static_cast<Eigen::Index>(axis)]);
+  file.write_attribute(root, "momentum_exchanged", state.momentum.exchanged);
   file.write_attribute(root, "checksum", sum);
   const Extent shape = extent_of(header.cells);
   Offsets offsets;
@@ -199,6 +205,12 @@ void read_bodies(Hdf5File& file, FluidState& state) {
   if (rows.cols() > 0) file.read(bodies_name, {0, 0}, {static_cast<std::uint64_t>(rows.cols()), columns}, rows.data());
   take_rows(rows, state);
   state.kinematics.step = file.read_attribute<std::int64_t>(root, "kinematics_step");
+}
+
+void read_momentum(Hdf5File& file, MomentumBalance& momentum) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    momentum.gained[static_cast<Eigen::Index>(axis)] = file.read_attribute<double>(root, momentum_gained[axis]);
+  momentum.exchanged = file.read_attribute<double>(root, "momentum_exchanged");
 }
 
 /// @return digest of this rank's populations
@@ -308,6 +320,7 @@ PopulationHeader restore_populations(const std::string& path, Communicator& comm
     header = read_header(file, path, expected);
     digest = read_populations<T>(file, header, box, take, communicator.context());
     read_bodies(file, state);
+    read_momentum(file, state.momentum);
     read_mean(file, box, state);
     written = file.read_attribute<std::uint64_t>(root, "checksum");
   });

@@ -24,12 +24,21 @@ struct PopulationHeader {
 /// Digest of what populations belong to: cells, symmetry planes, step, precision, shapes of the bodies.
 std::uint64_t layout_digest(const FluidSetup& setup);
 
+/// Momentum of the fluid that changed for numerical reasons, and what to compare it with, in lattice units.
+struct MomentumBalance {
+  Eigen::Vector3d gained = Eigen::Vector3d::Zero();  ///< what neither a body, a wall nor a force gave
+  double exchanged = 0.0;                            ///< sum of |force| over the bodies and all steps
+
+  bool operator==(const MomentumBalance&) const = default;
+};
+
 /// State of the fluid beside its populations.
 struct FluidState {
   Kinematics kinematics;           ///< of the last exchange, the same on all ranks
   Eigen::Matrix2Xd absorbed_mass;  ///< mass that each body's surface holds, weight of its links; likewise
   MeanField mean;                  ///< this rank's share; may have no samples
   Sampling sampling;               ///< of the mean
+  MomentumBalance momentum;        ///< since step 0; the leader's is saved, all ranks receive it
 };
 
 /// Digest of a cell's populations, seeded with the cell's index in the domain: sums of it modulo 2^64 are the

@@ -44,6 +44,7 @@ class Summary:
     body_phases: tuple = ()  # those phases that a fluid without bodies would not need
     waiting_phases: tuple = ()  # those phases in which the solver only waited
     mass_drift: float | None = None  # fluids on a grid: mass gained since the fluid was at rest, by its mass
+    momentum_drift: float | None = None  # likewise: |momentum from no body, wall or force| by the bodies' impulses
 
 
 def _read(field, shape, name):
@@ -98,6 +99,8 @@ class _Served:
             reply.summary.waiting_phases.extend(summary.waiting_phases)
             if summary.mass_drift is not None:
                 reply.summary.mass_drift = summary.mass_drift
+            if summary.momentum_drift is not None:
+                reply.summary.momentum_drift = summary.momentum_drift
         else:
             self._perform_own(name, body, request, reply)
 

@@ -292,8 +292,8 @@ TEST_F(RoundTrip, MakesTextTravelWhateverItsEncoding) {
 }
 
 TEST_F(RoundTrip, KeepsSummariesAndPaths) {
-  SolverSummary sent{0xffffffffffffffff, 1ULL << 60, 12, {{"bulk", 1.5}, {"map", 0.25}, {"idle", 3.0}}, {"map"},
-                     {"idle"},           -2e-4};
+  SolverSummary sent{0xffffffffffffffff, 1ULL << 60, 12,  {{"bulk", 1.5}, {"map", 0.25}, {"idle", 3.0}}, {"map"},
+                     {"idle"},           -2e-4,      3e-3};
   ASSERT_EQ(send(sent), MessageKind::summary);
   SolverSummary summary;
   summary.seconds["old"] = 1;
@@ -306,6 +306,7 @@ TEST_F(RoundTrip, KeepsSummariesAndPaths) {
   EXPECT_EQ(summary.body_phases, sent.body_phases);
   EXPECT_EQ(summary.waiting_phases, sent.waiting_phases);
   EXPECT_EQ(summary.mass_drift, sent.mass_drift);
+  EXPECT_EQ(summary.momentum_drift, sent.momentum_drift);
 
   for (const MessageKind kind : {MessageKind::save, MessageKind::restore}) {
     ASSERT_EQ(send(kind, session::CheckpointPath{"/runs/a/checkpoints/7"}), kind);

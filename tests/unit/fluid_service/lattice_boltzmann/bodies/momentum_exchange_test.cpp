@@ -139,7 +139,7 @@ struct Box16 {
     reflected.clear();
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
     (*make_momentum_exchange(formula, collision, *layout, *map, films))(populations.data(), Placement::home, 0, cells,
-                                                                        0.0, sums, reflected);
+                                                                        0.0, sums, kept_back, reflected);
   }
   void exchange() { exchange(links->of_body(0)); }
   [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
@@ -158,6 +158,7 @@ struct Box16 {
   std::vector<double> populations;
   ThinFilms films{FluidSetup{}};
   LoadSums sums{};
+  MomentumSums kept_back{};
   ReflectedPopulations<double> reflected{16};
 };
 
