@@ -2,14 +2,20 @@
 """Response of a sphere's load to a step in its velocity, and the stability of the coupling that follows from it: what
 docs/decisions/virtual_mass.md quotes.
 
-    tests/validation/load_response.py [bounce_back|interpolated|central_linear|parabolic]     some minutes
+    tests/validation/load_response.py parabolic                               half an hour
+    tests/validation/load_response.py parabolic --points 4,1 4,2 8,1 8,2      for some radii and relaxation times
+
+The response depends on where the sphere is between the cells, so that six places are examined, and the largest values
+are printed; surfaces that return staggered momentum do so for hundreds of steps.
 """
 
+import argparse
 import json
 import math
 import subprocess
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,17 +26,19 @@ sys.path.insert(0, str(ROOT / "deploy"))
 from copepod_report.trajectory import Trajectory  # noqa: E402
 from copepod_validation.experiment import lattice_case, sphere, viscosity  # noqa: E402
 
-STEPS = 60  # before the sound of the sphere's images in the periodic box returns
 BOX = 48
+# Centres relative to the centre of a cell: it, the middles of a face and an edge, a corner, and two others.
+PLACES = ((0, 0, 0), (0, 0, 0.5), (0, 0.5, 0.5), (0.5, 0.5, 0.5), (0.3, 0.2, 0.1), (0.15, 0.4, 0.25))
+POINTS = ((4, 0.55), (4, 2 / 3), (4, 1.0), (4, 1.5), (4, 2.0), (8, 0.55), (8, 2 / 3), (8, 1.0), (8, 2.0))
 
 
-def response(radius, tau, boundary, turns):
-    """s_j: impulse in step j after a step in (angular) velocity, by that of as much fluid; shape (STEPS,)."""
+def response(radius, tau, boundary, turns, place, steps):
+    """s_j: impulse in step j after a step in (angular) velocity, by that of as much fluid; shape (steps,)."""
     speed = 1e-6 / (radius if turns else 1.0)
     motion = {"angular_velocity_rad_per_s" if turns else "velocity_m_per_s": [0, 0, speed]}
-    body = sphere(radius, [BOX / 2 + shift for shift in (0.3, 0.2, 0.1)], "prescribed", **motion)
+    body = sphere(radius, [BOX / 2 + 0.5 + shift for shift in place], "prescribed", **motion)
     scheme = {"collision": "trt", "moving_boundary": boundary, "refill": "nonequilibrium"}
-    case = {"case": "load_response", **lattice_case([BOX] * 3, tau, "periodic", [body], STEPS, **scheme)}
+    case = {"case": "load_response", **lattice_case([BOX] * 3, tau, "periodic", [body], steps, **scheme)}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.yaml")
         file.write_text(json.dumps(case), encoding="utf-8")
@@ -38,7 +46,7 @@ def response(radius, tau, boundary, turns):
         subprocess.run(command, check=True, capture_output=True)
         sample = Trajectory(Path(folder, "run/trajectory.csv")).of("sphere")
     displaced = 4 / 3 * math.pi * radius**3 * (0.4 * radius**2 if turns else 1.0)
-    return -sample["torque_N_m" if turns else "force_N"][:STEPS, 2] / (displaced * speed)
+    return -sample["torque_N_m" if turns else "force_N"][:steps, 2] / (displaced * speed)
 
 
 def continued(found, radius, tau, turns):
@@ -79,19 +87,47 @@ def least(condition, highest=20.0):
     return high
 
 
+@dataclass(frozen=True)
+class Limits:
+    """Of one response; masses in displaced masses."""
+
+    start: str  # s_0 … s_3
+    staggered: float  # P = Σ (−1)^j s_j: without averaging, a mode of period two needs M + 2m > P
+    masses: tuple[float, float]  # the least M without virtual mass: loads averaged, not averaged
+    added: tuple[float, float]  # the least m of M = 0.01
+
+
+def limits(radius, tau, boundary, turns, place, steps):
+    found = response(radius, tau, boundary, turns, place, steps)
+    whole = continued(found, radius, tau, turns)
+    signs = (-1.0) ** np.arange(steps)
+    signs[-1] *= 0.5  # the mean of the last two sums
+    return Limits(
+        " ".join(f"{value:6.3f}" for value in found[:4]),
+        float(signs @ found),
+        tuple(least(lambda mass: is_stable(whole, mass, 0.0, averages)) for averages in (True, False)),
+        tuple(least(lambda added: is_stable(whole, 0.01, added, averages)) for averages in (True, False)),
+    )
+
+
 def main():
-    boundary = sys.argv[1] if len(sys.argv) > 1 else "bounce_back"
-    print("motion    r  tau   s_0 … s_3                      M, averaged  M, not  m of M = 0.01, averaged  not")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("boundary", choices=["bounce_back", "interpolated", "central_linear", "parabolic"])
+    parser.add_argument("--points", nargs="+", metavar="R,TAU", help="radius in cells, relaxation time")
+    parser.add_argument("--steps", type=int, default=400, help="of which the response is measured; default: 400")
+    chosen = parser.parse_args()
+    points = [tuple(map(float, point.split(","))) for point in chosen.points] if chosen.points else POINTS
+    print(
+        "motion   r  tau    s_0 … s_3 in the centre of a cell    P  M, averaged    not  m of M = 0.01, averaged    not"
+    )
     for turns in (False, True):
-        for radius, tau in ((4, 0.55), (4, 2 / 3), (4, 1.0), (4, 2.0), (8, 0.55), (8, 2 / 3), (8, 2.0)):
-            found = response(radius, tau, boundary, turns)
-            whole = continued(found, radius, tau, turns)
-            masses = [least(lambda mass: is_stable(whole, mass, 0.0, averages)) for averages in (True, False)]
-            added = [least(lambda added: is_stable(whole, 0.01, added, averages)) for averages in (True, False)]
-            start = " ".join(f"{value:6.3f}" for value in found[:4])
+        for radius, tau in points:
+            places = [limits(radius, tau, chosen.boundary, turns, place, chosen.steps) for place in PLACES]
+            masses, added = (np.max([getattr(one, name) for one in places], axis=0) for name in ("masses", "added"))
             print(
-                f"{'turning' if turns else 'moving':8} {radius:2}  {tau:.3f}  {start}    {masses[0]:6.3f}      "
-                f"{masses[1]:7.3f}  {added[0]:6.2f}                 {added[1]:6.2f}",
+                f"{'turning' if turns else 'moving':7} {radius:2.0f}  {tau:.3f}  {places[0].start}  "
+                f"{max(one.staggered for one in places):9.2f}  {masses[0]:11.2f}  {masses[1]:5.2f}  "
+                f"{added[0]:23.2f}  {added[1]:5.2f}",
                 flush=True,
             )
 
