@@ -11,6 +11,7 @@ MEAN = "mean"
 _SNAPSHOT = "step_"
 _VELOCITY = "velocity_m_per_s"
 _COARSE = 24  # points along each axis of a look at the whole domain
+_MOST_VALUES = 8_000_000  # of a component of the velocity that is read whole
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,28 @@ def read_coarse(path: Path, time: str | int) -> np.ndarray:
         layers = range(strides[0] // 2, velocity.shape[0], strides[0])
         rows, columns = (slice(stride // 2, None, stride) for stride in strides[1:])
         return np.array([velocity[layer][rows, columns] for layer in layers])
+
+
+def read_components(path: Path, step: int) -> tuple[list[np.ndarray], int]:
+    """u_x, u_y, u_z [m/s] of the recorded box, shape (nz, ny, nx) each, and how many cells long each of its values is.
+
+    More than a few million cells are averaged over blocks.
+    """
+    with _opened(path) as file:
+        velocity = file[_name(step)][_VELOCITY]
+        cells = velocity.shape[:3]
+        block = 1
+        while np.prod([max(1, count // block) for count in cells]) > _MOST_VALUES:
+            block += 1
+        blocks = [min(block, count) for count in cells]
+        kept = [count // length for count, length in zip(cells, blocks)]
+        shape = (kept[1], blocks[1], kept[2], blocks[2], 3)
+        result = np.zeros((*kept, 3))
+        for layer in range(kept[0]):
+            for each in range(layer * blocks[0], (layer + 1) * blocks[0]):
+                part = velocity[each][: shape[0] * shape[1], : shape[2] * shape[3]]
+                result[layer] += part.reshape(shape).mean(axis=(1, 3)) / blocks[0]
+        return [result[..., axis] for axis in range(3)], block
 
 
 def _opened(path: Path) -> Any:

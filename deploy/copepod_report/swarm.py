@@ -1,4 +1,4 @@
-"""Figures of many swimmers together: a picture, speeds, power, orientations, distances, mean-square displacement."""
+"""Figures of many swimmers together: a picture, speeds, power, orientations, distances, displacement, spectrum."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,8 +7,10 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from copepod_report.cycles import centroids_m
+from copepod_report.fields import read_components, times_in
 from copepod_report.pair_distribution import pair_distribution
-from copepod_report.run_record import RunRecord
+from copepod_report.run_record import RunRecord, read_file
+from copepod_report.spectrum import energy_spectrum
 from copepod_report.style import Theme, legend_above, new_figure
 from copepod_report.sweeps import with_prefix
 from copepod_run.figures import at, quantity_text
@@ -50,6 +52,7 @@ class Swarm:
         self.period_s = float(np.diff(measured[0]["start_s"][:2])[0]) if cycles > 1 else 0.0
         powers = np.array([each["power_W"][:cycles] for each in measured])
         self.power_by_cycle_W = powers.sum(axis=0) if np.isfinite(powers).all() else np.empty(0)
+        self.snapshots = read_file(run.directory / "fields.h5", times_in).steps
         self.moved_m = [centroids_m(each)[: cycles + 1] for each in measured] if cycles > 3 else []
 
     def figures(self) -> list[tuple[str, Draw, str]]:
@@ -84,6 +87,12 @@ class Swarm:
         if len(self.time_s) > 2:
             text = f"Mean-square displacement of the centroids of {count}; dotted: ballistic and diffusive."
             found.append(("spreading", self.spreading, text))
+        if self.snapshots:
+            text = (
+                f"Energy spectrum of the flow at step {self.snapshots[-1]}: kinetic energy per mass and wave number "
+                "in the recorded box, bodies included."
+            )
+            found.append(("spectrum", self.spectrum, text))
         return found
 
     def picture(self, theme: Theme) -> Any:
@@ -229,4 +238,20 @@ class Swarm:
             axes.annotate(label, end, color=theme.ink, fontsize=8, ha="right", va="bottom")
         axes.set_xlabel("time between two samples [µs]")
         axes.set_ylabel("mean-square displacement [µm²]")
+        return figure
+
+    def spectrum(self, theme: Theme) -> Any:
+        """Of the last snapshot of the flow, on logarithmic axes; None for a flow that is at rest or uniform."""
+        step = self.snapshots[-1]
+        components, cells = read_file(self.run.directory / "fields.h5", lambda path: read_components(path, step))
+        domain = self.run.case["fluid"]["domain_cells"]
+        whole = np.multiply(components[0].shape[::-1], cells) > np.array(domain) - cells  # else only a part is recorded
+        periodic = np.logical_and(self.run.is_periodic, whole)
+        k, density = energy_spectrum(components, cells * self.run.cell_size_m, periodic[::-1])
+        if not density.any():
+            return None
+        figure, axes = new_figure(theme, 3.4)
+        axes.loglog(1e-6 * k, 1e18 * density, "o-", color=theme.beads[0], markersize=3, linewidth=1.2)
+        axes.set_xlabel("wave number [1/µm]")
+        axes.set_ylabel("E(k) [µm³/s²]")
         return figure

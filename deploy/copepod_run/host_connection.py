@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import IO, Any
 
 from copepod_run import hosts
@@ -14,6 +15,7 @@ from copepod_run.host_guard import GUARD
 from copepod_run.processes import Wrong, end_with_parent
 
 _READY_WITHIN_S = 30.0
+_REACHED_WITHIN_S = 4.0  # a guard ends within half a second, or is killed after two
 
 
 class HostConnection:
@@ -22,6 +24,7 @@ class HostConnection:
     def __init__(self, host: str, mark: str, order: Mapping[str, Any]) -> None:
         """Sends the order at once; wait_until_ready() has the answer."""
         self.host = host
+        self._mark = mark
         self.wrong: list[Wrong] = []  # what the last answer reported
         self.address = ""  # of this host as seen from there, empty if unknown
         self.left: int | None = None  # processes that could not be ended, once the guard has ended the others
@@ -81,6 +84,19 @@ class HostConnection:
     def end(self) -> None:
         """Asks the guard to end everything there."""
         self._send({"end": True})
+
+    def end_stopped_guard(self) -> None:
+        """Reaches the host anew to end a guard that does not answer; nothing happens if the host does not either."""
+        command = hosts.connecting_command(self.host, hosts.ending_command(GUARD, self._mark))
+        with suppress(subprocess.TimeoutExpired):
+            subprocess.run(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+                timeout=_REACHED_WITHIN_S,
+            )
 
     def read(self) -> None:
         """Takes what has arrived."""

@@ -110,6 +110,24 @@ def guard_command(variable: str, mark: str) -> list[str]:
     return ["exec", "env", *settings, "/usr/bin/python3", "-S", "-P", "-B", "-m", "copepod_run.host_guard"]
 
 
+def ending_command(variable: str, mark: str) -> list[str]:
+    """Continues a guard that is stopped, and kills it if it does not end then: what it has started cleans up."""
+    folder = Path(__file__).resolve().parent.parent
+    code = "import sys; from copepod_run.cleanup import end_marked; end_marked(sys.argv[1], 2.0)"
+    return [
+        "exec",
+        "env",
+        f"PYTHONPATH={folder}",
+        "/usr/bin/python3",
+        "-S",
+        "-P",
+        "-B",
+        "-c",
+        code,
+        f"{variable}={mark}",
+    ]
+
+
 def free_endpoint(address: str, host: str) -> str:
     """A port of this host on the network that leads to another one; `address`: ours as seen from there, if known."""
     try:

@@ -5,6 +5,7 @@ import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from copepod_run import hosts
@@ -117,6 +118,11 @@ class HostsLauncher(LocalLauncher):
         deadline = time.monotonic() + _ENDED_WITHIN_S
         while time.monotonic() < deadline and any(self._may_still_end(connection) for connection in self._connections):
             time.sleep(0.02)
+        silent = [
+            connection for connection in self._connections if connection.left is None and not connection.is_closed
+        ]
+        with ThreadPoolExecutor(len(silent) or 1) as pool:
+            list(pool.map(HostConnection.end_stopped_guard, silent))
         return left + sum(connection.left or 0 for connection in self._connections)
 
     def close(self) -> None:

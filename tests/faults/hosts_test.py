@@ -3,12 +3,13 @@
 import os
 import signal
 import tempfile
+import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import three_hosts as lab
-from hurt_hosts import CLEAN_WITHIN_S, VICTIMS, HostsRun, cut, finish, hurt, three_hosts
+from hurt_hosts import CLEAN_WITHIN_S, VICTIMS, HostsRun, cut, finish, hurt, outcome_of, start_halted, three_hosts
 from hurt_run import LONGEST_S, digest
 
 AT_ONCE = 3
@@ -60,6 +61,16 @@ class ThreeHosts(unittest.TestCase):
         with ThreadPoolExecutor(AT_ONCE) as pool:
             outcomes = list(pool.map(lambda victim: hurt(*victim, signal.SIGSTOP), victims))
         self.check(outcomes, [(victim, words, 69) for victim, words in victims.items()])
+
+    def test_guard_that_is_frozen_while_the_run_finishes_leaves_nothing(self):
+        with three_hosts() as (hosts, folder):
+            run = start_halted(hosts, folder)
+            start = time.monotonic()
+            os.kill(run.victims("c", "guard")[0], signal.SIGSTOP)
+            (folder / "halted").unlink()
+            outcome = outcome_of(run, start)  # finished, unless that takes longer than noticing the guard
+            outcome.digest = digest(folder) if outcome.code == 0 else finish(hosts, folder)
+        self.assertEqual(outcome.problems("host c.* is stopped", self.digest), [])
 
     def test_cuts_that_are_shorter_than_the_case_allows_change_nothing(self):
         cuts = SHORT + (SHORT_TOO if ALL else [])

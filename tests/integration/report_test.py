@@ -11,14 +11,12 @@ import h5py
 import numpy as np
 
 from copepod_session import CommandTest
-from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_swarm, write_unfinished_run
+from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
 from copepod_report.flow import View, choose, draw, strongest_plane
-from copepod_report.pair_distribution import pair_distribution
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
 from copepod_report.style import DARK, LIGHT, laid_out_like, picture_of
-from copepod_report.swarm import Swarm
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import Stop
 
@@ -358,71 +356,6 @@ class Report(CommandTest):
         picture = self.chosen(plane="xz", at_m=8.5e-6)
         self.assertEqual(picture.corner_cells, (5, 7))
         np.testing.assert_allclose(picture.velocity_across_m_per_s, np.sin(2 * np.pi * 2 / 24) * 2e-3)
-
-    def test_hundred_swimmers_are_shown_as_a_swarm(self):
-        write_swarm(self.folder / "run")
-        text = page_of(self.folder / "run", read_case)
-        self.assertEqual(text.count("<h3>"), 0)
-        captions = re.findall(r"<figcaption>(.*?)</figcaption>", text)
-        for beginning in ("100 swimmers from the side", "Order of 100 swimmers", "Pair distribution", "Mean-square"):
-            self.assertEqual(sum(caption.startswith(beginning) for caption in captions), 1, captions)
-        self.assertLess(len(text), 3e6)
-
-    def test_more_than_six_swimmers_share_a_table(self):
-        for count, headings in ((6, 6), (7, 0)):
-            folder = self.folder / f"run{count}"
-            write_swarm(folder, swimmers=count)
-            summary = json.loads((folder / "summary.json").read_text())
-            for number, entry in enumerate(summary["swimmers"]):
-                entry["u_swim_lattice"] = 0.001 * number
-            (folder / "summary.json").write_text(json.dumps(summary))
-            text = page_of(folder, read_case)
-            self.assertEqual(text.count("<h3>"), headings)
-            self.assertEqual(len(re.findall(r"<tr><td>s\d</td>", text)), 0 if headings else count)
-            self.assertEqual("<tr><td>s5</td><td>0.005</td></tr>" in text, not headings)
-
-    def test_figures_of_a_swarm_hold_what_its_trajectory_does(self):
-        write_swarm(self.folder / "run", swimmers=20)
-        swarm = Swarm(RunRecord(self.folder / "run", read_case))
-        self.assertEqual(swarm.centroids_m.shape, (60, 20, 3))
-        np.testing.assert_allclose(swarm.axes[5, 0], [1, 0, 0], atol=1e-12)
-        np.testing.assert_allclose(swarm.polar_order(), 0, atol=1e-12)  # a ring points everywhere
-        np.testing.assert_allclose(swarm.nematic_order(), 0.25)  # in one plane
-        lags_s, squares_m2 = swarm.mean_square_displacement()
-        expected = np.mean([(1e-8 * number) ** 2 for number in range(20)]) * (lags_s / STEP_S) ** 2
-        np.testing.assert_allclose(squares_m2, expected, rtol=1e-9)
-
-    def test_points_spread_evenly_have_a_pair_distribution_of_one(self):
-        random = np.random.default_rng(1)
-        lengths = np.array([1.0, 2.0, 0.5])
-        for periodic, flat in (([0, 0, 0], 1), ([1, 2, 0.5], 1), ([0, 2, 0], 1), ([0, 0, 0], 0)):
-            points = random.random((40, 150, 3)) * lengths * (1, 1, flat)
-            distances, ratio = pair_distribution(points, periodic, bins=10)
-            self.assertAlmostEqual(distances[-1] + distances[0], 0.25 if periodic[2] else 1.0, delta=0.02)
-            np.testing.assert_allclose(ratio[3:], 1, atol=0.1)
-
-    def test_pair_distribution_peaks_where_pairs_are(self):
-        random = np.random.default_rng(1)
-        points = random.random((20, 50, 3))
-        points = np.concatenate([points, np.mod(points + (0.1, 0, 0), 1)], axis=1)  # partners across the face, too
-        distances, ratio = pair_distribution(points, [1, 1, 1], bins=25)
-        self.assertAlmostEqual(distances[np.argmax(ratio)], 0.1, delta=0.02)
-        self.assertEqual(pair_distribution(points[:, :1], [1, 1, 1])[0].size, 0)
-
-    def test_power_of_a_swarm_is_that_of_all_drives(self):
-        write_swarm(self.folder / "run", swimmers=8, samples=10)
-        trajectory = self.folder / "run/trajectory.csv"
-        header, *rows = trajectory.read_text().splitlines()
-        columns = header.split(",")
-        for number, row in enumerate(rows):
-            fields = row.split(",")
-            fields[columns.index("vy_m_per_s")], fields[columns.index("drive_fy_N")] = "2.0", f"{fields[0]}.0"
-            rows[number] = ",".join(fields)
-        trajectory.write_text("\n".join([header, *rows]) + "\n")
-        swarm = Swarm(RunRecord(self.folder / "run", read_case))
-        np.testing.assert_allclose(swarm.power_W, 2 * 24 * np.arange(10))
-        names = [name for name, _, _ in swarm.figures()]
-        self.assertEqual(names, ["swarm", "power", "orientations", "pairs", "spreading"])
 
     def test_figures_are_the_same_bytes_each_time_and_their_text_is_text(self):
         write_run(self.folder / "run")

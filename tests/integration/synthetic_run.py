@@ -102,6 +102,12 @@ def write_swarm(folder, swimmers=100, samples=60):
     (folder / "trajectory.csv").write_text("\n".join(lines) + "\n")
 
 
+def write_snapshot(path, step, velocity_m_per_s):
+    """Adds one to a fields.h5, which need not exist; velocity of shape (nz, ny, nx, 3)."""
+    with h5py.File(path, "a") as file:
+        file[f"step_{step:09d}/velocity_m_per_s"] = velocity_m_per_s.astype(np.float32)
+
+
 def _write_trajectory(path, steps):
     names = (
         "step,time_s,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_per_s,vy_m_per_s,vz_m_per_s,wx_rad_per_s,wy_rad_per_s,"

@@ -7,6 +7,7 @@ import tempfile
 import time
 import uuid
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 import zmq
@@ -42,7 +43,8 @@ class ComponentProcess:
         ) as standard_input:
             self._popen = subprocess.Popen(
                 command,
-                env={**environment, name: value},
+                # Components that are started by mpirun at the same time would share a folder in /tmp otherwise.
+                env={"OMPI_MCA_orte_tmpdir_base": os.path.abspath(folder), **environment, name: value},
                 stdin=standard_input,
                 stdout=None if shows_output else output,
                 stderr=None if shows_output else errors,
@@ -73,12 +75,20 @@ class ComponentProcess:
         return {pid: _cpu_seconds(pid) for pid in marked_processes(self._mark)}
 
     def last_words(self, *logs):
-        """The last line of its logs, or else of what it printed; a line «error: …» comes before what mpirun adds."""
+        """The last line of its logs, or else of what it printed; a line «error: …» comes before what mpirun adds.
+
+        If that is a line of dashes, by which mpirun frames its messages, what is inside the frame.
+        """
         texts = (
             Path(path).read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists()
         )
         lines = next((text.strip().split("\n") for text in texts if text.strip()), [""])
-        return next((line for line in reversed(lines) if line.startswith("error: ")), lines[-1])
+        if error := next((line for line in reversed(lines) if line.startswith("error: ")), ""):
+            return error
+        if not lines[-1].startswith("-----"):
+            return lines[-1]
+        inside = takewhile(lambda line: not line.startswith("-----"), reversed(lines[:-1]))
+        return " ".join(line.strip() for line in reversed([*inside]) if line.strip())
 
     def output(self):
         """What it wrote to its standard output."""
