@@ -12,7 +12,7 @@ def energy_spectrum(
     """(wave numbers k [1/m], E(k) [m³/s²]): ∫ E dk is the mean of u²/2, but for what is uniform in the box.
 
     E(k) dk sums |û|²/2 over the modes of a shell of thickness dk [Pope 2000, section 6.5]. Modes are exp(2πi n x/L)
-    along periodic axes and cos(πn x/L) along others, where the flow goes on beyond the face as its mirror image. dk is
+    along periodic axes and cos(πn x/L) along others, where the flow beyond a face is its mirror image. dk is
     the widest distance of two modes along an axis.
 
     @param components_m_per_s  u_x, u_y, u_z of the box, shape (cells along axis 0, 1, 2) each
