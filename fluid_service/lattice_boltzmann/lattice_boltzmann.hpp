@@ -84,7 +84,6 @@ class LatticeBoltzmann final : public FluidSolver {
  private:
   void map_bodies(const Kinematics& kinematics);
   void count_changed_cells();
-  void sum_momentum_gained();
   /// Mass that a body gives back in this step, by the weight of its links.
   [[nodiscard]] double returned_mass(std::size_t body) const;
   void sum_loads();

@@ -209,6 +209,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       const Populations f = layout_.gather(populations, boundary.site, placement);
       const Moments<double> m = moments(f);  // of the same bits for a cell and its mirror image
       const Eigen::Vector3d momentum = m.momentum_vector();
+      std::int64_t kept_of_cell[3] = {0, 0, 0};
       const auto plane = static_cast<std::size_t>(boundary.position[0] - layout_.block().low[0]);
       auto& target = boundary.border ? reflected.border : reflected.interior[plane];
       // The link as the body sees it: from r in direction `seen`.
@@ -233,15 +234,15 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
         for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
         if (beside_films) {
-          const fixed_point::Sum unresolved = fixed_point::from_double(exchanged) - fixed;
-          for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += e[axis] * unresolved;
+          const std::int64_t unresolved = fixed_point::from_double(exchanged) - fixed;
+          for (int axis = 0; axis < 3; ++axis) kept_of_cell[axis] += e[axis] * unresolved;
         }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - static_cast<double>(stored);
           for (int axis = 0; axis < 3; ++axis) {
             const std::int64_t of_absorbed = fixed_point::from_double(resolved * absorbed * u[axis]);
             force[axis] -= of_absorbed;
-            kept[static_cast<std::size_t>(axis)] += of_absorbed;
+            kept_of_cell[axis] += of_absorbed;
           }
           sums[mass_component] += fixed_point::from_double(absorbed);
           sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
@@ -263,6 +264,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         reflect(alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
         add(link.r, on_image);
       }
+      for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += kept_of_cell[axis];
     }
     loads = sums;
     kept_back = kept;
