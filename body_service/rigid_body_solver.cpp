@@ -22,6 +22,14 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 bool resolves_contacts(const BodySetup& setup) { return setup.contact.stiffness_N_per_m > 0.0; }
 
+/// Bodies that may overlap.
+std::vector<BodyPair> jointed_pairs(const BodySetup& setup) {
+  std::vector<BodyPair> pairs;
+  for (const JointSpecification& joint : setup.joints)
+    if (joint.body_B >= 0) pairs.emplace_back(joint.body_A, joint.body_B);
+  return pairs;
+}
+
 /// Weights of the values at the nodes for the polynomial through them, at the fraction `at` of the step.
 Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double at) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(nodes.size()));
@@ -94,10 +102,11 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       nodes_(integrator_->driving_nodes()),
       driving_nodes_(static_cast<Eigen::Index>(nodes_.size())),
       near_pairs_(equations_.model().shapes(), resolves_contacts(setup) ? Contacts::reach_m(setup) : 0.0,
-                  setup.periodic_length_m),
+                  setup.periodic_length_m, jointed_pairs(setup)),
       overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_, setup.contact),
       state_(equations_.model().initial_state()) {
   require_positive_step(setup.step_s);
+  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, state_, step_);
   overlap_check_.check(state_, step_);
   if (resolves_contacts(setup)) contacts_.emplace(setup, equations_.model(), near_pairs_);
   substeps_ = static_cast<std::int64_t>(contact_substeps(setup));
@@ -137,6 +146,7 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
 void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s) {
   for (const auto& block : equations_.blocks()) {
     integrator_->advance(block, applied, step_s, state_);
+    equations_.joints().correct(block, state_, step_);
     check_finite(block, equations_.model(), state_, step_);
   }
 }
@@ -156,6 +166,7 @@ void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
 void RigidBodySolver::push_contacts(const Contacts::Interval& interval) {
   const auto start = Clock::now();
   contacts_->push(state_, interval);
+  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, state_, step_);
   contact_s_ += seconds_since(start);
 }
 

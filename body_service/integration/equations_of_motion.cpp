@@ -27,6 +27,7 @@ EquationsOfMotion::EquationsOfMotion(const BodySetup& setup, Eigen::Index prefer
     : model_(setup),
       drive_(setup),
       elements_(make_force_elements(setup)),
+      joints_(setup, model_),
       blocks_(independent_blocks(setup, preferred_block_bodies)) {
   angular_velocity_rad_per_s_.resize(3, longest_block());
 }
@@ -57,6 +58,7 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   force_N.leftCols(bodies) += applied.hydrodynamic.force_N.middleCols(first, bodies);
   torque_N_m.leftCols(bodies) += applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
   for (const auto& element : elements_) element->add_loads(stage, force_N, torque_N_m);
+  joints_.add_loads(block, state, force_N, torque_N_m);
 
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
   for (Eigen::Index i = 0; i < bodies; ++i) {

@@ -8,6 +8,7 @@
 #include "contract/exchange.hpp"
 #include "forces/actuators.hpp"
 #include "forces/force_element.hpp"
+#include "joints/joints.hpp"
 #include "model/body_block.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"
@@ -25,6 +26,8 @@ class EquationsOfMotion {
   [[nodiscard]] const BodyModel& model() const { return model_; }
   [[nodiscard]] const std::vector<BodyBlock>& blocks() const { return blocks_; }
 
+  [[nodiscard]] Joints& joints() { return joints_; }
+
   /// Bodies of the longest block: what a work array must hold.
   [[nodiscard]] Eigen::Index longest_block() const;
 
@@ -40,6 +43,7 @@ class EquationsOfMotion {
   BodyModel model_;
   Actuators drive_;
   std::vector<std::unique_ptr<const ForceElement>> elements_;
+  Joints joints_;
   std::vector<BodyBlock> blocks_;
   Eigen::Matrix3Xd angular_velocity_rad_per_s_;  ///< of the bodies of the block in work
 };

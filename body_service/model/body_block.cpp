@@ -20,6 +20,9 @@ std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index p
     join(bend.body_A, bend.body_B);
     join(bend.body_B, bend.body_C);
   }
+  for (const auto& joint : setup.joints) {
+    if (joint.body_B >= 0) join(joint.body_A, joint.body_B);
+  }
   for (const auto& actuator : setup.actuators) {
     if (actuator.kind == ActuatorKind::pair_force) join(actuator.body_A, actuator.body_B);
   }

@@ -28,6 +28,10 @@ class BodyModel {
   [[nodiscard]] MotionKind motion(Eigen::Index body) const { return motions_[body]; }
   [[nodiscard]] Eigen::Vector3d axis(Eigen::Index body) const { return axis_.col(body); }
   [[nodiscard]] double inverse_mass_per_kg(Eigen::Index body) const { return inverse_mass_per_kg_[body]; }
+  /// Diagonal of I_B⁻¹ [1/(kg m²)]
+  [[nodiscard]] Eigen::Vector3d inverse_inertia_per_kg_m2(Eigen::Index body) const {
+    return inverse_inertia_.col(body);
+  }
 
   /// Angular velocity that belongs to an angular momentum,
   ///   ω = R I_B⁻¹ Rᵀ L                                                                 (B11)

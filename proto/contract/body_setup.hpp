@@ -31,6 +31,14 @@ enum class ActuatorKind {
   world_torque,  ///< about a direction fixed in the world
 };
 
+enum class JointKind {
+  ball,      ///< one point in common
+  hinge,     ///< a point and the direction of an axis in common
+  slider,    ///< moves along an axis without turning
+  fixed,     ///< no relative motion
+  distance,  ///< two points keep their distance: a rod without mass
+};
+
 /// One rigid body of uniform density; its initial state is in SI units and the world frame.
 struct BodySpecification {
   std::string name;
@@ -62,6 +70,16 @@ struct BendSpecification {
   int body_C = 0;
   double stiffness_N_m_per_rad = 0.0;
   double rest_angle_rad = std::numbers::pi;  ///< π: straight
+};
+
+/// Ideal joint of two bodies, or of a body and the world; the bodies' initial places determine what it keeps.
+struct JointSpecification {
+  JointKind kind = JointKind::ball;
+  int body_A = 0;
+  int body_B = -1;                                       ///< −1: the world
+  Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< in the frame of A, from its centre of mass
+  Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B; of the world: a place
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();       ///< of hinge and slider: unit vector, frame of A
 };
 
 /// Part of the drive: what it exerts per unit of its value, which every step brings anew
@@ -101,6 +119,7 @@ struct BodySetup {
   std::vector<BodySpecification> bodies;
   std::vector<SpringSpecification> springs;
   std::vector<BendSpecification> bends;
+  std::vector<JointSpecification> joints;
   std::vector<ActuatorSpecification> actuators;  ///< in the order of AppliedLoads::actuation
   std::vector<WallSpecification> walls;          ///< for contacts
   ContactSpecification contact;

@@ -1,6 +1,7 @@
 #include "geometry/near_pairs.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace copepod {
 
@@ -27,8 +28,14 @@ std::vector<double> ball_radii_m(const std::vector<Shape>& shapes, double reach_
 
 }  // namespace
 
-NearPairs::NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m)
-    : margin_m_(margins_m(shapes)), grid_(ball_radii_m(shapes, reach_m, margin_m_), periodic_length_m) {
+NearPairs::NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m,
+                     std::vector<BodyPair> except)
+    : margin_m_(margins_m(shapes)),
+      grid_(ball_radii_m(shapes, reach_m, margin_m_), periodic_length_m),
+      except_(std::move(except)) {
+  for (auto& [A, B] : except_)
+    if (B < A) std::swap(A, B);
+  std::ranges::sort(except_);
   for (std::size_t body = 0; body < shapes.size(); ++body) {
     const double extent_m = 2.0 * bounding_radius_m(shapes[body]);
     if (std::ranges::any_of(periodic_length_m, [&](double length_m) { return length_m > 0.0 && extent_m > length_m; }))
@@ -41,6 +48,8 @@ const std::vector<BodyPair>& NearPairs::at(const Eigen::Matrix3Xd& position_m) {
     listed_position_m_ = position_m;
     grid_.find_pairs(position_m, pairs_);
     std::ranges::sort(pairs_);
+    if (!except_.empty())
+      std::erase_if(pairs_, [this](const BodyPair& pair) { return std::ranges::binary_search(except_, pair); });
     ++listing_;
   }
   return pairs_;

@@ -19,7 +19,9 @@ class NearPairs {
  public:
   /// @param reach_m            between surfaces: how far apart bodies may be to count as near
   /// @param periodic_length_m  0: that direction is not periodic
-  NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m);
+  /// @param except             pairs that are never listed
+  NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m,
+            std::vector<BodyPair> except = {});
 
   /// Every pair of bodies whose bounding balls are less than the reach apart, nearest periodic images taken, and a
   /// few that are further apart. Ascending: bodies that are neighbours in the setup are neighbours in memory.
@@ -43,6 +45,7 @@ class NearPairs {
   std::vector<double> margin_m_;  ///< by which a body may move before the pairs are listed anew
   NeighbourGrid grid_;
   std::vector<BodyPair> pairs_;
+  std::vector<BodyPair> except_;  ///< lower body first, ascending
   std::uint64_t listing_ = 0;
   std::vector<int> longer_than_the_box_;
   Eigen::Matrix3Xd listed_position_m_;  ///< when the pairs were listed; no columns: never

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+
+#include "contract/body_setup.hpp"
+
+namespace copepod::body {
+
+/// Place and motion of one side of a joint; the world is at rest at the origin.
+struct JointSide {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d R_WB = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();
+};
+
+/// One equation C(x, q) = 0 that a joint imposes:
+///   dC/dt = J (v, ω),   d²C/dt² = J (a, α) + c
+struct JointRow {
+  std::array<Eigen::Vector3d, 2> linear;   ///< J of the velocities of A and B
+  std::array<Eigen::Vector3d, 2> angular;  ///< J of their angular velocities
+  double error = 0.0;                      ///< C: a length or, of directions, a cosine
+  double curvature = 0.0;                  ///< c, quadratic in the velocities
+};
+
+/// The equations of one joint, with what the bodies' initial places determine.
+class JointEquations {
+ public:
+  static constexpr int most_rows = 6;
+
+  /// @param specification  checked
+  /// @param A, B           the sides at the start of the run
+  JointEquations(const JointSpecification& specification, const JointSide& A, const JointSide& B);
+
+  [[nodiscard]] int rows() const;
+
+  /// Theory (B25) to (B28).
+  /// @param rows  room for rows()
+  /// @throws SolverError if the ends of a rod coincide (no direction)
+  void evaluate(const JointSide& A, const JointSide& B, JointRow* rows) const;
+
+ private:
+  JointKind kind_;
+  Eigen::Vector3d anchor_A_m_;
+  Eigen::Vector3d anchor_B_m_;
+  Eigen::Matrix3d frame_A_;  ///< columns: the joint's axes in the frame of A, the third its axis
+  Eigen::Matrix3d frame_B_;  ///< the same axes in the frame of B
+  double length_m_ = 0.0;    ///< of a rod
+};
+
+}  // namespace copepod::body

@@ -1,0 +1,331 @@
+#include "joints/joints.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "constraints/motion_constraint.hpp"
+#include "contract/errors.hpp"
+#include "contract/number_text.hpp"
+#include "geometry/rotation.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+/// Added to the unit diagonal, so that loops with more equations than they need have a factorisation; the refinements
+/// of solve() take its effect away.
+constexpr double regularisation = 1e-11;
+
+void check(const JointSpecification& joint, std::size_t index, const BodySetup& setup) {
+  const std::string name = "joint " + std::to_string(index);
+  const auto bodies = static_cast<int>(setup.bodies.size());
+  if (joint.body_A < 0 || joint.body_A >= bodies || joint.body_B < -1 || joint.body_B >= bodies) {
+    throw CaseError(name + " joins bodies " + std::to_string(joint.body_A) + " and " + std::to_string(joint.body_B) +
+                    " (there are " + std::to_string(bodies) + ", counted from 0). Correct the indices.");
+  }
+  if (joint.body_A == joint.body_B) {
+    throw CaseError(name + " joins body '" + setup.bodies[joint.body_A].name + "' to itself. Join two bodies.");
+  }
+  bool one_moves = false;
+  for (const int body : {joint.body_A, joint.body_B}) {
+    if (body < 0) continue;
+    const MotionKind motion = setup.bodies[body].motion;
+    if (motion == MotionKind::prescribed) {
+      throw CaseError(name + " holds body '" + setup.bodies[body].name +
+                      "' (motion: prescribed cannot follow a joint). Use motion: free, fixed or axis.");
+    }
+    one_moves = one_moves || motion != MotionKind::fixed;
+  }
+  if (!one_moves) {
+    throw CaseError(name + " holds body '" + setup.bodies[joint.body_A].name +
+                    "' (nothing that it joins can move). Remove the joint, or use motion: free.");
+  }
+  if (!joint.anchor_A_m.allFinite() || !joint.anchor_B_m.allFinite()) {
+    throw CaseError(name + " has an anchor that is not finite. Use finite numbers.");
+  }
+  if (!(std::abs(joint.axis.norm() - 1.0) < 1e-6)) {
+    throw CaseError(name + ": its axis has length " + rounded_text(joint.axis.norm()) +
+                    " (a direction is a unit vector). Divide it by its length.");
+  }
+}
+
+/// Lowest body of those that each is connected to by joints through bodies that move.
+std::vector<int> islands_of(const BodySetup& setup) {
+  std::vector<int> island(setup.bodies.size());
+  std::iota(island.begin(), island.end(), 0);
+  const auto root = [&island](int body) {
+    while (island[body] != body) body = island[body];
+    return body;
+  };
+  for (const JointSpecification& joint : setup.joints) {
+    if (joint.body_B < 0 || setup.bodies[joint.body_A].motion == MotionKind::fixed ||
+        setup.bodies[joint.body_B].motion == MotionKind::fixed)
+      continue;
+    const int one = root(joint.body_A);
+    const int other = root(joint.body_B);
+    island[std::max(one, other)] = std::min(one, other);
+  }
+  for (std::size_t body = 0; body < island.size(); ++body) island[body] = root(static_cast<int>(body));
+  return island;
+}
+
+/// A rod needs a length, the other joints a place in common.
+void check_anchors(const JointSpecification& joint, std::ptrdiff_t index, const std::array<JointSide, 2>& sides,
+                   const BodyModel& model) {
+  constexpr double tolerance = 1e-6;  // of a radius
+  const auto end_m = [&](int i, const Eigen::Vector3d& anchor_m) -> Eigen::Vector3d {
+    return sides[i].position_m + sides[i].R_WB * anchor_m;
+  };
+  const double apart_m = (end_m(0, joint.anchor_A_m) - end_m(1, joint.anchor_B_m)).norm();
+  const bool together = apart_m <= tolerance * model.shape(joint.body_A).radius_m;
+  const std::string name = "joint " + std::to_string(index);
+  if (together && joint.kind == JointKind::distance)
+    throw CaseError(name + " is a rod that has no length (its direction is undefined). Move an anchor, or use ball.");
+  if (!together && joint.kind != JointKind::distance) {
+    throw CaseError(name + ": its anchors do not meet (they are " + rounded_text(apart_m) +
+                    " m apart). Give both bodies the same place.");
+  }
+}
+
+double rate(const JointRow& row, const JointSide& A, const JointSide& B) {
+  return (row.linear[0].dot(A.velocity_m_per_s) + row.angular[0].dot(A.angular_velocity_rad_per_s)) +
+         (row.linear[1].dot(B.velocity_m_per_s) + row.angular[1].dot(B.angular_velocity_rad_per_s));
+}
+
+}  // namespace
+
+Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
+  for (std::size_t i = 0; i < setup.joints.size(); ++i) check(setup.joints[i], i, setup);
+  const std::vector<int> island_of_body = islands_of(setup);
+  std::vector<int> place(setup.bodies.size(), -1);
+  for (const JointSpecification& joint : setup.joints) {
+    const int moving = moves(joint.body_A) ? joint.body_A : joint.body_B;
+    int& at = place[island_of_body[moving]];
+    if (at < 0) {
+      at = static_cast<int>(islands_.size());
+      islands_.push_back({moving, {}, 0});
+    }
+    Island& island = islands_[at];
+    const MotionState& start = model.initial_state();
+    const std::array<JointSide, 2> sides{side(joint.body_A, 0, start), side(joint.body_B, 0, start)};
+    check_anchors(joint, &joint - setup.joints.data(), sides, model);
+    const JointEquations equations(joint, sides[0], sides[1]);
+    island.joints.push_back({joint.body_A, joint.body_B, static_cast<int>(island.rows), equations});
+    island.rows += equations.rows();
+  }
+}
+
+bool Joints::moves(int body) const {
+  return body >= 0 && (model_.motion(body) == MotionKind::free || model_.motion(body) == MotionKind::axis);
+}
+
+JointSide Joints::side(int body, Eigen::Index first, const MotionState& state) const {
+  if (body < 0) return {};
+  const Eigen::Index column = body - first;
+  const Eigen::Vector4d q_WB = state.orientation_wxyz.col(column).normalized();
+  return {state.position_m.col(column), rotation_matrix(q_WB), state.velocity_m_per_s.col(column),
+          model_.angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(column))};
+}
+
+Eigen::Vector3d Joints::per_mass(int body, const Eigen::Vector3d& force_N) const {
+  if (!moves(body)) return Eigen::Vector3d::Zero();
+  Eigen::Vector3d force = force_N;
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+  constrain_loads(model_.motion(body), model_.axis(body), force, torque);
+  return model_.inverse_mass_per_kg(body) * force;
+}
+
+Eigen::Vector3d Joints::per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const {
+  if (!moves(body)) return Eigen::Vector3d::Zero();
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  Eigen::Vector3d torque = torque_N_m;
+  constrain_loads(model_.motion(body), model_.axis(body), force, torque);
+  return side.R_WB * model_.inverse_inertia_per_kg_m2(body).cwiseProduct(side.R_WB.transpose() * torque);
+}
+
+void Joints::list_rows(const Island& island, Eigen::Index first, const MotionState& state) {
+  sides_.resize(island.joints.size());
+  rows_.resize(static_cast<std::size_t>(island.rows));
+  response_.resize(rows_.size());
+  for (std::size_t i = 0; i < island.joints.size(); ++i) {
+    const Joint& joint = island.joints[i];
+    sides_[i] = {side(joint.body_A, first, state), side(joint.body_B, first, state)};
+    joint.equations.evaluate(sides_[i][0], sides_[i][1], &rows_[joint.first_row]);
+    for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+      for (const int end : {0, 1}) {
+        const int body = end == 0 ? joint.body_A : joint.body_B;
+        response_[row].linear[end] = per_mass(body, rows_[row].linear[end]);
+        response_[row].angular[end] = per_inertia(body, sides_[i][end], rows_[row].angular[end]);
+      }
+    }
+  }
+}
+
+void Joints::factorise(const Island& island) {
+  matrix_.setZero(island.rows, island.rows);
+  for (const Joint& one : island.joints) {
+    const std::array<int, 2> bodies_of_one{one.body_A, one.body_B};
+    for (const Joint& other : island.joints) {
+      if (other.first_row > one.first_row) break;
+      const std::array<int, 2> bodies_of_other{other.body_A, other.body_B};
+      for (const int i : {0, 1}) {
+        for (const int j : {0, 1}) {
+          if (bodies_of_one[i] != bodies_of_other[j] || !moves(bodies_of_one[i])) continue;
+          for (int row = one.first_row; row < one.first_row + one.equations.rows(); ++row) {
+            for (int column = other.first_row; column < other.first_row + other.equations.rows(); ++column)
+              matrix_(row, column) += rows_[row].linear[i].dot(response_[column].linear[j]) +
+                                      rows_[row].angular[i].dot(response_[column].angular[j]);
+          }
+        }
+      }
+    }
+  }
+  scale_ = matrix_.diagonal().unaryExpr([](double it) { return it > 0.0 ? 1.0 / std::sqrt(it) : 0.0; });
+  matrix_ = scale_.asDiagonal() * matrix_ * scale_.asDiagonal();
+  matrix_.triangularView<Eigen::StrictlyUpper>() = matrix_.transpose();
+  matrix_.diagonal().array() += regularisation;
+  factors_.compute(matrix_);
+  matrix_.diagonal().array() -= regularisation;
+}
+
+void Joints::solve(Eigen::Index rows) {
+  right_side_.head(rows).array() *= scale_.array();
+  multipliers_ = factors_.solve(right_side_);
+  for (int refinement = 0; refinement < 2; ++refinement)
+    multipliers_ += factors_.solve(right_side_ - matrix_ * multipliers_);
+  multipliers_.array() *= scale_.array();
+}
+
+void Joints::add_loads(const BodyBlock& block, const MotionState& state, Eigen::Matrix3Xd& force_N,
+                       Eigen::Matrix3Xd& torque_N_m) {
+  for (const Island& island : islands_) {
+    if (island.block_key < block.first || island.block_key >= block.first + block.bodies) continue;
+    list_rows(island, block.first, state);
+    factorise(island);
+    right_side_.resize(island.rows);
+    for (std::size_t i = 0; i < island.joints.size(); ++i) {
+      const Joint& joint = island.joints[i];
+      std::array<JointSide, 2> acceleration;  // as if the joints exerted nothing
+      for (const int end : {0, 1}) {
+        const int body = end == 0 ? joint.body_A : joint.body_B;
+        if (!moves(body)) continue;
+        const Eigen::Index column = body - block.first;
+        const Eigen::Vector3d w = sides_[i][end].angular_velocity_rad_per_s;
+        const Eigen::Vector3d L = state.angular_momentum_N_m_s.col(column);
+        acceleration[end].velocity_m_per_s = per_mass(body, force_N.col(column));
+        acceleration[end].angular_velocity_rad_per_s =
+            per_inertia(body, sides_[i][end], torque_N_m.col(column) - w.cross(L));
+      }
+      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row)
+        right_side_[row] = -rows_[row].curvature - rate(rows_[row], acceleration[0], acceleration[1]);
+    }
+    solve(island.rows);
+    for (const Joint& joint : island.joints) {
+      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+        for (const int end : {0, 1}) {
+          const int body = end == 0 ? joint.body_A : joint.body_B;
+          if (!moves(body)) continue;
+          force_N.col(body - block.first) += multipliers_[row] * rows_[row].linear[end];
+          torque_N_m.col(body - block.first) += multipliers_[row] * rows_[row].angular[end];
+        }
+      }
+    }
+  }
+}
+
+void Joints::correct(const BodyBlock& block, MotionState& state, std::int64_t step) {
+  for (const Island& island : islands_) {
+    if (island.block_key >= block.first && island.block_key < block.first + block.bodies) correct(island, state, step);
+  }
+}
+
+void Joints::correct(const Island& island, MotionState& state, std::int64_t step) {
+  double last = 0.0;
+  for (int correction = 0;; ++correction) {
+    list_rows(island, 0, state);
+    factorise(island);
+    right_side_.resize(island.rows);
+    for (Eigen::Index row = 0; row < island.rows; ++row) right_side_[row] = -rows_[row].error;
+    // In units of the response: lengths and cosines are compared by what it takes to remove them.
+    const double left = (right_side_.array() * scale_.array()).matrix().norm();
+    // Newton's method squares the error until rounding ends that.
+    if (left == 0.0 || (correction > 0 && !(left < 0.1 * last))) break;
+    last = left;
+    solve(island.rows);
+    correct_positions(island, state);
+  }
+  require_closed(island, step);
+  correct_velocities(island, state);
+}
+
+void Joints::require_closed(const Island& island, std::int64_t step) const {
+  constexpr double tolerance = 1e-9;  // of a radius, and of a radian
+  for (const Joint& joint : island.joints) {
+    for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+      const double unit = rows_[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.body_A).radius_m;
+      if (std::abs(rows_[row].error) <= tolerance * unit) continue;
+      throw SolverError("the joint of body '" + model_.name(joint.body_A) +
+                            "' comes apart (the step is too long for its motion). Use a shorter step.",
+                        0, step);
+    }
+  }
+}
+
+void Joints::correct_positions(const Island& island, MotionState& state) const {
+  std::vector<std::pair<int, Eigen::Vector3d>> turns;
+  for (const Joint& joint : island.joints) {
+    for (const int end : {0, 1}) {
+      const int body = end == 0 ? joint.body_A : joint.body_B;
+      if (!moves(body)) continue;
+      Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+        state.position_m.col(body) += multipliers_[row] * response_[row].linear[end];
+        turn += multipliers_[row] * response_[row].angular[end];
+      }
+      turns.emplace_back(body, turn);
+    }
+  }
+  for (const auto& [body, turn] : turns) {
+    state.orientation_wxyz.col(body) = rotated(turn, state.orientation_wxyz.col(body)).normalized();
+  }
+}
+
+void Joints::correct_velocities(const Island& island, MotionState& state) {
+  right_side_.resize(island.rows);
+  for (std::size_t i = 0; i < island.joints.size(); ++i) {
+    const Joint& joint = island.joints[i];
+    for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row)
+      right_side_[row] = -rate(rows_[row], sides_[i][0], sides_[i][1]);
+  }
+  solve(island.rows);
+  for (const Joint& joint : island.joints) {
+    for (const int end : {0, 1}) {
+      const int body = end == 0 ? joint.body_A : joint.body_B;
+      if (!moves(body)) continue;
+      Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+        state.velocity_m_per_s.col(body) += multipliers_[row] * response_[row].linear[end];
+        torque += multipliers_[row] * rows_[row].angular[end];
+      }
+      Eigen::Vector3d none = Eigen::Vector3d::Zero();
+      constrain_loads(model_.motion(body), model_.axis(body), none, torque);
+      state.angular_momentum_N_m_s.col(body) += torque;
+    }
+  }
+}
+
+double Joints::largest_error(const MotionState& state) const {
+  double largest = 0.0;
+  std::array<JointRow, JointEquations::most_rows> rows;
+  for (const Island& island : islands_) {
+    for (const Joint& joint : island.joints) {
+      joint.equations.evaluate(side(joint.body_A, 0, state), side(joint.body_B, 0, state), rows.data());
+      for (int row = 0; row < joint.equations.rows(); ++row) largest = std::max(largest, std::abs(rows[row].error));
+    }
+  }
+  return largest;
+}
+
+}  // namespace copepod::body

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "contract/body_setup.hpp"
+#include "joints/joint_rows.hpp"
+#include "model/body_block.hpp"
+#include "model/body_model.hpp"
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// Forces of ideal joints, found from the accelerations that they have to prevent, and the correction of the drift
+/// that is left by the integrator; docs/decisions/joints.md has the reasons.
+///
+/// Joints that share a body that moves belong to one island, whose equations are solved together in the joints' order:
+/// no bit depends on the order of the bodies.
+class Joints {
+ public:
+  /// @param model  must outlive this object
+  /// @throws CaseError naming the joint if its bodies, anchors or axis are not valid
+  Joints(const BodySetup& setup, const BodyModel& model);
+
+  [[nodiscard]] bool empty() const { return islands_.empty(); }
+
+  /// Adds the joints' forces Jᵀλ to those of a block, with λ from
+  ///   (J M⁻¹ Jᵀ) λ = −c − J M⁻¹ F                                                               (B29)
+  /// @param state, force_N, torque_N_m  column 0 is the block's first body
+  void add_loads(const BodyBlock& block, const MotionState& state, Eigen::Matrix3Xd& force_N,
+                 Eigen::Matrix3Xd& torque_N_m);
+
+  /// Moves the bodies of a block by M⁻¹ Jᵀ μ until C = 0, and changes their velocities alike until J (v, ω) = 0  (B30)
+  /// @param state  of all bodies
+  /// @throws SolverError if the errors do not vanish
+  void correct(const BodyBlock& block, MotionState& state, std::int64_t step);
+
+  /// Largest |C| of all joints: metres, and cosines of directions.
+  [[nodiscard]] double largest_error(const MotionState& state) const;
+
+ private:
+  struct Joint {
+    int body_A;
+    int body_B;  ///< −1: the world
+    int first_row;
+    JointEquations equations;
+  };
+  struct Island {
+    Eigen::Index block_key;  ///< a body of it that moves
+    std::vector<Joint> joints;
+    Eigen::Index rows = 0;
+  };
+
+  [[nodiscard]] JointSide side(int body, Eigen::Index first, const MotionState& state) const;
+  [[nodiscard]] bool moves(int body) const;
+  [[nodiscard]] Eigen::Vector3d per_mass(int body, const Eigen::Vector3d& force_N) const;
+  [[nodiscard]] Eigen::Vector3d per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const;
+  void list_rows(const Island& island, Eigen::Index first, const MotionState& state);
+  void factorise(const Island& island);
+  void solve(Eigen::Index rows);
+  void correct(const Island& island, MotionState& state, std::int64_t step);
+  /// @throws SolverError if the rows have errors that Newton's method did not remove
+  void require_closed(const Island& island, std::int64_t step) const;
+  void correct_positions(const Island& island, MotionState& state) const;
+  void correct_velocities(const Island& island, MotionState& state);
+
+  const BodyModel& model_;
+  std::vector<Island> islands_;
+
+  // Of the island in work.
+  std::vector<std::array<JointSide, 2>> sides_;  ///< of each joint
+  std::vector<JointRow> rows_;
+  std::vector<JointRow> response_;  ///< M⁻¹ Jᵀ
+  Eigen::MatrixXd matrix_;          ///< J M⁻¹ Jᵀ with unit diagonal
+  Eigen::VectorXd scale_;
+  Eigen::VectorXd right_side_;
+  Eigen::VectorXd multipliers_;
+  Eigen::LLT<Eigen::MatrixXd> factors_;
+};
+
+}  // namespace copepod::body
