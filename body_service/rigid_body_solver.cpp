@@ -22,14 +22,6 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 bool resolves_contacts(const BodySetup& setup) { return setup.contact.stiffness_N_per_m > 0.0; }
 
-/// Bodies that may overlap.
-std::vector<BodyPair> jointed_pairs(const BodySetup& setup) {
-  std::vector<BodyPair> pairs;
-  for (const JointSpecification& joint : setup.joints)
-    if (joint.body_B >= 0) pairs.emplace_back(joint.body_A, joint.body_B);
-  return pairs;
-}
-
 /// Weights of the values at the nodes for the polynomial through them, at the fraction `at` of the step.
 Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double at) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(nodes.size()));
@@ -80,11 +72,17 @@ Capabilities rigid_body_capabilities() {
            "springs",
            "anchors",
            "bends",
+           "joint:ball",
+           "joint:hinge",
+           "joint:slider",
+           "joint:fixed",
+           "joint:distance",
            "actuator:pair_force",
            "actuator:body_force",
            "actuator:body_torque",
            "actuator:world_force",
            "actuator:world_torque",
+           "actuator:joint_motion",
            "gravity",
            "contact",
            "walls",
@@ -102,11 +100,11 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       nodes_(integrator_->driving_nodes()),
       driving_nodes_(static_cast<Eigen::Index>(nodes_.size())),
       near_pairs_(equations_.model().shapes(), resolves_contacts(setup) ? Contacts::reach_m(setup) : 0.0,
-                  setup.periodic_length_m, jointed_pairs(setup)),
+                  setup.periodic_length_m, jointed_pairs(setup.joints)),
       overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_, setup.contact),
       state_(equations_.model().initial_state()) {
   require_positive_step(setup.step_s);
-  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, state_, step_);
+  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, 0.0, state_, step_);
   overlap_check_.check(state_, step_);
   if (resolves_contacts(setup)) contacts_.emplace(setup, equations_.model(), near_pairs_);
   substeps_ = static_cast<std::int64_t>(contact_substeps(setup));
@@ -144,9 +142,10 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
 }
 
 void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s) {
+  equations_.joints().drive(applied.actuation, step_s);
   for (const auto& block : equations_.blocks()) {
     integrator_->advance(block, applied, step_s, state_);
-    equations_.joints().correct(block, state_, step_);
+    equations_.joints().correct(block, 1.0, state_, step_);
     check_finite(block, equations_.model(), state_, step_);
   }
 }
@@ -155,29 +154,35 @@ void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
   const auto substeps = static_cast<double>(substeps_);
   const double substep_s = step_s_ / substeps;
   applied_in_part_.hydrodynamic = applied.hydrodynamic;
-  push_contacts({0.5 * substep_s, 0.25 * substep_s, 0.0});
   for (std::int64_t substep = 0; substep < substeps_; ++substep) {
-    integrate_part(applied, static_cast<double>(substep) / substeps, static_cast<double>(substep + 1) / substeps);
-    if (substep + 1 < substeps_) push_contacts({substep_s, 0.0, substep_s});
+    const double from = static_cast<double>(substep) / substeps;
+    const double to = static_cast<double>(substep + 1) / substeps;
+    interpolate_drive(applied, from, to);
+    const double part_s = (to - from) * step_s_;
+    if (substep == 0) {
+      equations_.joints().drive(applied_in_part_.actuation, part_s);
+      push_contacts({0.5 * substep_s, 0.25 * substep_s, 0.0}, 0.0);
+    }
+    integrate(applied_in_part_, part_s);
+    if (substep + 1 < substeps_) push_contacts({substep_s, 0.0, substep_s}, 1.0);
   }
-  push_contacts({0.5 * substep_s, -0.25 * substep_s, substep_s});
+  push_contacts({0.5 * substep_s, -0.25 * substep_s, substep_s}, 1.0);
 }
 
-void RigidBodySolver::push_contacts(const Contacts::Interval& interval) {
+void RigidBodySolver::push_contacts(const Contacts::Interval& interval, double at) {
   const auto start = Clock::now();
   contacts_->push(state_, interval);
-  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, state_, step_);
+  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, at, state_, step_);
   contact_s_ += seconds_since(start);
 }
 
-void RigidBodySolver::integrate_part(const AppliedLoads& applied, double from, double to) {
+void RigidBodySolver::interpolate_drive(const AppliedLoads& applied, double from, double to) {
   const std::vector<double>& nodes = nodes_;
   applied_in_part_.actuation.resize(actuators_, driving_nodes_);
   for (Eigen::Index node = 0; node < driving_nodes_; ++node) {
     const double at = from + nodes[static_cast<std::size_t>(node)] * (to - from);
     applied_in_part_.actuation.col(node) = applied.actuation * interpolation_weights(nodes, at);
   }
-  integrate(applied_in_part_, (to - from) * step_s_);
 }
 
 std::function<void()> RigidBodySolver::report_progress() const {

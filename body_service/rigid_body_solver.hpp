@@ -40,9 +40,11 @@ class RigidBodySolver final : public BodySolver {
   void integrate(const AppliedLoads& applied, double step_s);
   /// In substeps, with the impulses of the contacts between them, and half of one at both ends.
   void integrate_with_contacts(const AppliedLoads& applied);
-  void push_contacts(const Contacts::Interval& interval);
+  /// @param at  fraction of the part of the step that the drive is interpolated for
+  void push_contacts(const Contacts::Interval& interval, double at);
+  /// Values of the drive at the nodes of a part of the step.
   /// @param from, to  fractions of the step
-  void integrate_part(const AppliedLoads& applied, double from, double to);
+  void interpolate_drive(const AppliedLoads& applied, double from, double to);
   [[nodiscard]] std::vector<ContactMemory> contact_memory() const;
 
   [[nodiscard]] std::function<void()> report_progress() const;

@@ -32,7 +32,7 @@ struct Anchors {
 };
 
 /// u · w = 0 for u fixed in A and w fixed in B:
-///   dC/dt = n · (ω_A − ω_B),   n = u × w,   c = dn/dt · (ω_A − ω_B)                             (B27)
+///   dC/dt = n · (ω_A − ω_B),   n = u × w,   c = dn/dt · (ω_A − ω_B)                             (B28)
 JointRow perpendicular(const Eigen::Vector3d& u, const Eigen::Vector3d& w, const JointSide& A, const JointSide& B) {
   const Eigen::Vector3d& w_A = A.angular_velocity_rad_per_s;
   const Eigen::Vector3d& w_B = B.angular_velocity_rad_per_s;
@@ -42,8 +42,22 @@ JointRow perpendicular(const Eigen::Vector3d& u, const Eigen::Vector3d& w, const
   return {{none, none}, {n, -n}, u.dot(w), n_rate.dot(w_A - w_B)};
 }
 
+/// u · w = 0 for u fixed in A and w in B, but turned about an axis a of B by the angle s of the drive; as above, with
+/// ω_B + ṡ a in place of ω_B.                                                                     (B30)
+JointRow turned(const Eigen::Vector3d& u, const Eigen::Vector3d& w_at_start, const Eigen::Vector3d& axis,
+                const JointMotion& motion, const JointSide& A, const JointSide& B) {
+  const Eigen::Vector3d w = Eigen::AngleAxisd(motion.value, axis) * w_at_start;
+  JointSide frame = B;
+  frame.angular_velocity_rad_per_s += motion.rate * axis;
+  JointRow row = perpendicular(u, w, A, frame);
+  const Eigen::Vector3d& n = row.angular[0];
+  row.drift = -motion.rate * n.dot(axis);
+  row.curvature -= n.dot(motion.acceleration * axis + motion.rate * B.angular_velocity_rad_per_s.cross(axis));
+  return row;
+}
+
 /// e · d = 0 for a direction e that turns with B:
-///   dC/dt = e · dd/dt + ω_B · (e × d),   c = e · c_d + 2 (ω_B × e) · dd/dt + (ω_B × (ω_B × e)) · d      (B26)
+///   dC/dt = e · dd/dt + ω_B · (e × d),   c = e · c_d + 2 (ω_B × e) · dd/dt + (ω_B × (ω_B × e)) · d      (B27)
 JointRow across(const Eigen::Vector3d& e, const Anchors& anchors, const JointSide& B) {
   const Eigen::Vector3d& w_B = B.angular_velocity_rad_per_s;
   const Eigen::Vector3d e_rate = w_B.cross(e);
@@ -54,7 +68,7 @@ JointRow across(const Eigen::Vector3d& e, const Anchors& anchors, const JointSid
 }
 
 /// |d| − l = 0:
-///   dC/dt = n · dd/dt,   n = d/|d|,   c = n · c_d + (|dd/dt|² − (n · dd/dt)²)/|d|               (B28)
+///   dC/dt = n · dd/dt,   n = d/|d|,   c = n · c_d + (|dd/dt|² − (n · dd/dt)²)/|d|               (B29)
 JointRow rod(const Anchors& anchors, double length_m) {
   const double now_m = anchors.apart_m.norm();
   if (!(now_m > 0.0)) {
@@ -65,6 +79,14 @@ JointRow rod(const Anchors& anchors, double length_m) {
   JointRow row = anchors.along(n);
   row.error = now_m - length_m;
   row.curvature += (anchors.rate_m_per_s.squaredNorm() - along_m_per_s * along_m_per_s) / now_m;
+  return row;
+}
+
+/// C = C₀ − s for a joint of which C₀ is the motion.                                              (B30)
+JointRow driven_by(const JointMotion& motion, JointRow row) {
+  row.error -= motion.value;
+  row.drift -= motion.rate;
+  row.curvature -= motion.acceleration;
   return row;
 }
 
@@ -80,8 +102,10 @@ Eigen::Matrix3d frame_about(const Eigen::Vector3d& axis) {
 
 }  // namespace
 
-JointEquations::JointEquations(const JointSpecification& specification, const JointSide& A, const JointSide& B)
+JointEquations::JointEquations(const JointSpecification& specification, bool driven, const JointSide& A,
+                               const JointSide& B)
     : kind_(specification.kind),
+      driven_(driven),
       anchor_A_m_(specification.anchor_A_m),
       anchor_B_m_(specification.anchor_B_m),
       frame_A_(frame_about(specification.axis)),
@@ -94,7 +118,7 @@ int JointEquations::rows() const {
       return 3;
     case JointKind::hinge:
     case JointKind::slider:
-      return 5;
+      return driven_ ? 6 : 5;
     case JointKind::fixed:
       return 6;
     case JointKind::distance:
@@ -103,23 +127,27 @@ int JointEquations::rows() const {
   return 1;
 }
 
-void JointEquations::evaluate(const JointSide& A, const JointSide& B, JointRow* rows) const {
+void JointEquations::evaluate(const JointSide& A, const JointSide& B, const JointMotion& motion, JointRow* rows) const {
   const Anchors anchors(A, B, anchor_A_m_, anchor_B_m_);
   if (kind_ == JointKind::distance) {
-    *rows = rod(anchors, length_m_);
+    *rows = driven_by(motion, rod(anchors, length_m_));
     return;
   }
   const Eigen::Matrix3d axes_A = A.R_WB * frame_A_;
   const Eigen::Matrix3d axes_B = B.R_WB * frame_B_;
   if (kind_ == JointKind::slider) {
     for (const int i : {0, 1}) *rows++ = across(axes_B.col(i), anchors, B);
+    if (driven_) *rows++ = driven_by(motion, across(axes_B.col(2), anchors, B));
   } else {
-    for (int i = 0; i < 3; ++i) *rows++ = anchors.along(Eigen::Vector3d::Unit(i));  // (B25)
+    for (int i = 0; i < 3; ++i) *rows++ = anchors.along(Eigen::Vector3d::Unit(i));  // (B26)
   }
   if (kind_ == JointKind::ball) return;
   *rows++ = perpendicular(axes_A.col(2), axes_B.col(0), A, B);
   *rows++ = perpendicular(axes_A.col(2), axes_B.col(1), A, B);
-  if (kind_ != JointKind::hinge) *rows++ = perpendicular(axes_A.col(0), axes_B.col(1), A, B);
+  if (kind_ != JointKind::hinge)
+    *rows++ = perpendicular(axes_A.col(0), axes_B.col(1), A, B);
+  else if (driven_)
+    *rows++ = turned(axes_A.col(0), axes_B.col(1), axes_B.col(2), motion, A, B);
 }
 
 }  // namespace copepod::body

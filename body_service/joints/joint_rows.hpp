@@ -16,13 +16,21 @@ struct JointSide {
   Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();
 };
 
-/// One equation C(x, q) = 0 that a joint imposes:
-///   dC/dt = J (v, ω),   d²C/dt² = J (a, α) + c
+/// What a driven joint has moved since the start, s(t); of joints that are not driven 0.
+struct JointMotion {
+  double value = 0.0;  ///< [m], of a hinge [rad]
+  double rate = 0.0;
+  double acceleration = 0.0;
+};
+
+/// One equation C(x, q, t) = 0 that a joint imposes:
+///   dC/dt = J (v, ω) + b,   d²C/dt² = J (a, α) + c
 struct JointRow {
   std::array<Eigen::Vector3d, 2> linear;   ///< J of the velocities of A and B
   std::array<Eigen::Vector3d, 2> angular;  ///< J of their angular velocities
   double error = 0.0;                      ///< C: a length or, of directions, a cosine
-  double curvature = 0.0;                  ///< c, quadratic in the velocities
+  double curvature = 0.0;                  ///< c, of the velocities and of the drive's acceleration
+  double drift = 0.0;                      ///< b, of the drive
 };
 
 /// The equations of one joint, with what the bodies' initial places determine.
@@ -31,18 +39,20 @@ class JointEquations {
   static constexpr int most_rows = 6;
 
   /// @param specification  checked
+  /// @param driven         its motion is given; it has_motion()
   /// @param A, B           the sides at the start of the run
-  JointEquations(const JointSpecification& specification, const JointSide& A, const JointSide& B);
+  JointEquations(const JointSpecification& specification, bool driven, const JointSide& A, const JointSide& B);
 
   [[nodiscard]] int rows() const;
 
-  /// Theory (B25) to (B28).
+  /// Theory (B26) to (B30).
   /// @param rows  room for rows()
   /// @throws SolverError if the ends of a rod coincide (no direction)
-  void evaluate(const JointSide& A, const JointSide& B, JointRow* rows) const;
+  void evaluate(const JointSide& A, const JointSide& B, const JointMotion& motion, JointRow* rows) const;
 
  private:
   JointKind kind_;
+  bool driven_;
   Eigen::Vector3d anchor_A_m_;
   Eigen::Vector3d anchor_B_m_;
   Eigen::Matrix3d frame_A_;  ///< columns: the joint's axes in the frame of A, the third its axis

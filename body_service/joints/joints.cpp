@@ -51,8 +51,31 @@ void check(const JointSpecification& joint, std::size_t index, const BodySetup& 
   }
 }
 
+/// The actuator of each joint, −1 for joints that are free.
+std::vector<int> drives_of(const BodySetup& setup) {
+  std::vector<int> drives(setup.joints.size(), -1);
+  for (std::size_t i = 0; i < setup.actuators.size(); ++i) {
+    const ActuatorSpecification& actuator = setup.actuators[i];
+    if (actuator.kind != ActuatorKind::joint_motion) continue;
+    const std::string name = "actuator " + std::to_string(i);
+    if (actuator.joint < 0 || actuator.joint >= static_cast<int>(setup.joints.size())) {
+      throw CaseError(name + " drives joint " + std::to_string(actuator.joint) + " (there are " +
+                      std::to_string(setup.joints.size()) + ", counted from 0). Correct the index.");
+    }
+    const std::string joint = "joint " + std::to_string(actuator.joint);
+    if (!has_motion(setup.joints[actuator.joint].kind))
+      throw CaseError(name + " drives " + joint + " (it has no single motion). Use hinge, slider or distance.");
+    if (drives[actuator.joint] >= 0)
+      throw CaseError(name + " drives " + joint + " (another actuator does, too). Remove one.");
+    if (setup.integrator != Integrator::runge_kutta_4)
+      throw CaseError(name + " drives " + joint + " (this takes the middle of each step). Use runge_kutta_4.");
+    drives[actuator.joint] = static_cast<int>(i);
+  }
+  return drives;
+}
+
 /// Lowest body of those that each is connected to by joints through bodies that move.
-std::vector<int> islands_of(const BodySetup& setup) {
+std::vector<int> lowest_connected(const BodySetup& setup) {
   std::vector<int> island(setup.bodies.size());
   std::iota(island.begin(), island.end(), 0);
   const auto root = [&island](int body) {
@@ -72,7 +95,7 @@ std::vector<int> islands_of(const BodySetup& setup) {
 }
 
 /// A rod needs a length, the other joints a place in common.
-void check_anchors(const JointSpecification& joint, std::ptrdiff_t index, const std::array<JointSide, 2>& sides,
+void check_anchors(const JointSpecification& joint, std::size_t index, const std::array<JointSide, 2>& sides,
                    const BodyModel& model) {
   constexpr double tolerance = 1e-6;  // of a radius
   const auto end_m = [&](int i, const Eigen::Vector3d& anchor_m) -> Eigen::Vector3d {
@@ -98,9 +121,11 @@ double rate(const JointRow& row, const JointSide& A, const JointSide& B) {
 
 Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
   for (std::size_t i = 0; i < setup.joints.size(); ++i) check(setup.joints[i], i, setup);
-  const std::vector<int> island_of_body = islands_of(setup);
+  const std::vector<int> drives = drives_of(setup);
+  const std::vector<int> island_of_body = lowest_connected(setup);
   std::vector<int> place(setup.bodies.size(), -1);
-  for (const JointSpecification& joint : setup.joints) {
+  for (std::size_t i = 0; i < setup.joints.size(); ++i) {
+    const JointSpecification& joint = setup.joints[i];
     const int moving = moves(joint.body_A) ? joint.body_A : joint.body_B;
     int& at = place[island_of_body[moving]];
     if (at < 0) {
@@ -110,11 +135,34 @@ Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
     Island& island = islands_[at];
     const MotionState& start = model.initial_state();
     const std::array<JointSide, 2> sides{side(joint.body_A, 0, start), side(joint.body_B, 0, start)};
-    check_anchors(joint, &joint - setup.joints.data(), sides, model);
-    const JointEquations equations(joint, sides[0], sides[1]);
-    island.joints.push_back({joint.body_A, joint.body_B, static_cast<int>(island.rows), equations});
+    check_anchors(joint, i, sides, model);
+    const JointEquations equations(joint, drives[i] >= 0, sides[0], sides[1]);
+    island.joints.push_back({joint.body_A, joint.body_B, static_cast<int>(island.rows), drives[i], equations});
     island.rows += equations.rows();
   }
+  std::ranges::sort(islands_, {}, &Island::block_key);
+}
+
+std::span<const Joints::Island> Joints::islands_of(const BodyBlock& block) const {
+  const auto first = std::ranges::lower_bound(islands_, block.first, {}, &Island::block_key);
+  return {first, std::ranges::lower_bound(first, islands_.end(), block.first + block.bodies, {}, &Island::block_key)};
+}
+
+void Joints::drive(const Eigen::MatrixXd& actuation, double step_s) {
+  if (islands_.empty() || actuation.cols() != 3) return;
+  nodes_ = actuation;
+  step_s_ = step_s;
+}
+
+/// The parabola through s₀, s₁, s₂ at 0, 1/2 and 1 of a step h, at x of it:
+///   s = s₀ + (4 s₁ − 3 s₀ − s₂) x + 2 (s₀ − 2 s₁ + s₂) x²
+JointMotion Joints::motion(const Joint& joint, double at) const {
+  if (joint.actuator < 0 || nodes_.rows() == 0) return {};
+  const Eigen::RowVector3d s = nodes_.row(joint.actuator);
+  const double slope = 4.0 * (s[1] - s[0]) - (s[2] - s[0]);
+  const double bend = 2.0 * ((s[2] - s[1]) - (s[1] - s[0]));
+  const double value = at == 1.0 ? s[2] : s[0] + at * (slope + at * bend);
+  return {value, (slope + 2.0 * bend * at) / step_s_, 2.0 * bend / (step_s_ * step_s_)};
 }
 
 bool Joints::moves(int body) const {
@@ -145,14 +193,14 @@ Eigen::Vector3d Joints::per_inertia(int body, const JointSide& side, const Eigen
   return side.R_WB * model_.inverse_inertia_per_kg_m2(body).cwiseProduct(side.R_WB.transpose() * torque);
 }
 
-void Joints::list_rows(const Island& island, Eigen::Index first, const MotionState& state) {
+void Joints::list_rows(const Island& island, Eigen::Index first, double at, const MotionState& state) {
   sides_.resize(island.joints.size());
   rows_.resize(static_cast<std::size_t>(island.rows));
   response_.resize(rows_.size());
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
     sides_[i] = {side(joint.body_A, first, state), side(joint.body_B, first, state)};
-    joint.equations.evaluate(sides_[i][0], sides_[i][1], &rows_[joint.first_row]);
+    joint.equations.evaluate(sides_[i][0], sides_[i][1], motion(joint, at), &rows_[joint.first_row]);
     for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
       for (const int end : {0, 1}) {
         const int body = end == 0 ? joint.body_A : joint.body_B;
@@ -198,11 +246,10 @@ void Joints::solve(Eigen::Index rows) {
   multipliers_.array() *= scale_.array();
 }
 
-void Joints::add_loads(const BodyBlock& block, const MotionState& state, Eigen::Matrix3Xd& force_N,
+void Joints::add_loads(const BodyBlock& block, const MotionState& state, double at, Eigen::Matrix3Xd& force_N,
                        Eigen::Matrix3Xd& torque_N_m) {
-  for (const Island& island : islands_) {
-    if (island.block_key < block.first || island.block_key >= block.first + block.bodies) continue;
-    list_rows(island, block.first, state);
+  for (const Island& island : islands_of(block)) {
+    list_rows(island, block.first, at, state);
     factorise(island);
     right_side_.resize(island.rows);
     for (std::size_t i = 0; i < island.joints.size(); ++i) {
@@ -235,16 +282,14 @@ void Joints::add_loads(const BodyBlock& block, const MotionState& state, Eigen::
   }
 }
 
-void Joints::correct(const BodyBlock& block, MotionState& state, std::int64_t step) {
-  for (const Island& island : islands_) {
-    if (island.block_key >= block.first && island.block_key < block.first + block.bodies) correct(island, state, step);
-  }
+void Joints::correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step) {
+  for (const Island& island : islands_of(block)) correct(island, at, state, step);
 }
 
-void Joints::correct(const Island& island, MotionState& state, std::int64_t step) {
+void Joints::correct(const Island& island, double at, MotionState& state, std::int64_t step) {
   double last = 0.0;
   for (int correction = 0;; ++correction) {
-    list_rows(island, 0, state);
+    list_rows(island, 0, at, state);
     factorise(island);
     right_side_.resize(island.rows);
     for (Eigen::Index row = 0; row < island.rows; ++row) right_side_[row] = -rows_[row].error;
@@ -297,7 +342,7 @@ void Joints::correct_velocities(const Island& island, MotionState& state) {
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
     for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row)
-      right_side_[row] = -rate(rows_[row], sides_[i][0], sides_[i][1]);
+      right_side_[row] = -rows_[row].drift - rate(rows_[row], sides_[i][0], sides_[i][1]);
   }
   solve(island.rows);
   for (const Joint& joint : island.joints) {
@@ -321,7 +366,8 @@ double Joints::largest_error(const MotionState& state) const {
   std::array<JointRow, JointEquations::most_rows> rows;
   for (const Island& island : islands_) {
     for (const Joint& joint : island.joints) {
-      joint.equations.evaluate(side(joint.body_A, 0, state), side(joint.body_B, 0, state), rows.data());
+      joint.equations.evaluate(side(joint.body_A, 0, state), side(joint.body_B, 0, state), motion(joint, 1.0),
+                               rows.data());
       for (int row = 0; row < joint.equations.rows(); ++row) largest = std::max(largest, std::abs(rows[row].error));
     }
   }

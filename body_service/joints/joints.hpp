@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -28,25 +29,33 @@ class Joints {
 
   [[nodiscard]] bool empty() const { return islands_.empty(); }
 
+  /// How driven joints move in the step ahead: on the parabola through the values at its start, middle and end.
+  /// @param actuation  shape (actuators, 3); others than those of joints are not read
+  void drive(const Eigen::MatrixXd& actuation, double step_s);
+
   /// Adds the joints' forces Jᵀλ to those of a block, with λ from
-  ///   (J M⁻¹ Jᵀ) λ = −c − J M⁻¹ F                                                               (B29)
+  ///   (J M⁻¹ Jᵀ) λ = −c − J M⁻¹ F                                                               (B31)
+  /// @param at              fraction of the step
   /// @param state, force_N, torque_N_m  column 0 is the block's first body
-  void add_loads(const BodyBlock& block, const MotionState& state, Eigen::Matrix3Xd& force_N,
+  void add_loads(const BodyBlock& block, const MotionState& state, double at, Eigen::Matrix3Xd& force_N,
                  Eigen::Matrix3Xd& torque_N_m);
 
-  /// Moves the bodies of a block by M⁻¹ Jᵀ μ until C = 0, and changes their velocities alike until J (v, ω) = 0  (B30)
+  /// Moves the bodies of a block by M⁻¹ Jᵀ μ until C = 0, and changes their velocities alike until
+  /// J (v, ω) + b = 0                                                                             (B32)
   /// @param state  of all bodies
+  /// @param at     fraction of the step
   /// @throws SolverError if the errors do not vanish
-  void correct(const BodyBlock& block, MotionState& state, std::int64_t step);
+  void correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step);
 
-  /// Largest |C| of all joints: metres, and cosines of directions.
+  /// Largest |C| of all joints at the end of the step: metres, and cosines of directions.
   [[nodiscard]] double largest_error(const MotionState& state) const;
 
  private:
   struct Joint {
-    int body_A;
-    int body_B;  ///< −1: the world
-    int first_row;
+    int body_A = 0;
+    int body_B = -1;  ///< −1: the world
+    int first_row = 0;
+    int actuator = -1;  ///< that drives it; −1: none
     JointEquations equations;
   };
   struct Island {
@@ -55,21 +64,25 @@ class Joints {
     Eigen::Index rows = 0;
   };
 
+  [[nodiscard]] std::span<const Island> islands_of(const BodyBlock& block) const;
+  [[nodiscard]] JointMotion motion(const Joint& joint, double at) const;
   [[nodiscard]] JointSide side(int body, Eigen::Index first, const MotionState& state) const;
   [[nodiscard]] bool moves(int body) const;
   [[nodiscard]] Eigen::Vector3d per_mass(int body, const Eigen::Vector3d& force_N) const;
   [[nodiscard]] Eigen::Vector3d per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const;
-  void list_rows(const Island& island, Eigen::Index first, const MotionState& state);
+  void list_rows(const Island& island, Eigen::Index first, double at, const MotionState& state);
   void factorise(const Island& island);
   void solve(Eigen::Index rows);
-  void correct(const Island& island, MotionState& state, std::int64_t step);
+  void correct(const Island& island, double at, MotionState& state, std::int64_t step);
   /// @throws SolverError if the rows have errors that Newton's method did not remove
   void require_closed(const Island& island, std::int64_t step) const;
   void correct_positions(const Island& island, MotionState& state) const;
   void correct_velocities(const Island& island, MotionState& state);
 
   const BodyModel& model_;
-  std::vector<Island> islands_;
+  std::vector<Island> islands_;  ///< by key
+  Eigen::MatrixX3d nodes_;       ///< values of the actuators in the step; no rows: nothing has moved yet
+  double step_s_ = 0.0;
 
   // Of the island in work.
   std::vector<std::array<JointSide, 2>> sides_;  ///< of each joint

@@ -208,6 +208,8 @@ Case read_case(Reader top) {
   for (std::size_t i = 0; i < top.size("groups"); ++i) result.groups.push_back(read_group(top.item("groups", i)));
   for (std::size_t i = 0; i < top.size("springs"); ++i) result.springs.push_back(read_spring(top.item("springs", i)));
   for (std::size_t i = 0; i < top.size("bends"); ++i) result.bends.push_back(read_named_bend(top.item("bends", i)));
+  for (std::size_t i = 0; i < top.size("joints"); ++i)
+    result.joints.push_back(read_joint(top.item("joints", i), result.step_s));
   for (std::size_t i = 0; i < top.size("actuators"); ++i)
     result.actuators.push_back(read_actuator(top.item("actuators", i), result.step_s));
   result.body.gravity_m_per_s2 = top.numbers("gravity_m_per_s2", 3, Eigen::VectorXd::Zero(3));
@@ -242,6 +244,7 @@ ordered_json resolved(const Case& the_case) {
   top["groups"] = list(the_case.groups, resolved_group);
   top["springs"] = list(the_case.springs, resolved_spring);
   top["bends"] = list(the_case.bends, resolved_named_bend);
+  if (!the_case.joints.empty()) top["joints"] = list(the_case.joints, resolved_joint);
   top["actuators"] = list(the_case.actuators, resolved_actuator);
   top["gravity_m_per_s2"] = the_case.body.gravity_m_per_s2;
   top["coupling"] = {{"scheme", name_of(scheme_names, SchemeKind::serial_explicit)},
@@ -400,6 +403,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   setup.bodies = assembly.bodies;
   setup.springs = assembly.springs;
   setup.bends = assembly.bends;
+  setup.joints = assembly.joints;
   for (const DrivenActuator& driven : assembly.drive) setup.actuators.push_back(driven.actuator);
   setup.contact = contact_specification(the_case, assembly);
   setup.walls = contact_walls(the_case);

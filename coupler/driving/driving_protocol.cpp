@@ -14,9 +14,12 @@ DrivingProtocol::DrivingProtocol(const std::vector<DrivenActuator>& drive) {
 void DrivingProtocol::sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const {
   actuation.resize(static_cast<Eigen::Index>(signals_.size()), static_cast<Eigen::Index>(nodes.size()));
   for (Eigen::Index i = 0; i < actuation.rows(); ++i) {
+    const Signal& signal = signals_[static_cast<std::size_t>(i)];
     for (Eigen::Index node = 0; node < actuation.cols(); ++node) {
-      actuation(i, node) = value_of(signals_[static_cast<std::size_t>(i)], step, nodes[static_cast<std::size_t>(node)]);
+      actuation(i, node) = value_of(signal, step, nodes[static_cast<std::size_t>(node)]);
     }
+    if (actuators_[static_cast<std::size_t>(i)].kind == ActuatorKind::joint_motion)
+      actuation.row(i).array() -= value_of(signal, 0, 0.0);
   }
 }
 

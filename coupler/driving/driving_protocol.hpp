@@ -23,7 +23,7 @@ class DrivingProtocol {
  public:
   explicit DrivingProtocol(const std::vector<DrivenActuator>& drive);
 
-  /// Values at times (step + node) of one step.
+  /// Values at times (step + node) of one step; of joints what they have moved since step 0.
   /// @param nodes      fractions of the step
   /// @param actuation  resized to (actuators, nodes) and overwritten
   void sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const;

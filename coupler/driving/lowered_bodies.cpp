@@ -9,6 +9,7 @@
 namespace copepod::coupler {
 
 bool must_be_lowered(const std::set<std::string>& required, const std::set<std::string>& announced) {
+  if (required.contains("actuator:joint_motion")) return false;  // no load that the coupler could compute
   const auto missing = compare_features(required, announced).missing;
   return (announced.contains("actuator:world_force") || announced.contains("actuator:world_torque")) &&
          std::ranges::any_of(missing, [](const std::string& name) { return name.starts_with("actuator:"); });

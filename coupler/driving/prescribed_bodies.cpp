@@ -42,6 +42,8 @@ void take_out(const std::vector<PrescribedBody>& prescribed, BodySetup& setup) {
     for (int* body : {&spring.body_A, &spring.body_B}) renumber(*body);
   for (BendSpecification& bend : setup.bends)
     for (int* body : {&bend.body_A, &bend.body_B, &bend.body_C}) renumber(*body);
+  for (JointSpecification& joint : setup.joints)
+    for (int* body : {&joint.body_A, &joint.body_B}) renumber(*body);
   for (ActuatorSpecification& actuator : setup.actuators)
     for (int* body : {&actuator.body_A, &actuator.body_B}) renumber(*body);
 }

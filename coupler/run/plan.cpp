@@ -108,12 +108,13 @@ ordered_json plan_of(const Sweep& sweep) {
 }
 
 /// What a component has to announce: {"springs": ["neglects:springs", "springs"], …}, any of the list for each. Bodies
-/// that lack an actuator may be driven by those fixed in the world.
+/// that lack an actuator may be driven by those fixed in the world, but for what moves a joint.
 ordered_json with_accepted(const std::set<std::string>& features) {
   ordered_json accepted = ordered_json::object();
+  const bool lowers = !features.contains("actuator:joint_motion");
   for (const std::string& name : features) {
     std::set<std::string> names = accepted_for(name);
-    if (name.starts_with("actuator:")) names.insert({"actuator:world_force", "actuator:world_torque"});
+    if (lowers && name.starts_with("actuator:")) names.insert({"actuator:world_force", "actuator:world_torque"});
     accepted[name] = names;
   }
   return accepted;

@@ -1,5 +1,7 @@
 #include "scheme/lubrication.hpp"
 
+#include <algorithm>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -30,7 +32,7 @@ Matrix6 mirroring(const std::array<bool, 3>& mirrored) {
 }  // namespace
 
 Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, double roughness_m)
-    : fluid_(fluid), bodies_(bodies), roughness_m_(roughness_m) {
+    : fluid_(fluid), bodies_(bodies), roughness_m_(roughness_m), jointed_(jointed_pairs(bodies.joints)) {
   if (!(fluid.film_thickness_m > 0.0)) return;
   surfaces_.emplace(fluid, FilmRange(fluid).high_m);
   response_.resize(bodies.bodies.size());
@@ -76,7 +78,10 @@ void Lubrication::find_films(const Kinematics& kinematics) {
   for (std::size_t body = 0; body < motion_.size(); ++body) {
     const Shape& shape = fluid_.bodies[body];
     for (const NearSurface& surface : surfaces_->of_body(body)) {
-      if (surface.is_body() && !surface.is_mirrored() && surface.other < static_cast<int>(body)) continue;  // done
+      if (surface.is_body() && !surface.is_mirrored()) {
+        if (surface.other < static_cast<int>(body)) continue;  // done
+        if (std::ranges::binary_search(jointed_, BodyPair{static_cast<int>(body), surface.other})) continue;
+      }
       const Eigen::Vector3d axis = z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
       const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
       find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, roughness_m_, contacts_);

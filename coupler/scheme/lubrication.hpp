@@ -22,7 +22,8 @@ namespace copepod::coupler {
 ///   L = −K w(V'),   V' = V + Δt M⁻¹ (L_others + Σ L)                                                    (C21)
 /// with w the relative motion of the two surfaces. The films are solved one after the other until nothing changes,
 /// which is at once where no body has several. So films of any thickness are stable, and a body under a constant load
-/// approaches a surface at the right velocity whatever the step. Averaging does not apply to films.
+/// approaches a surface at the right velocity whatever the step. Averaging does not apply to films. Bodies with a joint
+/// have no film between them; to its films with others a jointed body has its own mass alone.
 class Lubrication {
  public:
   /// No films.
@@ -64,6 +65,7 @@ class Lubrication {
   FluidSetup fluid_;
   BodySetup bodies_;
   double roughness_m_ = 0.0;
+  std::vector<BodyPair> jointed_;
   std::optional<NearSurfaces> surfaces_;
   std::vector<FilmContact> contacts_;
   std::vector<Matrix6> response_;  ///< Δt M⁻¹ by body

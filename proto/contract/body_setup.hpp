@@ -29,6 +29,7 @@ enum class ActuatorKind {
   body_torque,   ///< about a direction fixed to the body
   world_force,   ///< on the centre of mass, in a direction fixed in the world
   world_torque,  ///< about a direction fixed in the world
+  joint_motion,  ///< what a hinge, slider or rod has moved since the start
 };
 
 enum class JointKind {
@@ -38,6 +39,9 @@ enum class JointKind {
   fixed,     ///< no relative motion
   distance,  ///< two points keep their distance: a rod without mass
 };
+
+/// Whether JointSpecification::axis matters.
+constexpr bool has_axis(JointKind kind) { return kind == JointKind::hinge || kind == JointKind::slider; }
 
 /// One rigid body of uniform density; its initial state is in SI units and the world frame.
 struct BodySpecification {
@@ -82,8 +86,12 @@ struct JointSpecification {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();       ///< of hinge and slider: unit vector, frame of A
 };
 
-/// Part of the drive: what it exerts per unit of its value, which every step brings anew
-/// (AppliedLoads::actuation); geometry/actuator_loads.hpp has the equations.
+/// Whether a joint can be driven: it has one motion.
+constexpr bool has_motion(JointKind kind) { return has_axis(kind) || kind == JointKind::distance; }
+
+/// Part of the drive: what it exerts per unit of its value, which every step brings anew (AppliedLoads::actuation);
+/// geometry/actuator_loads.hpp has the equations. Of a joint the value is what it has moved since the start: the angle
+/// by which A has turned relative to B [rad], how far A has slid along the axis [m], or how much longer a rod is [m].
 struct ActuatorSpecification {
   ActuatorKind kind = ActuatorKind::pair_force;
   int body_A = 0;
@@ -92,6 +100,7 @@ struct ActuatorSpecification {
       Eigen::Vector3d::UnitZ();  ///< unit vector, frame of the body or of the world; not of a pair
   Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< end of a pair in the frame of A, from its centre of mass
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
+  int joint = -1;                                        ///< of a joint_motion; −1: none
 };
 
 /// Plane wall of the domain, which bodies meet in contacts.

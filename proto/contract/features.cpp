@@ -98,11 +98,17 @@ const std::vector<Feature>& known_features() {
       {"springs", physics, "springs with dampers between bodies"},
       {"anchors", physics, "springs and pair forces attached away from the centres of their bodies"},
       {"bends", physics, "angular springs between the arms from one body to two others"},
+      {"joint:ball", physics, "bodies that keep one point in common"},
+      {"joint:hinge", physics, "bodies that keep a point and the direction of an axis in common"},
+      {"joint:slider", physics, "bodies that move along an axis of each other without turning"},
+      {"joint:fixed", physics, "bodies without relative motion"},
+      {"joint:distance", physics, "points of two bodies that keep their distance"},
       {"actuator:pair_force", physics, "drives that push two bodies apart along the current line between them"},
       {"actuator:body_force", physics, "driving forces that turn with their body"},
       {"actuator:body_torque", physics, "driving torques that turn with their body"},
       {"actuator:world_force", physics, "driving forces of fixed direction"},
       {"actuator:world_torque", physics, "driving torques of fixed direction"},
+      {"actuator:joint_motion", physics, "hinges, sliders and rods whose motion is given"},
       {"gravity", physics, "weight and buoyancy of the bodies"},
       {"contact", physics, "bodies that meet rebound with a given restitution and friction"},
       {"walls", physics, "bodies meet plane walls"},
@@ -162,6 +168,7 @@ std::set<std::string> required_features(const BodySetup& setup) {
     if (!spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0)) required.insert("anchors");
   }
   if (!setup.bends.empty()) required.insert("bends");
+  for (const JointSpecification& joint : setup.joints) required.insert(feature("joint", joint_names, joint.kind));
   for (const ActuatorSpecification& actuator : setup.actuators) {
     required.insert(feature("actuator", actuator_names, actuator.kind));
     if (!actuator.anchor_A_m.isZero(0.0) || !actuator.anchor_B_m.isZero(0.0)) required.insert("anchors");

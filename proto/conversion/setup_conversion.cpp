@@ -117,6 +117,15 @@ void describe(auto& wire, Is<BendSpecification> auto& bend) {
   wire("rest_angle_rad", bend.rest_angle_rad);
 }
 
+void describe(auto& wire, Is<JointSpecification> auto& joint) {
+  wire("kind", joint.kind);
+  wire("body_A", joint.body_A);
+  wire("body_B", joint.body_B, -1);
+  wire("anchor_A_m", joint.anchor_A_m);
+  wire("anchor_B_m", joint.anchor_B_m);
+  wire("axis", joint.axis);
+}
+
 void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {
   wire("kind", actuator.kind);
   wire("body_A", actuator.body_A);
@@ -124,6 +133,7 @@ void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {
   wire("direction", actuator.direction);
   wire("anchor_A_m", actuator.anchor_A_m);
   wire("anchor_B_m", actuator.anchor_B_m);
+  wire("joint", actuator.joint, -1);
 }
 
 void describe(auto& wire, Is<WallSpecification> auto& wall) {
@@ -148,6 +158,7 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("bodies", setup.bodies);
   wire("springs", setup.springs);
   wire("bends", setup.bends);
+  wire("joints", setup.joints);
   wire("actuators", setup.actuators);
   wire("walls", setup.walls);
   wire("contact", setup.contact);
@@ -326,9 +337,16 @@ void check(const BodySetup& setup) {
   };
   for (const SpringSpecification& spring : setup.springs) require("a spring joins", {spring.body_A, spring.body_B});
   for (const BendSpecification& bend : setup.bends) require("a bend joins", {bend.body_A, bend.body_B, bend.body_C});
+  for (const JointSpecification& joint : setup.joints) {
+    require("a joint joins", {joint.body_A});
+    if (joint.body_B >= 0) require("a joint joins", {joint.body_A, joint.body_B});
+  }
   for (const ActuatorSpecification& actuator : setup.actuators) {
     require("an actuator is on", {actuator.body_A});
     if (actuator.kind == ActuatorKind::pair_force) require("a pair force joins", {actuator.body_A, actuator.body_B});
+    if (actuator.kind == ActuatorKind::joint_motion && static_cast<std::size_t>(actuator.joint) >= setup.joints.size())
+      throw MalformedMessage("an actuator drives joint " + std::to_string(actuator.joint) + " of " +
+                             std::to_string(setup.joints.size()));
   }
 }
 

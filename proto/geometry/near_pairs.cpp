@@ -28,14 +28,21 @@ std::vector<double> ball_radii_m(const std::vector<Shape>& shapes, double reach_
 
 }  // namespace
 
+std::vector<BodyPair> jointed_pairs(const std::vector<JointSpecification>& joints) {
+  std::vector<BodyPair> pairs;
+  for (const JointSpecification& joint : joints) {
+    if (joint.body_B >= 0)
+      pairs.emplace_back(std::min(joint.body_A, joint.body_B), std::max(joint.body_A, joint.body_B));
+  }
+  std::ranges::sort(pairs);
+  return pairs;
+}
+
 NearPairs::NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m,
                      std::vector<BodyPair> except)
     : margin_m_(margins_m(shapes)),
       grid_(ball_radii_m(shapes, reach_m, margin_m_), periodic_length_m),
       except_(std::move(except)) {
-  for (auto& [A, B] : except_)
-    if (B < A) std::swap(A, B);
-  std::ranges::sort(except_);
   for (std::size_t body = 0; body < shapes.size(); ++body) {
     const double extent_m = 2.0 * bounding_radius_m(shapes[body]);
     if (std::ranges::any_of(periodic_length_m, [&](double length_m) { return length_m > 0.0 && extent_m > length_m; }))

@@ -6,10 +6,14 @@
 
 #include <Eigen/Core>
 
+#include "contract/body_setup.hpp"
 #include "contract/shape.hpp"
 #include "geometry/neighbour_grid.hpp"
 
 namespace copepod {
+
+/// Bodies that have a joint with each other, which may overlap: ascending, each with the lower body first.
+std::vector<BodyPair> jointed_pairs(const std::vector<JointSpecification>& joints);
 
 /// The pairs of bodies that are near each other.
 ///
@@ -19,7 +23,7 @@ class NearPairs {
  public:
   /// @param reach_m            between surfaces: how far apart bodies may be to count as near
   /// @param periodic_length_m  0: that direction is not periodic
-  /// @param except             pairs that are never listed
+  /// @param except             pairs that are never listed: ascending, each with the lower body first
   NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m,
             std::vector<BodyPair> except = {});
 

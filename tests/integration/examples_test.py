@@ -16,6 +16,7 @@ SPEEDS = {  # in cells per step, along the own axis
     "flagellum": "1.7e-6",
     "four_bead_chain": "9.85e-6",
     "pair_in_phase": "5.65e-6",
+    "prescribed_stroke": "3.81e-6",
 }
 
 
@@ -28,7 +29,7 @@ class Examples(CommandTest):
         self.assert_ends(session, 0, timeout_s=100)
         summary = json.loads((self.folder / "out/summary.json").read_text())
         (self.folder / "out").rename(self.folder / case.stem)
-        return summary["swimmers"][0]["kinematics"], "".join(session.stdout)
+        return (summary["swimmers"] or summary["groups"])[0]["kinematics"], "".join(session.stdout)
 
     def test_speeds(self):
         for name, speed in SPEEDS.items():

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -6,6 +7,7 @@
 #include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
 #include "contract/number_text.hpp"
+#include "geometry/near_pairs.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -80,7 +82,9 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
     if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic)
       periodic_length_m[axis] = length[static_cast<Eigen::Index>(axis)];
   }
+  const std::vector<BodyPair> jointed = jointed_pairs(assembly.joints);
   for (const auto& [a, b] : near_pairs(assembly.bodies, periodic_length_m, fluid.cell_size_m)) {
+    if (std::ranges::binary_search(jointed, BodyPair{a, b})) continue;
     const BodySpecification& A = assembly.bodies[a];
     const BodySpecification& B = assembly.bodies[b];
     const double gap = surface_distance_m(A, B, nearest_image_m(periodic_length_m, A, B));
@@ -133,6 +137,10 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
   require_bodies(the_case.springs, "springs");
   require_bodies(the_case.bends, "bends");
   require_bodies(the_case.actuators, "actuators");
+  for (std::size_t i = 0; i < the_case.joints.size(); ++i) {
+    for (const std::string& name : the_case.joints[i].bodies)
+      if (name != NamedJoint::world) require_body(name, "joints." + std::to_string(i) + ".bodies");
+  }
 }
 
 void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {

@@ -266,6 +266,7 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   if (time && springs) check_symmetry(the_case, assembly, problems);
   if (time && bodies) check_bodies(the_case, assembly, problems);
   if (springs) check_springs(the_case, assembly, problems);
+  if (bodies && !problems.any_under("joints")) check_joints(the_case, assembly, problems);
   if (springs && run) check_signals(the_case, assembly, problems);
   if (springs && run) check_strokes(the_case, problems);
   if (time && springs && !problems.any()) check_velocities(the_case, assembly, problems);

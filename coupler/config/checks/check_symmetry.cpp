@@ -104,7 +104,7 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
 
 /// What ties a body on the plane to one beside it would tie it to the mirror image too, and what pulls at a
 /// point off the plane would pull at that point's image.
-/// @param joint  a SpringSpecification, or an ActuatorSpecification of a pair
+/// @param joint  a SpringSpecification, a JointSpecification, or an ActuatorSpecification of a pair
 void check_symmetric_joint(const auto& joint, const std::string& what, const std::string& path,
                            const Assembly& assembly, const FluidCase& fluid, std::size_t axis, Problems& problems) {
   if (joint.body_A < 0 || joint.body_B < 0) return;
@@ -125,6 +125,20 @@ void check_symmetric_joint(const auto& joint, const std::string& what, const std
                            length_text(std::max(off_A_m, off_B_m)) + " off symmetry plane " + axis_names[axis] +
                            " (it would turn the body or pull it off the plane). Anchor it on the plane, or "
                            "remove the plane.");
+}
+
+/// The motion that a joint leaves must keep bodies on the plane.
+void check_symmetric_axis(const JointSpecification& joint, const std::string& path, const Assembly& assembly,
+                          const FluidCase& fluid, std::size_t axis, Problems& problems) {
+  if (!has_axis(joint.kind) || joint.body_A < 0) return;
+  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
+  if (!lies_on(A, fluid, axis)) return;
+  const double across = std::abs(in_world(A, joint.axis)[static_cast<Eigen::Index>(axis)]);
+  const bool turns = joint.kind == JointKind::hinge;
+  if ((turns ? 1.0 - across : across) <= plane_tolerance) return;
+  problems.error(path + ".axis", path + ".axis is " + (turns ? "not along " : "not across ") + axis_names[axis] +
+                                     " (symmetry plane " + axis_names[axis] +
+                                     " allows no other motion). Change the axis, or remove the plane.");
 }
 
 /// A bend between a body on the plane and two beside it on one side would have a mirror image of its own.
@@ -191,6 +205,16 @@ void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& pr
       check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], fluid, axis, problems);
     for (std::size_t i = 0; i < assembly.springs.size(); ++i)
       check_symmetric_joint(assembly.springs[i], "a spring", assembly.spring_paths[i], assembly, fluid, axis, problems);
+    for (std::size_t i = 0; i < assembly.joints.size(); ++i) {
+      const std::string path = "joints." + std::to_string(i);
+      JointSpecification joint = assembly.joints[i];
+      check_symmetric_axis(joint, path, assembly, fluid, axis, problems);
+      if (joint.body_B < 0) {  // the world has no mirror image: what the body's end must do is left
+        joint.body_B = joint.body_A;
+        joint.anchor_B_m = joint.anchor_A_m;
+      }
+      check_symmetric_joint(joint, "a joint", path, assembly, fluid, axis, problems);
+    }
     for (std::size_t i = 0; i < assembly.bends.size(); ++i)
       check_symmetric_bend(assembly.bends[i], assembly.bend_paths[i], assembly, fluid, axis, problems);
     for (std::size_t i = 0; i < assembly.drive.size(); ++i) {

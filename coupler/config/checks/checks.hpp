@@ -17,6 +17,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
 void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< walls, overlaps
 /// Springs, bends and pair forces.
 void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems);
+void check_joints(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems);     ///< of springs
 void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< for the coupling
 void check_contact(const Case& the_case, const Assembly& assembly, Problems& problems);       ///< stiffness, walls

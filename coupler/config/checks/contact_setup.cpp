@@ -58,7 +58,8 @@ double largest_drive_N(const Assembly& assembly) {
   double largest_N = 0.0;
   for (const DrivenActuator& driven : assembly.drive) {
     const ActuatorKind kind = driven.actuator.kind;
-    if (kind == ActuatorKind::body_torque || kind == ActuatorKind::world_torque) continue;
+    if (kind == ActuatorKind::body_torque || kind == ActuatorKind::world_torque || kind == ActuatorKind::joint_motion)
+      continue;
     double value = driven.signal.kind == SignalKind::table ? 0.0 : 1.0;
     for (const Signal::Point& point : driven.signal.table) value = std::max(value, std::abs(point.value));
     largest_N = std::max(largest_N, std::abs(driven.signal.amplitude) * value);

@@ -167,6 +167,42 @@ ordered_json resolved_spring(const NamedSpring& spring) {
           {"anchors_m", resolved_anchors(spring.anchor_A_m, spring.anchor_B_m)}};
 }
 
+namespace {
+
+const char* amplitude_of(JointKind kind) { return kind == JointKind::hinge ? "amplitude_rad" : "amplitude_m"; }
+
+}  // namespace
+
+NamedJoint read_joint(Reader joint, double step_s) {
+  NamedJoint result;
+  const auto kind = joint.kind(joint_names);
+  if (!kind) return result;
+  result.kind = *kind;
+  result.name = joint.name("name");
+  result.bodies = read_names(joint, "bodies", 2, "a joint has two). Write bodies: [a, b], or [a, world].");
+  if (result.kind == JointKind::distance) {
+    std::tie(result.anchors_m[0], result.anchors_m[1]) = read_anchors(joint);
+  } else {
+    result.anchor_m = joint.numbers("anchor_m", 3);
+  }
+  if (has_axis(result.kind)) result.axis = read_direction(joint, "axis", {});
+  if (has_motion(result.kind) && joint.has("signal"))
+    result.signal = read_signal(joint.section("signal"), step_s, amplitude_of(result.kind));
+  return result;
+}
+
+ordered_json resolved_joint(const NamedJoint& joint) {
+  ordered_json section{{"name", joint.name}, {"kind", name_of(joint_names, joint.kind)}, {"bodies", joint.bodies}};
+  if (joint.kind == JointKind::distance) {
+    section["anchors_m"] = resolved_anchors(joint.anchors_m[0], joint.anchors_m[1]);
+  } else {
+    section["anchor_m"] = joint.anchor_m;
+  }
+  if (has_axis(joint.kind)) section["axis"] = joint.axis;
+  if (joint.signal) section["signal"] = resolved_signal(*joint.signal, amplitude_of(joint.kind));
+  return section;
+}
+
 NamedGroup read_group(Reader group) {
   NamedGroup result;
   result.name = group.name("name");

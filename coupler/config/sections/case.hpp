@@ -120,6 +120,19 @@ struct NamedBend : BendSpecification {
   std::vector<std::string> bodies;  ///< three, the vertex in the middle
 };
 
+/// A joint; where its bodies start determines what it keeps.
+struct NamedJoint {
+  static constexpr const char* world = "world";
+
+  std::string name;
+  JointKind kind = JointKind::ball;
+  std::vector<std::string> bodies;                               ///< two, one may be `world`
+  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();            ///< at the start, in the world
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();               ///< of hinge and slider: at the start, in the world
+  std::array<Eigen::Vector3d, 2> anchors_m{anchor_m, anchor_m};  ///< ends of a rod: in the frame of each body
+  std::optional<Signal> signal;                                  ///< of the first body relative to the second
+};
+
 /// An actuator of the case and how its value varies.
 struct NamedActuator : ActuatorSpecification {
   std::vector<std::string> bodies;  ///< two of a pair, otherwise one
@@ -191,6 +204,7 @@ struct Case {
   std::vector<SingleBody> bodies;
   std::vector<NamedSpring> springs;
   std::vector<NamedBend> bends;
+  std::vector<NamedJoint> joints;
   std::vector<NamedActuator> actuators;
   std::vector<NamedGroup> groups;
   LoadAveraging load_averaging = LoadAveraging::two_step;

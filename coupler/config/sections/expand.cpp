@@ -109,6 +109,49 @@ void add_case_bends(const Case& the_case, const BodyNumbers& numbers, Assembly& 
   }
 }
 
+/// Anchor and axis of the start in the frames of the bodies:
+///   p_BQ = R_BW (p_WQ − p_WB)                                  [docs/theory_bodies.md]
+/// The world is always the second body. Where it was the first, the axis is turned round, for the same motion.
+JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers, const Assembly& assembly) {
+  const bool exchanged = named.bodies[0] == NamedJoint::world;
+  JointSpecification joint;
+  joint.kind = named.kind;
+  joint.body_A = number_of(numbers, named.bodies[exchanged ? 1 : 0]);
+  joint.body_B = number_of(numbers, named.bodies[exchanged ? 0 : 1]);
+  joint.anchor_A_m = named.anchors_m[exchanged ? 1 : 0];
+  joint.anchor_B_m = named.anchors_m[exchanged ? 0 : 1];
+  const auto in_frame_of = [&assembly](int number, const Eigen::Vector3d& place_m) -> Eigen::Vector3d {
+    if (number < 0) return place_m;
+    const BodySpecification& body = assembly.bodies[static_cast<std::size_t>(number)];
+    return rotation_matrix(body.orientation_wxyz).transpose() * (place_m - body.position_m);
+  };
+  if (joint.kind != JointKind::distance) {
+    joint.anchor_A_m = in_frame_of(joint.body_A, named.anchor_m);
+    joint.anchor_B_m = in_frame_of(joint.body_B, named.anchor_m);
+  }
+  if (!has_axis(joint.kind) || joint.body_A < 0) return joint;
+  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
+  joint.axis = rotation_matrix(A.orientation_wxyz).transpose() * (exchanged ? -named.axis : named.axis);
+  return joint;
+}
+
+void add_case_joints(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
+  for (std::size_t i = 0; i < the_case.joints.size(); ++i) {
+    const NamedJoint& named = the_case.joints[i];
+    const JointSpecification& joint = assembly.joints.emplace_back(joint_of(named, numbers, assembly));
+    if (!named.signal) continue;
+    DrivenActuator& driven = assembly.drive.emplace_back();
+    driven.actuator.kind = ActuatorKind::joint_motion;
+    driven.actuator.body_A = joint.body_A;
+    driven.actuator.body_B = joint.body_B;
+    driven.actuator.joint = static_cast<int>(i);
+    driven.signal = *named.signal;
+    assembly.drive_springs.push_back(-1);
+    assembly.drive_paths.push_back("joints." + std::to_string(i));
+    assembly.signal_paths.push_back(assembly.drive_paths.back() + ".signal");
+  }
+}
+
 void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
   std::map<std::pair<int, int>, std::size_t> springs;  // the first between two bodies
   for (std::size_t i = 0; i < assembly.springs.size(); ++i)
@@ -159,6 +202,7 @@ Assembly assemble(const Case& the_case) {
   add_case_groups(the_case, numbers, assembly);
   add_case_springs(the_case, numbers, assembly);
   add_case_bends(the_case, numbers, assembly);
+  add_case_joints(the_case, numbers, assembly);
   add_case_actuators(the_case, numbers, assembly);
   return assembly;
 }

@@ -10,7 +10,7 @@
 
 namespace copepod::coupler {
 
-/// All bodies, springs, bends and actuators of a case: swimmers expanded, names turned into positions in
+/// All bodies, springs, bends, joints and actuators of a case: swimmers expanded, names turned into positions in
 /// `bodies`. Bodies of swimmers come first, bead by bead.
 struct Assembly {
   std::vector<BodySpecification> bodies;
@@ -22,6 +22,7 @@ struct Assembly {
   std::vector<std::string> spring_paths;
   std::vector<BendSpecification> bends;
   std::vector<std::string> bend_paths;
+  std::vector<JointSpecification> joints;  ///< in the order of the case
   std::vector<DrivenActuator> drive;
   /// Key path that each actuator came from: that of the actuator, of the arm, or of the stroke.
   std::vector<std::string> drive_paths;

@@ -46,6 +46,9 @@ nlohmann::ordered_json resolved_spring(const NamedSpring& spring);
 NamedBend read_named_bend(Reader bend);
 nlohmann::ordered_json resolved_named_bend(const NamedBend& bend);
 
+NamedJoint read_joint(Reader joint, double step_s);
+nlohmann::ordered_json resolved_joint(const NamedJoint& joint);
+
 /// Everything of a bend but its bodies.
 void read_bend(Reader& bend, BendSpecification& result);
 void add_bend(nlohmann::ordered_json& section, const BendSpecification& bend);

@@ -49,12 +49,16 @@ def check_text(text, name):
 
 
 def _check_bodies(setup):
-    """Springs, bends and actuators act on bodies that exist."""
+    """Springs, bends, joints and actuators act on bodies that exist."""
     named = [("a spring", [spring.body_A, spring.body_B]) for spring in setup.springs]
     named += [("a bend", [bend.body_A, bend.body_B, bend.body_C]) for bend in setup.bends]
+    for joint in setup.joints:
+        named.append(("a joint", [joint.body_A] + ([joint.body_B - 1] if joint.body_B else [])))
     for actuator in setup.actuators:
         pair = actuator.kind == schema.ACTUATOR_KIND_PAIR_FORCE
         named.append(("an actuator", [actuator.body_A, actuator.body_B - 1] if pair else [actuator.body_A]))
+        if actuator.kind == schema.ACTUATOR_KIND_JOINT_MOTION and not 0 < actuator.joint <= len(setup.joints):
+            raise _refused(f"an actuator drives joint {actuator.joint - 1} of {len(setup.joints)}")
     for what, bodies in named:
         if min(bodies) < 0 or max(bodies) >= len(setup.bodies):
             raise _refused(f"{what} is on bodies {' and '.join(map(str, bodies))} of {len(setup.bodies)}")

@@ -90,7 +90,7 @@ class BodyCase:
         named = [number for name, number in _INTEGRATORS.items() if f"integrator:{name}" in features]
         self._integrator = (named or list(_INTEGRATORS.values()))[0]
         self._is_driven = "actuator:pair_force" in features
-        self.driving_nodes = 1
+        self.driving_nodes = [0.0]
 
     def setup_request(self):
         request = Envelope(step=0)
@@ -123,17 +123,18 @@ class BodyCase:
         return self.loads_request(step, force, [ZERO, ZERO], [growth * FORCE_N] if self._is_driven else ())
 
     def loads_request(self, step, force_N, torque_N_m, values=()):
-        """Loads on the bodies; the values of the actuators are the same at all nodes of the step."""
+        """Loads on the bodies, and the values of the actuators: constant, or a function of time in steps."""
         request = Envelope(step=step)
         message = part(request, "AppliedLoads")
         message.force_N.extend(u for body in force_N for u in body)
         message.torque_N_m.extend(u for body in torque_N_m for u in body)
-        message.actuation.extend(list(values) * self.driving_nodes)
+        for node in self.driving_nodes:
+            message.actuation.extend(values(step + node) if callable(values) else values)
         return request
 
     def learn(self, configured):
-        """The body requests the values of actuators at this number of instants of a step."""
-        self.driving_nodes = len(configured.configured.driving_nodes)
+        """The body requests the values of actuators at these instants of a step."""
+        self.driving_nodes = list(configured.configured.driving_nodes)
 
 
 def rows(message, field, width=3, bodies=len(POSITIONS_M)):

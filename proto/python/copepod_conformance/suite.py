@@ -5,6 +5,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 from copepod_conformance.checks import (
+    body_contacts,
+    body_joints,
     body_physics,
     checkpoints,
     exactly_once,
@@ -19,7 +21,10 @@ from copepod_conformance.trial import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
 SUITE = "COPEPOD_CONFORMANCE"  # in the environment of every process that the suite starts
-_MODULES = (handshake, states, exactly_once, limits, checkpoints, lifetime, fluid_physics, body_physics)
+_MODULES = (
+    *(handshake, states, exactly_once, limits, checkpoints, lifetime),
+    *(fluid_physics, body_physics, body_contacts, body_joints),
+)
 _MOST_SILENCES = 12  # each costs the whole patience
 
 

@@ -17,7 +17,7 @@
 namespace copepod::body {
 namespace {
 
-constexpr double cell_m = 1e-6;
+constexpr double joint_cell_m = 1e-6;
 
 /// The state that a solver reports, as its joints see it.
 double largest_error(const BodySetup& setup, const Kinematics& kinematics) {
@@ -103,7 +103,7 @@ TEST(Joints, StayClosed) {
     const Kinematics end = advance(solver, steps);
     BodySetup lengths = setup;
     if (kind != JointKind::distance) lengths.joints[0].kind = JointKind::ball;
-    EXPECT_LT(largest_error(lengths, end), 1e-10 * cell_m) << static_cast<int>(kind);
+    EXPECT_LT(largest_error(lengths, end), 1e-10 * joint_cell_m) << static_cast<int>(kind);
     EXPECT_LT(largest_error(setup, end), 1e-12) << static_cast<int>(kind);
     if (longer != nullptr) std::printf("joint kind %d: %.2e m\n", static_cast<int>(kind), largest_error(lengths, end));
   }

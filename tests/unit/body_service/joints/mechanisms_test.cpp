@@ -13,7 +13,7 @@
 namespace copepod::body {
 namespace {
 
-constexpr double gravity_m_per_s2 = 9.81;
+constexpr double g_m_per_s2 = 9.81;
 constexpr double half_m = 8e-6;  ///< from the centre of a link to its end
 
 JointSpecification joint_of(JointKind kind, int body_A, int body_B, const Eigen::Vector3d& anchor_A_m,
@@ -53,13 +53,13 @@ double kinetic_energy_J(const Kinematics& state) {
 }
 
 double energy_J(const Kinematics& state) {
-  return kinetic_energy_J(state) + 5.44e-13 * gravity_m_per_s2 * state.position_m.row(2).sum();
+  return kinetic_energy_J(state) + 5.44e-13 * g_m_per_s2 * state.position_m.row(2).sum();
 }
 
 /// `links` capsules that hang from the origin, each at its angle.
 BodySetup hanging(const std::vector<double>& angles_rad, double step_s, JointKind kind = JointKind::hinge) {
   BodySetup setup = setup_of({}, step_s);
-  setup.gravity_m_per_s2 = {0, 0, -gravity_m_per_s2};
+  setup.gravity_m_per_s2 = {0, 0, -g_m_per_s2};
   Eigen::Vector3d top_m = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < angles_rad.size(); ++i) {
     const Eigen::Vector3d bottom_m = top_m + end_at(angles_rad[i], 2.0 * half_m);
@@ -76,7 +76,7 @@ BodySetup hanging(const std::vector<double>& angles_rad, double step_s, JointKin
 double period_s(double amplitude_rad) {
   const double inertia_kg_m2 = moments().across_kg_m2 + 5.44e-13 * half_m * half_m;
   return 4.0 * std::comp_ellint_1(std::sin(0.5 * amplitude_rad)) *
-         std::sqrt(inertia_kg_m2 / (5.44e-13 * gravity_m_per_s2 * half_m));
+         std::sqrt(inertia_kg_m2 / (5.44e-13 * g_m_per_s2 * half_m));
 }
 
 double error_after_a_quarter(std::int64_t steps) {
@@ -101,8 +101,8 @@ Eigen::Vector4d double_pendulum(const Eigen::Vector4d& y) {
   Eigen::Matrix2d mass;
   mass << I + 5 * m * l * l, 2 * m * l * l * std::cos(y[0] - y[1]), 2 * m * l * l * std::cos(y[0] - y[1]),
       I + m * l * l;
-  const Eigen::Vector2d right(-2 * m * l * l * sine * y[3] * y[3] - 3 * m * gravity_m_per_s2 * l * std::sin(y[0]),
-                              2 * m * l * l * sine * y[2] * y[2] - m * gravity_m_per_s2 * l * std::sin(y[1]));
+  const Eigen::Vector2d right(-2 * m * l * l * sine * y[3] * y[3] - 3 * m * g_m_per_s2 * l * std::sin(y[0]),
+                              2 * m * l * l * sine * y[2] * y[2] - m * g_m_per_s2 * l * std::sin(y[1]));
   const Eigen::Vector2d acceleration = mass.inverse() * right;
   return {y[2], y[3], acceleration[0], acceleration[1]};
 }
@@ -129,7 +129,7 @@ TEST(DoublePendulum, FollowsLagrangesEquationsAndKeepsItsEnergy) {
   // Two integrators of fourth order; the motion stretches errors by some 10 over these two periods.
   EXPECT_NEAR(difference(angle_of(end, 0), reference[0]), 0.0, 1e-7);
   EXPECT_NEAR(difference(angle_of(end, 1), reference[1]), 0.0, 1e-7);
-  EXPECT_NEAR(energy_J(end), energy_J(start), 1e-8 * 5.44e-13 * gravity_m_per_s2 * half_m);
+  EXPECT_NEAR(energy_J(end), energy_J(start), 1e-8 * 5.44e-13 * g_m_per_s2 * half_m);
 }
 
 TEST(SliderCrank, HasThePistonAtItsClosedFormPlaceAndKeepsItsEnergy) {

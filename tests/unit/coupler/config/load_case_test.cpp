@@ -56,7 +56,7 @@ TEST(Case, OfOlderVersionsIsReadUnlessItHasForces) {
 TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
   const LoadedCase loaded = with_every_key();
   const BodySetup setup = make_body_setup(loaded.content, loaded.assembly);
-  EXPECT_EQ(setup.integrator, Integrator::semi_implicit_euler);
+  EXPECT_EQ(setup.integrator, Integrator::runge_kutta_4);
   EXPECT_EQ(setup.gravity_m_per_s2, Eigen::Vector3d(0, 0, -9.81));
   EXPECT_EQ(setup.fluid_density_kg_per_m3, 1360);
   ASSERT_EQ(setup.bodies.size(), 7U);
@@ -93,9 +93,10 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                              "shape:sphere", "solver:lattice_boltzmann", "symmetry_planes", "thin_films"}));
   // The case brings its own body service, which integrates in its own way.
   EXPECT_EQ(required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)),
-            (std::set<std::string>{"actuator:body_force", "actuator:body_torque", "actuator:pair_force",
-                                   "actuator:world_torque", "anchors", "bends", "checkpoint", "contact", "gravity",
-                                   "motion:axis", "motion:free", "shape:capsule", "shape:sphere", "springs", "walls"}));
+            (std::set<std::string>{"actuator:body_force", "actuator:body_torque", "actuator:joint_motion",
+                                   "actuator:pair_force", "actuator:world_torque", "anchors", "bends", "checkpoint",
+                                   "contact", "gravity", "joint:distance", "joint:hinge", "motion:axis", "motion:free",
+                                   "shape:capsule", "shape:sphere", "springs", "walls"}));
 }
 
 TEST(Requirements, NameThinFilmsOnlyForACaseThatGivesTheirThickness) {
@@ -183,8 +184,8 @@ TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
     const LoadedCase loaded = with_every_key({"services.body.command=[]", "body.solver=" + solver});
     return required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly));
   };
-  EXPECT_TRUE(required("own").contains("integrator:semi_implicit_euler"));
-  EXPECT_FALSE(required("bullet").contains("integrator:semi_implicit_euler"));
+  EXPECT_TRUE(required("own").contains("integrator:runge_kutta_4"));
+  EXPECT_FALSE(required("bullet").contains("integrator:runge_kutta_4"));
 }
 
 TEST(SolverChoice, AsksForNeighboursAcrossPeriodicFaces) {

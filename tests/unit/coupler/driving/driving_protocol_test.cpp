@@ -29,6 +29,17 @@ TEST(DrivingProtocol, SamplesEveryNodeOfAStep) {
   EXPECT_EQ(actuation(1, 2), 3.0);
 }
 
+TEST(DrivingProtocol, MovesJointsFromWhereTheyStart) {
+  DrivenActuator driven = pair_force(0, 1, 2.0);
+  driven.actuator.kind = ActuatorKind::joint_motion;
+  driven.signal.lag_steps = -1.0;
+  const DrivingProtocol driving({driven});
+  Eigen::MatrixXd actuation;
+  driving.sample(0, std::array{0.0, 1.0}, actuation);
+  EXPECT_EQ(actuation(0, 0), 0.0);
+  EXPECT_DOUBLE_EQ(actuation(0, 1), 2.0 - 2.0 * sine_of_turns(1.0 / 8.0));
+}
+
 TEST(DrivingProtocol, PushesPairsApartWithoutNetForceAtEveryStep) {
   const DrivingProtocol driving({pair_force(0, 1, 2.0), pair_force(1, 2, 3.0)});
   Kinematics kinematics;

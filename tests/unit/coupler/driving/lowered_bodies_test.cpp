@@ -14,6 +14,11 @@ namespace {
 
 const std::set<std::string> required{"shape:sphere", "actuator:pair_force"};
 
+TEST(MustBeLowered, DoesNotHoldForJointsThatMove) {
+  EXPECT_TRUE(must_be_lowered({"actuator:pair_force"}, {"actuator:world_force"}));
+  EXPECT_FALSE(must_be_lowered({"actuator:pair_force", "actuator:joint_motion"}, {"actuator:world_force"}));
+}
+
 TEST(MustBeLowered, WhereOnlyWorldForcesAreThere) {
   EXPECT_FALSE(must_be_lowered(required, {"shape:sphere", "actuator:pair_force", "actuator:world_force"}));
   EXPECT_TRUE(must_be_lowered(required, {"shape:sphere", "actuator:world_force"}));

@@ -128,12 +128,16 @@ TEST(TakeOut, KeepsWhatTheOtherBodiesAreTiedTo) {
   setup.springs.resize(1);
   setup.springs[0].body_A = 3;
   setup.springs[0].body_B = 1;
+  setup.joints.resize(1);
+  setup.joints[0].body_A = 3;
   setup.actuators = {{ActuatorKind::world_force, 3}};
   take_out({{0, {}}, {2, {}}}, setup);
   ASSERT_EQ(setup.bodies.size(), 2U);
   EXPECT_EQ(setup.bodies[0].name, "b");
   EXPECT_EQ(setup.springs[0].body_A, 1);
   EXPECT_EQ(setup.springs[0].body_B, 0);
+  EXPECT_EQ(setup.joints[0].body_A, 1);
+  EXPECT_EQ(setup.joints[0].body_B, -1);
   EXPECT_EQ(setup.actuators[0].body_A, 1);
   EXPECT_EQ(setup.actuators[0].body_B, -1);
 }

@@ -74,6 +74,19 @@ const double decades = std::log(10.0);
 
 double difference(double at_thin, double at_thick) { return at_thin - at_thick; }
 
+TEST(Lubrication, HasNoFilmBetweenJointedBodiesThatMayOverlap) {
+  Bodies bodies({sphere, sphere, sphere});
+  bodies.kinematics.position_m.row(2) << 30.0, 50.0 - gap_m, 70.0;
+  bodies.kinematics.velocity_m_per_s(2, 2) = -1.0;
+  bodies.setup.joints.resize(1);
+  bodies.setup.joints[0].body_A = 1;
+  bodies.setup.joints[0].body_B = 0;
+  const Loads loads = bodies.loads();
+  EXPECT_EQ(loads.force_N.col(0).norm(), 0.0);
+  EXPECT_GT(loads.force_N(2, 2), 0.0);
+  EXPECT_EQ(loads.force_N(2, 1), -loads.force_N(2, 2)) << "the third sphere and the second have one";
+}
+
 TEST(Lubrication, OfASphereThatApproachesAWallIsBrenners) {
   // 1/ε + 1/5 ln 1/ε + 0.97 of 6π μ r u [Brenner 1961]
   Bodies bodies = at_the_wall(gap_m);

@@ -127,6 +127,21 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
     {"bends.body_C", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
     {"bends.stiffness_N_m_per_rad", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
     {"bends.rest_angle_rad", {[](BodySetup& s) { s.bends.resize(1); }, "bends"}},
+    {"joints", {[](BodySetup& s) { s.joints.resize(1); }, "joint:ball"}},
+    {"joints.kind",
+     {[](BodySetup& s) {
+        s.joints = {{JointKind::slider, 0}};
+      },
+      "joint:slider"}},
+    {"joints.body_A", {[](BodySetup& s) { s.joints.resize(1); }, "joint:ball"}},
+    {"joints.body_B", {[](BodySetup& s) { s.joints.resize(1); }, "joint:ball"}},
+    {"joints.anchor_A_m", {[](BodySetup& s) { s.joints.resize(1); }, "joint:ball"}},
+    {"joints.anchor_B_m", {[](BodySetup& s) { s.joints.resize(1); }, "joint:ball"}},
+    {"joints.axis",
+     {[](BodySetup& s) {
+        s.joints = {{JointKind::hinge, 0}};
+      },
+      "joint:hinge"}},
     {"actuators", {[](BodySetup& s) { s.actuators.resize(1); }, "actuator:pair_force"}},
     {"actuators.kind",
      {[](BodySetup& s) {
@@ -144,6 +159,11 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
      {[](BodySetup& s) { s.actuators.resize(1), s.actuators[0].anchor_A_m.x() = 1e-6; }, "anchors"}},
     {"actuators.anchor_B_m",
      {[](BodySetup& s) { s.actuators.resize(1), s.actuators[0].anchor_B_m.x() = 1e-6; }, "anchors"}},
+    {"actuators.joint",
+     {[](BodySetup& s) {
+        s.actuators = {{ActuatorKind::joint_motion, 0}};
+      },
+      "actuator:joint_motion"}},
     {"walls", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
     {"walls.point_m", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
     {"walls.normal", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},

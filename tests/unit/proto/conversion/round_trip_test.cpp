@@ -187,8 +187,18 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
   EXPECT_EQ(received.bends[0].body_C, 1);
   EXPECT_EQ(received.bends[0].stiffness_N_m_per_rad, 2e-16);
   EXPECT_EQ(received.bends[0].rest_angle_rad, 2.5);
-  ASSERT_EQ(received.actuators.size(), 2U);
+  ASSERT_EQ(received.joints.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(received.joints[i].kind, sent.joints[i].kind);
+    EXPECT_EQ(received.joints[i].body_A, sent.joints[i].body_A);
+    EXPECT_EQ(received.joints[i].body_B, sent.joints[i].body_B);
+    EXPECT_EQ(received.joints[i].anchor_A_m, sent.joints[i].anchor_A_m);
+    EXPECT_EQ(received.joints[i].anchor_B_m, sent.joints[i].anchor_B_m);
+    EXPECT_EQ(received.joints[i].axis, sent.joints[i].axis);
+  }
+  ASSERT_EQ(received.actuators.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(received.actuators[i].joint, sent.actuators[i].joint);
     EXPECT_EQ(received.actuators[i].kind, sent.actuators[i].kind);
     EXPECT_EQ(received.actuators[i].body_A, sent.actuators[i].body_A);
     EXPECT_EQ(received.actuators[i].body_B, sent.actuators[i].body_B);

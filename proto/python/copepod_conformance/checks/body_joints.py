@@ -1,0 +1,124 @@
+"""Joints of body solvers that announce them: closed after every step, whatever the loads, free or driven."""
+
+import numpy as np
+
+from copepod_conformance.cases import (
+    FORCE_N,
+    POSITIONS_M,
+    RADIUS_M,
+    SPEED_M_PER_S,
+    STEP_S,
+    TORQUE_N_M,
+    ZERO,
+)
+from copepod_conformance.checks.body_motion import motions_of
+from copepod_conformance.protocol import setup
+from copepod_conformance.verdicts import Check, Rule, Violation
+
+_CLOSED = Rule("What a role implies", "joints are closed in every reply, while their bodies move and turn")
+_DRIVEN = Rule("What a role implies", "a driven joint has moved by the value of its actuator since step 0")
+
+_STEPS = 20
+_TURN_PER_STEP_RAD = 0.02
+_LENGTH_M = POSITIONS_M[1][0] - POSITIONS_M[0][0]
+_OPEN = 1e-9  # of a radius, and of directions
+_AXIS = np.array([0.0, 0.6, 0.8])
+_ANCHOR_M = np.array([0.5 * _LENGTH_M, 0.0, 0.0])  # from the centre of sphere 0; from that of sphere 1 the opposite
+_VALUE = {"hinge": 0.01, "slider": 0.01 * RADIUS_M, "distance": 0.01 * RADIUS_M}  # per step, of a driven joint
+
+
+def _join(kind, driven):
+    """A joint in the middle between both spheres, which turn together."""
+
+    def change(content):
+        spin = _TURN_PER_STEP_RAD / STEP_S
+        for body, side in zip(content.bodies, (-1.0, 1.0)):
+            body.angular_velocity_rad_per_s[:] = (0.0, 0.0, spin)
+            body.velocity_m_per_s[:] = (SPEED_M_PER_S, side * 0.5 * _LENGTH_M * spin, 0.0)
+        anchor_m = ZERO if kind == "distance" else _ANCHOR_M
+        content.joints.add(
+            kind=getattr(setup, f"JOINT_KIND_{kind.upper()}"),
+            body_A=0,
+            body_B=2,
+            anchor_A_m=anchor_m,
+            anchor_B_m=-np.asarray(anchor_m),
+            axis=_AXIS,
+        )
+        if driven:
+            content.actuators.add(
+                kind=setup.ACTUATOR_KIND_JOINT_MOTION,
+                body_B=2,
+                direction=(0.0, 0.0, 1.0),
+                anchor_A_m=ZERO,
+                anchor_B_m=ZERO,
+                joint=1,
+            )
+
+    return change
+
+
+def _matrix(q_WB):
+    """R_WB of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = q_WB
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _errors(kind, motion, value):
+    """How far a joint is from what it keeps, and from the value of its drive if it has one; without units."""
+    R_A, R_B = (_matrix(q) for q in motion.orientation_wxyz)
+    p_A, p_B = motion.position_m
+    anchor_m = ZERO if kind == "distance" else _ANCHOR_M
+    apart = (p_A + R_A @ anchor_m - p_B + R_B @ np.asarray(anchor_m)) / RADIUS_M
+    axis = R_B @ _AXIS
+    turned = R_B.T @ R_A
+    along = apart @ axis
+    if kind == "distance":
+        return {"length": np.linalg.norm(apart) - (_LENGTH_M + (value or 0.0)) / RADIUS_M}
+    errors = {"ends": apart - along * axis if kind == "slider" else apart}
+    if kind == "hinge":
+        errors["axes"] = R_A @ _AXIS - axis
+        angle = 0.5 * np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
+        if value is not None:
+            errors["angle"] = np.arcsin(angle @ _AXIS) - value
+    elif kind != "ball":
+        errors["directions"] = turned - np.eye(3)
+    if kind == "slider" and value is not None:
+        errors["place on the axis"] = along - value / RADIUS_M
+    return errors
+
+
+def _stays_closed(kind, driven=False):
+    def run(trial):
+        trial.require(f"joint:{kind}")
+        if driven:
+            trial.require("actuator:joint_motion")
+        loads = {"force": FORCE_N * _AXIS, "torque": TORQUE_N_M * np.array([1.0, -0.5, 0.25])}
+        drive = (lambda time_steps: [_VALUE[kind] * time_steps]) if driven else (lambda time_steps: [])
+        moved = motions_of(trial, _join(kind, driven), steps=_STEPS, values=drive, **loads)
+        for step, motion in enumerate(moved, 1):
+            for what, error in _errors(kind, motion, _VALUE[kind] * step if driven else None).items():
+                if not np.abs(error).max() <= _OPEN:
+                    raise Violation(f"{what} off by {np.abs(error).max():.3g} (radii, radians) after {step} steps")
+        if not np.abs(motion.orientation_wxyz[0] - (1.0, 0.0, 0.0, 0.0)).max() > 1e-3:
+            raise Violation("nothing has turned")
+
+    return run
+
+
+def checks(subject):
+    if subject.role != "body":
+        return []
+    kinds = ("ball", "hinge", "slider", "fixed", "distance")
+    return [
+        *(Check("physics", f"a {kind} joint stays closed", _CLOSED, _stays_closed(kind)) for kind in kinds),
+        *(
+            Check("physics", f"a driven {kind} joint follows", _DRIVEN, _stays_closed(kind, driven=True))
+            for kind in _VALUE
+        ),
+    ]

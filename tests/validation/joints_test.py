@@ -1,0 +1,107 @@
+"""Whole runs of bodies with joints: a pendulum, a swimmer of a given stroke, and links that overlap in the lattice."""
+
+import csv
+import json
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path[:0] = [str(ROOT / "tests" / "integration"), str(ROOT / "deploy")]
+
+from copepod_session import WholeRunTest  # noqa: E402
+from copepod_swimmers.theory import Stroke, small_stroke_velocity  # noqa: E402
+
+PENDULUM = """
+case: pendulum
+fluid: {solver: vacuum}
+step_s: 5.0e-5
+bodies: [{name: bob, radius_m: 4.0e-3, mass_kg: 1.0e-3, position_m: [0.02, 0, 0]}]
+joints: [{name: hook, kind: hinge, bodies: [bob, world], anchor_m: [0, 0, 0], axis: [0, 1, 0]}]
+gravity_m_per_s2: [0, 0, -9.81]
+run: {steps: 1000}
+"""
+
+
+def pendulum_rad(time_s, parts=20000):
+    """Angle from the horizontal of a sphere on a massless rod, released there: φ̈ = g l cos φ / (l² + 2 r²/5)."""
+    length_m, radius_m = 0.02, 4.0e-3
+    rate = 9.81 * length_m / (length_m**2 + 0.4 * radius_m**2)
+    step, y = time_s / parts, np.zeros(2)
+
+    def slope(state):
+        return np.array([state[1], rate * np.cos(state[0])])
+
+    for _ in range(parts):
+        k1 = slope(y)
+        k2 = slope(y + step / 2 * k1)
+        k3 = slope(y + step / 2 * k2)
+        y = y + step / 6 * (k1 + 2 * k2 + 2 * k3 + slope(y + step * k3))
+    return y[0]
+
+
+class Joints(WholeRunTest):
+    def rows_of(self, directory, body):
+        rows = csv.DictReader((directory / "trajectory.csv").read_text().splitlines())
+        return [row for row in rows if row["body"] == body]
+
+    def summary_of(self, directory):
+        return json.loads((directory / "summary.json").read_text())
+
+    def test_pendulum_is_where_its_equation_has_it_however_the_parts_are_connected(self):
+        case = self.folder / "pendulum.yaml"
+        case.write_text(PENDULUM)
+        runs = [self.run_of(case, f"services.transport={transport}") for transport in ("ipc", "in_process")]
+        self.assertEqual(*(self.summary_of(run)["digest"] for run in runs))
+        end, angle = self.rows_of(runs[0], "bob")[-1], pendulum_rad(0.05)
+        # Runge-Kutta of fourth order with 3000 steps in a period.
+        self.assertAlmostEqual(float(end["x_m"]), 0.02 * np.cos(angle), delta=1e-11)
+        self.assertAlmostEqual(float(end["z_m"]), -0.02 * np.sin(angle), delta=1e-11)
+
+    def test_swimmer_of_a_given_stroke_swims_as_theory_has_it(self):
+        """Against the same stroke integrated with Rotne and Prager's mobility, and against the leading order."""
+        radius, stroke, period = 4.0, 8.0, 20000
+        phase = 2 * np.pi * np.arange(64) / 64
+        for arm, of_leading_order in ((80.0, 0.05), (200.0, 0.03)):
+            run = self.run_of(
+                "examples/prescribed_stroke.yaml",
+                f"bodies.rear.position_m=[0, 0, {-arm}e-6]",
+                f"bodies.front.position_m=[0, 0, {arm - stroke}e-6]",
+                f"run.steps={2 * period}",
+            )
+            found = self.summary_of(run)["groups"][0]["kinematics"]["u_along_cells_per_step"]
+            arms = np.array([arm + stroke * np.sin(phase), arm - stroke * np.cos(phase)])
+            places = np.array([[0, 0, -arm], [0, 0, 0], [0, 0, arm - stroke]])
+            moved = Stroke(places, np.full(3, radius), ((0, 1), (1, 2)), arms).motion(parts=60)
+            finite = (moved[1] - moved[0])[:, 2].mean() / period
+            self.assertAlmostEqual(found / finite, 1, delta=1e-4)
+            leading = small_stroke_velocity([radius] * 3, arms, period)
+            self.assertAlmostEqual(found / leading, 1, delta=of_leading_order)
+
+    def test_links_that_overlap_in_the_lattice_turn_as_they_are_told(self):
+        case, steps = "examples/three_link_swimmer.yaml", 300
+        runs = [
+            self.run_of(
+                case, f"run.steps={steps}", f"services.fluid.ranks={ranks}", "output.trajectory.every_steps=300"
+            )
+            for ranks in (1, 2)
+        ]
+        self.assertEqual(*(self.summary_of(run)["digest"] for run in runs))
+        poses = {name: self.rows_of(runs[0], name)[-1] for name in ("front", "body", "rear")}
+        axes, places = {}, {}
+        for name, row in poses.items():
+            w, x, y, z = (float(row[key]) for key in ("qw", "qx", "qy", "qz"))
+            axes[name] = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+            places[name] = np.array([float(row[key]) for key in ("x_m", "y_m", "z_m")])
+        turns = 2 * np.pi * steps / 2000
+        for link, side, angle in (("front", 1, np.sin(turns - np.pi / 2) + 1), ("rear", -1, np.sin(turns))):
+            across = np.cross(axes["body"], axes[link])[1]
+            self.assertAlmostEqual(np.arcsin(across), 0.7 * angle, delta=1e-9)
+            gap = places["body"] - places[link] + side * 8e-6 * (axes["body"] + axes[link])
+            self.assertLess(np.linalg.norm(gap), 1e-16)
+
+
+if __name__ == "__main__":
+    unittest.main()
