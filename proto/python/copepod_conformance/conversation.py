@@ -171,9 +171,11 @@ class Conversation:
 
     def suspend(self, seconds):
         """All processes are stopped for a while, the coupler too: no pings, and the coupler is the last to continue."""
+        self._last_ping = None
+        self.ping()
+        self.receive("the Pong to a Ping: none is on its way when the processes stop", CONTROL)
         self.sent.append(f"nothing, no pings either, while its processes are stopped for {seconds:g} s")
         self.process.send_signal(signal.SIGSTOP)
-        self._last_ping = None
         self.wait(seconds)
         self.process.send_signal(signal.SIGCONT)
         self.wait(_CONTINUES_LATER_S)
