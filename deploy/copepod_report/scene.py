@@ -113,13 +113,14 @@ def _shape(body: Mapping[str, Any], place: int) -> tuple[float, float, int]:
 
 
 def _arms(case: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Names of the bodies at the ends of every arm and spring."""
+    """Names of the bodies at the ends of every arm, spring and rod."""
     arms = []
     for swimmer in case.get("swimmers") or []:
         names = [_bead_name(bead, place) for place, bead in enumerate(swimmer["beads"])]
         pairs = [arm["beads"] for arm in swimmer.get("arms") or []] or list(zip(names, names[1:]))
         arms += [(f"{swimmer['name']}.{a}", f"{swimmer['name']}.{b}") for a, b in pairs]
-    return arms + [(spring["bodies"][0], spring["bodies"][1]) for spring in case.get("springs") or []]
+    rods = [joint for joint in case.get("joints") or [] if joint["kind"] == "distance"]
+    return arms + [(tie["bodies"][0], tie["bodies"][1]) for tie in [*(case.get("springs") or []), *rods]]
 
 
 def _unit(length_m: float) -> tuple[str, float]:
@@ -149,13 +150,13 @@ def _box(fluid: Mapping[str, Any], cell_size_m: float | None, metres: float) -> 
 
 
 def _period(case: Mapping[str, Any]) -> int:
-    """Steps of a cycle of the first swimmer that has a stroke or a driven arm; 0 if there is none."""
+    """Steps of a cycle of the first swimmer that has a stroke or a driven arm, or of a joint; 0 if there is none."""
+    signals = []
     for swimmer in case.get("swimmers") or []:
-        signals = [(arm.get("drive") or {}).get("signal") or {} for arm in swimmer.get("arms") or []]
-        for signal in [swimmer.get("stroke") or {}, *signals]:
-            if signal.get("period_steps"):
-                return int(signal["period_steps"])
-    return 0
+        drives = [arm.get("drive") or {} for arm in swimmer.get("arms") or []]
+        signals += [swimmer.get("stroke"), *(drive.get("signal") for drive in drives)]
+    signals += [joint.get("signal") for joint in case.get("joints") or []]
+    return next((int(signal["period_steps"]) for signal in signals if signal and signal.get("period_steps")), 0)
 
 
 def _motion(samples: Samples, metres: float) -> dict[str, Any]:

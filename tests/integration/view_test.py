@@ -96,6 +96,14 @@ class Scene(unittest.TestCase):
         self.assertEqual((box["periodic"], box["symmetry"]), (["z"], ["x"]))
         np.testing.assert_allclose(box["size"], [40, 40, 80])
 
+    def test_rods_are_drawn_and_the_period_of_their_motion_is_a_cycle(self):
+        rod = {"kind": "distance", "bodies": ["swimmer.B2", "swimmer.B3"], "signal": {"period_steps": 40}}
+        hook = {"kind": "hinge", "bodies": ["swimmer.B1", "world"]}
+        swimmer = {name: value for name, value in CASE["swimmers"][0].items() if name not in ("arms", "stroke")}
+        scene = scene_of("rods", {**CASE, "swimmers": [swimmer], "joints": [hook, rod]}, 1e-6, samples_of())
+        self.assertIn([0, 2], scene["arms"])
+        self.assertEqual(scene["period_steps"], 40)
+
     def test_long_runs_and_swarms_are_thinned_and_keep_their_last_sample(self):
         thinned = samples_of(5000).thinned(100)
         self.assertLessEqual(len(thinned.steps), 101)
