@@ -77,6 +77,7 @@ Capabilities rigid_body_capabilities() {
            "joint:slider",
            "joint:fixed",
            "joint:distance",
+           "joint:springs",
            "actuator:pair_force",
            "actuator:body_force",
            "actuator:body_torque",

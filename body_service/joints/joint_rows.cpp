@@ -1,5 +1,7 @@
 #include "joints/joint_rows.hpp"
 
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
@@ -148,6 +150,15 @@ void JointEquations::evaluate(const JointSide& A, const JointSide& B, const Join
     *rows++ = perpendicular(axes_A.col(0), axes_B.col(1), A, B);
   else if (driven_)
     *rows++ = turned(axes_A.col(0), axes_B.col(1), axes_B.col(2), motion, A, B);
+}
+
+JointRow JointEquations::motion(const JointSide& A, const JointSide& B) const {
+  const Eigen::Matrix3d axes_B = B.R_WB * frame_B_;
+  const Eigen::Vector3d axis = axes_B.col(2);
+  if (kind_ == JointKind::slider) return across(axis, Anchors(A, B, anchor_A_m_, anchor_B_m_), B);
+  const Eigen::Vector3d u = A.R_WB * frame_A_.col(0);
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  return {{none, none}, {axis, -axis}, std::atan2(u.dot(axes_B.col(1)), u.dot(axes_B.col(0)))};
 }
 
 }  // namespace copepod::body

@@ -50,6 +50,9 @@ class JointEquations {
   /// @throws SolverError if the ends of a rod coincide (no direction)
   void evaluate(const JointSide& A, const JointSide& B, const JointMotion& motion, JointRow* rows) const;
 
+  /// What a hinge or slider has moved since the start, as `error`, and how that changes.
+  [[nodiscard]] JointRow motion(const JointSide& A, const JointSide& B) const;
+
  private:
   JointKind kind_;
   bool driven_;

@@ -45,6 +45,10 @@ void check(const JointSpecification& joint, std::size_t index, const BodySetup& 
   if (!joint.anchor_A_m.allFinite() || !joint.anchor_B_m.allFinite()) {
     throw CaseError(name + " has an anchor that is not finite. Use finite numbers.");
   }
+  if (!(joint.stiffness >= 0.0 && joint.damping >= 0.0 && std::isfinite(joint.rest)))
+    throw CaseError(name + " has a spring that is not valid (its numbers must not be negative). Correct them.");
+  if (!has_axis(joint.kind) && (joint.stiffness > 0.0 || joint.damping > 0.0))
+    throw CaseError(name + " has a spring (only hinges and sliders can). Use a spring between the bodies.");
   if (!(std::abs(joint.axis.norm() - 1.0) < 1e-6)) {
     throw CaseError(name + ": its axis has length " + rounded_text(joint.axis.norm()) +
                     " (a direction is a unit vector). Divide it by its length.");
@@ -137,7 +141,8 @@ Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
     const std::array<JointSide, 2> sides{side(joint.body_A, 0, start), side(joint.body_B, 0, start)};
     check_anchors(joint, i, sides, model);
     const JointEquations equations(joint, drives[i] >= 0, sides[0], sides[1]);
-    island.joints.push_back({joint.body_A, joint.body_B, static_cast<int>(island.rows), drives[i], equations});
+    island.joints.push_back({joint.body_A, joint.body_B, static_cast<int>(island.rows), drives[i], equations,
+                             joint.stiffness, joint.damping, joint.rest});
     island.rows += equations.rows();
   }
   std::ranges::sort(islands_, {}, &Island::block_key);
@@ -211,6 +216,24 @@ void Joints::list_rows(const Island& island, Eigen::Index first, double at, cons
   }
 }
 
+/// Q = −k (s − s₀) − c ds/dt along the row of s.                                                  (B33)
+void Joints::add_springs(const Island& island, Eigen::Index first, Eigen::Matrix3Xd& force_N,
+                         Eigen::Matrix3Xd& torque_N_m) const {
+  for (std::size_t i = 0; i < island.joints.size(); ++i) {
+    const Joint& joint = island.joints[i];
+    if (joint.stiffness == 0.0 && joint.damping == 0.0) continue;
+    const auto& [A, B] = sides_[i];
+    const JointRow motion = joint.equations.motion(A, B);
+    const double load = -joint.stiffness * (motion.error - joint.rest) - joint.damping * rate(motion, A, B);
+    for (const int end : {0, 1}) {
+      const int body = end == 0 ? joint.body_A : joint.body_B;
+      if (!moves(body)) continue;
+      force_N.col(body - first) += load * motion.linear[end];
+      torque_N_m.col(body - first) += load * motion.angular[end];
+    }
+  }
+}
+
 void Joints::factorise(const Island& island) {
   matrix_.setZero(island.rows, island.rows);
   for (const Joint& one : island.joints) {
@@ -250,6 +273,7 @@ void Joints::add_loads(const BodyBlock& block, const MotionState& state, double 
                        Eigen::Matrix3Xd& torque_N_m) {
   for (const Island& island : islands_of(block)) {
     list_rows(island, block.first, at, state);
+    add_springs(island, block.first, force_N, torque_N_m);
     factorise(island);
     right_side_.resize(island.rows);
     for (std::size_t i = 0; i < island.joints.size(); ++i) {

@@ -33,7 +33,7 @@ class Joints {
   /// @param actuation  shape (actuators, 3); others than those of joints are not read
   void drive(const Eigen::MatrixXd& actuation, double step_s);
 
-  /// Adds the joints' forces Jᵀλ to those of a block, with λ from
+  /// Adds the forces of the joints' springs (B33), and then those that keep the joints, Jᵀλ, with λ from
   ///   (J M⁻¹ Jᵀ) λ = −c − J M⁻¹ F                                                               (B31)
   /// @param at              fraction of the step
   /// @param state, force_N, torque_N_m  column 0 is the block's first body
@@ -57,6 +57,9 @@ class Joints {
     int first_row = 0;
     int actuator = -1;  ///< that drives it; −1: none
     JointEquations equations;
+    double stiffness = 0.0;
+    double damping = 0.0;
+    double rest = 0.0;
   };
   struct Island {
     Eigen::Index block_key;  ///< a body of it that moves
@@ -71,6 +74,8 @@ class Joints {
   [[nodiscard]] Eigen::Vector3d per_mass(int body, const Eigen::Vector3d& force_N) const;
   [[nodiscard]] Eigen::Vector3d per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const;
   void list_rows(const Island& island, Eigen::Index first, double at, const MotionState& state);
+  void add_springs(const Island& island, Eigen::Index first, Eigen::Matrix3Xd& force_N,
+                   Eigen::Matrix3Xd& torque_N_m) const;
   void factorise(const Island& island);
   void solve(Eigen::Index rows);
   void correct(const Island& island, double at, MotionState& state, std::int64_t step);

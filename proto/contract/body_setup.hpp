@@ -84,6 +84,9 @@ struct JointSpecification {
   Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< in the frame of A, from its centre of mass
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B; of the world: a place
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();       ///< of hinge and slider: unit vector, frame of A
+  double stiffness = 0.0;                                ///< of a spring along their motion [N m/rad], [N/m]
+  double damping = 0.0;                                  ///< of a damper beside it [N m s/rad], [N s/m]
+  double rest = 0.0;                                     ///< where the spring is relaxed, from the start [rad], [m]
 };
 
 /// Whether a joint can be driven: it has one motion.

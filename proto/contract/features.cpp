@@ -103,6 +103,7 @@ const std::vector<Feature>& known_features() {
       {"joint:slider", physics, "bodies that move along an axis of each other without turning"},
       {"joint:fixed", physics, "bodies without relative motion"},
       {"joint:distance", physics, "points of two bodies that keep their distance"},
+      {"joint:springs", physics, "springs and dampers in hinges and sliders"},
       {"actuator:pair_force", physics, "drives that push two bodies apart along the current line between them"},
       {"actuator:body_force", physics, "driving forces that turn with their body"},
       {"actuator:body_torque", physics, "driving torques that turn with their body"},
@@ -168,7 +169,10 @@ std::set<std::string> required_features(const BodySetup& setup) {
     if (!spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0)) required.insert("anchors");
   }
   if (!setup.bends.empty()) required.insert("bends");
-  for (const JointSpecification& joint : setup.joints) required.insert(feature("joint", joint_names, joint.kind));
+  for (const JointSpecification& joint : setup.joints) {
+    required.insert(feature("joint", joint_names, joint.kind));
+    if (joint.stiffness != 0.0 || joint.damping != 0.0) required.insert("joint:springs");
+  }
   for (const ActuatorSpecification& actuator : setup.actuators) {
     required.insert(feature("actuator", actuator_names, actuator.kind));
     if (!actuator.anchor_A_m.isZero(0.0) || !actuator.anchor_B_m.isZero(0.0)) required.insert("anchors");

@@ -124,6 +124,9 @@ void describe(auto& wire, Is<JointSpecification> auto& joint) {
   wire("anchor_A_m", joint.anchor_A_m);
   wire("anchor_B_m", joint.anchor_B_m);
   wire("axis", joint.axis);
+  wire("stiffness", joint.stiffness);
+  wire("damping", joint.damping);
+  wire("rest", joint.rest);
 }
 
 void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {

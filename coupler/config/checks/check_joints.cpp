@@ -78,6 +78,11 @@ void check_joints(const Case& the_case, const Assembly& assembly, Problems& prob
     if (!names.insert(named.name).second)
       problems.error(path + ".name", path + ".name is '" + named.name + "' (another joint has this name). Rename it.");
     const JointSpecification& joint = assembly.joints[i];
+    if (named.signal && (named.stiffness > 0.0 || named.damping > 0.0)) {
+      problems.error(path + ".signal", path +
+                                           ".signal moves a joint that has a spring or damper (it would change "
+                                           "nothing). Remove one of them.");
+    }
     if (named.signal) check_signal(*named.signal, the_case.body.integrator, path + ".signal", problems);
     if (!check_jointed_bodies(named, joint, path + ".bodies", assembly, problems)) continue;
     if (joint.kind == JointKind::distance) check_length(joint, path, assembly, problems);

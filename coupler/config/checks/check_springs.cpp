@@ -143,39 +143,56 @@ void check_springs(const Case& the_case, const Assembly& assembly, Problems& pro
   }
 }
 
+namespace {
+
+/// What limits the step, and where the case has it.
+struct Limiting {
+  std::string what;
+  std::string path;
+  bool bend = false;
+};
+
+Limiting limiting_of(std::size_t index, const Case& the_case, const Assembly& assembly) {
+  const auto name = [&](int body) { return "'" + assembly.bodies[static_cast<std::size_t>(body)].name + "'"; };
+  if (index < assembly.springs.size()) {
+    const SpringSpecification& spring = assembly.springs[index];
+    return {"the spring between " + name(spring.body_A) + " and " + name(spring.body_B) + " is too stiff or too damped",
+            assembly.spring_paths[index]};
+  }
+  index -= assembly.springs.size();
+  if (index < assembly.bends.size()) {
+    const BendSpecification& bend = assembly.bends[index];
+    return {
+        "the bend of " + name(bend.body_A) + ", " + name(bend.body_B) + " and " + name(bend.body_C) + " is too stiff",
+        assembly.bend_paths[index], true};
+  }
+  index -= assembly.bends.size();
+  return {"the spring of joint '" + the_case.joints[index].name + "' is too stiff or too damped",
+          "joints." + std::to_string(index)};
+}
+
+}  // namespace
+
 void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const bool ours = the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty();
-  if (!ours || assembly.springs.size() + assembly.bends.size() == 0) return;
+  if (!ours || assembly.springs.size() + assembly.bends.size() + assembly.joints.size() == 0) return;
   const Integrator integrator = the_case.body.integrator;
-  const FastestSprings fastest = fastest_springs(assembly.bodies, assembly.springs, assembly.bends, integrator);
+  const FastestSprings fastest =
+      fastest_springs(assembly.bodies, assembly.springs, assembly.bends, assembly.joints, integrator);
   constexpr double close = 0.8;
   if (the_case.step_s <= close * fastest.together.largest_step_s) return;
   const bool diverges = the_case.step_s > fastest.alone.largest_step_s;
-  const StepLimit& limiting = diverges ? fastest.alone : fastest.together;
-  const auto name = [&](int body) { return "'" + assembly.bodies[static_cast<std::size_t>(body)].name + "'"; };
-  const std::size_t springs = assembly.springs.size();
-  const bool bends = limiting.spring >= springs;
-  std::string found;
-  if (bends) {
-    const BendSpecification& bend = assembly.bends[limiting.spring - springs];
-    found =
-        "the bend of " + name(bend.body_A) + ", " + name(bend.body_B) + " and " + name(bend.body_C) + " is too stiff";
-  } else {
-    const SpringSpecification& spring = assembly.springs[limiting.spring];
-    found = "the spring between " + name(spring.body_A) + " and " + name(spring.body_B) + " is too stiff or too damped";
-  }
-  found += " for a step of " + rounded_text(the_case.step_s) + " s (";
-  const std::string limit = name_of(integrator_names, integrator) +
-                            std::string(diverges ? " diverges" : " may diverge") + " above " +
-                            rounded_text(limiting.largest_step_s) + " s";
-  const std::string remedy = bends ? "Use a smaller step, a softer bend, longer arms or heavier bodies."
-                                   : "Use a smaller step, a softer spring, less damping or heavier bodies.";
-  const std::string& path =
-      bends ? assembly.bend_paths[limiting.spring - springs] : assembly.spring_paths[limiting.spring];
+  const StepLimit& limit = diverges ? fastest.alone : fastest.together;
+  const auto [what, path, bend] = limiting_of(limit.spring, the_case, assembly);
+  const std::string found = what + " for a step of " + rounded_text(the_case.step_s) + " s (" +
+                            name_of(integrator_names, integrator) + (diverges ? " diverges" : " may diverge") +
+                            " above " + rounded_text(limit.largest_step_s) + " s";
+  const std::string remedy = bend ? "Use a smaller step, a softer bend, longer arms or heavier bodies."
+                                  : "Use a smaller step, a softer spring, less damping or heavier bodies.";
   if (diverges) {
-    problems.error(path, found + limit + "). " + remedy);
+    problems.error(path, found + "). " + remedy);
   } else {
-    problems.warning(path, found + limit + ": close to it oscillations are wrong). " + remedy);
+    problems.warning(path, found + ": close to it oscillations are wrong). " + remedy);
   }
 }
 

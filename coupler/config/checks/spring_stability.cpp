@@ -36,7 +36,7 @@ double largest_step_of_runge_kutta_s(double a, double b) {
 
 /// What a spring of unit tension, or a bend of unit moment, does to one of its bodies.
 struct End {
-  std::size_t spring = 0;  ///< bends are counted after the springs
+  std::size_t spring = 0;  ///< as in StepLimit
   Eigen::Vector3d force_W;
   Eigen::Vector3d torque_W;  ///< about the centre of mass
 };
@@ -67,7 +67,8 @@ double response(const BodySpecification& body, const End& e, const End& f) {
 /// The ends that pull at each body.
 std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>& bodies,
                                            const std::vector<SpringSpecification>& springs,
-                                           const std::vector<BendSpecification>& bends) {
+                                           const std::vector<BendSpecification>& bends,
+                                           const std::vector<JointSpecification>& joints) {
   std::vector<std::vector<End>> ends(bodies.size());
   for (std::size_t i = 0; i < springs.size(); ++i) {
     const SpringSpecification& spring = springs[i];
@@ -99,6 +100,23 @@ std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>&
     }
     ends[vertex].push_back({springs.size() + i, on_vertex, Eigen::Vector3d::Zero()});
   }
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const JointSpecification& joint = joints[i];
+    if (joint.body_A < 0 || !has_axis(joint.kind)) continue;
+    const Eigen::Vector3d axis = in_world(bodies[static_cast<std::size_t>(joint.body_A)], joint.axis);
+    const auto add = [&](int number, const Eigen::Vector3d& anchor_m, double sign) {
+      if (number < 0) return;
+      const auto body = static_cast<std::size_t>(number);
+      const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+      const Eigen::Vector3d along = sign * axis;
+      if (joint.kind == JointKind::hinge)
+        ends[body].push_back({springs.size() + bends.size() + i, none, along});
+      else
+        ends[body].push_back({springs.size() + bends.size() + i, along, in_world(bodies[body], anchor_m).cross(along)});
+    };
+    add(joint.body_A, joint.anchor_A_m, 1.0);
+    add(joint.body_B, joint.anchor_B_m, -1.0);
+  }
   return ends;
 }
 
@@ -112,20 +130,22 @@ double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, dou
 
 FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
                                const std::vector<SpringSpecification>& springs,
-                               const std::vector<BendSpecification>& bends, Integrator integrator) {
+                               const std::vector<BendSpecification>& bends,
+                               const std::vector<JointSpecification>& joints, Integrator integrator) {
   struct Rates {
     double stiffness_per_s2 = 0.0;
     double damping_per_s = 0.0;
   };
-  // Square roots of stiffness and damping: [N/m], [N s/m] of springs, [N m/rad] of bends.
+  // Square roots of stiffness and damping: [N/m], [N s/m] of springs and sliders, [N m/rad] of bends and hinges.
   std::vector<std::pair<double, double>> roots;
-  roots.reserve(springs.size() + bends.size());
+  roots.reserve(springs.size() + bends.size() + joints.size());
   for (const auto& spring : springs)
     roots.emplace_back(std::sqrt(spring.stiffness_N_per_m), std::sqrt(spring.damping_N_s_per_m));
   for (const auto& bend : bends) roots.emplace_back(std::sqrt(bend.stiffness_N_m_per_rad), 0.0);
-  std::vector<Rates> all(roots.size());
   std::vector<Rates> alone(roots.size());
-  const auto ends = ends_by_body(bodies, springs, bends);
+  for (const auto& joint : joints) roots.emplace_back(std::sqrt(joint.stiffness), std::sqrt(joint.damping));
+  std::vector<Rates> all(roots.size());
+  const auto ends = ends_by_body(bodies, springs, bends, joints);
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     for (const End& e : ends[body]) {
       for (const End& f : ends[body]) {
@@ -135,7 +155,7 @@ FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
           rates.damping_per_s += rate * roots[e.spring].second * roots[f.spring].second;
         };
         add_to(all[e.spring]);
-        if (e.spring == f.spring) add_to(alone[e.spring]);
+        if (e.spring == f.spring && e.spring < alone.size()) add_to(alone[e.spring]);
       }
     }
   }

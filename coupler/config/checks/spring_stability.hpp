@@ -15,28 +15,29 @@ namespace copepod::coupler {
 /// @return infinity where both are 0
 double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s);
 
-/// A spring or bend that limits the step.
+/// A spring, bend or joint that limits the step.
 struct StepLimit {
-  std::size_t spring = 0;       ///< index; bends are counted after the springs
+  std::size_t spring = 0;       ///< index; bends are counted after the springs, and joints after the bends
   double largest_step_s = 0.0;  ///< infinity where nothing can oscillate
 };
 
 /// The springs or bends that limit the step most.
 struct FastestSprings {
   StepLimit together;  ///< with all of them; perhaps somewhat longer steps are stable, too
-  StepLimit alone;     ///< as if each were the only one: longer steps never are
+  StepLimit alone;     ///< as if each spring or bend were the only one: longer steps never are
 };
 
-/// Bounds of the fastest mode of a network of springs and bends, in its first position.
+/// Bounds of the fastest mode of a network of springs, bends and the springs of joints, in its first position.
 /// The squares of the modes' angular frequencies are the eigenvalues of M = √K G √K. K holds the stiffnesses, and G_ef
 /// is the acceleration by which a unit tension of spring f stretches spring e: 1/m_A + 1/m_B for f = e. For bends, read
-/// moment for tension and angle for stretch. The largest eigenvalue lies between two bounds:
+/// moment for tension and angle for stretch, and so for hinges. The largest eigenvalue lies between two bounds:
 ///   max_e M_ee  (each spring alone)  ≤  largest eigenvalue  ≤  max_e Σ_f |M_ef|  (all together)
 /// For two bodies both are exact, for three in a row the upper one. The damping is bounded likewise. Neglected:
-/// stiffness across a spring under tension, the fluid that moves with a body.
-/// @param springs, bends  those with a body below 0 are left out
+/// stiffness across a spring under tension, the fluid that moves with a body, and joints, which make modes slower.
+/// @param springs, bends, joints  those with a body below 0 are left out, but for joints with the world
 FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
                                const std::vector<SpringSpecification>& springs,
-                               const std::vector<BendSpecification>& bends, Integrator integrator);
+                               const std::vector<BendSpecification>& bends,
+                               const std::vector<JointSpecification>& joints, Integrator integrator);
 
 }  // namespace copepod::coupler

@@ -171,6 +171,18 @@ namespace {
 
 const char* amplitude_of(JointKind kind) { return kind == JointKind::hinge ? "amplitude_rad" : "amplitude_m"; }
 
+/// Keys of a joint's spring.
+struct SpringKeys {
+  const char* stiffness;
+  const char* damping;
+  const char* rest;
+};
+
+SpringKeys spring_keys_of(JointKind kind) {
+  if (kind == JointKind::hinge) return {"stiffness_N_m_per_rad", "damping_N_m_s_per_rad", "rest_rad"};
+  return {"stiffness_N_per_m", "damping_N_s_per_m", "rest_m"};
+}
+
 }  // namespace
 
 NamedJoint read_joint(Reader joint, double step_s) {
@@ -185,7 +197,13 @@ NamedJoint read_joint(Reader joint, double step_s) {
   } else {
     result.anchor_m = joint.numbers("anchor_m", 3);
   }
-  if (has_axis(result.kind)) result.axis = read_direction(joint, "axis", {});
+  if (has_axis(result.kind)) {
+    const SpringKeys keys = spring_keys_of(result.kind);
+    result.axis = read_direction(joint, "axis", {});
+    result.stiffness = joint.number(keys.stiffness, Range::not_negative, 0.0);
+    result.damping = joint.number(keys.damping, Range::not_negative, 0.0);
+    result.rest = joint.number(keys.rest, Range::any, 0.0);
+  }
   if (has_motion(result.kind) && joint.has("signal"))
     result.signal = read_signal(joint.section("signal"), step_s, amplitude_of(result.kind));
   return result;
@@ -198,7 +216,13 @@ ordered_json resolved_joint(const NamedJoint& joint) {
   } else {
     section["anchor_m"] = joint.anchor_m;
   }
-  if (has_axis(joint.kind)) section["axis"] = joint.axis;
+  if (has_axis(joint.kind)) {
+    const SpringKeys keys = spring_keys_of(joint.kind);
+    section["axis"] = joint.axis;
+    section[keys.stiffness] = joint.stiffness;
+    section[keys.damping] = joint.damping;
+    section[keys.rest] = joint.rest;
+  }
   if (joint.signal) section["signal"] = resolved_signal(*joint.signal, amplitude_of(joint.kind));
   return section;
 }

@@ -131,6 +131,9 @@ struct NamedJoint {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();               ///< of hinge and slider: at the start, in the world
   std::array<Eigen::Vector3d, 2> anchors_m{anchor_m, anchor_m};  ///< ends of a rod: in the frame of each body
   std::optional<Signal> signal;                                  ///< of the first body relative to the second
+  double stiffness = 0.0;                                        ///< as in JointSpecification
+  double damping = 0.0;
+  double rest = 0.0;
 };
 
 /// An actuator of the case and how its value varies.

@@ -129,6 +129,9 @@ JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers,
     joint.anchor_A_m = in_frame_of(joint.body_A, named.anchor_m);
     joint.anchor_B_m = in_frame_of(joint.body_B, named.anchor_m);
   }
+  joint.stiffness = named.stiffness;
+  joint.damping = named.damping;
+  joint.rest = named.rest;
   if (!has_axis(joint.kind) || joint.body_A < 0) return joint;
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
   joint.axis = rotation_matrix(A.orientation_wxyz).transpose() * (exchanged ? -named.axis : named.axis);

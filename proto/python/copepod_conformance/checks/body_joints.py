@@ -4,6 +4,7 @@ import numpy as np
 
 from copepod_conformance.cases import (
     FORCE_N,
+    INERTIA_KG_M2,
     POSITIONS_M,
     RADIUS_M,
     SPEED_M_PER_S,
@@ -11,11 +12,12 @@ from copepod_conformance.cases import (
     TORQUE_N_M,
     ZERO,
 )
-from copepod_conformance.checks.body_motion import motions_of
+from copepod_conformance.checks.body_motion import STEPS, expect, motions_of, move
 from copepod_conformance.protocol import setup
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _CLOSED = Rule("What a role implies", "joints are closed in every reply, while their bodies move and turn")
+_SPRING = Rule("What a role implies", "a spring in a hinge turns both its bodies alike, towards where it is relaxed")
 _DRIVEN = Rule("What a role implies", "a driven joint has moved by the value of its actuator since step 0")
 
 _STEPS = 20
@@ -111,12 +113,37 @@ def _stays_closed(kind, driven=False):
     return run
 
 
+def _spring_turns(trial):
+    """Both spheres, by opposite torques, for a time so short that these are constant; the hinge exerts no force."""
+    trial.require("joint:hinge")
+    trial.require("joint:springs")
+
+    def join(content):
+        content.joints.add(
+            kind=setup.JOINT_KIND_HINGE,
+            body_A=0,
+            body_B=2,
+            anchor_A_m=_ANCHOR_M,
+            anchor_B_m=-_ANCHOR_M,
+            axis=_AXIS,
+            stiffness=TORQUE_N_M,
+            rest=1.0,
+        )
+
+    motion = move(trial, join)
+    gained = TORQUE_N_M / INERTIA_KG_M2 * STEPS * STEP_S * _AXIS
+    for body, sign in ((0, 1), (1, -1)):
+        what = f"angular velocity [rad/s] of body {body}"
+        expect(what, motion.spin_rad_per_s[body], sign * gained, 0.05 * float(gained.max()))
+
+
 def checks(subject):
     if subject.role != "body":
         return []
     kinds = ("ball", "hinge", "slider", "fixed", "distance")
     return [
         *(Check("physics", f"a {kind} joint stays closed", _CLOSED, _stays_closed(kind)) for kind in kinds),
+        Check("physics", "a spring in a hinge turns both bodies", _SPRING, _spring_turns),
         *(
             Check("physics", f"a driven {kind} joint follows", _DRIVEN, _stays_closed(kind, driven=True))
             for kind in _VALUE

@@ -93,10 +93,26 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                              "shape:sphere", "solver:lattice_boltzmann", "symmetry_planes", "thin_films"}));
   // The case brings its own body service, which integrates in its own way.
   EXPECT_EQ(required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)),
-            (std::set<std::string>{"actuator:body_force", "actuator:body_torque", "actuator:joint_motion",
-                                   "actuator:pair_force", "actuator:world_torque", "anchors", "bends", "checkpoint",
-                                   "contact", "gravity", "joint:distance", "joint:hinge", "motion:axis", "motion:free",
-                                   "shape:capsule", "shape:sphere", "springs", "walls"}));
+            (std::set<std::string>{"actuator:body_force",
+                                   "actuator:body_torque",
+                                   "actuator:joint_motion",
+                                   "actuator:pair_force",
+                                   "actuator:world_torque",
+                                   "anchors",
+                                   "bends",
+                                   "checkpoint",
+                                   "contact",
+                                   "gravity",
+                                   "joint:distance",
+                                   "joint:hinge",
+                                   "joint:slider",
+                                   "joint:springs",
+                                   "motion:axis",
+                                   "motion:free",
+                                   "shape:capsule",
+                                   "shape:sphere",
+                                   "springs",
+                                   "walls"}));
 }
 
 TEST(Requirements, NameThinFilmsOnlyForACaseThatGivesTheirThickness) {

@@ -142,6 +142,10 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
         s.joints = {{JointKind::hinge, 0}};
       },
       "joint:hinge"}},
+    {"joints.stiffness", {[](BodySetup& s) { s.joints.resize(1), s.joints[0].stiffness = 1; }, "joint:springs"}},
+    {"joints.damping", {[](BodySetup& s) { s.joints.resize(1), s.joints[0].damping = 1; }, "joint:springs"}},
+    {"joints.rest",
+     {[](BodySetup& s) { s.joints.resize(1), s.joints[0].stiffness = s.joints[0].rest = 1; }, "joint:springs"}},
     {"actuators", {[](BodySetup& s) { s.actuators.resize(1); }, "actuator:pair_force"}},
     {"actuators.kind",
      {[](BodySetup& s) {

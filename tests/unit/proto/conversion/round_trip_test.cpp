@@ -195,6 +195,9 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
     EXPECT_EQ(received.joints[i].anchor_A_m, sent.joints[i].anchor_A_m);
     EXPECT_EQ(received.joints[i].anchor_B_m, sent.joints[i].anchor_B_m);
     EXPECT_EQ(received.joints[i].axis, sent.joints[i].axis);
+    EXPECT_EQ(received.joints[i].stiffness, sent.joints[i].stiffness);
+    EXPECT_EQ(received.joints[i].damping, sent.joints[i].damping);
+    EXPECT_EQ(received.joints[i].rest, sent.joints[i].rest);
   }
   ASSERT_EQ(received.actuators.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {

@@ -65,7 +65,7 @@ SpringSpecification spring(int A, int B, double stiffness_N_per_m) {
 
 /// ω² of the fastest mode, found from Euler's limit h ω = 2.
 double fastest_square(const std::vector<BodySpecification>& bodies, const std::vector<SpringSpecification>& springs) {
-  const double h = fastest_springs(bodies, springs, {}, euler).together.largest_step_s;
+  const double h = fastest_springs(bodies, springs, {}, {}, euler).together.largest_step_s;
   return 4.0 / (h * h);
 }
 
@@ -82,7 +82,7 @@ TEST(FastestSpring, OfASwimmerMovesItsMiddleAgainstBothEnds) {
 
 TEST(FastestSpring, AloneIsNoFasterThanAllTogether) {
   const FastestSprings fastest = fastest_springs({ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0), ball({0, 0, 9}, 2.0)},
-                                                 {spring(0, 1, 4.0), spring(1, 2, 4.0)}, {}, euler);
+                                                 {spring(0, 1, 4.0), spring(1, 2, 4.0)}, {}, {}, euler);
   EXPECT_NEAR(fastest.together.largest_step_s, 2.0 / std::sqrt(3.0 * 4.0 / 2.0), 1e-12);
   EXPECT_NEAR(fastest.alone.largest_step_s, 2.0 / std::sqrt(2.0 * 4.0 / 2.0), 1e-12);
 }
@@ -110,7 +110,7 @@ TEST(FastestSpring, OfABodyOnAnAxisMovesItAlongThatOnly) {
 }
 
 double square_of_bend(const std::vector<BodySpecification>& bodies, const BendSpecification& bend) {
-  const double h = fastest_springs(bodies, {}, {bend}, euler).together.largest_step_s;
+  const double h = fastest_springs(bodies, {}, {bend}, {}, euler).together.largest_step_s;
   return 4.0 / (h * h);
 }
 
@@ -125,14 +125,27 @@ TEST(FastestSpring, OfABendTurnsItsArms) {
 
 TEST(FastestSpring, CountsBendsAfterTheSprings) {
   const std::vector<BodySpecification> bodies{ball({0, 0, -5}, 2.0), ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0)};
-  EXPECT_EQ(fastest_springs(bodies, {spring(0, 1, 1.0)}, {{0, 1, 2, 1e3}}, runge_kutta).together.spring, 1U);
-  EXPECT_EQ(fastest_springs(bodies, {spring(0, 1, 1e3)}, {{0, 1, 2, 1.0}}, runge_kutta).together.spring, 0U);
+  EXPECT_EQ(fastest_springs(bodies, {spring(0, 1, 1.0)}, {{0, 1, 2, 1e3}}, {}, runge_kutta).together.spring, 1U);
+  EXPECT_EQ(fastest_springs(bodies, {spring(0, 1, 1e3)}, {{0, 1, 2, 1.0}}, {}, runge_kutta).together.spring, 0U);
 }
 
 TEST(FastestSpring, IsTheOneThatLimitsTheStep) {
   const std::vector<BodySpecification> bodies{ball({0, 0, 0}, 1.0), ball({0, 0, 5}, 1.0), ball({0, 9, 0}, 1.0),
                                               ball({0, 9, 5}, 1.0)};
-  EXPECT_EQ(fastest_springs(bodies, {spring(0, 1, 1.0), spring(2, 3, 2.0)}, {}, runge_kutta).together.spring, 1U);
+  EXPECT_EQ(fastest_springs(bodies, {spring(0, 1, 1.0), spring(2, 3, 2.0)}, {}, {}, runge_kutta).together.spring, 1U);
+}
+
+TEST(FastestSprings, HingesAreTorsionSpringsOfBothBodies) {
+  const std::vector<BodySpecification> bodies{ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0)};
+  const double inertia = moments_of_inertia(bodies[0].shape, 2.0).across_kg_m2;
+  JointSpecification hinge{JointKind::hinge, 0, 1};
+  hinge.stiffness = 3.0;
+  const FastestSprings fastest = fastest_springs(bodies, {}, {}, {hinge}, runge_kutta);
+  EXPECT_NEAR(fastest.together.largest_step_s, std::sqrt(8.0 / (2.0 * 3.0 / inertia)), 1e-6);
+  EXPECT_TRUE(std::isinf(fastest.alone.largest_step_s)) << "joints may make it slower";
+  hinge.body_B = -1;
+  EXPECT_NEAR(fastest_springs(bodies, {}, {}, {hinge}, runge_kutta).together.largest_step_s,
+              std::sqrt(8.0 / (3.0 / inertia)), 1e-6);
 }
 
 }  // namespace
