@@ -96,7 +96,7 @@ class Joints(WholeRunTest):
             axes[name] = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
             places[name] = np.array([float(row[key]) for key in ("x_m", "y_m", "z_m")])
         turns = 2 * np.pi * steps / 2000
-        for link, side, angle in (("front", 1, np.sin(turns - np.pi / 2) + 1), ("rear", -1, np.sin(turns))):
+        for link, side, angle in (("front", 1, np.sin(turns - np.pi / 2)), ("rear", -1, np.sin(turns))):
             across = np.cross(axes["body"], axes[link])[1]
             self.assertAlmostEqual(np.arcsin(across), 0.7 * angle, delta=1e-9)
             gap = places["body"] - places[link] + side * 8e-6 * (axes["body"] + axes[link])
