@@ -141,8 +141,13 @@ Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
     const std::array<JointSide, 2> sides{side(joint.body_A, 0, start), side(joint.body_B, 0, start)};
     check_anchors(joint, i, sides, model);
     const JointEquations equations(joint, drives[i] >= 0, sides[0], sides[1]);
-    island.joints.push_back({joint.body_A, joint.body_B, static_cast<int>(island.rows), drives[i], equations,
-                             joint.stiffness, joint.damping, joint.rest});
+    island.joints.push_back({{joint.body_A, joint.body_B},
+                             static_cast<int>(island.rows),
+                             drives[i],
+                             equations,
+                             joint.stiffness,
+                             joint.damping,
+                             joint.rest});
     island.rows += equations.rows();
   }
   std::ranges::sort(islands_, {}, &Island::block_key);
@@ -204,11 +209,11 @@ void Joints::list_rows(const Island& island, Eigen::Index first, double at, cons
   response_.resize(rows_.size());
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
-    sides_[i] = {side(joint.body_A, first, state), side(joint.body_B, first, state)};
+    sides_[i] = {side(joint.bodies[0], first, state), side(joint.bodies[1], first, state)};
     joint.equations.evaluate(sides_[i][0], sides_[i][1], motion(joint, at), &rows_[joint.first_row]);
     for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
       for (const int end : {0, 1}) {
-        const int body = end == 0 ? joint.body_A : joint.body_B;
+        const int body = joint.bodies[end];
         response_[row].linear[end] = per_mass(body, rows_[row].linear[end]);
         response_[row].angular[end] = per_inertia(body, sides_[i][end], rows_[row].angular[end]);
       }
@@ -226,7 +231,7 @@ void Joints::add_springs(const Island& island, Eigen::Index first, Eigen::Matrix
     const JointRow motion = joint.equations.motion(A, B);
     const double load = -joint.stiffness * (motion.error - joint.rest) - joint.damping * rate(motion, A, B);
     for (const int end : {0, 1}) {
-      const int body = end == 0 ? joint.body_A : joint.body_B;
+      const int body = joint.bodies[end];
       if (!moves(body)) continue;
       force_N.col(body - first) += load * motion.linear[end];
       torque_N_m.col(body - first) += load * motion.angular[end];
@@ -237,13 +242,11 @@ void Joints::add_springs(const Island& island, Eigen::Index first, Eigen::Matrix
 void Joints::factorise(const Island& island) {
   matrix_.setZero(island.rows, island.rows);
   for (const Joint& one : island.joints) {
-    const std::array<int, 2> bodies_of_one{one.body_A, one.body_B};
     for (const Joint& other : island.joints) {
       if (other.first_row > one.first_row) break;
-      const std::array<int, 2> bodies_of_other{other.body_A, other.body_B};
       for (const int i : {0, 1}) {
         for (const int j : {0, 1}) {
-          if (bodies_of_one[i] != bodies_of_other[j] || !moves(bodies_of_one[i])) continue;
+          if (one.bodies[i] != other.bodies[j] || !moves(one.bodies[i])) continue;
           for (int row = one.first_row; row < one.first_row + one.equations.rows(); ++row) {
             for (int column = other.first_row; column < other.first_row + other.equations.rows(); ++column)
               matrix_(row, column) += rows_[row].linear[i].dot(response_[column].linear[j]) +
@@ -280,7 +283,7 @@ void Joints::add_loads(const BodyBlock& block, const MotionState& state, double 
       const Joint& joint = island.joints[i];
       std::array<JointSide, 2> acceleration;  // as if the joints exerted nothing
       for (const int end : {0, 1}) {
-        const int body = end == 0 ? joint.body_A : joint.body_B;
+        const int body = joint.bodies[end];
         if (!moves(body)) continue;
         const Eigen::Index column = body - block.first;
         const Eigen::Vector3d w = sides_[i][end].angular_velocity_rad_per_s;
@@ -296,7 +299,7 @@ void Joints::add_loads(const BodyBlock& block, const MotionState& state, double 
     for (const Joint& joint : island.joints) {
       for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
         for (const int end : {0, 1}) {
-          const int body = end == 0 ? joint.body_A : joint.body_B;
+          const int body = joint.bodies[end];
           if (!moves(body)) continue;
           force_N.col(body - block.first) += multipliers_[row] * rows_[row].linear[end];
           torque_N_m.col(body - block.first) += multipliers_[row] * rows_[row].angular[end];
@@ -333,9 +336,9 @@ void Joints::require_closed(const Island& island, std::int64_t step) const {
   constexpr double tolerance = 1e-9;  // of a radius, and of a radian
   for (const Joint& joint : island.joints) {
     for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
-      const double unit = rows_[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.body_A).radius_m;
+      const double unit = rows_[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
       if (std::abs(rows_[row].error) <= tolerance * unit) continue;
-      throw SolverError("the joint of body '" + model_.name(joint.body_A) +
+      throw SolverError("the joint of body '" + model_.name(joint.bodies[0]) +
                             "' comes apart (the step is too long for its motion). Use a shorter step.",
                         0, step);
     }
@@ -346,7 +349,7 @@ void Joints::correct_positions(const Island& island, MotionState& state) const {
   std::vector<std::pair<int, Eigen::Vector3d>> turns;
   for (const Joint& joint : island.joints) {
     for (const int end : {0, 1}) {
-      const int body = end == 0 ? joint.body_A : joint.body_B;
+      const int body = joint.bodies[end];
       if (!moves(body)) continue;
       Eigen::Vector3d turn = Eigen::Vector3d::Zero();
       for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
@@ -371,7 +374,7 @@ void Joints::correct_velocities(const Island& island, MotionState& state) {
   solve(island.rows);
   for (const Joint& joint : island.joints) {
     for (const int end : {0, 1}) {
-      const int body = end == 0 ? joint.body_A : joint.body_B;
+      const int body = joint.bodies[end];
       if (!moves(body)) continue;
       Eigen::Vector3d torque = Eigen::Vector3d::Zero();
       for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
@@ -383,19 +386,6 @@ void Joints::correct_velocities(const Island& island, MotionState& state) {
       state.angular_momentum_N_m_s.col(body) += torque;
     }
   }
-}
-
-double Joints::largest_error(const MotionState& state) const {
-  double largest = 0.0;
-  std::array<JointRow, JointEquations::most_rows> rows;
-  for (const Island& island : islands_) {
-    for (const Joint& joint : island.joints) {
-      joint.equations.evaluate(side(joint.body_A, 0, state), side(joint.body_B, 0, state), motion(joint, 1.0),
-                               rows.data());
-      for (int row = 0; row < joint.equations.rows(); ++row) largest = std::max(largest, std::abs(rows[row].error));
-    }
-  }
-  return largest;
 }
 
 }  // namespace copepod::body

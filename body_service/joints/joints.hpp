@@ -27,8 +27,6 @@ class Joints {
   /// @throws CaseError naming the joint if its bodies, anchors or axis are not valid
   Joints(const BodySetup& setup, const BodyModel& model);
 
-  [[nodiscard]] bool empty() const { return islands_.empty(); }
-
   /// How driven joints move in the step ahead: on the parabola through the values at its start, middle and end.
   /// @param actuation  shape (actuators, 3); others than those of joints are not read
   void drive(const Eigen::MatrixXd& actuation, double step_s);
@@ -47,13 +45,9 @@ class Joints {
   /// @throws SolverError if the errors do not vanish
   void correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step);
 
-  /// Largest |C| of all joints at the end of the step: metres, and cosines of directions.
-  [[nodiscard]] double largest_error(const MotionState& state) const;
-
  private:
   struct Joint {
-    int body_A = 0;
-    int body_B = -1;  ///< −1: the world
+    std::array<int, 2> bodies{0, -1};  ///< A and B; −1: the world
     int first_row = 0;
     int actuator = -1;  ///< that drives it; −1: none
     JointEquations equations;

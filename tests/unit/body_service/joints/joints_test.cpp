@@ -1,5 +1,7 @@
 #include "joints/joints.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -11,7 +13,7 @@
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
 #include "geometry/rotation.hpp"
-#include "model/body_model.hpp"
+#include "joints/joint_rows.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {
@@ -19,13 +21,22 @@ namespace {
 
 constexpr double joint_cell_m = 1e-6;
 
-/// The state that a solver reports, as its joints see it.
-double largest_error(const BodySetup& setup, const Kinematics& kinematics) {
-  const BodyModel model(setup);
-  MotionState state = model.initial_state();
-  state.position_m = kinematics.position_m;
-  state.orientation_wxyz = kinematics.orientation_wxyz;
-  return Joints(setup, model).largest_error(state);
+/// Largest |C| of all joints between bodies: metres, and cosines of directions.
+double largest_error(const BodySetup& setup, const Kinematics& now) {
+  double largest = 0.0;
+  for (const JointSpecification& joint : setup.joints) {
+    const auto start = [&](int body) -> JointSide {
+      return {setup.bodies[body].position_m, rotation_matrix(setup.bodies[body].orientation_wxyz)};
+    };
+    const auto end = [&](int body) -> JointSide {
+      return {now.position_m.col(body), rotation_matrix(now.orientation_wxyz.col(body))};
+    };
+    const JointEquations equations(joint, false, start(joint.body_A), start(joint.body_B));
+    std::array<JointRow, JointEquations::most_rows> rows;
+    equations.evaluate(end(joint.body_A), end(joint.body_B), {}, rows.data());
+    for (int row = 0; row < equations.rows(); ++row) largest = std::max(largest, std::abs(rows[row].error));
+  }
+  return largest;
 }
 
 /// Three beads and a capsule with a joint of each kind, tumbling; body i is at place `order[i]`.
