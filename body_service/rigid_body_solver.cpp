@@ -86,6 +86,7 @@ Capabilities rigid_body_capabilities() {
            "actuator:joint_motion",
            "gravity",
            "contact",
+           "contact:friction",
            "walls",
            "periodic",
            "checkpoint"}};
@@ -192,25 +193,25 @@ std::function<void()> RigidBodySolver::report_progress() const {
 }
 
 void RigidBodySolver::save(const std::string& path) {
-  write_state(path, {layout_digest_, step_}, state_, report_progress(), contact_memory());
+  write_state(path, {layout_digest_, step_}, state_, report_progress(), memory());
 }
 
 void RigidBodySolver::restore(const std::string& path) {
-  std::vector<ContactMemory> memory;
+  std::vector<std::uint64_t> memory;
   step_ = read_state(path, layout_digest_, state_, report_progress(), contacts_ ? &memory : nullptr);
   if (contacts_)
-    contacts_->restore(std::move(memory));
+    contacts_->restore(memory);
   else
     overlap_check_.check(state_, step_);
 }
 
-std::vector<ContactMemory> RigidBodySolver::contact_memory() const {
-  return contacts_ ? contacts_->memory() : std::vector<ContactMemory>{};
+std::vector<std::uint64_t> RigidBodySolver::memory() const {
+  return contacts_ ? contacts_->memory() : std::vector<std::uint64_t>{};
 }
 
 SolverSummary RigidBodySolver::summarise() {
   SolverSummary summary;
-  summary.digest = state_digest(step_, state_, contact_memory());
+  summary.digest = state_digest(step_, state_, memory());
   summary.seconds = {{"integrate", integration_s_}, {"contact", contact_s_}};
   return summary;
 }

@@ -45,7 +45,7 @@ class RigidBodySolver final : public BodySolver {
   /// Values of the drive at the nodes of a part of the step.
   /// @param from, to  fractions of the step
   void interpolate_drive(const AppliedLoads& applied, double from, double to);
-  [[nodiscard]] std::vector<ContactMemory> contact_memory() const;
+  [[nodiscard]] std::vector<std::uint64_t> memory() const;
 
   [[nodiscard]] std::function<void()> report_progress() const;
 

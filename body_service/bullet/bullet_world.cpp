@@ -18,6 +18,15 @@ btDefaultCollisionConstructionInfo small_pools() {
   return info;
 }
 
+/// A vector in SI units as Bullet's, divided by the unit it is measured in.
+btVector3 to_bullet(const Eigen::Vector3d& vector, double unit) {
+  return {vector[0] / unit, vector[1] / unit, vector[2] / unit};
+}
+
+Eigen::Vector3d from_bullet(const btVector3& vector, double unit) {
+  return {vector.x() * unit, vector.y() * unit, vector.z() * unit};
+}
+
 btQuaternion to_bullet_rotation(const Eigen::Vector4d& q) { return {q[1], q[2], q[3], q[0]}; }
 
 bool moves_freely(MotionKind motion) { return motion == MotionKind::free || motion == MotionKind::axis; }
@@ -39,28 +48,13 @@ void configure(btDiscreteDynamicsWorld& world) {
 
 }  // namespace
 
-BulletState initial_state(const BodyModel& model) {
-  const MotionState& start = model.initial_state();
-  BulletState state{start.position_m, start.orientation_wxyz, start.velocity_m_per_s,
-                    Eigen::Matrix3Xd(3, model.bodies())};
-  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
-    state.angular_velocity_rad_per_s.col(body) = model.angular_velocity_rad_per_s(
-        body, start.orientation_wxyz.col(body), start.angular_momentum_N_m_s.col(body));
-  }
-  return state;
-}
-
-MotionState as_motion_state(const BulletState& state) {
-  return {state.position_m, state.orientation_wxyz, state.velocity_m_per_s, state.angular_velocity_rad_per_s};
-}
-
-BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model)
+BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double step_s)
     : model_(model),
-      units_(bullet_units(model, setup.step_s)),
+      units_(engine_units(model, step_s)),
       configuration_(small_pools()),
       dispatcher_(&configuration_),
       springs_(setup) {
-  const BulletState start = initial_state(model);
+  const Kinematics start = initial_kinematics(model);
   for (Eigen::Index body = 0; body < model.bodies(); ++body) {
     add_body(body);
     place(body, start);
@@ -83,9 +77,8 @@ void BulletWorld::add_body(Eigen::Index body) {
   const bool moves = moves_freely(model_.motion(body));
   const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
   const Eigen::Vector3d inertia = inertia_tensor_kg_m2(shape, mass_kg).diagonal();
-  const double inertia_unit = units_.mass_kg * units_.length_m * units_.length_m;
   btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shapes_.back().get(),
-                                                to_bullet(inertia, inertia_unit));
+                                                to_bullet(inertia, units_.inertia_kg_m2()));
   info.m_friction = 0.0;
   info.m_restitution = 0.0;
   bodies_.push_back(std::make_unique<btRigidBody>(info));
@@ -94,7 +87,7 @@ void BulletWorld::add_body(Eigen::Index body) {
   if (!moves) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
 }
 
-void BulletWorld::add_joint(Eigen::Index body, const BulletState& start) {
+void BulletWorld::add_joint(Eigen::Index body, const Kinematics& start) {
   btRigidBody& moving = *bodies_[static_cast<std::size_t>(body)];
   const btTransform rail(frame_along(model_.axis(body)), to_bullet(start.position_m.col(body), units_.length_m));
   const btTransform on_body = moving.getWorldTransform().inverse() * rail;
@@ -110,7 +103,7 @@ void BulletWorld::add_joint(Eigen::Index body, const BulletState& start) {
   joints_.push_back(std::move(joint));
 }
 
-void BulletWorld::place(Eigen::Index body, const BulletState& state) {
+void BulletWorld::place(Eigen::Index body, const Kinematics& state) {
   btRigidBody& placed = *bodies_[static_cast<std::size_t>(body)];
   const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)),
                          to_bullet(state.position_m.col(body), units_.length_m));
@@ -127,7 +120,7 @@ void BulletWorld::place(Eigen::Index body, const BulletState& state) {
   placed.clearForces();
 }
 
-void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N, const Eigen::Matrix3Xd& torque_N_m) {
+void BulletWorld::advance(Kinematics& state, const Loads& loads) {
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld world(&dispatcher_, &broadphase, &solver, &configuration_);
@@ -135,8 +128,8 @@ void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N, c
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto body = static_cast<Eigen::Index>(i);
     place(body, state);
-    bodies_[i]->applyCentralForce(to_bullet(force_N.col(body), units_.force_N()));
-    bodies_[i]->applyTorque(to_bullet(torque_N_m.col(body), units_.force_N() * units_.length_m));
+    bodies_[i]->applyCentralForce(to_bullet(loads.force_N.col(body), units_.force_N()));
+    bodies_[i]->applyTorque(to_bullet(loads.torque_N_m.col(body), units_.torque_N_m()));
     world.addRigidBody(bodies_[i].get());
   }
   const MotionState motion = as_motion_state(state);
@@ -152,7 +145,7 @@ void BulletWorld::advance(BulletState& state, const Eigen::Matrix3Xd& force_N, c
   for (Eigen::Index body = 0; body < model_.bodies(); ++body) read(body, state);
 }
 
-void BulletWorld::read(Eigen::Index body, BulletState& state) const {
+void BulletWorld::read(Eigen::Index body, Kinematics& state) const {
   auto q = state.orientation_wxyz.col(body);
   auto x = state.position_m.col(body);
   if (!moves_freely(model_.motion(body))) {  // keeps its velocities; Bullet does not move it
@@ -165,8 +158,7 @@ void BulletWorld::read(Eigen::Index body, BulletState& state) const {
   state.velocity_m_per_s.col(body) = from_bullet(moved.getLinearVelocity(), units_.velocity_m_per_s());
   state.angular_velocity_rad_per_s.col(body) = from_bullet(moved.getAngularVelocity(), 1.0 / units_.time_s);
   const btQuaternion turned = moved.getWorldTransform().getRotation();
-  const Eigen::Vector4d next(turned.w(), turned.x(), turned.y(), turned.z());
-  q = next.dot(q) < 0.0 ? Eigen::Vector4d(-next) : next;  // both signs are the same rotation
+  q = of_the_same_sign({turned.w(), turned.x(), turned.y(), turned.z()}, q);
 }
 
 }  // namespace copepod::body

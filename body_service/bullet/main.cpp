@@ -1,14 +1,23 @@
-#include "bullet/bullet_body_solver.hpp"
+#include "bullet/bullet_world.hpp"
 #include "component/run_component.hpp"
+#include "engine/engine_body_solver.hpp"
 
 int main(int argc, char** argv) {
-  using copepod::body::BulletBodySolver;
-  return copepod::run_body_component(
-      argc, argv,
-      {copepod::body::bullet_capabilities(),
-       [](const auto& setup, auto& context) { return std::make_unique<BulletBodySolver>(setup, &context); },
-       // Measured with Debian 12 [docs/results/memory.md]; some thousand bodies fit into that.
-       [](const auto&, int) {
-         return copepod::Estimate{std::int64_t{12} << 20, ""};
-       }});
+  using namespace copepod;
+  const Capabilities capabilities{
+      "Bullet rigid bodies",
+      COPEPOD_VERSION,
+      {"shape:sphere", "shape:capsule", "motion:free", "motion:fixed", "motion:prescribed", "motion:axis", "springs",
+       "anchors", "bends", "actuator:pair_force", "actuator:body_force", "actuator:body_torque", "actuator:world_force",
+       "actuator:world_torque", "gravity", "contacts", "checkpoint"}};
+  const auto make_world = [](const auto&... inputs) { return std::make_unique<body::BulletWorld>(inputs...); };
+  return run_body_component(argc, argv,
+                            {capabilities,
+                             [&](const auto& setup, auto& context) {
+                               return std::make_unique<body::EngineBodySolver>("Bullet", make_world, setup, &context);
+                             },
+                             // Measured with Debian 12 [docs/results/memory.md]; some thousand bodies fit into that.
+                             [](const auto&, int) {
+                               return Estimate{std::int64_t{12} << 20, ""};
+                             }});
 }

@@ -1,9 +1,11 @@
 #include "contact/contacts.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -15,6 +17,8 @@
 namespace copepod::body {
 
 namespace {
+
+constexpr std::size_t words_per_contact = 5;
 
 void check_contact(const BodySetup& setup) {
   const ContactSpecification& contact = setup.contact;
@@ -239,6 +243,28 @@ void Contacts::act(const Touch& touch, int other, const MotionState& state, cons
   if (touch.B < 0) return;
   force_N_.col(touch.B) += force_N;
   torque_N_m_.col(touch.B) += touch.arm_B_m.cross(force_N);
+}
+
+std::vector<std::uint64_t> Contacts::memory() const {
+  std::vector<std::uint64_t> words;
+  words.reserve(words_per_contact * memory_.size());
+  for (const ContactMemory& contact : memory_) {
+    words.push_back(static_cast<std::uint64_t>(contact.body));
+    words.push_back(static_cast<std::uint64_t>(contact.other));
+    for (const double stretch_m : contact.stretch_m) words.push_back(std::bit_cast<std::uint64_t>(stretch_m));
+  }
+  return words;
+}
+
+void Contacts::restore(std::span<const std::uint64_t> words) {
+  bool valid = words.size() % words_per_contact == 0;
+  memory_.clear();
+  for (; valid && !words.empty(); words = words.subspan(words_per_contact)) {
+    valid = words[0] < rank_.size() && std::in_range<int>(words[1]);
+    memory_.push_back({.body = static_cast<int>(words[0]), .other = static_cast<int>(words[1])});
+    for (int i = 0; i < 3; ++i) memory_.back().stretch_m[i] = std::bit_cast<double>(words[2 + i]);
+  }
+  if (!valid) throw StorageError("the saved body state has a contact of no body. Resume from another checkpoint.");
 }
 
 /// Contacts are asked for in the order in which they were left.

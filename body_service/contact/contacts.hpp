@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -46,10 +46,11 @@ class Contacts {
   /// Changes velocities and angular momenta by the contacts' impulses over an interval.
   void push(MotionState& state, const Interval& interval);
 
-  /// Contacts that are closed, in an order of their own.
-  [[nodiscard]] const std::vector<ContactMemory>& memory() const { return memory_; }
-  /// @param memory  as memory() gave it
-  void restore(std::vector<ContactMemory> memory) { memory_ = std::move(memory); }
+  /// Contacts that are closed, in an order of their own: 5 words each, the body, the other and the stretch.
+  [[nodiscard]] std::vector<std::uint64_t> memory() const;
+  /// @param words  as memory() gave them
+  /// @throws StorageError if they are of no bodies
+  void restore(std::span<const std::uint64_t> words);
 
  private:
   /// Two surfaces at one place: of body A, and of body B or a wall.

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <fstream>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "contract/digest.hpp"
@@ -23,12 +22,11 @@ static_assert(std::endian::native == std::endian::little, "state files are littl
 using Words = std::vector<std::uint64_t>;
 
 constexpr std::uint64_t magic = 0x59444f4245504f43ULL;  // "COPEBODY"
-constexpr std::uint64_t version = 3;
+constexpr std::uint64_t version = 4;
 constexpr std::size_t header_words = 6;
 constexpr std::size_t words_per_body = 13;
-constexpr std::size_t words_per_contact = 5;
-constexpr std::uint64_t most_contacts_per_body = 1000;
-constexpr std::size_t piece_bytes = 1 << 20;  ///< read between two progress reports
+constexpr std::uint64_t most_memory_per_body = 10'000;  // words
+constexpr std::size_t piece_bytes = 1 << 20;            ///< read between two progress reports
 
 template <typename Matrix>
 void add_numbers(Digest& digest, const Matrix& numbers) {
@@ -87,42 +85,34 @@ std::uint64_t layout_digest(const BodySetup& setup) {
   return digest_of(conversion::to_bytes(layout));
 }
 
-std::uint64_t state_digest(std::int64_t step, const MotionState& state, const std::vector<ContactMemory>& contacts) {
+std::uint64_t state_digest(std::int64_t step, const MotionState& state, const std::vector<std::uint64_t>& memory) {
   Digest digest;
   digest.add(static_cast<std::uint64_t>(step));
   add_numbers(digest, state.position_m);
   add_numbers(digest, state.orientation_wxyz);
   add_numbers(digest, state.velocity_m_per_s);
   add_numbers(digest, state.angular_momentum_N_m_s);
-  for (const ContactMemory& contact : contacts) {
-    digest.add(static_cast<std::uint64_t>(contact.body));
-    digest.add(static_cast<std::uint64_t>(contact.other));
-    add_numbers(digest, contact.stretch_m);
-  }
+  for (const std::uint64_t word : memory) digest.add(word);
   return digest.value();
 }
 
 void write_state(const std::string& path, const StateLabel& label, const MotionState& state,
-                 const std::function<void()>& on_piece, const std::vector<ContactMemory>& contacts) {
+                 const std::function<void()>& on_piece, const std::vector<std::uint64_t>& memory) {
   const auto bodies = static_cast<std::size_t>(state.bodies());
-  Words words{magic, version, label.layout_digest, static_cast<std::uint64_t>(label.step), bodies, contacts.size()};
-  words.reserve(header_words + words_per_body * bodies + words_per_contact * contacts.size() + 1);
+  Words words{magic, version, label.layout_digest, static_cast<std::uint64_t>(label.step), bodies, memory.size()};
+  words.reserve(header_words + words_per_body * bodies + memory.size() + 1);
   append(words, state.position_m);
   append(words, state.orientation_wxyz);
   append(words, state.velocity_m_per_s);
   append(words, state.angular_momentum_N_m_s);
-  for (const ContactMemory& contact : contacts) {
-    words.push_back(static_cast<std::uint64_t>(contact.body));
-    words.push_back(static_cast<std::uint64_t>(contact.other));
-    append(words, contact.stretch_m);
-  }
+  words.insert(words.end(), memory.begin(), memory.end());
   words.push_back(digest_of_words(words));
 
   write_durably(path, std::as_bytes(std::span(words)), on_piece);
 }
 
 std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, MotionState& state,
-                        const std::function<void()>& on_piece, std::vector<ContactMemory>* contacts) {
+                        const std::function<void()>& on_piece, std::vector<std::uint64_t>* memory) {
   const std::string remedy = "Resume from another checkpoint.";
   const auto bodies = static_cast<std::size_t>(state.bodies());
 
@@ -133,7 +123,7 @@ std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, Mo
 
   if (words.size() < header_words || words[0] != magic) fail(path, "is not a saved body state", remedy);
   if (words[1] != version) {
-    fail(path, "has format version " + std::to_string(words[1]) + " (this program reads version 3)",
+    fail(path, "has format version " + std::to_string(words[1]) + " (this program reads version 4)",
          "Resume with the program that wrote it.");
   }
   if (words[2] != layout_digest || words[4] != bodies) {
@@ -141,8 +131,8 @@ std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, Mo
          "Resume with the case file that wrote it.");
   }
   const std::uint64_t held = words[5];
-  if (held > (contacts == nullptr ? 0 : most_contacts_per_body * bodies)) fail(path, "holds too many contacts", remedy);
-  const std::size_t expected = header_words + words_per_body * bodies + words_per_contact * held + 1;
+  if (held > (memory == nullptr ? 0 : most_memory_per_body * bodies)) fail(path, "holds too much memory", remedy);
+  const std::size_t expected = header_words + words_per_body * bodies + held + 1;
   Words rest(expected - header_words + 1);  // one more than fits, to notice a file that is too long
   read_all(file, rest, on_piece);
   words.insert(words.end(), rest.begin(), rest.end());
@@ -155,15 +145,7 @@ std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, Mo
   take(numbers, state.orientation_wxyz);
   take(numbers, state.velocity_m_per_s);
   take(numbers, state.angular_momentum_N_m_s);
-  if (contacts != nullptr) contacts->resize(held);
-  for (std::size_t i = 0; i < held; ++i) {
-    ContactMemory& contact = (*contacts)[i];
-    if (numbers[0] >= bodies || !std::in_range<int>(numbers[1])) fail(path, "has a contact of no body", remedy);
-    contact.body = static_cast<int>(numbers[0]);
-    contact.other = static_cast<int>(numbers[1]);
-    numbers = numbers.subspan(2);
-    take(numbers, contact.stretch_m);
-  }
+  if (memory != nullptr) memory->assign(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(held));
   return static_cast<std::int64_t>(words[3]);
 }
 

@@ -21,7 +21,7 @@ def _root() -> Path:
 ROOT = _root()
 BUILD = ROOT / "build"
 PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
-_WITH_BULLET = "bullet_body_service"  # only where libbullet-dev is
+_OF_ENGINES = ("bullet_body_service", "mujoco_body_service")  # only where the libraries are
 
 
 def version() -> str:
@@ -43,7 +43,7 @@ def program(name: str) -> Path:
 
 def present_programs() -> list[str]:
     """Those that are there; a folder that the user has put together may lack some."""
-    return [name for name in (*PROGRAMS, _WITH_BULLET) if program(name).exists()]
+    return [name for name in (*PROGRAMS, *_OF_ENGINES) if program(name).exists()]
 
 
 def build_digest() -> str:

@@ -22,7 +22,12 @@ from copepod_run.scratch import Scratch
 
 IN_PROCESS = "in_process"  # services.transport of a run without services
 
-_BODY_SERVICES = {"own": "body_service", "external": "body_service", "bullet": "bullet_body_service"}
+_BODY_SERVICES = {
+    "own": "body_service",
+    "external": "body_service",
+    "bullet": "bullet_body_service",
+    "mujoco": "mujoco_body_service",
+}
 _MOST_RANKS_PER_CORE = 32
 _STARTERS = ("mpirun", "mpiexec", "srun")
 _ANSWER_WITHIN_S = 20
@@ -126,11 +131,13 @@ def settled(plan: Plan, options: Namespace) -> Plan:
 
 
 def _require_programs(plan: Plan) -> None:
-    if plan.body_command is None and plan.body_solver == "bullet" and not Path(body_program(plan)[0]).exists():
+    solver, service = plan.body_solver, _BODY_SERVICES[plan.body_solver]
+    is_engine = service != _BODY_SERVICES["own"]
+    if plan.body_command is None and is_engine and not Path(body_program(plan)[0]).exists():
         raise Stop(
             ExitCode.BAD_CASE,
-            "body.solver is bullet (this build has no bullet_body_service: the library was missing when it was "
-            "configured). Install libbullet-dev, remove the build folder, and run again.",
+            f"body.solver is {solver} (this build has no {service}: the library was missing when it was "
+            f"configured). Install lib{solver}-dev, remove the build folder, and run again.",
         )
     for role, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
         if command is not None:

@@ -34,6 +34,7 @@ BUILD_AND_RUN = (
     "libhdf5-openmpi-dev",
     "libbenchmark-dev",
     "libbullet-dev",
+    "libmujoco-dev",
     "python3-numpy",
     "python3-matplotlib",
     "python3-h5py",

@@ -26,7 +26,7 @@ class Plan:
     case_yaml: str
     fluid_ranks: int
     fluid_command: list[str] | None  # replaces our fluid service
-    body_solver: str  # "own", "bullet" or "external"
+    body_solver: str  # "own", "bullet", "mujoco" or "external"
     body_command: list[str] | None  # replaces the body service
     transport: str  # "ipc" or "tcp://host:port"
     hosts: list[str]  # «name» or «name:ranks»; empty: this machine alone

@@ -111,7 +111,8 @@ const std::vector<Feature>& known_features() {
       {"actuator:world_torque", physics, "driving torques of fixed direction"},
       {"actuator:joint_motion", physics, "hinges, sliders and rods whose motion is given"},
       {"gravity", physics, "weight and buoyancy of the bodies"},
-      {"contact", physics, "bodies that meet rebound with a given restitution and friction"},
+      {"contact", physics, "bodies that meet rebound with a given restitution"},
+      {"contact:friction", physics, "bodies that meet have Coulomb friction"},
       {"walls", physics, "bodies meet plane walls"},
       {"periodic", physics, "bodies near opposite periodic faces are neighbours"},
       {"integrator:semi_implicit_euler", method, "first order in the step"},
@@ -178,7 +179,12 @@ std::set<std::string> required_features(const BodySetup& setup) {
     if (!actuator.anchor_A_m.isZero(0.0) || !actuator.anchor_B_m.isZero(0.0)) required.insert("anchors");
   }
   if (!setup.gravity_m_per_s2.isZero(0.0)) required.insert("gravity");
-  if (setup.contact.stiffness_N_per_m > 0.0) required.insert("contact");
+  if (setup.contact.stiffness_N_per_m > 0.0) {
+    required.insert("contact");
+    if (setup.contact.friction > 0.0 ||
+        std::ranges::any_of(setup.walls, [](const auto& wall) { return wall.friction > 0; }))
+      required.insert("contact:friction");
+  }
   if (!setup.walls.empty()) required.insert("walls");
   for (const double length_m : setup.periodic_length_m) {
     if (length_m != 0.0 && !setup.bodies.empty()) required.insert("periodic");

@@ -122,6 +122,7 @@ class IncludeRules(PlantedTree):
             ("body_service/model/wrong.cpp", "hdf5_hl.h"),
             ("body_service/model/wrong.cpp", "btBulletDynamicsCommon.h"),
             ("coupler/run/wrong.cpp", "LinearMath/btVector3.h"),
+            ("body_service/engine/wrong.cpp", "mujoco/mujoco.h"),
         ):
             with self.subTest(f"{path} includes {header}"):
                 self.expect_refusal("check_includes", path, f"#include <{header}>\n", f"<{header}> outside")

@@ -64,6 +64,7 @@ COMPONENTS = (
     Component("javascript_fluid", "fluid", ("node", f"{JAVASCRIPT}/javascript_fluid.js")),
     Component("body_service", "body", ("{bin}/body_service",), quick=False),
     Component("bullet_bodies", "body", ("{bin}/bullet_body_service",)),
+    Component("mujoco_bodies", "body", ("{bin}/mujoco_body_service",)),
     Component("python_body", "body", ("/usr/bin/python3", "{examples}/point_masses.py")),
 )
 

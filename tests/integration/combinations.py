@@ -25,6 +25,7 @@ FLUIDS = {
 BODIES = {
     "own": (),
     "Bullet": ("--set", "body.solver=bullet"),
+    "MuJoCo": ("--set", "body.solver=mujoco"),
     "Python": ("--body", f"/usr/bin/python3 {_EXAMPLES}/point_masses.py"),
 }
 
@@ -35,9 +36,9 @@ tests/integration/combinations.py        # writes this page
 ```
 
 `configs/quick/three_sphere.yaml` in full; only the component changes: `--set fluid.solver=stokes`,
-`--set fluid.solver=vacuum`, `--fluid "python3 proto/python/examples/stokes_drag_fluid.py"`, `--set body.solver=bullet`,
-`--body "python3 proto/python/examples/point_masses.py"`. Speeds are in cells per step. Δ compares u_swim with our own
-bodies in the same fluid.
+`--set fluid.solver=vacuum`, `--fluid "python3 proto/python/examples/stokes_drag_fluid.py"`, `--set body.solver=bullet`
+(or `mujoco`), `--body "python3 proto/python/examples/point_masses.py"`. Speeds are in cells per step. Δ compares u_swim
+with our own bodies in the same fluid.
 
 | fluid | bodies | u_swim | Δ | d₁ [cells] | d₂ [cells] | sin(φ₁ − φ₂) | u_GA | u_swim to u_GA | wall time | digest |
 |---|---|---|---|---|---|---|---|---|---|---|
@@ -46,8 +47,7 @@ bodies in the same fluid.
 _TAIL = """
 Differences and their causes:
 
-* **Between bodies, in one fluid.** Bullet and Python both use semi-implicit Euler, so their columns agree to rounding;
-  our own bodies use Runge-Kutta 4 with driving forces sampled inside the step. Euler with forces from the start of the
+* **Between bodies, in one fluid.** Bullet, MuJoCo and Python use semi-implicit Euler, so they agree to rounding; our own bodies use Runge-Kutta 4 with driving forces sampled inside the step. Euler with forces from the start of the
   step is off by half a step, ωh/2 = 8e-4 rad of the stroke's phase; amplitudes and speed differ by parts in a thousand
   or less. Digests differ because the hashed states differ.
 * **Lattice against Stokes.** With the same spheres and springs the swimmer is 38 % faster in Stokes flow, which has

@@ -38,6 +38,7 @@ _CELL_UPDATES = 6e7  # about a second: time to look at the processes
 _PROGRAMS = {
     "fluid_service": "fluid",
     "bullet_body_ser": "body",
+    "mujoco_body_ser": "body",
     "body_service": "body",
     "coupler": "coupler",
     "in_process_run": "coupler",
@@ -54,7 +55,8 @@ def measure(programs, folder, cells, precision, ranks, output="{}", overrides=()
     settings = [word for override in overrides for word in ("--set", override)]
     plan = json.loads(_output_of(programs / "coupler", "--plan", case, *settings))
     predicted = {"coupler": plan["estimate"]["memory_of"]["coupler_bytes"]}
-    bodies = "bullet_body_service" if plan["services"]["body"]["solver"] == "bullet" else "body_service"
+    solver = plan["services"]["body"].get("solver", "own")
+    bodies = "body_service" if solver == "own" else f"{solver}_body_service"
     for role, program in (("fluid", "fluid_service"), ("body", bodies)):
         setup = bytes.fromhex(plan["setups"][role])
         answer = _output_of(programs / program, "--estimate", "--ranks", str(ranks), given=setup)

@@ -37,10 +37,12 @@ class Memory(unittest.TestCase):
         overrides = ["fluid.solver=stokes", "run.steps=200000", "services.transport=in_process"]
         self.assert_predicted(DOMAINS[0], "double", 1, overrides=overrides)
 
-    def test_of_bodies_by_bullet(self):
-        if not (PROGRAMS / "bullet_body_service").exists():
-            self.skipTest("built without Bullet")
-        self.assert_predicted(DOMAINS[0], "double", 1, overrides=["body.solver=bullet"])
+    def test_of_bodies_by_engines(self):
+        for engine in ("bullet", "mujoco"):
+            with self.subTest(engine):
+                if not (PROGRAMS / f"{engine}_body_service").exists():
+                    self.skipTest(f"built without {engine}")
+                self.assert_predicted(DOMAINS[0], "double", 1, overrides=[f"body.solver={engine}"])
 
     def test_of_a_fluid_without_cells(self):
         self.assert_predicted(DOMAINS[0], "double", 1, overrides=["fluid.solver=stokes", "run.steps=20000"])

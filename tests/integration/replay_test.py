@@ -37,9 +37,10 @@ class Replay(CommandTest):
     def test_the_recorded_solver_is_started_and_not_our_own(self):
         for name, arguments in (
             ("bullet", ("--set", "body.solver=bullet")),
+            ("mujoco", ("--set", "body.solver=mujoco")),
             ("python", ("--body", PYTHON_BODIES, "--set", "body.integrator=semi_implicit_euler")),
         ):
-            if name == "bullet" and not (PROGRAMS / "bullet_body_service").exists():
+            if name != "python" and not (PROGRAMS / f"{name}_body_service").exists():
                 continue
             self.finish("run", *RECORDED, *arguments)
             self.assertIn("replies agree bit by bit", self.finish("replay", "out", "--body"))

@@ -20,7 +20,7 @@
 namespace copepod::coupler {
 
 enum class FluidSolverChoice { lattice_boltzmann, stokes, vacuum, external };
-enum class BodySolverChoice { own, bullet, external };
+enum class BodySolverChoice { own, bullet, mujoco, external };
 enum class BeadOrientation { parallel, perpendicular };
 enum class LoadAveraging { none, two_step };
 
@@ -255,6 +255,7 @@ inline constexpr std::array solver_names{
 
 inline constexpr std::array body_solver_names{Choice<BodySolverChoice>{"own", BodySolverChoice::own},
                                               Choice<BodySolverChoice>{"bullet", BodySolverChoice::bullet},
+                                              Choice<BodySolverChoice>{"mujoco", BodySolverChoice::mujoco},
                                               Choice<BodySolverChoice>{"external", BodySolverChoice::external}};
 
 inline constexpr std::array orientation_names{Choice<BeadOrientation>{"parallel", BeadOrientation::parallel},

@@ -78,10 +78,12 @@ def _resting(trial):
     depth = 0.0
     for motion in motions_of(trial, _with_contacts(lay_down), steps=20 * _CONTACT_STEPS):
         depth = 1.0 - motion.position_m[0][2] / RADIUS_M
-        if not -1e-9 <= depth <= 2.1 * sinking:
+        if not -0.01 * sinking <= depth <= 2.1 * sinking:
             raise Violation(f"a sphere on the floor is {depth:.3g} of its radius below its place")
-    if not abs(depth - sinking) <= 0.01 * sinking:
+    if not depth <= 1.01 * sinking:
         raise Violation(f"a sphere on the floor came to rest {depth:.3g} of its radius deep, not {sinking:.3g}")
+    if not np.abs(motion.velocity_m_per_s[0]).max() <= 1e-3 * sinking * RADIUS_M / STEP_S:
+        raise Violation("a sphere on the floor does not come to rest")
 
 
 def checks(subject):

@@ -102,6 +102,7 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "bends",
                                    "checkpoint",
                                    "contact",
+                                   "contact:friction",
                                    "gravity",
                                    "joint:distance",
                                    "joint:hinge",

@@ -172,11 +172,14 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
     {"walls.point_m", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
     {"walls.normal", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
     {"walls.velocity_m_per_s", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
-    {"walls.friction", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
+    {"walls.friction",
+     {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0, s.walls.resize(1), s.walls[0].friction = 0.3; },
+      "contact:friction"}},
     {"contact", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
     {"contact.stiffness_N_per_m", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
     {"contact.restitution", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
-    {"contact.friction", {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0; }, "contact"}},
+    {"contact.friction",
+     {[](BodySetup& s) { s.contact.stiffness_N_per_m = 1.0, s.contact.friction = 0.3; }, "contact:friction"}},
 };
 
 /// Fields that every solver of the role must read, so that no feature guards them; a source of our service or

@@ -1,4 +1,4 @@
-#include "bullet/bullet_body_solver.hpp"
+#include "engine/engine_body_solver.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -10,6 +10,7 @@
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
+#include "engine/engine_under_test.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {
@@ -46,16 +47,16 @@ double largest_distance_m(const Kinematics& one, const Kinematics& other) {
 }
 
 // The two methods are the same one: what differs is rounding.
-TEST(BulletBodySolver, MovesSpringsLikeOurOwnSemiImplicitEuler) {
-  BulletBodySolver bullet(swimmer(Integrator::runge_kutta_4));
+TEST(EngineBodySolver, MovesSpringsLikeOurOwnSemiImplicitEuler) {
+  EngineBodySolver engine = engine_solver(swimmer(Integrator::runge_kutta_4));
   RigidBodySolver own(swimmer(Integrator::semi_implicit_euler));
-  const Kinematics theirs = advance(bullet, 4000, drive);
+  const Kinematics theirs = advance(engine, 4000, drive);
   const Kinematics ours = advance(own, 4000, drive);
   EXPECT_LT(largest_distance_m(theirs, ours), 1e-12 * 1e-6);
   EXPECT_GT((ours.position_m.col(0) - swimmer(Integrator::runge_kutta_4).bodies[0].position_m).norm(), 1e-7);
 }
 
-TEST(BulletBodySolver, DrivesAndBendsBodiesLikeOurOwnSemiImplicitEuler) {
+TEST(EngineBodySolver, DrivesAndBendsBodiesLikeOurOwnSemiImplicitEuler) {
   const auto driven = [](Integrator integrator) {
     BodySetup setup = swimmer(integrator);
     setup.bodies[1].position_m += Eigen::Vector3d(1e-6, 0, 0);
@@ -71,9 +72,9 @@ TEST(BulletBodySolver, DrivesAndBendsBodiesLikeOurOwnSemiImplicitEuler) {
     return setup;
   };
   const auto drive = [](AppliedLoads& applied) { applied.actuation.col(0) << 1e-6, 2e-6, 1e-6, -1e-6, 1e-12, 2e-12; };
-  BulletBodySolver bullet(driven(Integrator::runge_kutta_4));
+  EngineBodySolver engine = engine_solver(driven(Integrator::runge_kutta_4));
   RigidBodySolver own(driven(Integrator::semi_implicit_euler));
-  const Kinematics theirs = advance(bullet, 1000, drive, 6);
+  const Kinematics theirs = advance(engine, 1000, drive, 6);
   const Kinematics ours = advance(own, 1000, drive, 6);
   EXPECT_LT(largest_distance_m(theirs, ours), 1e-9 * 1e-6);
   EXPECT_GT((ours.position_m.col(2) - swimmer(Integrator::runge_kutta_4).bodies[2].position_m).norm(), 1e-8);
@@ -81,17 +82,17 @@ TEST(BulletBodySolver, DrivesAndBendsBodiesLikeOurOwnSemiImplicitEuler) {
   EXPECT_LT((theirs.orientation_wxyz - ours.orientation_wxyz).norm(), 1e-9);
 }
 
-// Bullet's integration error: half a step's way, h v/2, and halved with the step.
-TEST(BulletBodySolver, IsHalfAStepsWayFromTheExactMotion) {
+// The engines' integration error: half a step's way, h v/2, and halved with the step.
+TEST(EngineBodySolver, IsHalfAStepsWayFromTheExactMotion) {
   const auto error_m = [](int refinement, double& fastest_m_per_s) {
     BodySetup coarse = swimmer(Integrator::runge_kutta_4);
     coarse.step_s /= refinement;
-    BulletBodySolver bullet(coarse);
+    EngineBodySolver engine = engine_solver(coarse);
     RigidBodySolver own(coarse);  // fourth order: exact here
     double largest_m = 0.0;
     fastest_m_per_s = 0.0;
     for (int sample = 0; sample < 20; ++sample) {
-      const Kinematics theirs = advance(bullet, 200 * refinement);
+      const Kinematics theirs = advance(engine, 200 * refinement);
       const Kinematics ours = advance(own, 200 * refinement);
       largest_m = std::max(largest_m, largest_distance_m(theirs, ours));
       fastest_m_per_s = std::max(fastest_m_per_s, ours.velocity_m_per_s.colwise().norm().maxCoeff());
@@ -106,42 +107,42 @@ TEST(BulletBodySolver, IsHalfAStepsWayFromTheExactMotion) {
   EXPECT_NEAR(whole_m / error_m(2, fastest_m_per_s), 2.0, 0.1);
 }
 
-TEST(BulletBodySolver, KeepsFreeBodiesOnStraightLines) {
+TEST(EngineBodySolver, KeepsFreeBodiesOnStraightLines) {
   BodySpecification ball = bead("ball", {1e-6, 2e-6, 3e-6});
   ball.velocity_m_per_s = {0.3, -0.2, 0.1};
   ball.angular_velocity_rad_per_s = {2e5, 0, 1e5};
-  BulletBodySolver bullet(setup_of({ball}, step_s));
+  EngineBodySolver engine = engine_solver(setup_of({ball}, step_s));
   RigidBodySolver own(setup_of({ball}, step_s));
-  const Kinematics theirs = advance(bullet, 3000);
+  const Kinematics theirs = advance(engine, 3000);
   const Kinematics ours = advance(own, 3000);
   EXPECT_LT(largest_distance_m(theirs, ours), 1e-17);
   EXPECT_TRUE(theirs.angular_velocity_rad_per_s.isApprox(ours.angular_velocity_rad_per_s, 1e-13));
   EXPECT_LT((theirs.orientation_wxyz - ours.orientation_wxyz).norm(), 1e-9);
 }
 
-TEST(BulletBodySolver, TumblesCapsulesToFirstOrder) {
+TEST(EngineBodySolver, TumblesCapsulesToFirstOrder) {
   const auto error = [](double h) {
     BodySpecification body = capsule("capsule", {0, 0, 0});
     body.angular_velocity_rad_per_s = {3e5, 0, 5e5};
-    BulletBodySolver bullet(setup_of({body}, h));
+    EngineBodySolver engine = engine_solver(setup_of({body}, h));
     RigidBodySolver own(setup_of({body}, h));
     const auto steps = std::lround(4e-6 / h);
-    return (advance(bullet, steps).orientation_wxyz - advance(own, steps).orientation_wxyz).norm();
+    return (advance(engine, steps).orientation_wxyz - advance(own, steps).orientation_wxyz).norm();
   };
   const double whole = error(4e-9);
   EXPECT_LT(whole, 5e-3);
   EXPECT_NEAR(whole / error(2e-9), 2.0, 0.2);
 }
 
-TEST(BulletBodySolver, PullsAtAnchorsLikeOurOwn) {
+TEST(EngineBodySolver, PullsAtAnchorsLikeOurOwn) {
   BodySetup setup =
       setup_of({capsule("one", {0, 0, 0}), capsule("two", {0, 0, 30e-6})}, step_s, Integrator::semi_implicit_euler);
   setup.springs = {spring_between(0, 1, 20e-6)};
   setup.springs[0].anchor_A_m = {0, 1e-6, 4e-6};
   setup.springs[0].anchor_B_m = {1e-6, 0, -4e-6};
-  BulletBodySolver bullet(setup);
+  EngineBodySolver engine = engine_solver(setup);
   RigidBodySolver own(setup);
-  const Kinematics theirs = advance(bullet, 500);
+  const Kinematics theirs = advance(engine, 500);
   const Kinematics ours = advance(own, 500);
   const double turned = (ours.orientation_wxyz.col(0) - Eigen::Vector4d(1, 0, 0, 0)).norm();
   EXPECT_GT(turned, 1e-3);
@@ -149,7 +150,7 @@ TEST(BulletBodySolver, PullsAtAnchorsLikeOurOwn) {
   EXPECT_LT(largest_distance_m(theirs, ours), 1e-3 * 1e-6);
 }
 
-TEST(BulletBodySolver, KeepsABodyOnItsAxis) {
+TEST(EngineBodySolver, KeepsABodyOnItsAxis) {
   const Eigen::Vector3d axis(0, 0.6, 0.8);
   BodySpecification rider = capsule("rider", {1e-6, 2e-6, 3e-6});
   rider.motion = MotionKind::axis;
@@ -158,31 +159,14 @@ TEST(BulletBodySolver, KeepsABodyOnItsAxis) {
     applied.hydrodynamic.force_N.col(0) << 1e-6, 2e-6, -1e-6;
     applied.hydrodynamic.torque_N_m.col(0) << 1e-12, 2e-12, 1e-12;
   };
-  BulletBodySolver bullet(setup_of({rider}, step_s));
+  EngineBodySolver engine = engine_solver(setup_of({rider}, step_s));
   RigidBodySolver own(setup_of({rider}, step_s, Integrator::semi_implicit_euler));
-  const Kinematics theirs = advance(bullet, 2000, load);
+  const Kinematics theirs = advance(engine, 2000, load);
   const Kinematics ours = advance(own, 2000, load);
   EXPECT_GT((ours.position_m.col(0) - rider.position_m).norm(), 1e-9);
   EXPECT_LT(largest_distance_m(theirs, ours), 1e-6 * (ours.position_m.col(0) - rider.position_m).norm());
   EXPECT_LT((theirs.angular_velocity_rad_per_s - ours.angular_velocity_rad_per_s).norm(),
             1e-3 * ours.angular_velocity_rad_per_s.norm());
-}
-
-TEST(BulletBodySolver, LeavesFixedAndPrescribedBodiesTheirMotion) {
-  BodySpecification fixed = bead("fixed", {0, 0, 0});
-  fixed.motion = MotionKind::fixed;
-  BodySpecification belt = bead("belt", {20e-6, 0, 0});
-  belt.motion = MotionKind::prescribed;
-  belt.velocity_m_per_s = {0, 0, 0.5};
-  belt.angular_velocity_rad_per_s = {0, 1e5, 0};
-  const auto load = [](AppliedLoads& applied) { applied.hydrodynamic.force_N.setConstant(1e-3); };
-  BulletBodySolver bullet(setup_of({fixed, belt}, step_s));
-  RigidBodySolver own(setup_of({fixed, belt}, step_s, Integrator::semi_implicit_euler));
-  const Kinematics theirs = advance(bullet, 1000, load);
-  const Kinematics ours = advance(own, 1000, load);
-  EXPECT_EQ(theirs.position_m, ours.position_m);
-  EXPECT_EQ(theirs.velocity_m_per_s, ours.velocity_m_per_s);
-  EXPECT_LT((theirs.orientation_wxyz - ours.orientation_wxyz).norm(), 1e-13);
 }
 
 /// A ball thrown at a row of others, one of them fixed: contacts, a spring and a joint at once.
@@ -201,14 +185,14 @@ BodySetup collision() {
   return setup;
 }
 
-TEST(BulletBodySolver, KeepsTouchingBodiesApartAndConservesTheirMomentum) {
+TEST(EngineBodySolver, KeepsTouchingBodiesApartAndConservesTheirMomentum) {
   BodySetup setup = setup_of({bead("thrown", {0, 0, 0}), bead("hit", {9e-6, 1e-6, 0})}, step_s);
   setup.bodies[0].velocity_m_per_s = {10, 0, 0};
-  BulletBodySolver bullet(setup);
+  EngineBodySolver engine = engine_solver(setup);
   double smallest_m = 1.0;
   Kinematics state;
   for (int sample = 0; sample < 100; ++sample) {
-    state = advance(bullet, 10);
+    state = advance(engine, 10);
     smallest_m = std::min(smallest_m, (state.position_m.col(1) - state.position_m.col(0)).norm());
   }
   EXPECT_GT(smallest_m, 8e-6 - 1e-8);  // the beads would be 3.5 µm past each other
@@ -216,17 +200,17 @@ TEST(BulletBodySolver, KeepsTouchingBodiesApartAndConservesTheirMomentum) {
   EXPECT_LT((state.velocity_m_per_s.rowwise().sum() - Eigen::Vector3d(10, 0, 0)).norm(), 1e-11);
 }
 
-TEST(BulletBodySolver, ContinuesBitForBitAfterARestartInTheMiddleOfContacts) {
+TEST(EngineBodySolver, ContinuesBitForBitAfterARestartInTheMiddleOfContacts) {
   const auto file = std::filesystem::temp_directory_path() / ("bullet_restart_" + std::to_string(::getpid()));
-  BulletBodySolver whole(collision());
-  BulletBodySolver first_part(collision());
+  EngineBodySolver whole = engine_solver(collision());
+  EngineBodySolver first_part = engine_solver(collision());
   Kinematics expected;
   int contacts = 0;
   for (int stop = 0; stop < 8; ++stop) {
     const Kinematics before = advance(whole, 150);
     advance(first_part, 150);
     first_part.save(file);
-    BulletBodySolver second_part(collision());
+    EngineBodySolver second_part = engine_solver(collision());
     second_part.restore(file);
     expected = advance(whole, 100);
     const Kinematics resumed = advance(second_part, 100);
@@ -241,35 +225,36 @@ TEST(BulletBodySolver, ContinuesBitForBitAfterARestartInTheMiddleOfContacts) {
   EXPECT_GE(contacts, 2);
 }
 
-TEST(BulletBodySolver, RefusesStatesOfTheOtherSolver) {
+TEST(EngineBodySolver, RefusesStatesOfTheOtherSolver) {
   const auto file = std::filesystem::temp_directory_path() / ("foreign_state_" + std::to_string(::getpid()));
   RigidBodySolver own(collision());
   own.save(file);
-  BulletBodySolver bullet(collision());
-  EXPECT_TRUE(contains(reason_of<StorageError>([&] { bullet.restore(file); }), "another case"));
+  EngineBodySolver engine = engine_solver(collision());
+  EXPECT_TRUE(contains(reason_of<StorageError>([&] { engine.restore(file); }), "another case"));
   std::filesystem::remove(file);
 }
 
-TEST(BulletBodySolver, RefusesWhatCannotBeComputed) {
-  EXPECT_TRUE(contains(reason_of<CaseError>([] { const BulletBodySolver none(setup_of({}, 0.0)); }), "step_s"));
-  BulletBodySolver bullet(swimmer(Integrator::runge_kutta_4));
+TEST(EngineBodySolver, RefusesWhatCannotBeComputed) {
+  EXPECT_TRUE(
+      contains(reason_of<CaseError>([] { const EngineBodySolver none = engine_solver(setup_of({}, 0.0)); }), "step_s"));
+  EngineBodySolver engine = engine_solver(swimmer(Integrator::runge_kutta_4));
   Kinematics next;
-  AppliedLoads applied = no_loads(bullet, 3);
+  AppliedLoads applied = no_loads(engine, 3);
   applied.hydrodynamic.force_N(1, 1) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(contains(reason_of<SolverError>([&] { bullet.step(applied, next); }), "not finite"));
-  applied = no_loads(bullet, 3);
+  EXPECT_TRUE(contains(reason_of<SolverError>([&] { engine.step(applied, next); }), "not finite"));
+  applied = no_loads(engine, 3);
   applied.hydrodynamic.step = 5;
-  EXPECT_TRUE(contains(reason_of<SolverError>([&] { bullet.step(applied, next); }), "loads of step 5"));
+  EXPECT_TRUE(contains(reason_of<SolverError>([&] { engine.step(applied, next); }), "loads of step 5"));
 }
 
-TEST(BulletBodySolver, FallsByItsBuoyantWeight) {
+TEST(EngineBodySolver, FallsByItsBuoyantWeight) {
   BodySetup setup = setup_of({bead("ball", {0, 0, 0})}, 1e-6);
   setup.gravity_m_per_s2 = {0, 0, -9.81};
   setup.fluid_density_kg_per_m3 = 1000;
   const double mass_kg = 5.44e-13;
   const double volume_m3 = 4.0 / 3.0 * std::numbers::pi * std::pow(4e-6, 3);
-  BulletBodySolver bullet(setup);
-  EXPECT_NEAR(advance(bullet, 100).velocity_m_per_s(2, 0), -9.81 * (1 - 1000 * volume_m3 / mass_kg) * 100e-6, 1e-15);
+  EngineBodySolver engine = engine_solver(setup);
+  EXPECT_NEAR(advance(engine, 100).velocity_m_per_s(2, 0), -9.81 * (1 - 1000 * volume_m3 / mass_kg) * 100e-6, 1e-15);
 }
 
 }  // namespace

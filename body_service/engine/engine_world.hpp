@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "contract/body_setup.hpp"
+#include "contract/exchange.hpp"
+#include "model/body_model.hpp"
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// The bodies of a case in the library of a rigid-body engine, which moves them, resolves their contacts and keeps
+/// their joints.
+class EngineWorld {
+ public:
+  EngineWorld() = default;
+  EngineWorld(const EngineWorld&) = delete;
+  EngineWorld& operator=(const EngineWorld&) = delete;
+  virtual ~EngineWorld() = default;
+
+  /// Whether `advance` adds the forces of the springs itself, so that the loads are without them.
+  [[nodiscard]] virtual bool has_springs() const { return false; }
+
+  /// As BodySolver::driving_nodes. Forces are constant over a step, of the values at its start.
+  [[nodiscard]] virtual std::vector<double> driving_nodes() const { return {0.0}; }
+  /// Tells an engine with two driving nodes the actuators' values at the end of the step ahead; called before
+  /// `advance`.
+  virtual void drive(const Eigen::VectorXd& /*values*/) {}
+
+  /// One step of the length that the world was made for, under constant loads.
+  /// @param state  SI units, world frame; in and out
+  /// @param loads  forces and torques about the centres, finite
+  /// @throws SolverError if the engine gives up
+  virtual void advance(Kinematics& state, const Loads& loads) = 0;
+
+  /// What the engine carries from step to step beside the kinematics of the bodies.
+  [[nodiscard]] virtual std::vector<std::uint64_t> memory() const { return {}; }
+  /// @param memory  as memory() gave it, for the same setup
+  virtual void restore(std::span<const std::uint64_t> /*memory*/) {}
+};
+
+/// @param model  outlives the world
+/// @param step_s  of `advance`
+using MakeEngineWorld =
+    std::function<std::unique_ptr<EngineWorld>(const BodySetup& setup, const BodyModel& model, double step_s)>;
+
+/// Kinematics in the form in which states are stored, digested and passed to force elements; the last columns hold
+/// angular velocities.
+inline MotionState as_motion_state(const Kinematics& state) {
+  return {state.position_m, state.orientation_wxyz, state.velocity_m_per_s, state.angular_velocity_rad_per_s};
+}
+
+/// Of the start of a case.
+inline Kinematics initial_kinematics(const BodyModel& model) {
+  const MotionState& start = model.initial_state();
+  Kinematics state{0, start.position_m, start.orientation_wxyz, start.velocity_m_per_s,
+                   Eigen::Matrix3Xd(3, model.bodies())};
+  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
+    state.angular_velocity_rad_per_s.col(body) = model.angular_velocity_rad_per_s(
+        body, start.orientation_wxyz.col(body), start.angular_momentum_N_m_s.col(body));
+  }
+  return state;
+}
+
+/// The sign that is nearer to the quaternion before; both are the same rotation.
+inline Eigen::Vector4d of_the_same_sign(const Eigen::Vector4d& q, const Eigen::Vector4d& before) {
+  return q.dot(before) < 0.0 ? Eigen::Vector4d(-q) : q;
+}
+
+}  // namespace copepod::body

@@ -1,0 +1,44 @@
+#include "component/run_component.hpp"
+#include "engine/engine_body_solver.hpp"
+#include "mujoco/mujoco_world.hpp"
+
+int main(int argc, char** argv) {
+  using namespace copepod;
+  const Capabilities capabilities{"MuJoCo rigid bodies",
+                                  COPEPOD_VERSION,
+                                  {"shape:sphere",
+                                   "shape:capsule",
+                                   "motion:free",
+                                   "motion:fixed",
+                                   "motion:axis",
+                                   "springs",
+                                   "anchors",
+                                   "bends",
+                                   "joint:ball",
+                                   "joint:hinge",
+                                   "joint:slider",
+                                   "joint:fixed",
+                                   "joint:distance",
+                                   "joint:springs",
+                                   "actuator:pair_force",
+                                   "actuator:body_force",
+                                   "actuator:body_torque",
+                                   "actuator:world_force",
+                                   "actuator:world_torque",
+                                   "actuator:joint_motion",
+                                   "gravity",
+                                   "contact",
+                                   "contacts",
+                                   "walls",
+                                   "checkpoint"}};
+  const auto make_world = [](const auto&... inputs) { return std::make_unique<body::MujocoWorld>(inputs...); };
+  return run_body_component(argc, argv,
+                            {capabilities,
+                             [&](const auto& setup, auto& context) {
+                               return std::make_unique<body::EngineBodySolver>("MuJoCo", make_world, setup, &context);
+                             },
+                             // Measured with Debian 12 [docs/results/memory.md]; some hundred bodies fit into that.
+                             [](const auto&, int) {
+                               return Estimate{std::int64_t{24} << 20, ""};
+                             }});
+}

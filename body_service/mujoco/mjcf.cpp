@@ -1,0 +1,247 @@
+#include "mujoco/mjcf.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <sstream>
+
+#include <Eigen/Geometry>
+
+#include "contact/contact_law.hpp"
+#include "contract/errors.hpp"
+#include "geometry/contact_time.hpp"
+#include "geometry/near_pairs.hpp"
+#include "geometry/rotation.hpp"
+#include "model/body_model.hpp"
+#include "mujoco/joint_tree.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+/// name="…" with numbers that are read back bit for bit.
+template <typename Numbers>
+std::string attribute(const char* name, const Numbers& numbers) {
+  std::ostringstream text;
+  text.precision(std::numeric_limits<double>::max_digits10);
+  text << ' ' << name << "=\"";
+  for (const double number : numbers) text << number << ' ';
+  text << '"';
+  return text.str();
+}
+
+std::string attribute(const char* name, std::initializer_list<double> numbers) {
+  return attribute<std::initializer_list<double>>(name, numbers);
+}
+
+/// name="b3" and the like.
+std::string label(const char* name, char kind, int number) {
+  std::ostringstream text;
+  text << ' ' << name << "=\"" << kind << number << '"';
+  return text.str();
+}
+
+Eigen::Vector4d conjugate(const Eigen::Vector4d& q) { return {q[0], -q[1], -q[2], -q[3]}; }
+
+/// Writes the elements of one case.
+class Writer {
+ public:
+  Writer(const BodySetup& setup, const EngineUnits& units)
+      : setup_(setup),
+        units_(units),
+        tree_(joint_tree_of(setup)),
+        contact_(contact_attributes(largest_inverse_mass_per_kg(setup.bodies))) {}
+
+  [[nodiscard]] std::string options() const {
+    const std::size_t contacts = 100 + 10 * setup_.bodies.size();
+    const std::size_t rows = 4 * contacts + 6 * setup_.joints.size();
+    return "<compiler angle=\"radian\"/>\n<size nconmax=\"" + std::to_string(contacts) + "\" njmax=\"" +
+           std::to_string(rows) + "\"/>\n<option" + attribute("timestep", {mujoco_step}) +
+           " gravity=\"0 0 0\" integrator=\"Euler\" solver=\"Newton\" cone=\"elliptic\" tolerance=\"0\""
+           " iterations=\"50\"><flag warmstart=\"disable\"/></option>\n";
+  }
+
+  [[nodiscard]] std::string world() const {
+    std::string text;
+    for (const WallSpecification& wall : setup_.walls) text += plane(wall);
+    for (const int root : tree_.roots) text += body(root);
+    return text;
+  }
+
+  /// Bodies with a joint do not meet each other.
+  [[nodiscard]] std::string exclusions() const {
+    std::string text;
+    for (const auto& [A, B] : jointed_pairs(setup_.joints))
+      text += "<exclude" + label("body1", 'b', A) + label("body2", 'b', B) + "/>\n";
+    return text;
+  }
+
+  [[nodiscard]] std::string equalities() const {
+    std::string text;
+    for (const int joint : tree_.other_joints) text += equality(joint);
+    return text;
+  }
+
+ private:
+  /// Of a constraint: the shortest time constant that is stable, two steps, with critical damping.
+  static std::string stiff() {
+    return attribute("solref", {2.0 * mujoco_step, 1.0}) + attribute("solimp", {0.9999, 0.9999, 0.001});
+  }
+
+  /// A spring and damper per effective mass, those of the lightest bodies for all,
+  ///   k' = k/m_eff,   c' = 2 ζ √k'                                                         (B20), (B21)
+  /// As MuJoCo's constraints also take up the loads, a body that lies sinks in by far less than its weight over k.
+  /// Without `contact` in the case they do not rebound. Friction has no spring of its own in MuJoCo, so that with these
+  /// it would be a weak damper: there is none.
+  [[nodiscard]] std::string contact_attributes(double inverse_mass_per_kg) const {
+    const ContactSpecification& contact = setup_.contact;
+    if (contact.stiffness_N_per_m <= 0.0) return " condim=\"1\"" + stiff();
+    const double frequency = std::sqrt(contact.stiffness_N_per_m * inverse_mass_per_kg) * units_.time_s;
+    const double damping = 2.0 * damping_ratio_of(contact.restitution) * frequency;
+    return " condim=\"1\"" + attribute("solref", {-frequency * frequency, -damping}) +
+           attribute("solimp", {0.9999, 0.9999, 0.001});
+  }
+
+  [[nodiscard]] std::string plane(const WallSpecification& wall) const {
+    if (!wall.velocity_m_per_s.isZero(0.0))
+      throw CaseError("a wall moves (MuJoCo's planes are at rest). Use boundaries at rest, or body.solver: own.");
+    const Eigen::Quaterniond q = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), wall.normal);
+    return "<geom type=\"plane\" priority=\"1\"" + attribute("size", {0, 0, 1}) +
+           attribute("pos", Eigen::Vector3d(wall.point_m / units_.length_m)) +
+           attribute("quat", {q.w(), q.x(), q.y(), q.z()}) +
+           contact_attributes(0.5 * largest_inverse_mass_per_kg(setup_.bodies)) + "/>\n";
+  }
+
+  [[nodiscard]] const BodySpecification& of(int body) const { return setup_.bodies[static_cast<std::size_t>(body)]; }
+
+  /// A body in the frame of the one that it hangs on, with those that hang on it.
+  [[nodiscard]] std::string body(int number) const {
+    const BodySpecification& body = of(number);
+    const JointTree::Node& node = tree_.bodies[static_cast<std::size_t>(number)];
+    const Rod rod = rod_of(node);
+    Eigen::Vector3d position_m = body.position_m;
+    Eigen::Vector4d orientation_wxyz = body.orientation_wxyz;
+    if (node.parent >= 0) {
+      const Eigen::Vector4d to_parent = conjugate(of(node.parent).orientation_wxyz);
+      position_m = rotation_matrix(to_parent) * (position_m - of(node.parent).position_m);
+      orientation_wxyz = product(to_parent, orientation_wxyz);
+    }
+    std::string text = rod.before + "<body" + label("name", 'b', number) +
+                       attribute("pos", Eigen::Vector3d((position_m - rod.start_m) / units_.length_m)) +
+                       attribute("quat", orientation_wxyz) + ">" +
+                       (node.joint < 0 ? own_freedom(body) : joint(node.joint, number)) + matter(body) + "\n";
+    for (const int child : node.children) text += this->body(child);
+    return text + "</body>" + rod.after + "\n";
+  }
+
+  /// A body of nearly no mass between two that a rod connects: it turns about the end of the rod on the first.
+  struct Rod {
+    std::string before, after;
+    Eigen::Vector3d start_m{0, 0, 0};  ///< in the frame of the first
+  };
+  [[nodiscard]] Rod rod_of(const JointTree::Node& node) const {
+    if (node.joint < 0 || joint_at(node.joint).kind != JointKind::distance) return {};
+    const JointSpecification& joint = joint_at(node.joint);
+    const Eigen::Vector3d start_m = joint.body_B == node.parent ? joint.anchor_B_m : joint.anchor_A_m;
+    return {"<body" + attribute("pos", Eigen::Vector3d(start_m / units_.length_m)) +
+                "><joint type=\"ball\"/><inertial" + attribute("pos", {0, 0, 0}) + attribute("mass", {1e-9}) +
+                attribute("diaginertia", {1e-9, 1e-9, 1e-9}) + "/>",
+            "</body>", start_m};
+  }
+
+  static std::string own_freedom(const BodySpecification& body) {
+    if (body.motion == MotionKind::free) return "<freejoint/>";
+    if (body.motion != MotionKind::axis) return "";
+    const Eigen::Vector3d axis = rotation_matrix(body.orientation_wxyz).transpose() * body.axis;
+    return "<joint type=\"slide\"" + attribute("axis", axis) + "/><joint type=\"hinge\"" + attribute("axis", axis) +
+           "/>";
+  }
+
+  [[nodiscard]] std::string matter(const BodySpecification& body) const {
+    const Eigen::Vector3d inertia = inertia_tensor_kg_m2(body.shape, body.mass_kg).diagonal() / units_.inertia_kg_m2();
+    const double radius = body.shape.radius_m / units_.length_m;
+    const double half_length = 0.5 * body.shape.length_m / units_.length_m;
+    const bool sphere = body.shape.kind == ShapeKind::sphere;
+    return "<inertial pos=\"0 0 0\"" + attribute("mass", {body.mass_kg / units_.mass_kg}) +
+           attribute("diaginertia", inertia) + "/><geom type=\"" + (sphere ? "sphere" : "capsule") + "\"" +
+           attribute("size", {radius, half_length}) + contact_ + "/>";
+  }
+
+  /// The joint in the frame of the body that moves. MuJoCo's coordinate is its motion relative to the other; where it
+  /// is the case's second, the axis is turned round, for the same sign.
+  [[nodiscard]] std::string joint(int number, int moving) const {
+    const JointSpecification& joint = joint_at(number);
+    if (joint.kind == JointKind::fixed) return "";
+    const bool first = joint.body_A == moving;
+    const std::string place =
+        attribute("pos", Eigen::Vector3d((first ? joint.anchor_A_m : joint.anchor_B_m) / units_.length_m));
+    const std::string ball = "<joint type=\"ball\"" + place + "/>";
+    if (joint.kind == JointKind::ball) return ball;
+    const bool driven = is_driven(setup_, number);
+    const bool rod = joint.kind == JointKind::distance;
+    if (rod && !driven) return ball;
+    const Eigen::Vector3d axis_W = rod     ? along(joint, first)
+                                   : first ? Eigen::Vector3d(turned(joint.body_A, joint.axis))
+                                           : Eigen::Vector3d(-turned(joint.body_A, joint.axis));
+    const bool hinge = joint.kind == JointKind::hinge;
+    const double length_m = hinge ? 1.0 : units_.length_m;
+    const double load = hinge ? units_.torque_N_m() : units_.force_N();
+    return "<joint" + label("name", 'j', number) + (hinge ? " type=\"hinge\"" : " type=\"slide\"") + place +
+           attribute("axis", Eigen::Vector3d(rotation_matrix(conjugate(of(moving).orientation_wxyz)) * axis_W)) +
+           attribute("stiffness", {joint.stiffness * length_m / load}) +
+           attribute("damping", {joint.damping * length_m / (load * units_.time_s)}) +
+           attribute("springref", {joint.rest / length_m}) +
+           attribute("armature", {driven ? mujoco_drive_inertia : 0.0}) + "/>" + (rod ? ball : "");
+  }
+
+  [[nodiscard]] const JointSpecification& joint_at(int number) const {
+    return setup_.joints[static_cast<std::size_t>(number)];
+  }
+
+  /// A vector of a body's frame in the world.
+  [[nodiscard]] Eigen::Vector3d turned(int body, const Eigen::Vector3d& vector) const {
+    return body < 0 ? vector : Eigen::Vector3d(rotation_matrix(of(body).orientation_wxyz) * vector);
+  }
+
+  /// Direction of a rod, from the other body to the one that moves.
+  [[nodiscard]] Eigen::Vector3d along(const JointSpecification& joint, bool first_moves) const {
+    const auto end_m = [this](int body, const Eigen::Vector3d& anchor_m) -> Eigen::Vector3d {
+      return turned(body, anchor_m) + (body < 0 ? Eigen::Vector3d(0, 0, 0) : of(body).position_m);
+    };
+    const Eigen::Vector3d from_B_m = end_m(joint.body_A, joint.anchor_A_m) - end_m(joint.body_B, joint.anchor_B_m);
+    return (first_moves ? from_B_m : Eigen::Vector3d(-from_B_m)).normalized();
+  }
+
+  [[nodiscard]] std::string equality(int number) const {
+    const JointSpecification& joint = joint_at(number);
+    if (joint.kind == JointKind::slider || joint.kind == JointKind::distance || joint.stiffness > 0.0 ||
+        joint.damping > 0.0 || is_driven(setup_, number))
+      throw CaseError("joint " + std::to_string(number) +
+                      " closes a loop of joints (MuJoCo cannot close one with a rod, a slider, a spring or a drive). "
+                      "Use body.solver: own.");
+    const std::string bodies =
+        label("body1", 'b', joint.body_A) + (joint.body_B < 0 ? "" : label("body2", 'b', joint.body_B));
+    if (joint.kind == JointKind::fixed) return "<weld" + bodies + stiff() + "/>\n";
+    const Eigen::Vector3d anchor = joint.anchor_A_m / units_.length_m;
+    const auto connect = [&](const Eigen::Vector3d& at) {
+      return "<connect" + bodies + attribute("anchor", at) + stiff() + "/>\n";
+    };
+    return connect(anchor) + (joint.kind == JointKind::hinge ? connect(anchor + joint.axis) : "");
+  }
+
+  const BodySetup& setup_;
+  const EngineUnits& units_;
+  JointTree tree_;
+  std::string contact_;  ///< attributes of every geom
+};
+
+}  // namespace
+
+std::string mjcf_of(const BodySetup& setup, const EngineUnits& units) {
+  const Writer writer(setup, units);
+  return "<mujoco>\n" + writer.options() + "<worldbody>\n" + writer.world() + "</worldbody>\n<contact>\n" +
+         writer.exclusions() + "</contact>\n<equality>\n" + writer.equalities() + "</equality>\n</mujoco>\n";
+}
+
+}  // namespace copepod::body
