@@ -11,7 +11,7 @@ namespace copepod::body {
 /// Bullet's own spring constraints (6Dof, 6DofSpring2) are motors: their row stops pulling once the two
 /// bodies have the relative velocity that this spring alone would give them. In a row of three beads, where
 /// the middle one is pulled by two springs, the error is a factor that does not decrease with the step; see
-/// docs/decisions/bullet_bodies.md.
+/// docs/decisions/engines.md.
 class SpringConstraint final : public btTypedConstraint {
  public:
   SpringConstraint(btRigidBody& A, btRigidBody& B) : btTypedConstraint(MAX_CONSTRAINT_TYPE, A, B) {}

@@ -27,8 +27,7 @@ class EngineWorld {
 
   /// As BodySolver::driving_nodes. Forces are constant over a step, of the values at its start.
   [[nodiscard]] virtual std::vector<double> driving_nodes() const { return {0.0}; }
-  /// Tells an engine with two driving nodes the actuators' values at the end of the step ahead; called before
-  /// `advance`.
+  /// Before each `advance`, for an engine with two driving nodes: the actuators' values at the end of that step.
   virtual void drive(const Eigen::VectorXd& /*values*/) {}
 
   /// One step of the length that the world was made for, under constant loads.

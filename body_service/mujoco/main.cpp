@@ -39,6 +39,6 @@ int main(int argc, char** argv) {
                              },
                              // Measured with Debian 12 [docs/results/memory.md]; some hundred bodies fit into that.
                              [](const auto&, int) {
-                               return Estimate{std::int64_t{24} << 20, ""};
+                               return Estimate{std::int64_t{16} << 20, ""};
                              }});
 }

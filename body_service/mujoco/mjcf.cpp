@@ -107,7 +107,7 @@ class Writer {
     if (!wall.velocity_m_per_s.isZero(0.0))
       throw CaseError("a wall moves (MuJoCo's planes are at rest). Use boundaries at rest, or body.solver: own.");
     const Eigen::Quaterniond q = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), wall.normal);
-    return "<geom type=\"plane\" priority=\"1\"" + attribute("size", {0, 0, 1}) +
+    return R"(<geom type="plane" priority="1")" + attribute("size", {0, 0, 1}) +
            attribute("pos", Eigen::Vector3d(wall.point_m / units_.length_m)) +
            attribute("quat", {q.w(), q.x(), q.y(), q.z()}) +
            contact_attributes(0.5 * largest_inverse_mass_per_kg(setup_.bodies)) + "/>\n";

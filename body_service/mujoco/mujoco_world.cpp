@@ -15,8 +15,7 @@ namespace copepod::body {
 
 namespace {
 
-/// MuJoCo's own handler would wait for a key; an exception passes its C functions, which hold nothing that needs
-/// releasing.
+/// MuJoCo's own handler would wait for a key; an exception passes its C functions, which hold nothing.
 [[noreturn]] void raise(const char* text) {
   throw SolverError("MuJoCo: " + std::string(text) + " (an error inside the library). Use body.solver: own.", 0);
 }
@@ -47,8 +46,10 @@ int number_of(const mjModel& model, mjtObj type, char kind, int number) {
   return mj_name2id(&model, type, (std::string(1, kind) += std::to_string(number)).c_str());
 }
 
-Eigen::Map<const Eigen::Vector3d> vector_at(const mjtNum* numbers) {
-  return Eigen::Map<const Eigen::Vector3d>(numbers);
+/// Rows of MuJoCo's: one column of `size` numbers per body.
+template <int size = 3>
+Eigen::Map<Eigen::Matrix<mjtNum, size, Eigen::Dynamic>> columns(mjtNum* numbers, const mjModel& model) {
+  return {numbers, size, model.nbody};
 }
 
 }  // namespace
@@ -78,25 +79,25 @@ MujocoWorld::MujocoWorld(const BodySetup& setup, const BodyModel& model, double 
 /// where the joints allow them.
 void MujocoWorld::set_initial_velocities(const BodyModel& model) {
   const Kinematics start = initial_kinematics(model);
-  std::vector<mjtNum> momentum(static_cast<std::size_t>(mujoco_->nv), 0.0);
+  std::vector<mjtNum> momenta(static_cast<std::size_t>(mujoco_->nv), 0.0);
   for (std::size_t i = 0; i < ids_.size(); ++i) {
-    const auto body = static_cast<Eigen::Index>(i);
     if (motions_[i] == MotionKind::fixed) continue;
+    const auto body = static_cast<Eigen::Index>(i);
+    const int id = ids_[i];
     const Eigen::Matrix3d R_WB = rotation_matrix(start.orientation_wxyz.col(body));
-    const auto* inertia = &mujoco_->body_inertia[3 * ids_[i]];
-    const Eigen::Vector3d v =
-        mujoco_->body_mass[ids_[i]] * start.velocity_m_per_s.col(body) / units_.velocity_m_per_s();
+    const Eigen::Vector3d momentum =
+        mujoco_->body_mass[id] * start.velocity_m_per_s.col(body) / units_.velocity_m_per_s();
     const Eigen::Vector3d w_B = R_WB.transpose() * start.angular_velocity_rad_per_s.col(body) * units_.time_s;
-    const Eigen::Vector3d L = R_WB * vector_at(inertia).cwiseProduct(w_B);
-    mj_applyFT(mujoco_.get(), data_.get(), v.data(), L.data(), &data_->xipos[3 * ids_[i]], ids_[i], momentum.data());
+    const Eigen::Vector3d angular_momentum = R_WB * columns(mujoco_->body_inertia, *mujoco_).col(id).cwiseProduct(w_B);
+    mj_applyFT(mujoco_.get(), data_.get(), momentum.data(), angular_momentum.data(),
+               columns(data_->xipos, *mujoco_).col(id).data(), id, momenta.data());
   }
-  if (mujoco_->nv > 0) mj_solveM(mujoco_.get(), data_.get(), data_->qvel, momentum.data(), 1);
+  if (mujoco_->nv > 0) mj_solveM(mujoco_.get(), data_.get(), data_->qvel, momenta.data(), 1);
 }
 
 /// The acceleration that ends at the given value,
 ///   q + h (q̇ + h q̈) = s,
-/// comes from a force on the coordinate, whose own inertia (mujoco_drive_inertia) leaves all other forces without
-/// effect.
+/// comes from a force on the coordinate, on which no other has an effect beside its own inertia.
 void MujocoWorld::drive(const Eigen::VectorXd& values) {
   const double h = mujoco_->opt.timestep;
   for (const Driven& driven : driven_) {
@@ -109,10 +110,9 @@ void MujocoWorld::drive(const Eigen::VectorXd& values) {
 void MujocoWorld::advance(Kinematics& state, const Loads& loads) {
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     const auto body = static_cast<Eigen::Index>(i);
-    Eigen::Map<Eigen::Vector3d> force(&data_->xfrc_applied[6 * ids_[i]]);
-    Eigen::Map<Eigen::Vector3d> torque(&data_->xfrc_applied[6 * ids_[i] + 3]);
-    force = loads.force_N.col(body) / units_.force_N();
-    torque = loads.torque_N_m.col(body) / units_.torque_N_m();
+    auto load = columns<6>(data_->xfrc_applied, *mujoco_).col(ids_[i]);
+    load.head<3>() = loads.force_N.col(body) / units_.force_N();
+    load.tail<3>() = loads.torque_N_m.col(body) / units_.torque_N_m();
   }
   mj_step2(mujoco_.get(), data_.get());
   mj_step1(mujoco_.get(), data_.get());  // places and velocities of all bodies
@@ -120,7 +120,7 @@ void MujocoWorld::advance(Kinematics& state, const Loads& loads) {
   read(state);
 }
 
-/// MuJoCo goes on after what it calls warnings: numbers that are not finite, contacts that do not fit.
+/// MuJoCo continues after what it calls warnings: numbers that are not finite, contacts that do not fit.
 void MujocoWorld::require_no_warning(std::int64_t step) const {
   for (int kind = 0; kind < mjNWARNING; ++kind) {
     const mjWarningStat& warning = data_->warning[kind];
@@ -137,13 +137,13 @@ void MujocoWorld::read(Kinematics& state) const {
     if (motions_[i] == MotionKind::fixed) continue;
     const auto body = static_cast<Eigen::Index>(i);
     const int id = ids_[i];
-    std::array<mjtNum, 6> velocity{};  // angular, linear
+    Eigen::Matrix<mjtNum, 6, 1> velocity;  // angular, linear
     mj_objectVelocity(mujoco_.get(), data_.get(), mjOBJ_BODY, id, velocity.data(), 0);
-    const Eigen::Map<const Eigen::Vector4d> q(&data_->xquat[4 * id]);
-    state.position_m.col(body) = vector_at(&data_->xipos[3 * id]) * units_.length_m;
-    state.orientation_wxyz.col(body) = of_the_same_sign(q, state.orientation_wxyz.col(body));
-    state.velocity_m_per_s.col(body) = vector_at(&velocity[3]) * units_.velocity_m_per_s();
-    state.angular_velocity_rad_per_s.col(body) = vector_at(velocity.data()) / units_.time_s;
+    state.position_m.col(body) = columns(data_->xipos, *mujoco_).col(id) * units_.length_m;
+    state.orientation_wxyz.col(body) =
+        of_the_same_sign(columns<4>(data_->xquat, *mujoco_).col(id), state.orientation_wxyz.col(body));
+    state.velocity_m_per_s.col(body) = velocity.tail<3>() * units_.velocity_m_per_s();
+    state.angular_velocity_rad_per_s.col(body) = velocity.head<3>() / units_.time_s;
   }
 }
 
