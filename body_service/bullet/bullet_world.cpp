@@ -1,5 +1,9 @@
 #include "bullet/bullet_world.hpp"
 
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 #include "geometry/rotation.hpp"
@@ -38,28 +42,23 @@ btMatrix3x3 frame_along(const Eigen::Vector3d& axis) {
   return {axis[0], second[0], third[0], axis[1], second[1], third[1], axis[2], second[2], third[2]};
 }
 
-void configure(btDiscreteDynamicsWorld& world) {
-  world.setGravity({0, 0, 0});  // weight comes with the other forces
-  auto& info = world.getSolverInfo();
-  info.m_numIterations = solver_iterations;
-  info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
-  world.getDispatchInfo().m_deterministicOverlappingPairs = true;
-}
-
 }  // namespace
 
 BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double step_s)
     : model_(model),
       units_(engine_units(model, step_s)),
+      contact_(setup.contact),
       configuration_(small_pools()),
       dispatcher_(&configuration_),
       springs_(setup) {
+  if (is_resolving(contact_)) gContactBreakingThreshold = 0.0;
   const Kinematics start = initial_kinematics(model);
   for (Eigen::Index body = 0; body < model.bodies(); ++body) {
     add_body(body);
     place(body, start);
     if (model.motion(body) == MotionKind::axis) add_joint(body, start);
   }
+  for (const WallSpecification& wall : setup.walls) add_wall(wall);
   for (const SpringSpecification& spring : setup.springs) {
     pulls_.push_back(std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
                                                         *bodies_[static_cast<std::size_t>(spring.body_B)]));
@@ -79,12 +78,27 @@ void BulletWorld::add_body(Eigen::Index body) {
   const Eigen::Vector3d inertia = inertia_tensor_kg_m2(shape, mass_kg).diagonal();
   btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shapes_.back().get(),
                                                 to_bullet(inertia, units_.inertia_kg_m2()));
-  info.m_friction = 0.0;
-  info.m_restitution = 0.0;
   bodies_.push_back(std::make_unique<btRigidBody>(info));
   btRigidBody& made = *bodies_.back();
+  give_contact_properties(made, std::sqrt(contact_.restitution), std::sqrt(contact_.friction));
   made.setActivationState(DISABLE_DEACTIVATION);
   if (!moves) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+}
+
+/// Bullet multiplies those of two bodies.
+void BulletWorld::give_contact_properties(btRigidBody& body, double restitution, double friction) const {
+  body.setRestitution(is_resolving(contact_) ? restitution : 0.0);
+  body.setFriction(is_resolving(contact_) ? friction : 0.0);
+}
+
+void BulletWorld::add_wall(const WallSpecification& wall) {
+  require_at_rest(wall);
+  shapes_.push_back(std::make_unique<btStaticPlaneShape>(to_bullet(wall.normal, 1.0),
+                                                         wall.normal.dot(wall.point_m) / units_.length_m));
+  walls_.push_back(
+      std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(0.0, nullptr, shapes_.back().get())));
+  const double friction = contact_.friction > 0.0 ? wall.friction / std::sqrt(contact_.friction) : 0.0;
+  give_contact_properties(*walls_.back(), std::sqrt(contact_.restitution), friction);
 }
 
 void BulletWorld::add_joint(Eigen::Index body, const Kinematics& start) {
@@ -120,11 +134,30 @@ void BulletWorld::place(Eigen::Index body, const Kinematics& state) {
   placed.clearForces();
 }
 
+/// With `contact` in the case the solver acts once surfaces overlap, changes velocities by the restitution only, and
+/// moves bodies apart without a velocity; what lies does not rebound from the velocity that its weight gives in a step.
+void BulletWorld::configure(btDiscreteDynamicsWorld& world, const Loads& loads) const {
+  world.setGravity({0, 0, 0});  // weight comes with the other forces
+  auto& info = world.getSolverInfo();
+  info.m_numIterations = solver_iterations;
+  info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
+  world.getDispatchInfo().m_deterministicOverlappingPairs = true;
+  if (!is_resolving(contact_)) return;
+  info.m_erp2 = 0.0;
+  info.m_splitImpulsePenetrationThreshold = 0.0;
+  info.m_restitutionVelocityThreshold = 0.0;
+  for (Eigen::Index body = 0; body < model_.bodies(); ++body) {
+    const double gained = loads.force_N.col(body).norm() * model_.inverse_mass_per_kg(body) * units_.time_s;
+    info.m_restitutionVelocityThreshold =
+        std::max(info.m_restitutionVelocityThreshold, 4.0 * gained / units_.velocity_m_per_s());
+  }
+}
+
 void BulletWorld::advance(Kinematics& state, const Loads& loads) {
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld world(&dispatcher_, &broadphase, &solver, &configuration_);
-  configure(world);
+  configure(world, loads);
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto body = static_cast<Eigen::Index>(i);
     place(body, state);
@@ -132,6 +165,7 @@ void BulletWorld::advance(Kinematics& state, const Loads& loads) {
     bodies_[i]->applyTorque(to_bullet(loads.torque_N_m.col(body), units_.torque_N_m()));
     world.addRigidBody(bodies_[i].get());
   }
+  for (const auto& wall : walls_) world.addRigidBody(wall.get());
   const MotionState motion = as_motion_state(state);
   for (std::size_t i = 0; i < pulls_.size(); ++i) {
     const Springs::Pull pull = springs_.pull(i, 0, motion, state.angular_velocity_rad_per_s);

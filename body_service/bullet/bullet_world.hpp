@@ -15,7 +15,7 @@
 
 namespace copepod::body {
 
-/// The bodies, springs and joints of a case in Bullet.
+/// The bodies, springs and walls of a case in Bullet.
 ///
 /// Bullet keeps the contacts and the order of neighbours of former steps. Here every step starts from a fresh
 /// world made of the state alone, so that the next state is a function of state and loads: a restart gives
@@ -31,16 +31,21 @@ class BulletWorld final : public EngineWorld {
 
  private:
   void add_body(Eigen::Index body);
+  void add_wall(const WallSpecification& wall);
   void add_joint(Eigen::Index body, const Kinematics& start);
+  void give_contact_properties(btRigidBody& body, double restitution, double friction) const;
+  void configure(btDiscreteDynamicsWorld& world, const Loads& loads) const;
   void place(Eigen::Index body, const Kinematics& state);
   void read(Eigen::Index body, Kinematics& state) const;
 
   const BodyModel& model_;
   EngineUnits units_;
+  ContactSpecification contact_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<std::unique_ptr<btRigidBody>> walls_;
   std::vector<std::unique_ptr<btTypedConstraint>> joints_;  ///< of bodies with motion: axis
   Springs springs_;
   std::vector<std::unique_ptr<SpringConstraint>> pulls_;  ///< of the springs, in their order

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
+#include "contract/errors.hpp"
 #include "contract/exchange.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"
@@ -63,6 +64,14 @@ inline Kinematics initial_kinematics(const BodyModel& model) {
         body, start.orientation_wxyz.col(body), start.angular_momentum_N_m_s.col(body));
   }
   return state;
+}
+
+inline bool is_resolving(const ContactSpecification& contact) { return contact.stiffness_N_per_m > 0.0; }
+
+/// @throws CaseError if it moves
+inline void require_at_rest(const WallSpecification& wall) {
+  if (wall.velocity_m_per_s.isZero(0.0)) return;
+  throw CaseError("a wall moves (walls of engines are at rest). Use boundaries at rest, or body.solver: own.");
 }
 
 /// The sign that is nearer to the quaternion before; both are the same rotation.

@@ -10,6 +10,7 @@
 
 #include "contact/contact_law.hpp"
 #include "contract/errors.hpp"
+#include "engine/engine_world.hpp"
 #include "geometry/contact_time.hpp"
 #include "geometry/near_pairs.hpp"
 #include "geometry/rotation.hpp"
@@ -96,7 +97,7 @@ class Writer {
   /// it would be a weak damper: there is none.
   [[nodiscard]] std::string contact_attributes(double inverse_mass_per_kg) const {
     const ContactSpecification& contact = setup_.contact;
-    if (contact.stiffness_N_per_m <= 0.0) return " condim=\"1\"" + stiff();
+    if (!is_resolving(contact)) return " condim=\"1\"" + stiff();
     const double frequency = std::sqrt(contact.stiffness_N_per_m * inverse_mass_per_kg) * units_.time_s;
     const double damping = 2.0 * damping_ratio_of(contact.restitution) * frequency;
     return " condim=\"1\"" + attribute("solref", {-frequency * frequency, -damping}) +
@@ -104,8 +105,7 @@ class Writer {
   }
 
   [[nodiscard]] std::string plane(const WallSpecification& wall) const {
-    if (!wall.velocity_m_per_s.isZero(0.0))
-      throw CaseError("a wall moves (MuJoCo's planes are at rest). Use boundaries at rest, or body.solver: own.");
+    require_at_rest(wall);
     const Eigen::Quaterniond q = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), wall.normal);
     return R"(<geom type="plane" priority="1")" + attribute("size", {0, 0, 1}) +
            attribute("pos", Eigen::Vector3d(wall.point_m / units_.length_m)) +

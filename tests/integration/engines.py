@@ -103,9 +103,10 @@ of the body service per coupling step ({processor}; in the processes of a run, s
 """
 
 _TAIL = """
-Deviations are those of a first-order method: half a step's way, h v/2 ([decision](../decisions/engines.md)). Bullet
-refuses joints and given restitutions by the names of the features, before step 0. Both engines refuse periodic faces;
-MuJoCo refuses friction, walls that move, and rods, sliders, springs and drives in joints that close loops.
+Deviations are those of a first-order method: half a step's way, h v/2 ([decision](../decisions/engines.md)). What an
+engine cannot do is refused by the names of the features, before step 0: joints with Bullet, friction with MuJoCo,
+periodic faces with both. Walls that move, and in MuJoCo rods, sliders, springs and drives in joints that close loops,
+are refused with an error.
 """
 
 

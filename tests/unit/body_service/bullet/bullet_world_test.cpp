@@ -4,6 +4,7 @@
 
 #include "body_cases.hpp"
 #include "engine/engine_under_test.hpp"
+#include "geometry/contact_time.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {
@@ -29,6 +30,18 @@ TEST(BulletWorld, LeavesFixedAndPrescribedBodiesTheirMotion) {
   EXPECT_EQ(theirs.position_m, ours.position_m);
   EXPECT_EQ(theirs.velocity_m_per_s, ours.velocity_m_per_s);
   EXPECT_LT((theirs.orientation_wxyz - ours.orientation_wxyz).norm(), 1e-13);
+}
+
+// Coulomb: the impulse along the wall is μ times that across it while the surfaces slide.
+TEST(BulletWorld, SlidesAlongWallsByCoulombsLaw) {
+  BodySetup setup = setup_of({bead("thrown", {0, 0, 5e-6})}, 1e-8);
+  setup.bodies[0].velocity_m_per_s = {3, 0, -1};
+  setup.contact = {stiffness_of_contact(4e-7, largest_inverse_mass_per_kg(setup.bodies)), 1.0, 0.5};
+  setup.walls = {{{0, 0, 0}, {0, 0, 1}, {0, 0, 0}, 0.2}};
+  EngineBodySolver bullet = engine_solver(setup);
+  const Kinematics after = advance(bullet, 500);
+  EXPECT_NEAR(after.velocity_m_per_s(0, 0), 3.0 - 0.2 * 2.0, 0.01);
+  EXPECT_NEAR(after.angular_velocity_rad_per_s(1, 0), 2.5 * 0.4 / 4e-6, 0.02 * 2.5 * 0.4 / 4e-6);
 }
 
 }  // namespace

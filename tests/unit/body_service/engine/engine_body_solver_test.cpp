@@ -11,6 +11,7 @@
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
 #include "engine/engine_under_test.hpp"
+#include "geometry/contact_time.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {
@@ -198,6 +199,32 @@ TEST(EngineBodySolver, KeepsTouchingBodiesApartAndConservesTheirMomentum) {
   EXPECT_GT(smallest_m, 8e-6 - 1e-8);  // the beads would be 3.5 µm past each other
   EXPECT_GT(state.velocity_m_per_s(0, 1), 4.0);
   EXPECT_LT((state.velocity_m_per_s.rowwise().sum() - Eigen::Vector3d(10, 0, 0)).norm(), 1e-11);
+}
+
+/// A bead that flies at a wall, or at another one.
+BodySetup impact(double restitution, bool wall) {
+  BodySetup setup = setup_of({bead("thrown", {0, 0, 5e-6})}, 1e-8);
+  setup.bodies[0].velocity_m_per_s = {0, 0, -1};
+  setup.contact = {stiffness_of_contact(4e-7, largest_inverse_mass_per_kg(setup.bodies)), restitution, 0.0};
+  if (wall) setup.walls = {{{0, 0, 0}, {0, 0, 1}, {0, 0, 0}, 0.0}};
+  if (!wall) setup.bodies.push_back(bead("hit", {0, 0, -4e-6}));
+  return setup;
+}
+
+TEST(EngineBodySolver, GivesContactsTheirRestitution) {
+  for (const bool wall : {true, false}) {
+    for (const double restitution : {0.1, 0.3, 0.6, 0.9, 1.0}) {
+      EngineBodySolver engine = engine_solver(impact(restitution, wall));
+      const Eigen::Matrix3Xd v = advance(engine, 500).velocity_m_per_s;
+      EXPECT_NEAR(wall ? v(2, 0) : v(2, 0) - v(2, 1), restitution, 0.01) << (wall ? "wall" : "body");
+    }
+  }
+}
+
+TEST(EngineBodySolver, RefusesWallsThatMove) {
+  BodySetup belt = impact(1.0, true);
+  belt.walls[0].velocity_m_per_s = {1, 0, 0};
+  EXPECT_TRUE(contains(reason_of<CaseError>([&] { engine_solver(belt); }), "walls of engines are at rest"));
 }
 
 TEST(EngineBodySolver, ContinuesBitForBitAfterARestartInTheMiddleOfContacts) {
