@@ -12,11 +12,7 @@ namespace {
 std::vector<int> by_need(const BodySetup& setup) {
   std::vector<int> edges(setup.joints.size());
   std::iota(edges.begin(), edges.end(), 0);
-  std::ranges::stable_sort(edges, std::greater<>{}, [&](int number) {
-    const JointSpecification& joint = setup.joints[number];
-    return joint.kind == JointKind::slider || joint.kind == JointKind::distance || joint.stiffness > 0.0 ||
-           joint.damping > 0.0 || is_driven(setup, number);
-  });
+  std::ranges::stable_sort(edges, std::greater<>{}, [&](int joint) { return must_be_edge(setup, joint); });
   return edges;
 }
 
@@ -26,6 +22,12 @@ bool is_driven(const BodySetup& setup, int joint) {
   return std::ranges::any_of(setup.actuators, [joint](const ActuatorSpecification& actuator) {
     return actuator.kind == ActuatorKind::joint_motion && actuator.joint == joint;
   });
+}
+
+bool must_be_edge(const BodySetup& setup, int joint) {
+  const JointSpecification& it = setup.joints[joint];
+  return it.kind == JointKind::slider || it.kind == JointKind::distance || it.stiffness > 0.0 || it.damping > 0.0 ||
+         is_driven(setup, joint);
 }
 
 /// Prim's algorithm [Bell Syst. Tech. J. 36, 1389, 1957].

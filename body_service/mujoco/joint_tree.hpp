@@ -18,9 +18,11 @@ struct JointTree {
   std::vector<int> other_joints;  ///< those that close loops
 };
 
-/// Joints that MuJoCo can keep only as edges of a tree are edges wherever possible: sliders, rods, and those that have
-/// a spring or are driven.
+/// Joints that MuJoCo can keep only as edges are edges wherever possible.
 JointTree joint_tree_of(const BodySetup& setup);
+
+/// Whether MuJoCo cannot keep the joint but as an edge: a slider, a rod, one that has a spring or is driven.
+bool must_be_edge(const BodySetup& setup, int joint);
 
 /// Whether an actuator gives the joint's motion.
 bool is_driven(const BodySetup& setup, int joint);

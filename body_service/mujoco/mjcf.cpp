@@ -215,8 +215,7 @@ class Writer {
 
   [[nodiscard]] std::string equality(int number) const {
     const JointSpecification& joint = joint_at(number);
-    if (joint.kind == JointKind::slider || joint.kind == JointKind::distance || joint.stiffness > 0.0 ||
-        joint.damping > 0.0 || is_driven(setup_, number))
+    if (must_be_edge(setup_, number))
       throw CaseError("joint " + std::to_string(number) +
                       " closes a loop of joints (MuJoCo cannot close one with a rod, a slider, a spring or a drive). "
                       "Use body.solver: own.");
