@@ -169,10 +169,10 @@ def digest(folder):
         return ""
 
 
-def undisturbed_digest():
-    """What every run must end with."""
+def undisturbed_digest(*arguments):
+    """What every run with these arguments must end with."""
     with tempfile.TemporaryDirectory(prefix="copepod_faults_") as folder:
-        went_on = go_on(Path(folder).resolve())
+        went_on = go_on(Path(folder).resolve(), *arguments)
         if went_on != "afresh":
             raise SystemExit(f"the undisturbed run {went_on}")
         return digest(Path(folder))

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Kills a random process of a run at a random moment, resumes, and compares the end with an undisturbed run.
 
-    python3 tests/faults/random_kills.py [--kills N] [--seed N] [--jobs N] [--record FILE.jsonl] [--report FILE.jsonl…]
+    python3 tests/faults/random_kills.py [--kills N] [--seed N] [--jobs N] [--bodies own|bullet|mujoco]
+                                         [--record FILE.jsonl] [--report FILE.jsonl…]
 """
 
 import argparse
@@ -24,24 +25,24 @@ JUST_STARTED_S = 0.02
 MOST_KILLS_PER_RUN = 3
 
 
-def run_under_fire(seed):
+def run_under_fire(seed, bodies="own"):
     """One run that is killed up to three times before it may end; one dictionary per kill."""
     choose = random.Random(seed)
     with tempfile.TemporaryDirectory(prefix="copepod_faults_") as folder:
         folder = Path(folder).resolve()
         kills = []
         for _ in range(choose.randint(1, MOST_KILLS_PER_RUN)):
-            kill = _kill_once(folder, choose)
+            kill = _kill_once(folder, choose, bodies)
             if kill is None:
                 break
             kills.append(kill)
-        ending = "by itself" if kill is None else go_on(folder, *_ranks(choose))
+        ending = "by itself" if kill is None else go_on(folder, *_arguments(choose, bodies))
         return [{**kill, "seed": seed, "ending": ending, "digest": digest(folder)} for kill in kills]
 
 
-def _kill_once(folder, choose):
+def _kill_once(folder, choose, bodies):
     """What was killed and how the command took it; None if the run finished before."""
-    run, _ = start_again(folder, *_ranks(choose))
+    run, _ = start_again(folder, *_arguments(choose, bodies))
     victims = list(VICTIMS)
     choose.shuffle(victims)
     if choose.random() < AT_START:
@@ -72,8 +73,8 @@ def _kill_once(folder, choose):
     return {"victim": victim, "seconds": seconds, "code": code, "message": message, "leftovers": leftovers}
 
 
-def _ranks(choose):
-    return ["--ranks", str(choose.randint(1, 3))]
+def _arguments(choose, bodies):
+    return ["--ranks", str(choose.randint(1, 3)), "--set", f"body.solver={bodies}"]
 
 
 def report(kills, expected):
@@ -97,10 +98,11 @@ def main():
     parser.add_argument("--kills", type=int, default=200, metavar="N", help="at least so many (200)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of the first run (1)")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="runs at a time")
+    parser.add_argument("--bodies", default="own", choices=("own", "bullet", "mujoco"), help="body.solver (own)")
     parser.add_argument("--record", type=Path, metavar="FILE", help="add what happened to this file")
     parser.add_argument("--report", type=Path, nargs="+", metavar="FILE", help="only print what was recorded")
     options = parser.parse_args()
-    expected = undisturbed_digest()
+    expected = undisturbed_digest("--set", f"body.solver={options.bodies}")
     kills, seed = [], options.seed
     for file in options.report or []:
         kills += [json.loads(line) for line in file.read_text().splitlines()]
@@ -108,7 +110,11 @@ def main():
         while not options.report and len(kills) < options.kills:
             seeds = range(seed, seed + options.jobs)
             seed += options.jobs
-            fresh = [kill for kills_of_run in pool.map(run_under_fire, seeds) for kill in kills_of_run]
+            fresh = [
+                kill
+                for kills_of_run in pool.map(run_under_fire, seeds, [options.bodies] * options.jobs)
+                for kill in kills_of_run
+            ]
             kills += fresh
             if options.record:
                 with options.record.open("a") as file:
