@@ -124,12 +124,15 @@ int JointEquations::rows() const {
     case JointKind::fixed:
       return 6;
     case JointKind::distance:
-      break;
+      return 1;
+    case JointKind::model:
+      break;  // not announced
   }
-  return 1;
+  return 0;
 }
 
 void JointEquations::evaluate(const JointSide& A, const JointSide& B, const JointMotion& motion, JointRow* rows) const {
+  if (kind_ == JointKind::model) return;
   const Anchors anchors(A, B, anchor_A_m_, anchor_B_m_);
   if (kind_ == JointKind::distance) {
     *rows = driven_by(motion, rod(anchors, length_m_));

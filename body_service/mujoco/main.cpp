@@ -1,5 +1,6 @@
 #include "component/run_component.hpp"
 #include "engine/engine_body_solver.hpp"
+#include "mujoco/model_bodies.hpp"
 #include "mujoco/mujoco_world.hpp"
 
 int main(int argc, char** argv) {
@@ -19,6 +20,7 @@ int main(int argc, char** argv) {
                                    "joint:slider",
                                    "joint:fixed",
                                    "joint:distance",
+                                   "joint:model",
                                    "joint:springs",
                                    "actuator:pair_force",
                                    "actuator:body_force",
@@ -26,6 +28,8 @@ int main(int argc, char** argv) {
                                    "actuator:world_force",
                                    "actuator:world_torque",
                                    "actuator:joint_motion",
+                                   "actuator:control",
+                                   "model:mjcf",
                                    "gravity",
                                    "contact",
                                    "contacts",
@@ -40,5 +44,6 @@ int main(int argc, char** argv) {
                              // Measured with Debian 12 [docs/results/memory.md]; some hundred bodies fit into that.
                              [](const auto&, int) {
                                return Estimate{std::int64_t{16} << 20, ""};
-                             }});
+                             },
+                             body::bodies_as_json});
 }

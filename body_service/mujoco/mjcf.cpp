@@ -48,10 +48,11 @@ Eigen::Vector4d conjugate(const Eigen::Vector4d& q) { return {q[0], -q[1], -q[2]
 /// Writes the elements of one case.
 class Writer {
  public:
-  Writer(const BodySetup& setup, const EngineUnits& units)
+  Writer(const BodySetup& setup, const EngineUnits& units, double step, JointTree tree)
       : setup_(setup),
         units_(units),
-        tree_(joint_tree_of(setup)),
+        step_(step),
+        tree_(std::move(tree)),
         contact_(contact_attributes(largest_inverse_mass_per_kg(setup.bodies))) {}
 
   [[nodiscard]] std::string options() const {
@@ -63,9 +64,14 @@ class Writer {
            " iterations=\"50\"><flag warmstart=\"disable\"/></option>\n";
   }
 
-  [[nodiscard]] std::string world() const {
+  [[nodiscard]] std::string walls() const {
     std::string text;
     for (const WallSpecification& wall : setup_.walls) text += plane(wall);
+    return text;
+  }
+
+  [[nodiscard]] std::string bodies() const {
+    std::string text;
     for (const int root : tree_.roots) text += body(root);
     return text;
   }
@@ -86,8 +92,8 @@ class Writer {
 
  private:
   /// Of a constraint: the shortest time constant that is stable, two steps, with critical damping.
-  static std::string stiff() {
-    return attribute("solref", {2.0 * mujoco_step, 1.0}) + attribute("solimp", {0.9999, 0.9999, 0.001});
+  [[nodiscard]] std::string stiff() const {
+    return attribute("solref", {2.0 * step_, 1.0}) + attribute("solimp", {0.9999, 0.9999, 0.001});
   }
 
   /// A spring and damper per effective mass, those of the lightest bodies for all,
@@ -130,7 +136,7 @@ class Writer {
     std::string text = rod.before + "<body" + label("name", 'b', number) +
                        attribute("pos", Eigen::Vector3d((position_m - rod.start_m) / units_.length_m)) +
                        attribute("quat", orientation_wxyz) + ">" +
-                       (node.joint < 0 ? own_freedom(body) : joint(node.joint, number)) + matter(body) + "\n";
+                       (node.joint < 0 ? own_freedom(body) : joint(node.joint, number)) + matter(number) + "\n";
     for (const int child : node.children) text += this->body(child);
     return text + "</body>" + rod.after + "\n";
   }
@@ -158,13 +164,15 @@ class Writer {
            "/>";
   }
 
-  [[nodiscard]] std::string matter(const BodySpecification& body) const {
+  [[nodiscard]] std::string matter(int number) const {
+    const BodySpecification& body = of(number);
     const Eigen::Vector3d inertia = inertia_tensor_kg_m2(body.shape, body.mass_kg).diagonal() / units_.inertia_kg_m2();
     const double radius = body.shape.radius_m / units_.length_m;
     const double half_length = 0.5 * body.shape.length_m / units_.length_m;
     const bool sphere = body.shape.kind == ShapeKind::sphere;
     return "<inertial pos=\"0 0 0\"" + attribute("mass", {body.mass_kg / units_.mass_kg}) +
-           attribute("diaginertia", inertia) + "/><geom type=\"" + (sphere ? "sphere" : "capsule") + "\"" +
+           attribute("diaginertia", inertia) + "/><geom" + label("name", 'b', number) + " type=\"" +
+           (sphere ? "sphere" : "capsule") + "\"" +
            attribute("size", {radius, half_length}) + contact_ + "/>";
   }
 
@@ -231,6 +239,7 @@ class Writer {
 
   const BodySetup& setup_;
   const EngineUnits& units_;
+  double step_;  ///< in these
   JointTree tree_;
   std::string contact_;  ///< attributes of every geom
 };
@@ -238,9 +247,18 @@ class Writer {
 }  // namespace
 
 std::string mjcf_of(const BodySetup& setup, const EngineUnits& units) {
-  const Writer writer(setup, units);
-  return "<mujoco>\n" + writer.options() + "<worldbody>\n" + writer.world() + "</worldbody>\n<contact>\n" +
-         writer.exclusions() + "</contact>\n<equality>\n" + writer.equalities() + "</equality>\n</mujoco>\n";
+  const Writer writer(setup, units, mujoco_step, joint_tree_of(setup));
+  return "<mujoco>\n" + writer.options() + "<worldbody>\n" + writer.walls() + writer.bodies() +
+         "</worldbody>\n<contact>\n" + writer.exclusions() + "</contact>\n<equality>\n" + writer.equalities() +
+         "</equality>\n</mujoco>\n";
+}
+
+std::string mjcf_around_model(const BodySetup& setup, const EngineUnits& units, double step) {
+  const double acceleration = units.length_m / (units.time_s * units.time_s);
+  return "<mujoco>\n<include file=\"model.xml\"/>\n<option" + attribute("timestep", {step}) +
+         attribute("gravity", Eigen::Vector3d(setup.gravity_m_per_s2 / acceleration)) +
+         "><flag warmstart=\"disable\"/></option>\n<worldbody>\n" + Writer(setup, units, step, {}).walls() +
+         "</worldbody>\n</mujoco>\n";
 }
 
 }  // namespace copepod::body

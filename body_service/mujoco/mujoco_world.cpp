@@ -1,78 +1,94 @@
 #include "mujoco/mujoco_world.hpp"
 
-#include <array>
 #include <bit>
-#include <cstring>
-#include <memory>
 #include <mujoco/mujoco.h>
-#include <span>
 #include <string>
 
 #include "contract/errors.hpp"
 #include "mujoco/mjcf.hpp"
+#include "mujoco/model_bodies.hpp"
 
 namespace copepod::body {
 
 namespace {
-
-/// MuJoCo's own handler would wait for a key; an exception passes its C functions, which hold nothing.
-[[noreturn]] void raise(const char* text) {
-  throw SolverError("MuJoCo: " + std::string(text) + " (an error inside the library). Use body.solver: own.", 0);
-}
-
-void ignore(const char*) {}  // its own handler writes a file; require_no_warning() looks for warnings
-
-using Model = std::unique_ptr<mjModel, void (*)(mjModel*)>;
-
-/// @throws CaseError with MuJoCo's words if it refuses the text
-Model compiled(const std::string& mjcf) {
-  mju_user_error = raise;
-  mju_user_warning = ignore;
-  constexpr const char* name = "case.xml";
-  std::array<char, 1000> problem{};
-  const auto files = std::make_unique<mjVFS>();
-  mj_defaultVFS(files.get());
-  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(mjcf.size()));
-  std::memcpy(files->filedata[0], mjcf.data(), mjcf.size());
-  Model model(mj_loadXML(name, files.get(), problem.data(), static_cast<int>(problem.size())), mj_deleteModel);
-  mj_deleteVFS(files.get());
-  if (model == nullptr)
-    throw CaseError("MuJoCo refuses the bodies (" + std::string(problem.data()) + "). Use body.solver: own.");
-  return model;
-}
 
 /// MuJoCo's number of what mjcf_of() calls "b3" and the like; −1: there is none.
 int number_of(const mjModel& model, mjtObj type, char kind, int number) {
   return mj_name2id(&model, type, (std::string(1, kind) += std::to_string(number)).c_str());
 }
 
-/// Rows of MuJoCo's: one column of `size` numbers per body.
+/// Rows of MuJoCo's: one column of `size` numbers for each of so many.
 template <int size = 3>
-Eigen::Map<Eigen::Matrix<mjtNum, size, Eigen::Dynamic>> columns(mjtNum* numbers, const mjModel& model) {
-  return {numbers, size, model.nbody};
+Eigen::Map<Eigen::Matrix<mjtNum, size, Eigen::Dynamic>> columns(mjtNum* numbers, int count) {
+  return {numbers, size, count};
+}
+
+bool has_model(const BodySetup& setup) { return !setup.model.text.empty(); }
+
+EngineUnits units_of(const BodySetup& setup, const BodyModel& model, double step_s) {
+  if (has_model(setup)) return {setup.model.length_m, setup.model.mass_kg, setup.model.time_s};
+  return engine_units(model, step_s / mujoco_step);
+}
+
+MujocoModel compiled_case(const BodySetup& setup, const EngineUnits& units, double step_s) {
+  if (!has_model(setup)) return compiled(mjcf_of(setup, units));
+  require_no_files(setup.model.text);
+  return compiled(mjcf_around_model(setup, units, step_s / units.time_s), setup.model.text);
 }
 
 }  // namespace
 
 MujocoWorld::MujocoWorld(const BodySetup& setup, const BodyModel& model, double step_s)
-    : units_(engine_units(model, step_s / mujoco_step)),
-      mujoco_(compiled(mjcf_of(setup, units_))),
-      data_(mj_makeData(mujoco_.get()), mj_deleteData) {
-  for (std::size_t i = 0; i < setup.bodies.size(); ++i) {
-    motions_.push_back(setup.bodies[i].motion);
-    ids_.push_back(number_of(*mujoco_, mjOBJ_BODY, 'b', static_cast<int>(i)));
+    : MujocoWorld(setup, model, units_of(setup, model, step_s), step_s) {}
+
+MujocoWorld::MujocoWorld(const BodySetup& setup, const BodyModel& model, const EngineUnits& units, double step_s)
+    : units_(units),
+      mujoco_(compiled_case(setup, units, step_s)),
+      data_(new_data(*mujoco_)),
+      own_weight_N_(Eigen::Matrix3Xd::Zero(3, model.bodies())) {
+  find_bodies(setup);
+  find_actuators(setup);
+  mj_fwdPosition(mujoco_.get(), data_.get());
+  if (!has_model(setup)) set_initial_velocities(model);
+  mj_step1(mujoco_.get(), data_.get());
+}
+
+void MujocoWorld::find_bodies(const BodySetup& setup) {
+  for (const BodySpecification& body : setup.bodies) motions_.push_back(body.motion);
+  if (has_model(setup)) {
+    const std::vector<ModelBody> bodies = bodies_of(*mujoco_, setup.model);
+    require_bodies_of_model(setup, bodies);
+    for (const ModelBody& body : bodies) {
+      if (body.body.motion == MotionKind::free)
+        own_weight_N_.col(static_cast<Eigen::Index>(geoms_.size())) = body.body.mass_kg * setup.gravity_m_per_s2;
+      geoms_.push_back(body.geom);
+    }
+  } else {
+    for (std::size_t i = 0; i < setup.bodies.size(); ++i)
+      geoms_.push_back(number_of(*mujoco_, mjOBJ_GEOM, 'b', static_cast<int>(i)));
   }
+}
+
+void MujocoWorld::find_actuators(const BodySetup& setup) {
   for (std::size_t i = 0; i < setup.actuators.size(); ++i) {
     const ActuatorSpecification& actuator = setup.actuators[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    if (actuator.kind == ActuatorKind::control) {
+      const int input = mj_name2id(mujoco_.get(), mjOBJ_ACTUATOR, actuator.control.c_str());
+      if (input < 0)
+        throw CaseError("actuator " + std::to_string(i) + " of the case controls '" + actuator.control +
+                        "' (the model has no actuator of this name). Name one of body.model.");
+      controls_.push_back({row, input});
+    }
     if (actuator.kind != ActuatorKind::joint_motion) continue;
     const int joint = number_of(*mujoco_, mjOBJ_JOINT, 'j', actuator.joint);
+    if (joint < 0)
+      throw CaseError("joint " + std::to_string(actuator.joint) +
+                      " has a signal beside body.model (MuJoCo reads joints of the case only without a model). Drive "
+                      "an actuator of the model, kind: control.");
     const bool angle = setup.joints[static_cast<std::size_t>(actuator.joint)].kind == JointKind::hinge;
-    driven_.push_back({static_cast<Eigen::Index>(i), mujoco_->jnt_qposadr[joint], mujoco_->jnt_dofadr[joint],
-                       angle ? 1.0 : units_.length_m});
+    driven_.push_back({row, mujoco_->jnt_qposadr[joint], mujoco_->jnt_dofadr[joint], angle ? 1.0 : units_.length_m});
   }
-  mj_fwdPosition(mujoco_.get(), data_.get());
-  set_initial_velocities(model);
-  mj_step1(mujoco_.get(), data_.get());
 }
 
 /// Velocities of the trees that have the momenta of the bodies, M q̇ = Σ Jᵀ (m v, I ω): those of the bodies themselves
@@ -80,17 +96,18 @@ MujocoWorld::MujocoWorld(const BodySetup& setup, const BodyModel& model, double 
 void MujocoWorld::set_initial_velocities(const BodyModel& model) {
   const Kinematics start = initial_kinematics(model);
   std::vector<mjtNum> momenta(static_cast<std::size_t>(mujoco_->nv), 0.0);
-  for (std::size_t i = 0; i < ids_.size(); ++i) {
+  for (std::size_t i = 0; i < geoms_.size(); ++i) {
     if (motions_[i] == MotionKind::fixed) continue;
     const auto body = static_cast<Eigen::Index>(i);
-    const int id = ids_[i];
+    const int id = mujoco_->geom_bodyid[geoms_[i]];
     const Eigen::Matrix3d R_WB = rotation_matrix(start.orientation_wxyz.col(body));
     const Eigen::Vector3d momentum =
         mujoco_->body_mass[id] * start.velocity_m_per_s.col(body) / units_.velocity_m_per_s();
     const Eigen::Vector3d w_B = R_WB.transpose() * start.angular_velocity_rad_per_s.col(body) * units_.time_s;
-    const Eigen::Vector3d angular_momentum = R_WB * columns(mujoco_->body_inertia, *mujoco_).col(id).cwiseProduct(w_B);
+    const Eigen::Vector3d angular_momentum =
+        R_WB * columns(mujoco_->body_inertia, mujoco_->nbody).col(id).cwiseProduct(w_B);
     mj_applyFT(mujoco_.get(), data_.get(), momentum.data(), angular_momentum.data(),
-               columns(data_->xipos, *mujoco_).col(id).data(), id, momenta.data());
+               columns(data_->xipos, mujoco_->nbody).col(id).data(), id, momenta.data());
   }
   if (mujoco_->nv > 0) mj_solveM(mujoco_.get(), data_.get(), data_->qvel, momenta.data(), 1);
 }
@@ -105,14 +122,22 @@ void MujocoWorld::drive(const Eigen::VectorXd& values) {
     const double acceleration = (way / h - data_->qvel[driven.freedom]) / h;
     data_->qfrc_applied[driven.freedom] = mujoco_drive_inertia * acceleration;
   }
+  for (const Control& control : controls_) data_->ctrl[control.input] = values[control.actuator];
 }
 
+/// Loads about the centres of geoms become loads about the centre of mass of their body,
+///   F = Σ F_g,   τ = Σ τ_g + (x_g − x) × F_g
 void MujocoWorld::advance(Kinematics& state, const Loads& loads) {
-  for (std::size_t i = 0; i < ids_.size(); ++i) {
+  auto applied = columns<6>(data_->xfrc_applied, mujoco_->nbody);
+  applied.setZero();
+  for (std::size_t i = 0; i < geoms_.size(); ++i) {
     const auto body = static_cast<Eigen::Index>(i);
-    auto load = columns<6>(data_->xfrc_applied, *mujoco_).col(ids_[i]);
-    load.head<3>() = loads.force_N.col(body) / units_.force_N();
-    load.tail<3>() = loads.torque_N_m.col(body) / units_.torque_N_m();
+    const int id = mujoco_->geom_bodyid[geoms_[i]];
+    const Eigen::Vector3d force = (loads.force_N.col(body) - own_weight_N_.col(body)) / units_.force_N();
+    const Eigen::Vector3d arm = columns(data_->geom_xpos, mujoco_->ngeom).col(geoms_[i]) -
+                                columns(data_->xipos, mujoco_->nbody).col(id);
+    applied.col(id).head<3>() += force;
+    applied.col(id).tail<3>() += loads.torque_N_m.col(body) / units_.torque_N_m() + arm.cross(force);
   }
   mj_step2(mujoco_.get(), data_.get());
   mj_step1(mujoco_.get(), data_.get());  // places and velocities of all bodies
@@ -133,31 +158,37 @@ void MujocoWorld::require_no_warning(std::int64_t step) const {
 }
 
 void MujocoWorld::read(Kinematics& state) const {
-  for (std::size_t i = 0; i < ids_.size(); ++i) {
+  for (std::size_t i = 0; i < geoms_.size(); ++i) {
     if (motions_[i] == MotionKind::fixed) continue;
     const auto body = static_cast<Eigen::Index>(i);
-    const int id = ids_[i];
+    const int geom = geoms_[i];
     Eigen::Matrix<mjtNum, 6, 1> velocity;  // angular, linear
-    mj_objectVelocity(mujoco_.get(), data_.get(), mjOBJ_BODY, id, velocity.data(), 0);
-    state.position_m.col(body) = columns(data_->xipos, *mujoco_).col(id) * units_.length_m;
-    state.orientation_wxyz.col(body) =
-        of_the_same_sign(columns<4>(data_->xquat, *mujoco_).col(id), state.orientation_wxyz.col(body));
+    mj_objectVelocity(mujoco_.get(), data_.get(), mjOBJ_GEOM, geom, velocity.data(), 0);
+    state.position_m.col(body) = columns(data_->geom_xpos, mujoco_->ngeom).col(geom) * units_.length_m;
+    const Eigen::Vector4d q_W = columns<4>(data_->xquat, mujoco_->nbody).col(mujoco_->geom_bodyid[geom]);
+    const Eigen::Vector4d q_geom = columns<4>(mujoco_->geom_quat, mujoco_->ngeom).col(geom);
+    state.orientation_wxyz.col(body) = of_the_same_sign(product(q_W, q_geom), state.orientation_wxyz.col(body));
     state.velocity_m_per_s.col(body) = velocity.tail<3>() * units_.velocity_m_per_s();
     state.angular_velocity_rad_per_s.col(body) = velocity.head<3>() / units_.time_s;
   }
 }
 
+std::array<std::span<double>, 3> MujocoWorld::carried() const {
+  const auto numbers = [](mjtNum* first, int count) { return std::span(first, static_cast<std::size_t>(count)); };
+  return {numbers(data_->qpos, mujoco_->nq), numbers(data_->qvel, mujoco_->nv), numbers(data_->act, mujoco_->na)};
+}
+
 std::vector<std::uint64_t> MujocoWorld::memory() const {
   std::vector<std::uint64_t> words;
-  for (const auto& numbers : {std::span(data_->qpos, mujoco_->nq), std::span(data_->qvel, mujoco_->nv)})
-    for (const mjtNum number : numbers) words.push_back(std::bit_cast<std::uint64_t>(number));
+  for (const std::span<double> numbers : carried())
+    for (const double number : numbers) words.push_back(std::bit_cast<std::uint64_t>(number));
   return words;
 }
 
 void MujocoWorld::restore(std::span<const std::uint64_t> memory) {
-  for (const auto& numbers : {std::span(data_->qpos, mujoco_->nq), std::span(data_->qvel, mujoco_->nv)}) {
-    for (mjtNum& number : numbers) {
-      number = std::bit_cast<mjtNum>(memory.front());
+  for (const std::span<double> numbers : carried()) {
+    for (double& number : numbers) {
+      number = std::bit_cast<double>(memory.front());
       memory = memory.subspan(1);
     }
   }

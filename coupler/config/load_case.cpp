@@ -163,6 +163,7 @@ BodyCase read_body_solver(Reader body) {
   BodyCase result;
   result.solver = read_solver(body, body_solver_names, std::optional(BodySolverChoice::own), result.command);
   result.integrator = body.choice("integrator", integrator_names, std::optional(Integrator::runge_kutta_4));
+  if (body.has("model")) read_model(body, result);
   return result;
 }
 
@@ -228,6 +229,7 @@ Case read_case(Reader top) {
   result.output = read_output(top.section("output"), result.steps);
   result.services = read_services(top.section("services"));
   settle_services(result.fluid, result.body, result.services);
+  if (!result.body.model_file.empty()) read_bodies_of_model(result, top.problems());
   static_cast<void>(top.has("sweep"));  // read before, see `read_members`
   return result;
 }
@@ -239,6 +241,7 @@ ordered_json resolved(const Case& the_case) {
   if (the_case.given_step_s) top["step_s"] = *the_case.given_step_s;
   top["body"] = {{"solver", name_of(body_solver_names, the_case.body.solver)},
                  {"integrator", name_of(integrator_names, the_case.body.integrator)}};
+  if (!the_case.body.model.text.empty()) top["body"]["model"] = resolved_model(the_case.body.model);
   top["swimmers"] = list(the_case.swimmers, resolved_swimmer);
   top["bodies"] = list(the_case.bodies, resolved_body);
   top["groups"] = list(the_case.groups, resolved_group);

@@ -9,7 +9,8 @@
 namespace copepod::coupler {
 
 bool must_be_lowered(const std::set<std::string>& required, const std::set<std::string>& announced) {
-  if (required.contains("actuator:joint_motion")) return false;  // no load that the coupler could compute
+  if (required.contains("actuator:joint_motion") || required.contains("actuator:control"))
+    return false;  // no loads that the coupler could compute
   const auto missing = compare_features(required, announced).missing;
   return (announced.contains("actuator:world_force") || announced.contains("actuator:world_torque")) &&
          std::ranges::any_of(missing, [](const std::string& name) { return name.starts_with("actuator:"); });
@@ -31,7 +32,7 @@ BodySetup lowered(const BodySetup& setup) {
   for (const auto& [bodies, kind] :
        {std::pair(pushed, ActuatorKind::world_force), std::pair(turned, ActuatorKind::world_torque)}) {
     for (const int body : bodies) {
-      for (int axis = 0; axis < 3; ++axis) result.actuators.push_back({kind, body, -1, Eigen::Vector3d::Unit(axis)});
+      for (int axis = 0; axis < 3; ++axis) result.actuators.push_back({kind, body, -1, Eigen::Vector3d::Unit(axis), {}, {}, -1, {}});
     }
   }
   return result;

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <iterator>
 #include <sstream>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -32,11 +33,21 @@ int fail(const std::string& problem) {
   return static_cast<int>(ExitCode::bad_case);
 }
 
+std::string standard_input() { return {std::istreambuf_iterator<char>(std::cin), {}}; }
+
 int print_estimate(const EstimateText& estimate, int ranks) {
   if (!estimate) return fail("this component does not estimate (it does not announce it). Leave --estimate out.");
-  const std::string setup{std::istreambuf_iterator<char>(std::cin), {}};
   try {
-    return print(estimate(setup, ranks));
+    return print(estimate(standard_input(), ranks));
+  } catch (const std::exception& error) {
+    return fail(error.what());
+  }
+}
+
+int print_bodies(const BodiesText& bodies, const std::vector<double>& units) {
+  if (!bodies) return fail("this component reads no models (it does not announce model:mjcf). Leave --bodies out.");
+  try {
+    return print(bodies({standard_input(), units[0], units[1], units[2]}));
   } catch (const std::exception& error) {
     return fail(error.what());
   }
@@ -50,16 +61,21 @@ ParsedCommandLine end_with(std::function<int()> answer) {
 }  // namespace
 
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, const Capabilities& capabilities,
-                                     const EstimateText& estimate) {
+                                     const EstimateText& estimate, const BodiesText& bodies) {
   const CLI::Range seconds(0.1, 1e6);
   Options options;
-  bool only_capabilities = false, only_estimate = false;
+  bool only_capabilities = false, only_estimate = false, only_bodies = false;
   int ranks = 1;
+  std::vector<double> units{1.0, 1.0, 1.0};
   CLI::App app{capabilities.name + ", a " + std::string(name_of(role)) + " component of Copepod"};
   app.add_flag("--capabilities", only_capabilities, "Print what this component can do as JSON and exit");
   app.add_flag("--estimate", only_estimate,
                "Read a serialised setup from standard input, print what it takes as JSON and exit");
   app.add_option("--ranks", ranks, "Number of processes that --estimate is for")->check(CLI::PositiveNumber);
+  app.add_flag("--bodies", only_bodies, "Read a model (MJCF) from standard input, print its bodies as JSON and exit");
+  app.add_option("--units", units, "Length [m], mass [kg] and time [s] that are 1 in the model of --bodies")
+      ->expected(3)
+      ->check(CLI::PositiveNumber);
   app.add_option("--endpoint", options.endpoint, "Address of the coupler: ipc:///path or tcp://host:port");
   app.add_option("--session", options.session_token, "Token of the run")->envname("COPEPOD_SESSION");
   app.add_option("--keys", options.key_file, "File with the keys of this role; required off this machine");
@@ -83,6 +99,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, 
   }
   if (only_capabilities) return end_with([json = capabilities_as_json(role, capabilities)] { return print(json); });
   if (only_estimate) return end_with([estimate, ranks] { return print_estimate(estimate, ranks); });
+  if (only_bodies) return end_with([bodies, units] { return print_bodies(bodies, units); });
   if (options.endpoint.empty() || options.session_token.empty()) {
     return end_with([] {
       return fail(

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "contract/body_setup.hpp"
 #include "contract/capabilities.hpp"
 #include "session/role.hpp"
 
@@ -24,6 +25,10 @@ struct Options {
 /// @throws Error if the component cannot handle the setup
 using EstimateText = std::function<std::string(const std::string& setup_bytes, int ranks)>;
 
+/// `--bodies`: what to print about a model, the bodies that it makes.
+/// @throws Error if the component cannot use the model
+using BodiesText = std::function<std::string(const ModelSpecification& model)>;
+
 /// Options to serve with; without them `answer` prints what is asked for (--help, --capabilities, --estimate) or what
 /// is wrong, and returns the exit code. Under mpirun only the first process prints.
 struct ParsedCommandLine {
@@ -33,8 +38,9 @@ struct ParsedCommandLine {
 
 /// Reads the command line and prints nothing yet.
 /// @param estimate  empty if the component does not estimate
+/// @param bodies    empty if the component reads no models
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, const Capabilities& capabilities,
-                                     const EstimateText& estimate = {});
+                                     const EstimateText& estimate = {}, const BodiesText& bodies = {});
 
 /// {"name": …, "version": …, "role": "fluid", "features": […]} in one line.
 std::string capabilities_as_json(session::Role role, const Capabilities& capabilities);

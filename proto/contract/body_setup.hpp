@@ -30,6 +30,7 @@ enum class ActuatorKind {
   world_force,   ///< on the centre of mass, in a direction fixed in the world
   world_torque,  ///< about a direction fixed in the world
   joint_motion,  ///< what a hinge, slider or rod has moved since the start
+  control,       ///< input of an actuator of the model, by its name
 };
 
 enum class JointKind {
@@ -38,6 +39,7 @@ enum class JointKind {
   slider,    ///< moves along an axis without turning
   fixed,     ///< no relative motion
   distance,  ///< two points keep their distance: a rod without mass
+  model,     ///< what the model says: the bodies may overlap
 };
 
 /// Whether JointSpecification::axis matters.
@@ -95,6 +97,7 @@ constexpr bool has_motion(JointKind kind) { return has_axis(kind) || kind == Joi
 /// Part of the drive: what it exerts per unit of its value, which every step brings anew (AppliedLoads::actuation);
 /// geometry/actuator_loads.hpp has the equations. Of a joint the value is what it has moved since the start: the angle
 /// by which A has turned relative to B [rad], how far A has slid along the axis [m], or how much longer a rod is [m].
+/// Of a control it is the input at the end of the step, in the units of the model.
 struct ActuatorSpecification {
   ActuatorKind kind = ActuatorKind::pair_force;
   int body_A = 0;
@@ -104,6 +107,7 @@ struct ActuatorSpecification {
   Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< end of a pair in the frame of A, from its centre of mass
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
   int joint = -1;                                        ///< of a joint_motion; −1: none
+  std::string control;                                   ///< name of a control; it acts on no body of its own
 };
 
 /// Plane wall of the domain, which bodies meet in contacts.
@@ -121,6 +125,14 @@ struct ContactSpecification {
   double friction = 0.0;           ///< Coulomb coefficient between bodies
 };
 
+/// Bodies as a model of a rigid-body engine, with joints, tendons and actuators of its own.
+struct ModelSpecification {
+  std::string text;       ///< MJCF [MuJoCo 2.2, "XML reference"]; empty: none
+  double length_m = 1.0;  ///< its unit of length
+  double mass_kg = 1.0;
+  double time_s = 1.0;
+};
+
 /// Everything that a body solver needs before the first step; SI units.
 struct BodySetup {
   double step_s = 0.0;
@@ -135,6 +147,7 @@ struct BodySetup {
   std::vector<ActuatorSpecification> actuators;  ///< in the order of AppliedLoads::actuation
   std::vector<WallSpecification> walls;          ///< for contacts
   ContactSpecification contact;
+  ModelSpecification model;     ///< its spheres and capsules are `bodies`, in its order
   std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
 };
 

@@ -30,6 +30,10 @@ struct Component {
   /// Optional; announced as feature "estimate". Must be quick and allocate little.
   /// @throws CaseError if so many ranks cannot handle the setup
   std::function<Estimate(const Setup&, int ranks)> estimate = {};
+  /// Of body components that announce "model:mjcf": the spheres and capsules of a model as `bodies` of a case, and as
+  /// `joints` which of them may overlap, in JSON.
+  /// @throws CaseError if it cannot be used
+  std::function<std::string(const ModelSpecification&)> bodies_of = {};
 };
 
 using FluidComponent = Component<FluidSetup, FluidSolver>;

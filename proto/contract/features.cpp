@@ -103,6 +103,7 @@ const std::vector<Feature>& known_features() {
       {"joint:slider", physics, "bodies that move along an axis of each other without turning"},
       {"joint:fixed", physics, "bodies without relative motion"},
       {"joint:distance", physics, "points of two bodies that keep their distance"},
+      {"joint:model", physics, "joints that body.model holds"},
       {"joint:springs", physics, "springs and dampers in hinges and sliders"},
       {"actuator:pair_force", physics, "drives that push two bodies apart along the current line between them"},
       {"actuator:body_force", physics, "driving forces that turn with their body"},
@@ -110,6 +111,8 @@ const std::vector<Feature>& known_features() {
       {"actuator:world_force", physics, "driving forces of fixed direction"},
       {"actuator:world_torque", physics, "driving torques of fixed direction"},
       {"actuator:joint_motion", physics, "hinges, sliders and rods whose motion is given"},
+      {"actuator:control", physics, "inputs of actuators that body.model holds"},
+      {"model:mjcf", physics, "bodies given as a model of MuJoCo; --bodies prints them"},
       {"gravity", physics, "weight and buoyancy of the bodies"},
       {"contact", physics, "bodies that meet rebound with a given restitution"},
       {"contact:friction", physics, "bodies that meet have Coulomb friction"},
@@ -178,6 +181,7 @@ std::set<std::string> required_features(const BodySetup& setup) {
     required.insert(feature("actuator", actuator_names, actuator.kind));
     if (!actuator.anchor_A_m.isZero(0.0) || !actuator.anchor_B_m.isZero(0.0)) required.insert("anchors");
   }
+  if (!setup.model.text.empty()) required.insert("model:mjcf");
   if (!setup.gravity_m_per_s2.isZero(0.0)) required.insert("gravity");
   if (setup.contact.stiffness_N_per_m > 0.0) {
     required.insert("contact");

@@ -80,14 +80,15 @@ inline constexpr std::array integrator_names{Choice<Integrator>{"semi_implicit_e
 inline constexpr std::array joint_names{
     Choice<JointKind>{"ball", JointKind::ball}, Choice<JointKind>{"hinge", JointKind::hinge},
     Choice<JointKind>{"slider", JointKind::slider}, Choice<JointKind>{"fixed", JointKind::fixed},
-    Choice<JointKind>{"distance", JointKind::distance}};
+    Choice<JointKind>{"distance", JointKind::distance}, Choice<JointKind>{"model", JointKind::model}};
 
 inline constexpr std::array actuator_names{Choice<ActuatorKind>{"pair_force", ActuatorKind::pair_force},
                                            Choice<ActuatorKind>{"body_force", ActuatorKind::body_force},
                                            Choice<ActuatorKind>{"body_torque", ActuatorKind::body_torque},
                                            Choice<ActuatorKind>{"world_force", ActuatorKind::world_force},
                                            Choice<ActuatorKind>{"world_torque", ActuatorKind::world_torque},
-                                           Choice<ActuatorKind>{"joint_motion", ActuatorKind::joint_motion}};
+                                           Choice<ActuatorKind>{"joint_motion", ActuatorKind::joint_motion},
+                                           Choice<ActuatorKind>{"control", ActuatorKind::control}};
 
 /// The known word closest to `word`, for "Did you mean …?"; empty if none is close.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);

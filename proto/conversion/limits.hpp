@@ -12,6 +12,7 @@ struct Limits {
   double cells = 1e12;                              ///< so many times the bytes of a cell are still a 64-bit number
   std::size_t driving_nodes = 16;
   std::size_t string_bytes = 4096;
+  std::size_t model_bytes = std::size_t{16} << 20;  ///< text of BodySetup::model
   std::size_t features = 1024;
   std::size_t timers = 1024;
 };

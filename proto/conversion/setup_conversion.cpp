@@ -137,6 +137,7 @@ void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {
   wire("anchor_A_m", actuator.anchor_A_m);
   wire("anchor_B_m", actuator.anchor_B_m);
   wire("joint", actuator.joint, -1);
+  wire("control", actuator.control);
 }
 
 void describe(auto& wire, Is<WallSpecification> auto& wall) {
@@ -152,6 +153,13 @@ void describe(auto& wire, Is<ContactSpecification> auto& contact) {
   wire("friction", contact.friction);
 }
 
+void describe(auto& wire, Is<ModelSpecification> auto& model) {
+  wire("text", model.text, kLimits.model_bytes);
+  wire("length_m", model.length_m);
+  wire("mass_kg", model.mass_kg);
+  wire("time_s", model.time_s);
+}
+
 void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("step_s", setup.step_s);
   wire("integrator", setup.integrator);
@@ -165,6 +173,7 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("actuators", setup.actuators);
   wire("walls", setup.walls);
   wire("contact", setup.contact);
+  wire("model", setup.model);
   wire("trace_directory", setup.trace_directory);
 }
 
@@ -188,6 +197,7 @@ class Writer {
   }
   /// @param first  least value of an index, 0 on the wire
   void operator()(const char* name, int index, int first) { (*this)(name, index - first); }
+  void operator()(const char* name, const std::string& text, std::size_t /*most_bytes*/) { (*this)(name, text); }
 
  private:
   // One function for each type of value.
@@ -235,6 +245,10 @@ class Reader {
   void operator()(const char* name, int& index, int first) {
     (*this)(name, index);
     index += first;
+  }
+  void operator()(const char* name, std::string& text, std::size_t most_bytes) {
+    text = reflection_.GetString(message_, field_of(message_, name));
+    require_at_most(text.size(), most_bytes, (path_ + name).c_str());
   }
 
  private:

@@ -17,7 +17,7 @@ namespace copepod {
 ///                           e = d/|d|,  d = (p_B + r_B) − (p_A + r_A),  r = R anchor
 ///   body_force, body_torque F = s R a,  τ = s R a                                                        (B18)
 ///   world_force, world_torque  F = s a,  τ = s a
-///   joint_motion            nothing that is known here: joints exert what their motion takes
+///   joint_motion, control   nothing that is known here: joints exert what their motion takes
 /// A positive pair force pushes the bodies apart; whatever their motion, its net force is exactly zero and its
 /// net torque zero within rounding, as both act along the line through both ends.
 /// @param value        s [N], of a torque [N m]; 0: nothing is added
@@ -68,6 +68,7 @@ inline void add_actuator_loads(const ActuatorSpecification& actuator, double val
       torque_N_m.col(A) += value * actuator.direction;
       return;
     case ActuatorKind::joint_motion:
+    case ActuatorKind::control:
       return;
   }
 }

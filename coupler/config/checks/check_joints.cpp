@@ -78,6 +78,9 @@ void check_joints(const Case& the_case, const Assembly& assembly, Problems& prob
     if (!names.insert(named.name).second)
       problems.error(path + ".name", path + ".name is '" + named.name + "' (another joint has this name). Rename it.");
     const JointSpecification& joint = assembly.joints[i];
+    if (joint.kind == JointKind::model && the_case.body.model.text.empty()) {
+      problems.error(path + ".kind", path + ".kind is model (there is no body.model). Use another kind.");
+    }
     if (named.signal && (named.stiffness > 0.0 || named.damping > 0.0)) {
       problems.error(path + ".signal", path +
                                            ".signal moves a joint that has a spring or damper (it would change "

@@ -156,7 +156,7 @@ void check_symmetric_actuator(const ActuatorSpecification& actuator, const std::
                               const FluidCase& fluid, std::size_t axis, Problems& problems) {
   if (actuator.kind == ActuatorKind::pair_force)
     return check_symmetric_joint(actuator, "a pair force", path, assembly, fluid, axis, problems);
-  if (actuator.body_A < 0) return;
+  if (actuator.body_A < 0 || actuator.kind == ActuatorKind::control) return;
   const BodySpecification& body = assembly.bodies[static_cast<std::size_t>(actuator.body_A)];
   if (!lies_on(body, fluid, axis)) return;
   const bool turns = actuator.kind == ActuatorKind::body_force || actuator.kind == ActuatorKind::body_torque;

@@ -58,7 +58,7 @@ double largest_drive_N(const Assembly& assembly) {
   double largest_N = 0.0;
   for (const DrivenActuator& driven : assembly.drive) {
     const ActuatorKind kind = driven.actuator.kind;
-    if (kind == ActuatorKind::body_torque || kind == ActuatorKind::world_torque || kind == ActuatorKind::joint_motion)
+    if (kind != ActuatorKind::pair_force && kind != ActuatorKind::body_force && kind != ActuatorKind::world_force)
       continue;
     double value = driven.signal.kind == SignalKind::table ? 0.0 : 1.0;
     for (const Signal::Point& point : driven.signal.table) value = std::max(value, std::abs(point.value));

@@ -138,6 +138,7 @@ void read_table(Reader& signal, double step_s, Signal& result) {
 
 const char* amplitude_key(ActuatorKind kind, bool rest_length) {
   if (rest_length) return "amplitude_m";
+  if (kind == ActuatorKind::control) return factor_key;
   return kind == ActuatorKind::body_torque || kind == ActuatorKind::world_torque ? "amplitude_N_m" : "amplitude_N";
 }
 
@@ -153,7 +154,8 @@ constexpr std::array drive_words{Choice<DriveWord>{"pair_force", {ActuatorKind::
                                  Choice<DriveWord>{"body_force", {ActuatorKind::body_force}},
                                  Choice<DriveWord>{"body_torque", {ActuatorKind::body_torque}},
                                  Choice<DriveWord>{"world_force", {ActuatorKind::world_force}},
-                                 Choice<DriveWord>{"world_torque", {ActuatorKind::world_torque}}};
+                                 Choice<DriveWord>{"world_torque", {ActuatorKind::world_torque}},
+                                 Choice<DriveWord>{"control", {ActuatorKind::control}}};
 
 constexpr std::array arm_words{Choice<DriveKind>{"pair_force", DriveKind::pair_force},
                                Choice<DriveKind>{"rest_length", DriveKind::rest_length}};
@@ -242,6 +244,9 @@ NamedActuator read_actuator(Reader actuator, double step_s) {
   if (result.kind == ActuatorKind::pair_force) {
     result.bodies = read_names(actuator, "bodies", 2, "a pair has two). Write bodies: [a, b].");
     if (!result.rest_length) std::tie(result.anchor_A_m, result.anchor_B_m) = read_anchors(actuator);
+  } else if (result.kind == ActuatorKind::control) {
+    result.bodies.clear();
+    result.control = actuator.text("control");
   } else {
     result.bodies = {actuator.text("body")};
     result.direction = read_direction(actuator, "direction", {});
@@ -255,6 +260,8 @@ ordered_json resolved_actuator(const NamedActuator& actuator) {
   if (actuator.kind == ActuatorKind::pair_force) {
     section["bodies"] = actuator.bodies;
     if (!actuator.rest_length) section["anchors_m"] = resolved_anchors(actuator.anchor_A_m, actuator.anchor_B_m);
+  } else if (actuator.kind == ActuatorKind::control) {
+    section["control"] = actuator.control;
   } else {
     section["body"] = actuator.bodies[0];
     section["direction"] = actuator.direction;

@@ -192,6 +192,7 @@ NamedJoint read_joint(Reader joint, double step_s) {
   result.kind = *kind;
   result.name = joint.name("name");
   result.bodies = read_names(joint, "bodies", 2, "a joint has two). Write bodies: [a, b], or [a, world].");
+  if (result.kind == JointKind::model) return result;
   if (result.kind == JointKind::distance) {
     std::tie(result.anchors_m[0], result.anchors_m[1]) = read_anchors(joint);
   } else {
@@ -211,6 +212,7 @@ NamedJoint read_joint(Reader joint, double step_s) {
 
 ordered_json resolved_joint(const NamedJoint& joint) {
   ordered_json section{{"name", joint.name}, {"kind", name_of(joint_names, joint.kind)}, {"bodies", joint.bodies}};
+  if (joint.kind == JointKind::model) return section;
   if (joint.kind == JointKind::distance) {
     section["anchors_m"] = resolved_anchors(joint.anchors_m[0], joint.anchors_m[1]);
   } else {

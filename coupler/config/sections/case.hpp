@@ -41,6 +41,7 @@ struct FluidCase : FluidSetup {
 struct BodyCase : BodySetup {
   BodySolverChoice solver = BodySolverChoice::own;
   std::vector<std::string> command;  ///< of solver: {command: …}
+  std::string model_file;            ///< path; its bodies are still to be read. Empty: none
 };
 
 /// A bead of a swimmer, in the swimmer's frame; its body is called "swimmer.bead".
@@ -138,7 +139,7 @@ struct NamedJoint {
 
 /// An actuator of the case and how its value varies.
 struct NamedActuator : ActuatorSpecification {
-  std::vector<std::string> bodies;  ///< two of a pair, otherwise one
+  std::vector<std::string> bodies;  ///< two of a pair, none of a control, otherwise one
   bool rest_length = false;         ///< the signal is the rest length of the spring between them [m]
   Signal signal;
 };

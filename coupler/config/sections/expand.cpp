@@ -118,6 +118,7 @@ JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers,
   joint.kind = named.kind;
   joint.body_A = number_of(numbers, named.bodies[exchanged ? 1 : 0]);
   joint.body_B = number_of(numbers, named.bodies[exchanged ? 0 : 1]);
+  if (joint.kind == JointKind::model) return joint;
   joint.anchor_A_m = named.anchors_m[exchanged ? 1 : 0];
   joint.anchor_B_m = named.anchors_m[exchanged ? 0 : 1];
   const auto in_frame_of = [&assembly](int number, const Eigen::Vector3d& place_m) -> Eigen::Vector3d {
@@ -161,7 +162,7 @@ void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assemb
     springs.emplace(std::minmax(assembly.springs[i].body_A, assembly.springs[i].body_B), i);
   for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
     const NamedActuator& named = the_case.actuators[i];
-    const int body_A = number_of(numbers, named.bodies[0]);
+    const int body_A = named.bodies.empty() ? 0 : number_of(numbers, named.bodies[0]);
     const int body_B = named.bodies.size() > 1 ? number_of(numbers, named.bodies[1]) : -1;
     const auto spring = named.rest_length ? springs.find(std::minmax(body_A, body_B)) : springs.end();
     if (spring != springs.end()) {

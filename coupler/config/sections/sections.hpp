@@ -40,6 +40,14 @@ double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg);
 SingleBody read_body(Reader body, double step_s);
 nlohmann::ordered_json resolved_body(const SingleBody& body);
 
+/// Key `model` of section `body`: the text of the model, or the file that holds it.
+void read_model(Reader& body, BodyCase& result);
+nlohmann::ordered_json resolved_model(const ModelSpecification& model);
+
+/// Adds what the body component makes of the model: its spheres and capsules as bodies, and as joints which of them may
+/// overlap. Starts the component's program (`--bodies`).
+void read_bodies_of_model(Case& the_case, Problems& problems);
+
 NamedSpring read_spring(Reader spring);
 nlohmann::ordered_json resolved_spring(const NamedSpring& spring);
 

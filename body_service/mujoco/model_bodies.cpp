@@ -1,0 +1,143 @@
+#include "mujoco/model_bodies.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <mujoco/mujoco.h>
+#include <regex>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include "contract/errors.hpp"
+#include "contract/words.hpp"
+#include "geometry/rotation.hpp"
+#include "mujoco/compiled_model.hpp"
+
+namespace copepod::body {
+
+namespace {
+
+/// Of bodies that never move, whose masses have no effect; MuJoCo's own default.
+constexpr double density_of_fixed_kg_per_m3 = 1000.0;
+
+std::string name_of_geom(const mjModel& mujoco, int geom) {
+  const char* name = mj_id2name(&mujoco, mjOBJ_GEOM, geom);
+  return name == nullptr || *name == '\0' ? std::string("geom_") += std::to_string(geom) : name;
+}
+
+/// @throws CaseError if it is neither sphere nor capsule
+Shape shape_of(const mjModel& mujoco, int geom, double unit_m) {
+  const std::span size(mujoco.geom_size + std::ptrdiff_t{3} * geom, 3);
+  if (mujoco.geom_type[geom] == mjGEOM_SPHERE) return {ShapeKind::sphere, size[0] * unit_m, 0.0};
+  if (mujoco.geom_type[geom] == mjGEOM_CAPSULE) return {ShapeKind::capsule, size[0] * unit_m, 2.0 * size[1] * unit_m};
+  throw CaseError("geom '" + name_of_geom(mujoco, geom) +
+                  "' is neither sphere nor capsule (the fluid has no other bodies). Replace it by some of these.");
+}
+
+/// Whether MuJoCo lets two bodies of its own overlap [MuJoCo 2.2, "Computation", collision detection].
+bool may_overlap(const mjModel& mujoco, int body1, int body2) {
+  const auto [low, high] = std::minmax(body1, body2);
+  for (int i = 0; i < mujoco.nexclude; ++i)
+    if (mujoco.exclude_signature[i] == (low << 16) + high) return true;
+  const int weld1 = mujoco.body_weldid[body1];
+  const int weld2 = mujoco.body_weldid[body2];
+  const int above1 = mujoco.body_weldid[mujoco.body_parentid[weld1]];
+  const int above2 = mujoco.body_weldid[mujoco.body_parentid[weld2]];
+  return weld1 == weld2 || (weld1 != 0 && weld2 != 0 && (weld1 == above2 || weld2 == above1));
+}
+
+nlohmann::json array_of(const auto& vector) { return std::vector<double>(vector.begin(), vector.end()); }
+
+}  // namespace
+
+std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecification& model) {
+  const MujocoData data = new_data(mujoco);
+  mj_kinematics(&mujoco, data.get());
+  std::vector<ModelBody> bodies;
+  std::vector<double> volume_m3_of_body(static_cast<std::size_t>(mujoco.nbody), 0.0);
+  for (int geom = 0; geom < mujoco.ngeom; ++geom) {
+    if (mujoco.geom_type[geom] == mjGEOM_PLANE) continue;
+    BodySpecification& body = bodies.emplace_back(ModelBody{geom, {}}).body;
+    const int owner = mujoco.geom_bodyid[geom];
+    body.name = name_of_geom(mujoco, geom);
+    body.shape = shape_of(mujoco, geom, model.length_m);
+    body.motion = mujoco.body_weldid[owner] == 0 ? MotionKind::fixed : MotionKind::free;
+    body.position_m =
+        Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + std::ptrdiff_t{3} * geom) * model.length_m;
+    const Eigen::Vector4d q_W = Eigen::Map<const Eigen::Vector4d>(data->xquat + std::ptrdiff_t{4} * owner);
+    const Eigen::Vector4d q_geom = Eigen::Map<const Eigen::Vector4d>(mujoco.geom_quat + std::ptrdiff_t{4} * geom);
+    body.orientation_wxyz = product(q_W, q_geom).normalized();
+    volume_m3_of_body[static_cast<std::size_t>(owner)] += volume_m3(body.shape);
+  }
+  if (bodies.empty())
+    throw CaseError("the model has no sphere and no capsule (the fluid would have no bodies). Add one.");
+  for (ModelBody& it : bodies) {
+    const int owner = mujoco.geom_bodyid[it.geom];
+    const double volume = volume_m3(it.body.shape);
+    it.body.mass_kg = it.body.motion == MotionKind::fixed
+                          ? density_of_fixed_kg_per_m3 * volume
+                          : mujoco.body_mass[owner] * model.mass_kg * volume /
+                                volume_m3_of_body[static_cast<std::size_t>(owner)];
+  }
+  return bodies;
+}
+
+std::string bodies_as_json(const ModelSpecification& model) {
+  require_no_files(model.text);
+  const MujocoModel mujoco = compiled(model.text);
+  const std::vector<ModelBody> found = bodies_of(*mujoco, model);
+  nlohmann::json bodies = nlohmann::json::array();
+  nlohmann::json joints = nlohmann::json::array();
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const BodySpecification& body = found[i].body;
+    bodies.push_back({{"name", body.name},
+                      {"shape", copepod::name_of(shape_names, body.shape.kind)},
+                      {"radius_m", body.shape.radius_m},
+                      {"length_m", body.shape.length_m},
+                      {"mass_kg", body.mass_kg},
+                      {"motion", copepod::name_of(motion_names, body.motion)},
+                      {"position_m", array_of(body.position_m)},
+                      {"orientation_wxyz", array_of(body.orientation_wxyz)}});
+    for (std::size_t j = 0; j < i; ++j) {
+      const bool fixed = body.motion == MotionKind::fixed && found[j].body.motion == MotionKind::fixed;
+      if (fixed || !may_overlap(*mujoco, mujoco->geom_bodyid[found[j].geom], mujoco->geom_bodyid[found[i].geom]))
+        continue;
+      joints.push_back({{"name", found[j].body.name + " and " + body.name},
+                        {"kind", "model"},
+                        {"bodies", {found[j].body.name, body.name}}});
+    }
+  }
+  return nlohmann::json{{"bodies", bodies}, {"joints", joints}}.dump();
+}
+
+void require_bodies_of_model(const BodySetup& setup, const std::vector<ModelBody>& bodies) {
+  const std::string remedy = "). Write body.model: FILE.xml, without bodies or swimmers beside it.";
+  if (bodies.size() != setup.bodies.size()) {
+    throw CaseError("the case has " + std::to_string(setup.bodies.size()) + " bodies, its model " +
+                    std::to_string(bodies.size()) + " spheres and capsules (they must be the same" + remedy);
+  }
+  constexpr double rounding = 1e-9;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const BodySpecification& body = setup.bodies[i];
+    const BodySpecification& wanted = bodies[i].body;
+    const auto same = [](double one, double other) { return std::abs(one - other) <= rounding * std::abs(other); };
+    const bool same_shape = body.shape.kind == wanted.shape.kind && same(body.shape.radius_m, wanted.shape.radius_m) &&
+                            same(body.shape.length_m, wanted.shape.length_m);
+    const bool same_place = (body.position_m - wanted.position_m).norm() <= rounding * wanted.shape.radius_m &&
+                            std::abs(body.orientation_wxyz.dot(wanted.orientation_wxyz)) >= 1.0 - rounding;
+    const bool at_rest = body.velocity_m_per_s.isZero(0.0) && body.angular_velocity_rad_per_s.isZero(0.0);
+    if (same_shape && same_place && at_rest && same(body.mass_kg, wanted.mass_kg) && body.motion == wanted.motion)
+      continue;
+    throw CaseError("body '" + body.name + "' is not '" + wanted.name +
+                    "' of the model (shape, mass, place and motion must be the same, and it starts at rest" + remedy);
+  }
+}
+
+void require_no_files(const std::string& mjcf) {
+  static const std::regex names_file(R"(<\s*include\b|\bfile\s*=)");
+  if (!std::regex_search(mjcf, names_file)) return;
+  throw CaseError("the model reads other files (a case holds its whole model). Write their content into it.");
+}
+
+}  // namespace copepod::body

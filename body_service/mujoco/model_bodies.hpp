@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contract/body_setup.hpp"
+
+struct mjModel_;
+
+namespace copepod::body {
+
+/// A sphere or capsule of a model, number `geom` of MuJoCo's, as a body of a case.
+struct ModelBody {
+  int geom = 0;
+  BodySpecification body;
+};
+
+/// The spheres and capsules of a model, in its order and in its initial position; planes are left out. Those that hang
+/// on the world are fixed. The mass of a body of several geoms is shared out by volume.
+/// @throws CaseError if there are other geoms, or none
+std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecification& model);
+
+/// The same as sections of a case in JSON, `bodies`, and `joints` between those that MuJoCo lets overlap: geoms of one
+/// body, of a body and the one that it hangs on, and those that the model excludes.
+/// @throws CaseError if MuJoCo refuses the model, or it reads other files
+std::string bodies_as_json(const ModelSpecification& model);
+
+/// @throws CaseError if the bodies of the setup are not those of its model
+void require_bodies_of_model(const BodySetup& setup, const std::vector<ModelBody>& bodies);
+
+/// @throws CaseError if the text names files, which would not be part of the case
+void require_no_files(const std::string& mjcf);
+
+}  // namespace copepod::body
