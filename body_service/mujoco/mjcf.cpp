@@ -172,8 +172,7 @@ class Writer {
     const bool sphere = body.shape.kind == ShapeKind::sphere;
     return "<inertial pos=\"0 0 0\"" + attribute("mass", {body.mass_kg / units_.mass_kg}) +
            attribute("diaginertia", inertia) + "/><geom" + label("name", 'b', number) + " type=\"" +
-           (sphere ? "sphere" : "capsule") + "\"" +
-           attribute("size", {radius, half_length}) + contact_ + "/>";
+           (sphere ? "sphere" : "capsule") + "\"" + attribute("size", {radius, half_length}) + contact_ + "/>";
   }
 
   /// The joint in the frame of the body that moves. MuJoCo's coordinate is its motion relative to the other; where it

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <mujoco/mujoco.h>
 #include <regex>
+#include <span>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -63,8 +64,7 @@ std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecificatio
     body.name = name_of_geom(mujoco, geom);
     body.shape = shape_of(mujoco, geom, model.length_m);
     body.motion = mujoco.body_weldid[owner] == 0 ? MotionKind::fixed : MotionKind::free;
-    body.position_m =
-        Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + std::ptrdiff_t{3} * geom) * model.length_m;
+    body.position_m = Eigen::Map<const Eigen::Vector3d>(data->geom_xpos + std::ptrdiff_t{3} * geom) * model.length_m;
     const Eigen::Vector4d q_W = Eigen::Map<const Eigen::Vector4d>(data->xquat + std::ptrdiff_t{4} * owner);
     const Eigen::Vector4d q_geom = Eigen::Map<const Eigen::Vector4d>(mujoco.geom_quat + std::ptrdiff_t{4} * geom);
     body.orientation_wxyz = product(q_W, q_geom).normalized();
@@ -75,10 +75,9 @@ std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecificatio
   for (ModelBody& it : bodies) {
     const int owner = mujoco.geom_bodyid[it.geom];
     const double volume = volume_m3(it.body.shape);
-    it.body.mass_kg = it.body.motion == MotionKind::fixed
-                          ? density_of_fixed_kg_per_m3 * volume
-                          : mujoco.body_mass[owner] * model.mass_kg * volume /
-                                volume_m3_of_body[static_cast<std::size_t>(owner)];
+    it.body.mass_kg = it.body.motion == MotionKind::fixed ? density_of_fixed_kg_per_m3 * volume
+                                                          : mujoco.body_mass[owner] * model.mass_kg * volume /
+                                                                volume_m3_of_body[static_cast<std::size_t>(owner)];
   }
   return bodies;
 }
@@ -108,7 +107,12 @@ std::string bodies_as_json(const ModelSpecification& model) {
                         {"bodies", {found[j].body.name, body.name}}});
     }
   }
-  return nlohmann::json{{"bodies", bodies}, {"joints", joints}}.dump();
+  nlohmann::json controls = nlohmann::json::array();
+  for (int i = 0; i < mujoco->nu; ++i) {
+    const char* name = mj_id2name(mujoco.get(), mjOBJ_ACTUATOR, i);
+    if (name != nullptr) controls.push_back(name);
+  }
+  return nlohmann::json{{"bodies", bodies}, {"joints", joints}, {"controls", controls}}.dump();
 }
 
 void require_bodies_of_model(const BodySetup& setup, const std::vector<ModelBody>& bodies) {
@@ -135,6 +139,7 @@ void require_bodies_of_model(const BodySetup& setup, const std::vector<ModelBody
 }
 
 void require_no_files(const std::string& mjcf) {
+  if (mjcf.empty()) throw CaseError("the model is empty. Give a file in MuJoCo's format, MJCF.");
   static const std::regex names_file(R"(<\s*include\b|\bfile\s*=)");
   if (!std::regex_search(mjcf, names_file)) return;
   throw CaseError("the model reads other files (a case holds its whole model). Write their content into it.");

@@ -20,15 +20,15 @@ struct ModelBody {
 /// @throws CaseError if there are other geoms, or none
 std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecification& model);
 
-/// The same as sections of a case in JSON, `bodies`, and `joints` between those that MuJoCo lets overlap: geoms of one
-/// body, of a body and the one that it hangs on, and those that the model excludes.
+/// The same as sections of a case in JSON: `bodies`, and `joints` between those that MuJoCo lets overlap (geoms of one
+/// body, of a body and the one that it hangs on, and those that the model excludes); and the names of its actuators.
 /// @throws CaseError if MuJoCo refuses the model, or it reads other files
 std::string bodies_as_json(const ModelSpecification& model);
 
 /// @throws CaseError if the bodies of the setup are not those of its model
 void require_bodies_of_model(const BodySetup& setup, const std::vector<ModelBody>& bodies);
 
-/// @throws CaseError if the text names files, which would not be part of the case
+/// @throws CaseError if the text is empty, or names files, which would not be part of the case
 void require_no_files(const std::string& mjcf);
 
 }  // namespace copepod::body

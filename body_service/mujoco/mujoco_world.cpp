@@ -134,8 +134,8 @@ void MujocoWorld::advance(Kinematics& state, const Loads& loads) {
     const auto body = static_cast<Eigen::Index>(i);
     const int id = mujoco_->geom_bodyid[geoms_[i]];
     const Eigen::Vector3d force = (loads.force_N.col(body) - own_weight_N_.col(body)) / units_.force_N();
-    const Eigen::Vector3d arm = columns(data_->geom_xpos, mujoco_->ngeom).col(geoms_[i]) -
-                                columns(data_->xipos, mujoco_->nbody).col(id);
+    const Eigen::Vector3d arm =
+        columns(data_->geom_xpos, mujoco_->ngeom).col(geoms_[i]) - columns(data_->xipos, mujoco_->nbody).col(id);
     applied.col(id).head<3>() += force;
     applied.col(id).tail<3>() += loads.torque_N_m.col(body) / units_.torque_N_m() + arm.cross(force);
   }

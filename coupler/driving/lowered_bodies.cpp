@@ -32,7 +32,7 @@ BodySetup lowered(const BodySetup& setup) {
   for (const auto& [bodies, kind] :
        {std::pair(pushed, ActuatorKind::world_force), std::pair(turned, ActuatorKind::world_torque)}) {
     for (const int body : bodies) {
-      for (int axis = 0; axis < 3; ++axis) result.actuators.push_back({kind, body, -1, Eigen::Vector3d::Unit(axis), {}, {}, -1, {}});
+      for (int axis = 0; axis < 3; ++axis) result.actuators.push_back({kind, body, -1, Eigen::Vector3d::Unit(axis)});
     }
   }
   return result;

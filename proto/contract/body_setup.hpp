@@ -39,7 +39,7 @@ enum class JointKind {
   slider,    ///< moves along an axis without turning
   fixed,     ///< no relative motion
   distance,  ///< two points keep their distance: a rod without mass
-  model,     ///< what the model says: the bodies may overlap
+  model,     ///< as the model has it: the bodies may overlap
 };
 
 /// Whether JointSpecification::axis matters.
@@ -107,7 +107,7 @@ struct ActuatorSpecification {
   Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< end of a pair in the frame of A, from its centre of mass
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
   int joint = -1;                                        ///< of a joint_motion; −1: none
-  std::string control;                                   ///< name of a control; it acts on no body of its own
+  std::string control = {};                              ///< name of a control; it acts on no body of its own
 };
 
 /// Plane wall of the domain, which bodies meet in contacts.
@@ -127,7 +127,7 @@ struct ContactSpecification {
 
 /// Bodies as a model of a rigid-body engine, with joints, tendons and actuators of its own.
 struct ModelSpecification {
-  std::string text;       ///< MJCF [MuJoCo 2.2, "XML reference"]; empty: none
+  std::string text = {};  ///< MJCF [MuJoCo 2.2, "XML reference"]; empty: none
   double length_m = 1.0;  ///< its unit of length
   double mass_kg = 1.0;
   double time_s = 1.0;

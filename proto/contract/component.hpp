@@ -31,7 +31,7 @@ struct Component {
   /// @throws CaseError if so many ranks cannot handle the setup
   std::function<Estimate(const Setup&, int ranks)> estimate = {};
   /// Of body components that announce "model:mjcf": the spheres and capsules of a model as `bodies` of a case, and as
-  /// `joints` which of them may overlap, in JSON.
+  /// `joints` which of them may overlap, in JSON; and as `controls` the names of its actuators.
   /// @throws CaseError if it cannot be used
   std::function<std::string(const ModelSpecification&)> bodies_of = {};
 };

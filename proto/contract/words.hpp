@@ -78,8 +78,8 @@ inline constexpr std::array integrator_names{Choice<Integrator>{"semi_implicit_e
                                              Choice<Integrator>{"runge_kutta_4", Integrator::runge_kutta_4}};
 
 inline constexpr std::array joint_names{
-    Choice<JointKind>{"ball", JointKind::ball}, Choice<JointKind>{"hinge", JointKind::hinge},
-    Choice<JointKind>{"slider", JointKind::slider}, Choice<JointKind>{"fixed", JointKind::fixed},
+    Choice<JointKind>{"ball", JointKind::ball},         Choice<JointKind>{"hinge", JointKind::hinge},
+    Choice<JointKind>{"slider", JointKind::slider},     Choice<JointKind>{"fixed", JointKind::fixed},
     Choice<JointKind>{"distance", JointKind::distance}, Choice<JointKind>{"model", JointKind::model}};
 
 inline constexpr std::array actuator_names{Choice<ActuatorKind>{"pair_force", ActuatorKind::pair_force},

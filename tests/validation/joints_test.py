@@ -102,6 +102,18 @@ class Joints(WholeRunTest):
             gap = places["body"] - places[link] + side * 8e-6 * (axes["body"] + axes[link])
             self.assertLess(np.linalg.norm(gap), 1e-16)
 
+    def test_a_model_of_mujoco_moves_as_the_same_links_with_our_joints(self):
+        places = {}
+        for case in ("three_link_swimmer", "three_link_mjcf"):
+            run = self.run_of(f"examples/{case}.yaml", "run.steps=300", "output.trajectory.every_steps=300")
+            rows = [self.rows_of(run, name) for name in ("front", "body", "rear")]
+            places[case] = np.array([[[float(row[f"{axis}_m"]) for axis in "xyz"] for row in each] for each in rows])
+        ours, theirs = places["three_link_swimmer"], places["three_link_mjcf"]
+        np.testing.assert_allclose(theirs[:, 0], ours[:, 0], atol=1e-15)
+        moved = np.linalg.norm(ours[:, -1] - ours[:, 0], axis=1)
+        off = np.linalg.norm(theirs[:, -1] - ours[:, -1], axis=1)
+        self.assertLess(off.max(), 0.02 * moved.max())
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -115,6 +115,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
   }
   const auto require_body = [&](const std::string& name, const std::string& path) {
     if (name.empty() || seen.contains(name)) return;  // an empty one was reported when it was read
+    if (problems.any_under("body.model")) return;     // its bodies are missing
     problems.error(path,
                    path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
   };

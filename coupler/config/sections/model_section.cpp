@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -90,7 +91,8 @@ void read_model(Reader& body, BodyCase& result) {
   result.model.mass_kg = model.number("mass_kg", Range::positive, 1.0);
   result.model.time_s = model.number("time_s", Range::positive, 1.0);
   if (model.has("file") == model.has("text")) {
-    model.reject("file", "and text are both given or both missing (the model is in one of them). Write file: NAME.xml.");
+    model.reject("file",
+                 "and text are both given or both missing (the model is in one of them). Write file: NAME.xml.");
   } else if (model.has("file")) {
     const std::string path = file_beside_case(model, "file");
     if (read_file(model, "file", path, result.model.text)) result.model_file = path;
@@ -126,6 +128,16 @@ void read_bodies_of_model(Case& the_case, Problems& problems) {
     the_case.bodies.push_back(read_body(found.item("bodies", i), the_case.step_s));
   for (std::size_t i = 0; i < found.size("joints"); ++i)
     the_case.joints.push_back(read_joint(found.item("joints", i), the_case.step_s));
+  const std::vector<std::string> controls = found.words("controls");
+  for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
+    const NamedActuator& actuator = the_case.actuators[i];
+    if (actuator.kind != ActuatorKind::control || std::ranges::find(controls, actuator.control) != controls.end())
+      continue;
+    const std::string key = "actuators." + std::to_string(i) + ".control";
+    const std::string nearest = nearest_word(actuator.control, controls);
+    problems.error(key, key + " is '" + actuator.control + "' (the model has no actuator of this name). " +
+                            (nearest.empty() ? "Use one of the model's." : "Did you mean '" + nearest + "'?"));
+  }
 }
 
 }  // namespace copepod::coupler

@@ -110,6 +110,11 @@ const Travels body_travels{
     {"actuators.anchor_A_m", {"actuators.1.anchors_m=[[0, 0, 2.0e-6], [1.0e-6, 0, 0]]"}},
     {"actuators.anchor_B_m", {"actuators.1.anchors_m=[[0, 0, 1.0e-6], [2.0e-6, 0, 0]]"}},
     {"actuators.joint", {"joints.1.signal=null"}},
+    {"actuators.control", {"actuators.5.control=other motor"}},
+    {"model.text", {"body.model.text=<mujoco></mujoco>"}},
+    {"model.length_m", {"body.model.length_m=2.0e-6"}},
+    {"model.mass_kg", {"body.model.mass_kg=2.0e-15"}},
+    {"model.time_s", {"body.model.time_s=2.0e-6"}},
     {"walls.point_m", {"fluid.domain_cells=[50, 50, 96]"}},
     {"walls.normal", {"fluid.boundaries.x=periodic"}},
     {"walls.velocity_m_per_s", {"fluid.boundaries.y={velocity_m_per_s: [0, 0, 0.4]}"}},
@@ -123,7 +128,8 @@ const Travels body_travels{
 /// Sections whose keys all go to a component, and those of their keys that do not.
 const std::vector<std::string> travelling_sections{"fluid.",    "body.",   "bodies.[].", "springs.[].",
                                                    "bends.[].", "gravity", "contact."};
-const std::set<std::string> keys_of_the_coupler{"fluid.solver.command", "body.solver", "body.solver.command"};
+const std::set<std::string> keys_of_the_coupler{"fluid.solver.command", "body.solver", "body.solver.command",
+                                                "body.model.file"};
 
 /// Values of every field of a message as text, by path; entries of lists one after the other.
 using Leaves = std::map<std::string, std::string>;

@@ -168,6 +168,16 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
         s.actuators = {{ActuatorKind::joint_motion, 0}};
       },
       "actuator:joint_motion"}},
+    {"actuators.control",
+     {[](BodySetup& s) {
+        s.actuators = {{ActuatorKind::control, 0}};
+      },
+      "actuator:control"}},
+    {"model", {[](BodySetup& s) { s.model.text = "<mujoco/>"; }, "model:mjcf"}},
+    {"model.text", {[](BodySetup& s) { s.model.text = "<mujoco/>"; }, "model:mjcf"}},
+    {"model.length_m", {[](BodySetup& s) { s.model.text = "<mujoco/>"; }, "model:mjcf"}},
+    {"model.mass_kg", {[](BodySetup& s) { s.model.text = "<mujoco/>"; }, "model:mjcf"}},
+    {"model.time_s", {[](BodySetup& s) { s.model.text = "<mujoco/>"; }, "model:mjcf"}},
     {"walls", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
     {"walls.point_m", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},
     {"walls.normal", {[](BodySetup& s) { s.walls.resize(1); }, "walls"}},

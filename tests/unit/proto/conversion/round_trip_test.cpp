@@ -187,8 +187,8 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
   EXPECT_EQ(received.bends[0].body_C, 1);
   EXPECT_EQ(received.bends[0].stiffness_N_m_per_rad, 2e-16);
   EXPECT_EQ(received.bends[0].rest_angle_rad, 2.5);
-  ASSERT_EQ(received.joints.size(), 2U);
-  for (std::size_t i = 0; i < 2; ++i) {
+  ASSERT_EQ(received.joints.size(), sent.joints.size());
+  for (std::size_t i = 0; i < sent.joints.size(); ++i) {
     EXPECT_EQ(received.joints[i].kind, sent.joints[i].kind);
     EXPECT_EQ(received.joints[i].body_A, sent.joints[i].body_A);
     EXPECT_EQ(received.joints[i].body_B, sent.joints[i].body_B);
@@ -199,8 +199,9 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
     EXPECT_EQ(received.joints[i].damping, sent.joints[i].damping);
     EXPECT_EQ(received.joints[i].rest, sent.joints[i].rest);
   }
-  ASSERT_EQ(received.actuators.size(), 3U);
-  for (std::size_t i = 0; i < 3; ++i) {
+  ASSERT_EQ(received.actuators.size(), sent.actuators.size());
+  for (std::size_t i = 0; i < sent.actuators.size(); ++i) {
+    EXPECT_EQ(received.actuators[i].control, sent.actuators[i].control);
     EXPECT_EQ(received.actuators[i].joint, sent.actuators[i].joint);
     EXPECT_EQ(received.actuators[i].kind, sent.actuators[i].kind);
     EXPECT_EQ(received.actuators[i].body_A, sent.actuators[i].body_A);
@@ -209,6 +210,10 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
     EXPECT_EQ(received.actuators[i].anchor_A_m, sent.actuators[i].anchor_A_m);
     EXPECT_EQ(received.actuators[i].anchor_B_m, sent.actuators[i].anchor_B_m);
   }
+  EXPECT_EQ(received.model.text, "<mujoco/>");
+  EXPECT_EQ(received.model.length_m, 1e-6);
+  EXPECT_EQ(received.model.mass_kg, 1e-15);
+  EXPECT_EQ(received.model.time_s, 1.0 / 3);
 }
 
 TEST_F(RoundTrip, KeepsTheHandshake) {

@@ -19,7 +19,8 @@ std::vector<std::string> cases() {
   std::vector<std::string> files{std::string(CONFIG_TESTS) + "/every_key.yaml"};
   for (const char* folder : {"quick", "paper", "validation", "examples"}) {
     for (const auto& entry : std::filesystem::directory_iterator(std::string(CONFIGS) + "/" + folder)) {
-      if (entry.path().filename() != "campaign.yaml") files.push_back(entry.path().string());
+      if (entry.path().extension() == ".yaml" && entry.path().filename() != "campaign.yaml")
+        files.push_back(entry.path().string());
     }
   }
   return files;
