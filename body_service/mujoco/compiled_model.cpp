@@ -1,5 +1,6 @@
 #include "mujoco/compiled_model.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <mujoco/mujoco.h>
@@ -46,9 +47,11 @@ MujocoModel compiled(const std::string& mjcf, const std::string& model_file) {
   std::array<char, 1000> problem{};
   MujocoModel model(mj_loadXML("case.xml", files->get(), problem.data(), static_cast<int>(problem.size())),
                     mj_deleteModel);
-  if (model == nullptr)
-    throw CaseError("MuJoCo refuses the bodies (" + std::string(problem.data()) + "). Use body.solver: own.");
-  return model;
+  if (model != nullptr) return model;
+  std::string reason(problem.data());
+  while (reason.ends_with('\n')) reason.pop_back();
+  std::ranges::replace(reason, '\n', ' ');
+  throw CaseError("MuJoCo refuses the bodies (" + reason + "). Correct body.model, or use body.solver: own.");
 }
 
 MujocoData new_data(const mjModel_& model) { return {mj_makeData(&model), mj_deleteData}; }
