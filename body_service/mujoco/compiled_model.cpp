@@ -33,7 +33,7 @@ class Files {
   [[nodiscard]] const mjVFS* get() const { return &files_; }
 
  private:
-  mjVFS files_;
+  mjVFS files_{};
 };
 
 }  // namespace
