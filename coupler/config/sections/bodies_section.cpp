@@ -187,6 +187,7 @@ SpringKeys spring_keys_of(JointKind kind) {
 
 NamedJoint read_joint(Reader joint, double step_s) {
   NamedJoint result;
+  result.bodies.resize(2);
   const auto kind = joint.kind(joint_names);
   if (!kind) return result;
   result.kind = *kind;

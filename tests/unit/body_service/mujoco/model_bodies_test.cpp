@@ -91,6 +91,7 @@ TEST(ModelBodies, RefuseWhatTheFluidCannotHaveOrTheCaseWouldLack) {
   EXPECT_TRUE(contains(reason(model_of(R"(<geom name="brick" type="box" size="1 1 1"/>)")), "'brick' is neither"));
   EXPECT_TRUE(contains(reason(model_of("")), "no sphere and no capsule"));
   EXPECT_TRUE(contains(reason(model_of("", R"(<asset><texture file="x.png"/></asset>)")), "reads other files"));
+  EXPECT_TRUE(contains(reason(model_of("", R"(<include\n  file = 'x.xml'/>)")), "reads other files"));
   EXPECT_TRUE(contains(reason({"", 1, 1, 1}), "empty"));
   EXPECT_TRUE(contains(reason({"<mujoco><nonsense/></mujoco>", 1, 1, 1}), "nonsense"));
 }
