@@ -11,7 +11,10 @@ try:
     from copepod_command.main import main
 
     code = main(sys.argv[1:])
-except KeyboardInterrupt:
+except (KeyboardInterrupt, RuntimeError) as end:
+    # Python before 3.12 wraps an interruption of a class that is being defined, as in an import.
+    if KeyboardInterrupt not in (type(end), type(end.__cause__)):
+        raise
     print("copepod: stopped by Ctrl-C.", file=sys.stderr)
     code = 130
 sys.exit(code)

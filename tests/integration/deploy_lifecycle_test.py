@@ -5,11 +5,12 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import time
 import unittest
 from pathlib import Path
 
-from copepod_session import COMMAND, FAKES, PROMPT_S, TinyRunTest, wait_until
+from copepod_session import COMMAND, FAKES, PROMPT_S, ROOT, TinyRunTest, wait_until
 
 
 STOPPED_S = 0.7  # half of what the command tolerates
@@ -191,6 +192,20 @@ class RunLifecycle(TinyRunTest):
             os.killpg(session.process.pid, signal.SIGINT)
             self.assertIn(session.end(), (0, 130, -signal.SIGINT), "".join(session.stderr))
             self.assertNotIn("Traceback", "".join(session.stderr))
+
+    def test_ctrl_c_while_an_import_defines_a_class(self):
+        """Python 3.11 makes a RuntimeError of it."""
+        interrupted = self.folder / "copepod_run" / "messages.py"
+        interrupted.parent.mkdir()
+        (interrupted.parent / "__init__.py").touch()
+        interrupted.write_text(
+            "class Interrupted:\n    def __set_name__(self, owner, name):\n        raise KeyboardInterrupt\n\n\n"
+            "class Defined:\n    member = Interrupted()\n"
+        )
+        command = [sys.executable, "-P", "-m", "copepod_command"]
+        paths = f"{self.folder}:{ROOT / 'deploy'}"
+        ended = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True)
+        self.assertEqual((ended.returncode, ended.stderr), (130, "copepod: stopped by Ctrl-C.\n"))
 
     def test_sigterm(self):
         session = self.start_long_run()
