@@ -78,6 +78,7 @@ Capabilities rigid_body_capabilities() {
            "joint:fixed",
            "joint:distance",
            "joint:springs",
+           "joint:limits",
            "actuator:pair_force",
            "actuator:body_force",
            "actuator:body_torque",

@@ -18,6 +18,14 @@ namespace {
 /// of solve() take its effect away.
 constexpr double regularisation = 1e-11;
 
+void check_limits(const JointSpecification& joint, const std::string& name) {
+  if (!has_axis(joint.kind)) throw CaseError(name + " has limits (only hinges and sliders can). Remove them.");
+  if (!(std::isfinite(joint.lowest) && std::isfinite(joint.highest) && joint.lowest <= 0.0 && joint.highest >= 0.0))
+    throw CaseError(name + " has limits that leave its start out (it counts as 0). Correct them.");
+  if (joint.kind == JointKind::hinge && std::max(-joint.lowest, joint.highest) > 3.0)
+    throw CaseError(name + " has limits wider than 3 (angles are those within half a turn). Use -3 to 3 at most.");
+}
+
 void check(const JointSpecification& joint, std::size_t index, const BodySetup& setup) {
   const std::string name = "joint " + std::to_string(index);
   const auto bodies = static_cast<int>(setup.bodies.size());
@@ -49,6 +57,7 @@ void check(const JointSpecification& joint, std::size_t index, const BodySetup& 
     throw CaseError(name + " has a spring that is not valid (its numbers must not be negative). Correct them.");
   if (!has_axis(joint.kind) && (joint.stiffness > 0.0 || joint.damping > 0.0))
     throw CaseError(name + " has a spring (only hinges and sliders can). Use a spring between the bodies.");
+  if (joint.has_limits()) check_limits(joint, name);
   if (!(std::abs(joint.axis.norm() - 1.0) < 1e-6)) {
     throw CaseError(name + ": its axis has length " + rounded_text(joint.axis.norm()) +
                     " (a direction is a unit vector). Divide it by its length.");
@@ -69,6 +78,8 @@ std::vector<int> drives_of(const BodySetup& setup) {
     const std::string joint = "joint " + std::to_string(actuator.joint);
     if (!has_motion(setup.joints[actuator.joint].kind))
       throw CaseError(name + " drives " + joint + " (it has no single motion). Use hinge, slider or distance.");
+    if (setup.joints[actuator.joint].has_limits())
+      throw CaseError(name + " drives " + joint + " (it has limits, which it would not obey). Remove one of them.");
     if (drives[actuator.joint] >= 0)
       throw CaseError(name + " drives " + joint + " (another actuator does, too). Remove one.");
     if (setup.integrator != Integrator::runge_kutta_4)
@@ -141,14 +152,8 @@ Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
     const std::array<JointSide, 2> sides{side(joint.body_A, 0, start), side(joint.body_B, 0, start)};
     check_anchors(joint, i, sides, model);
     const JointEquations equations(joint, drives[i] >= 0, sides[0], sides[1]);
-    island.joints.push_back({{joint.body_A, joint.body_B},
-                             static_cast<int>(island.rows),
-                             drives[i],
-                             equations,
-                             joint.stiffness,
-                             joint.damping,
-                             joint.rest});
-    island.rows += equations.rows();
+    island.joints.push_back({{joint.body_A, joint.body_B}, joint, static_cast<int>(island.rows), drives[i], equations});
+    island.rows += island.joints.back().rows();
   }
   std::ranges::sort(islands_, {}, &Island::block_key);
 }
@@ -211,7 +216,9 @@ void Joints::list_rows(const Island& island, Eigen::Index first, double at, cons
     const Joint& joint = island.joints[i];
     sides_[i] = {side(joint.bodies[0], first, state), side(joint.bodies[1], first, state)};
     joint.equations.evaluate(sides_[i][0], sides_[i][1], motion(joint, at), &rows_[joint.first_row]);
-    for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+    if (joint.specification.has_limits())
+      rows_[joint.first_row + joint.equations.rows()] = stop_row(joint, stops_[i], sides_[i]);
+    for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
       for (const int end : {0, 1}) {
         const int body = joint.bodies[end];
         response_[row].linear[end] = per_mass(body, rows_[row].linear[end]);
@@ -221,15 +228,25 @@ void Joints::list_rows(const Island& island, Eigen::Index first, double at, cons
   }
 }
 
+/// Of a joint beyond a limit C = s − limit; otherwise a row that does nothing, so that rows keep their places.
+JointRow Joints::stop_row(const Joint& joint, int stop, const std::array<JointSide, 2>& sides) const {
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  if (stop == 0) return {{none, none}, {none, none}};
+  JointRow row = joint.equations.motion(sides[0], sides[1]);
+  row.error -= stop < 0 ? joint.specification.lowest : joint.specification.highest;
+  return row;
+}
+
 /// Q = −k (s − s₀) − c ds/dt along the row of s.                                                  (B33)
 void Joints::add_springs(const Island& island, Eigen::Index first, Eigen::Matrix3Xd& force_N,
                          Eigen::Matrix3Xd& torque_N_m) const {
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
-    if (joint.stiffness == 0.0 && joint.damping == 0.0) continue;
+    const JointSpecification& spring = joint.specification;
+    if (spring.stiffness == 0.0 && spring.damping == 0.0) continue;
     const auto& [A, B] = sides_[i];
     const JointRow motion = joint.equations.motion(A, B);
-    const double load = -joint.stiffness * (motion.error - joint.rest) - joint.damping * rate(motion, A, B);
+    const double load = -spring.stiffness * (motion.error - spring.rest) - spring.damping * rate(motion, A, B);
     for (const int end : {0, 1}) {
       const int body = joint.bodies[end];
       if (!moves(body)) continue;
@@ -247,8 +264,8 @@ void Joints::factorise(const Island& island) {
       for (const int i : {0, 1}) {
         for (const int j : {0, 1}) {
           if (one.bodies[i] != other.bodies[j] || !moves(one.bodies[i])) continue;
-          for (int row = one.first_row; row < one.first_row + one.equations.rows(); ++row) {
-            for (int column = other.first_row; column < other.first_row + other.equations.rows(); ++column)
+          for (int row = one.first_row; row < one.first_row + one.rows(); ++row) {
+            for (int column = other.first_row; column < other.first_row + other.rows(); ++column)
               matrix_(row, column) += rows_[row].linear[i].dot(response_[column].linear[j]) +
                                       rows_[row].angular[i].dot(response_[column].angular[j]);
           }
@@ -275,6 +292,7 @@ void Joints::solve(Eigen::Index rows) {
 void Joints::add_loads(const BodyBlock& block, const MotionState& state, double at, Eigen::Matrix3Xd& force_N,
                        Eigen::Matrix3Xd& torque_N_m) {
   for (const Island& island : islands_of(block)) {
+    stops_.assign(island.joints.size(), 0);
     list_rows(island, block.first, at, state);
     add_springs(island, block.first, force_N, torque_N_m);
     factorise(island);
@@ -292,12 +310,12 @@ void Joints::add_loads(const BodyBlock& block, const MotionState& state, double 
         acceleration[end].angular_velocity_rad_per_s =
             per_inertia(body, sides_[i][end], torque_N_m.col(column) - w.cross(L));
       }
-      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row)
+      for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
         right_side_[row] = -rows_[row].curvature - rate(rows_[row], acceleration[0], acceleration[1]);
     }
     solve(island.rows);
     for (const Joint& joint : island.joints) {
-      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+      for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
         for (const int end : {0, 1}) {
           const int body = joint.bodies[end];
           if (!moves(body)) continue;
@@ -313,7 +331,34 @@ void Joints::correct(const BodyBlock& block, double at, MotionState& state, std:
   for (const Island& island : islands_of(block)) correct(island, at, state, step);
 }
 
+/// Finds the joints that are beyond a limit.
+void Joints::stop(const Island& island, const MotionState& state) {
+  stops_.assign(island.joints.size(), 0);
+  for (std::size_t i = 0; i < island.joints.size(); ++i) {
+    const Joint& joint = island.joints[i];
+    if (!joint.specification.has_limits()) continue;
+    const double moved = joint.equations.motion(side(joint.bodies[0], 0, state), side(joint.bodies[1], 0, state)).error;
+    stops_[i] = moved > joint.specification.highest ? 1 : moved < joint.specification.lowest ? -1 : 0;
+  }
+}
+
+/// Stops do not hold joints that move inwards.
+/// @return whether there are any
+bool Joints::release(const Island& island) {
+  bool any = false;
+  for (std::size_t i = 0; i < island.joints.size(); ++i) {
+    const Joint& joint = island.joints[i];
+    if (stops_[i] == 0) continue;
+    const JointRow& row = rows_[joint.first_row + joint.equations.rows()];
+    if (stops_[i] * rate(row, sides_[i][0], sides_[i][1]) > 0.0) continue;
+    stops_[i] = 0;
+    any = true;
+  }
+  return any;
+}
+
 void Joints::correct(const Island& island, double at, MotionState& state, std::int64_t step) {
+  stop(island, state);
   double last = 0.0;
   for (int correction = 0;; ++correction) {
     list_rows(island, 0, at, state);
@@ -329,13 +374,17 @@ void Joints::correct(const Island& island, double at, MotionState& state, std::i
     correct_positions(island, state);
   }
   require_closed(island, step);
+  if (release(island)) {
+    list_rows(island, 0, at, state);
+    factorise(island);
+  }
   correct_velocities(island, state);
 }
 
 void Joints::require_closed(const Island& island, std::int64_t step) const {
   constexpr double tolerance = 1e-9;  // of a radius, and of a radian
   for (const Joint& joint : island.joints) {
-    for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+    for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
       const double unit = rows_[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
       if (std::abs(rows_[row].error) <= tolerance * unit) continue;
       throw SolverError("the joint of body '" + model_.name(joint.bodies[0]) +
@@ -352,7 +401,7 @@ void Joints::correct_positions(const Island& island, MotionState& state) const {
       const int body = joint.bodies[end];
       if (!moves(body)) continue;
       Eigen::Vector3d turn = Eigen::Vector3d::Zero();
-      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+      for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
         state.position_m.col(body) += multipliers_[row] * response_[row].linear[end];
         turn += multipliers_[row] * response_[row].angular[end];
       }
@@ -368,7 +417,7 @@ void Joints::correct_velocities(const Island& island, MotionState& state) {
   right_side_.resize(island.rows);
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
-    for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row)
+    for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
       right_side_[row] = -rows_[row].drift - rate(rows_[row], sides_[i][0], sides_[i][1]);
   }
   solve(island.rows);
@@ -377,7 +426,7 @@ void Joints::correct_velocities(const Island& island, MotionState& state) {
       const int body = joint.bodies[end];
       if (!moves(body)) continue;
       Eigen::Vector3d torque = Eigen::Vector3d::Zero();
-      for (int row = joint.first_row; row < joint.first_row + joint.equations.rows(); ++row) {
+      for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
         state.velocity_m_per_s.col(body) += multipliers_[row] * response_[row].linear[end];
         torque += multipliers_[row] * rows_[row].angular[end];
       }

@@ -40,6 +40,7 @@ class Joints {
 
   /// Moves the bodies of a block by M⁻¹ Jᵀ μ until C = 0, and changes their velocities alike until
   /// J (v, ω) + b = 0                                                                             (B32)
+  /// Joints beyond a limit return to it, and no longer move outwards                               (B34)
   /// @param state  of all bodies
   /// @param at     fraction of the step
   /// @throws SolverError if the errors do not vanish
@@ -48,12 +49,13 @@ class Joints {
  private:
   struct Joint {
     std::array<int, 2> bodies{0, -1};  ///< A and B; −1: the world
+    JointSpecification specification;
     int first_row = 0;
     int actuator = -1;  ///< that drives it; −1: none
     JointEquations equations;
-    double stiffness = 0.0;
-    double damping = 0.0;
-    double rest = 0.0;
+
+    /// Those of the equations and, of a joint with limits, that of its stops.
+    [[nodiscard]] int rows() const { return equations.rows() + (specification.has_limits() ? 1 : 0); }
   };
   struct Island {
     Eigen::Index block_key;  ///< a body of it that moves
@@ -73,6 +75,9 @@ class Joints {
   void factorise(const Island& island);
   void solve(Eigen::Index rows);
   void correct(const Island& island, double at, MotionState& state, std::int64_t step);
+  void stop(const Island& island, const MotionState& state);
+  [[nodiscard]] bool release(const Island& island);
+  [[nodiscard]] JointRow stop_row(const Joint& joint, int stop, const std::array<JointSide, 2>& sides) const;
   /// @throws SolverError if the rows have errors that Newton's method did not remove
   void require_closed(const Island& island, std::int64_t step) const;
   void correct_positions(const Island& island, MotionState& state) const;
@@ -85,6 +90,7 @@ class Joints {
 
   // Of the island in work.
   std::vector<std::array<JointSide, 2>> sides_;  ///< of each joint
+  std::vector<int> stops_;                       ///< of each joint: −1 at its lowest, 1 at its highest, 0 at none
   std::vector<JointRow> rows_;
   std::vector<JointRow> response_;  ///< M⁻¹ Jᵀ
   Eigen::MatrixXd matrix_;          ///< J M⁻¹ Jᵀ with unit diagonal

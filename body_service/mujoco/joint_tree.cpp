@@ -27,7 +27,7 @@ bool is_driven(const BodySetup& setup, int joint) {
 bool must_be_edge(const BodySetup& setup, int joint) {
   const JointSpecification& it = setup.joints[joint];
   return it.kind == JointKind::slider || it.kind == JointKind::distance || it.stiffness > 0.0 || it.damping > 0.0 ||
-         is_driven(setup, joint);
+         it.has_limits() || is_driven(setup, joint);
 }
 
 /// Prim's algorithm [Bell Syst. Tech. J. 36, 1389, 1957].

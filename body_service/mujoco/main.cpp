@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
                                    "joint:distance",
                                    "joint:model",
                                    "joint:springs",
+                                   "joint:limits",
                                    "actuator:pair_force",
                                    "actuator:body_force",
                                    "actuator:body_torque",

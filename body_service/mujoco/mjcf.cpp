@@ -198,8 +198,13 @@ class Writer {
            attribute("axis", Eigen::Vector3d(rotation_matrix(conjugate(of(moving).orientation_wxyz)) * axis_W)) +
            attribute("stiffness", {joint.stiffness * length_m / load}) +
            attribute("damping", {joint.damping * length_m / (load * units_.time_s)}) +
-           attribute("springref", {joint.rest / length_m}) +
+           attribute("springref", {joint.rest / length_m}) + (joint.has_limits() ? limits(joint, length_m) : "") +
            attribute("armature", {driven ? mujoco_drive_inertia : 0.0}) + "/>" + (rod ? ball : "");
+  }
+
+  [[nodiscard]] std::string limits(const JointSpecification& joint, double length_m) const {
+    return " limited=\"true\"" + attribute("range", {joint.lowest / length_m, joint.highest / length_m}) +
+           attribute("solreflimit", {2.0 * step_, 1.0}) + attribute("solimplimit", {0.9999, 0.9999, 0.001});
   }
 
   [[nodiscard]] const JointSpecification& joint_at(int number) const {

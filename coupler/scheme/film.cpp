@@ -84,18 +84,19 @@ struct SliceIntegrals {
 class FilmFinder {
  public:
   FilmFinder(double radius_m, const NearSurface& second, const FilmRange& range, double viscosity_Pa_s,
-             double roughness_m, std::vector<FilmContact>& contacts)
+             const FilmLimits& limits, std::vector<FilmContact>& contacts)
       : radius_m_(radius_m),
         second_(second),
         range_(range),
         viscosity_Pa_s_(viscosity_Pa_s),
-        roughness_m_(roughness_m),
+        limits_(limits),
         contacts_(contacts) {}
 
   /// @param outward  away from the rest of a capsule; zero: a whole sphere
   void add_sphere(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& outward) const {
     const Nearest from = nearest(second_, centre_m);
-    const double h0 = std::max(from.distance_m - radius_m_, roughness_m_);
+    const double gap_m = from.distance_m - radius_m_;
+    const double h0 = std::max(gap_m, limits_.roughness_m);
     if (h0 >= range_.high_m) return;
     const double k1 = 1.0 / radius_m_;
     const double k2 = from.curvature_per_m;
@@ -111,7 +112,8 @@ class FilmFinder {
     const double missing = 1.0 - h0 / range_.high_m;
     contacts_.push_back({.point_m = centre_m - from.normal * (0.5 * (radius_m_ + from.distance_m)),
                          .normal = from.normal,
-                         .squeezing_N_s_per_m = part * 3.0 * area * viscosity_Pa_s_ *
+                         .gap_m = gap_m,
+                         .squeezing_N_s_per_m = part * squeezed(gap_m) * 3.0 * area * viscosity_Pa_s_ *
                                                 (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + 0.6 * missing),
                          .shear_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing),
                          .turning_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing - 0.5 * h0 * I2),
@@ -135,7 +137,7 @@ class FilmFinder {
     consider(half_length_m);
     consider(-half_length_m);
     if (second_.is_body()) consider(half_length_m * nearest_place(first, second_.core));
-    const double width_m = std::sqrt(2.0 * radius_m_ * std::max(smallest_m - radius_m_, roughness_m_));
+    const double width_m = std::sqrt(2.0 * radius_m_ * std::max(smallest_m - radius_m_, limits_.roughness_m));
     const double low = std::asinh((-half_length_m - nearest_place_m) / width_m);
     const double high = std::asinh((half_length_m - nearest_place_m) / width_m);
     double place_m = -half_length_m;
@@ -147,6 +149,9 @@ class FilmFinder {
   }
 
  private:
+  /// 0: what is left of the film does not resist the approach.
+  [[nodiscard]] double squeezed(double gap_m) const { return limits_.end_at_contact && gap_m < 0.0 ? 0.0 : 1.0; }
+
   /// Between two cross sections of a cylinder.
   void add_slice(const Eigen::Vector3d& point_m, const Eigen::Vector3d& axis, double length_m) const {
     const Nearest from = nearest(second_, point_m);
@@ -154,7 +159,8 @@ class FilmFinder {
     if (across.norm() < 1e-6) return;  // the surface is beyond the end
     const Eigen::Vector3d normal = across.normalized();
     const double distance_m = from.distance_along_m(normal);
-    const double h0 = std::max(distance_m - radius_m_, roughness_m_);
+    const double gap_m = distance_m - radius_m_;
+    const double h0 = std::max(gap_m, limits_.roughness_m);
     if (h0 >= range_.high_m) return;
     const double k1 = 1.0 / radius_m_;
     const double k2 = from.curvature_per_m;
@@ -162,7 +168,8 @@ class FilmFinder {
     const auto [J1, J2] = SliceIntegrals(h0, k1 + k2 * (1.0 - along_second * along_second), range_);
     contacts_.push_back({.point_m = point_m - normal * (0.5 * (radius_m_ + distance_m)),
                          .normal = normal,
-                         .squeezing_N_s_per_m = 6.0 * viscosity_Pa_s_ / (k1 + k2) * J2 * length_m,
+                         .gap_m = gap_m,
+                         .squeezing_N_s_per_m = squeezed(gap_m) * 6.0 * viscosity_Pa_s_ / (k1 + k2) * J2 * length_m,
                          .shear_N_s_per_m = viscosity_Pa_s_ * J1 * length_m});
   }
 
@@ -170,11 +177,15 @@ class FilmFinder {
   const NearSurface& second_;
   const FilmRange& range_;
   double viscosity_Pa_s_;
-  double roughness_m_;
+  FilmLimits limits_;
   std::vector<FilmContact>& contacts_;
 };
 
 }  // namespace
+
+double FilmContact::normal_velocity(const Eigen::Vector<double, 6>& motion) const {
+  return normal.dot(motion.head<3>() + motion.tail<3>().cross(point_m));
+}
 
 Eigen::Matrix<double, 6, 6> FilmContact::resistance() const {
   const auto cross = [](const Eigen::Vector3d& vector) {
@@ -201,9 +212,9 @@ Eigen::Matrix<double, 6, 6> FilmContact::resistance() const {
 }
 
 void find_film(const CoreSegment& first, double radius_m, const NearSurface& second, const FilmRange& range,
-               double viscosity_Pa_s, double roughness_m, std::vector<FilmContact>& contacts) {
+               double viscosity_Pa_s, const FilmLimits& limits, std::vector<FilmContact>& contacts) {
   contacts.clear();
-  const FilmFinder film(radius_m, second, range, viscosity_Pa_s, roughness_m, contacts);
+  const FilmFinder film(radius_m, second, range, viscosity_Pa_s, limits, contacts);
   if (first.half_W_m.isZero(0.0)) {
     film.add_sphere(first.centre_W_m, Eigen::Vector3d::Zero());
     return;

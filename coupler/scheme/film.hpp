@@ -8,6 +8,12 @@
 
 namespace copepod::coupler {
 
+/// What becomes of films as they get thin.
+struct FilmLimits {
+  double roughness_m = 0.0;     ///< they are taken to be at least as thick
+  bool end_at_contact = false;  ///< surfaces that overlap are in contact, and only sliding and turning have a film
+};
+
 /// One piece of the thin film between two surfaces, and the resistances of lubrication theory. With W and v the normal
 /// and the tangential velocity at x, and Δω the angular velocity, of the first surface relative to the second, the
 /// first one feels                                                                             [theory.md, (C20)]
@@ -16,12 +22,15 @@ namespace copepod::coupler {
 struct FilmContact {
   Eigen::Vector3d point_m;           ///< x, in the middle of the film
   Eigen::Vector3d normal;            ///< n, from the second surface to the first
+  double gap_m = 0.0;                ///< between the surfaces; negative where they overlap
   double squeezing_N_s_per_m = 0.0;  ///< Z
   double shear_N_s_per_m = 0.0;      ///< S
   double turning_N_s_per_m = 0.0;    ///< D
   double radius_m = 0.0;             ///< R; 0: a slice of a cylinder, which has no D
   double contrast = 0.0;             ///< q
 
+  /// W of a relative motion (V, Δω) about the origin.
+  [[nodiscard]] double normal_velocity(const Eigen::Vector<double, 6>& motion) const;
   /// −∂(F, T)/∂(V, Δω): about the origin, with V the relative velocity there.
   [[nodiscard]] Eigen::Matrix<double, 6, 6> resistance() const;
 };
@@ -38,10 +47,9 @@ struct FilmContact {
 /// term of the exact series [Brenner, Chem. Eng. Sci. 16, 1961; Jeffrey & Onishi, J. Fluid Mech. 139, 1984]; the terms
 /// with m are what the fluid around the film lacks, since no cells take up what flows out of it, fitted to the exact
 /// loads of spheres [docs/decisions/lubrication.md].
-/// @param first        core of the body, radius `radius_m`; in the frame of `second`: relative to a body's centre
-/// @param roughness_m  films are taken to be at least as thick
-/// @param contacts     overwritten
+/// @param first     core of the body, radius `radius_m`; in the frame of `second`: relative to a body's centre
+/// @param contacts  overwritten
 void find_film(const CoreSegment& first, double radius_m, const NearSurface& second, const FilmRange& range,
-               double viscosity_Pa_s, double roughness_m, std::vector<FilmContact>& contacts);
+               double viscosity_Pa_s, const FilmLimits& limits, std::vector<FilmContact>& contacts);
 
 }  // namespace copepod::coupler

@@ -32,7 +32,10 @@ Matrix6 mirroring(const std::array<bool, 3>& mirrored) {
 }  // namespace
 
 Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, double roughness_m)
-    : fluid_(fluid), bodies_(bodies), roughness_m_(roughness_m), jointed_(jointed_pairs(bodies.joints)) {
+    : fluid_(fluid),
+      bodies_(bodies),
+      limits_{roughness_m, bodies.contact.stiffness_N_per_m > 0.0},
+      jointed_(jointed_pairs(bodies.joints)) {
   if (!(fluid.film_thickness_m > 0.0)) return;
   surfaces_.emplace(fluid, FilmRange(fluid).high_m);
   response_.resize(bodies.bodies.size());
@@ -42,13 +45,30 @@ Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, doubl
 
 const Loads* Lubrication::loads(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {
   if (!surfaces_) return nullptr;
-  find_films(kinematics);
+  moved_ = kinematics;
+  find_films();
   if (films_.empty()) return nullptr;
-  predict(kinematics, applied, drive);
-  solve();
   loads_.step = kinematics.step;
-  add_up();
-  return &loads_;
+  loads_.force_N.setZero();
+  loads_.torque_N_m.setZero();
+  double left_s = fluid_.step_s;
+  while (true) {
+    const double part_s = duration_s(left_s);
+    predict(part_s, applied, drive);
+    solve();
+    add_up(part_s / fluid_.step_s);
+    left_s -= part_s;
+    if (left_s == 0.0) return &loads_;
+    move(part_s);
+    find_films();
+    if (films_.empty()) return &loads_;
+  }
+}
+
+/// Motion of the two surfaces, about the centre of the first body.
+Lubrication::Vector6 Lubrication::Film::relative(const std::vector<Vector6>& motion) const {
+  const Vector6 own = motion[static_cast<std::size_t>(body)] - wall;
+  return other < 0 ? own : Vector6(own - to_other * motion[static_cast<std::size_t>(other)]);
 }
 
 /// M⁻¹; zero for a body that no load moves.
@@ -70,11 +90,16 @@ Lubrication::Matrix6 Lubrication::inverse_inertia(std::size_t body, const Kinema
   return result;
 }
 
-void Lubrication::find_films(const Kinematics& kinematics) {
+void Lubrication::find_films() {
   const FilmRange range(fluid_);
   const double viscosity_Pa_s = fluid_.density_kg_per_m3 * fluid_.kinematic_viscosity_m2_per_s;
   films_.clear();
-  surfaces_->find(kinematics);
+  fastest_per_s_ = 0.0;
+  for (std::size_t body = 0; body < motion_.size(); ++body) {
+    const auto column = static_cast<Eigen::Index>(body);
+    motion_[body] << moved_.velocity_m_per_s.col(column), moved_.angular_velocity_rad_per_s.col(column);
+  }
+  surfaces_->find(moved_);
   for (std::size_t body = 0; body < motion_.size(); ++body) {
     const Shape& shape = fluid_.bodies[body];
     for (const NearSurface& surface : surfaces_->of_body(body)) {
@@ -82,9 +107,9 @@ void Lubrication::find_films(const Kinematics& kinematics) {
         if (surface.other < static_cast<int>(body)) continue;  // done
         if (std::ranges::binary_search(jointed_, BodyPair{static_cast<int>(body), surface.other})) continue;
       }
-      const Eigen::Vector3d axis = z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
+      const Eigen::Vector3d axis = z_axis(moved_.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
       const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
-      find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, roughness_m_, contacts_);
+      find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, limits_, contacts_);
       if (!contacts_.empty()) add_film(static_cast<int>(body), surface);
     }
   }
@@ -102,10 +127,23 @@ void Lubrication::add_film(int body, const NearSurface& surface) {
     const Boundary& wall = fluid_.boundaries[static_cast<std::size_t>(surface.face)];
     if (wall.kind == BoundaryKind::velocity) film.wall.head<3>() = wall.velocity_m_per_s;
   }
+  const Vector6 relative = film.relative(motion_);
+  for (const FilmContact& contact : contacts_) {
+    const double thickness_m = std::max(std::abs(contact.gap_m), limits_.roughness_m);
+    fastest_per_s_ = std::max(fastest_per_s_, std::abs(contact.normal_velocity(relative)) / thickness_m);
+  }
 }
 
-/// Of bodies beside films: how they respond to a load, and their motion at the end of the step without films.
-void Lubrication::predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {
+/// Of the next part of the step, in which no film gets thinner or thicker by more than a tenth.
+double Lubrication::duration_s(double left_s) const {
+  constexpr double most_change = 0.1;
+  constexpr double shortest = 1e-5;  // of the step
+  const double duration_s = std::max(most_change / fastest_per_s_, shortest * fluid_.step_s);
+  return std::min(duration_s, left_s);
+}
+
+/// Of bodies beside films: how they respond to a load, and their motion after that time without films.
+void Lubrication::predict(double duration_s, const Loads& applied, const Loads& drive) {
   const auto predict_body = [&](int number) {
     const auto body = static_cast<std::size_t>(number);
     const BodySpecification& specification = bodies_.bodies[body];
@@ -114,8 +152,8 @@ void Lubrication::predict(const Kinematics& kinematics, const Loads& applied, co
     load << applied.force_N.col(number) + drive.force_N.col(number) +
                 (specification.mass_kg - displaced_kg) * bodies_.gravity_m_per_s2,
         applied.torque_N_m.col(number) + drive.torque_N_m.col(number);
-    response_[body] = fluid_.step_s * inverse_inertia(body, kinematics);
-    motion_[body] << kinematics.velocity_m_per_s.col(number), kinematics.angular_velocity_rad_per_s.col(number);
+    response_[body] = duration_s * inverse_inertia(body, moved_);
+    motion_[body] << moved_.velocity_m_per_s.col(number), moved_.angular_velocity_rad_per_s.col(number);
     motion_[body] += response_[body] * load;
   };
   for (Film& film : films_) {
@@ -141,9 +179,7 @@ void Lubrication::solve() {
     changes = false;
     for (Film& film : films_) {
       Vector6& motion = motion_[static_cast<std::size_t>(film.body)];
-      Vector6 relative = motion - film.wall;
-      if (film.other >= 0) relative -= film.to_other * motion_[static_cast<std::size_t>(film.other)];
-      const Vector6 load = -film.answer * (relative - film.response * film.load);
+      const Vector6 load = -film.answer * (film.relative(motion_) - film.response * film.load);
       const Vector6 change = load - film.load;
       changes = changes || change.norm() > tolerance * load.norm();
       film.load = load;
@@ -155,16 +191,27 @@ void Lubrication::solve() {
   }
 }
 
-void Lubrication::add_up() {
-  const auto add = [this](int body, const Vector6& load) {
-    loads_.force_N.col(body) += load.head<3>();
-    loads_.torque_N_m.col(body) += load.tail<3>();
+/// @param share  of the step
+void Lubrication::add_up(double share) {
+  const auto add = [&](int body, const Vector6& load) {
+    loads_.force_N.col(body) += share * load.head<3>();
+    loads_.torque_N_m.col(body) += share * load.tail<3>();
   };
-  loads_.force_N.setZero();
-  loads_.torque_N_m.setZero();
   for (const Film& film : films_) {
     add(film.body, film.load);
     if (film.other >= 0 && !film.image) add(film.other, -film.to_other.transpose() * film.load);
+  }
+}
+
+/// All bodies with their motion at the end of a part of the step.
+void Lubrication::move(double duration_s) {
+  for (std::size_t body = 0; body < motion_.size(); ++body) {
+    const auto column = static_cast<Eigen::Index>(body);
+    const Eigen::Vector3d velocity = motion_[body].head<3>(), angular_velocity = motion_[body].tail<3>();
+    moved_.velocity_m_per_s.col(column) = velocity;
+    moved_.angular_velocity_rad_per_s.col(column) = angular_velocity;
+    moved_.position_m.col(column) += duration_s * velocity;
+    moved_.orientation_wxyz.col(column) = rotated(duration_s * angular_velocity, moved_.orientation_wxyz.col(column));
   }
 }
 

@@ -22,8 +22,11 @@ namespace copepod::coupler {
 ///   L = −K w(V'),   V' = V + Δt M⁻¹ (L_others + Σ L)                                                    (C21)
 /// with w the relative motion of the two surfaces. The films are solved one after the other until nothing changes,
 /// which is at once where no body has several. So films of any thickness are stable, and a body under a constant load
-/// approaches a surface at the right velocity whatever the step. Averaging does not apply to films. Bodies with a joint
-/// have no film between them; to its films with others a jointed body has its own mass alone.
+/// approaches a surface at the right velocity whatever the step. Where a film gets thinner or thicker by more than a
+/// tenth within a step, the step is divided, and the loads are the mean of its parts: a body that hits a surface loses
+/// what theory demands, whatever the step (C22). Averaging does not apply to films. Bodies with a joint have no film
+/// between them; to its films with others a jointed body has its own mass alone. Where contacts are resolved, films
+/// resist the approach of surfaces until they touch, and their separation from then on.
 class Lubrication {
  public:
   /// No films.
@@ -53,21 +56,27 @@ class Lubrication {
     Matrix6 response = Matrix6::Zero();    ///< change of the relative motion by a load, Δt M⁻¹ of both bodies
     Matrix6 answer = Matrix6::Zero();      ///< (1 + K Δt M⁻¹)⁻¹ K
     Vector6 load = Vector6::Zero();
+
+    [[nodiscard]] Vector6 relative(const std::vector<Vector6>& motion) const;
   };
 
   [[nodiscard]] Matrix6 inverse_inertia(std::size_t body, const Kinematics& kinematics) const;
-  void find_films(const Kinematics& kinematics);
+  void find_films();
   void add_film(int body, const NearSurface& surface);
-  void predict(const Kinematics& kinematics, const Loads& applied, const Loads& drive);
+  [[nodiscard]] double duration_s(double left_s) const;
+  void predict(double duration_s, const Loads& applied, const Loads& drive);
   void solve();
-  void add_up();
+  void add_up(double share);
+  void move(double duration_s);
 
   FluidSetup fluid_;
   BodySetup bodies_;
-  double roughness_m_ = 0.0;
+  FilmLimits limits_;
   std::vector<BodyPair> jointed_;
   std::optional<NearSurfaces> surfaces_;
   std::vector<FilmContact> contacts_;
+  Kinematics moved_;               ///< of all bodies, as far as the step is done
+  double fastest_per_s_ = 0.0;     ///< rate at which a film changes its thickness, by its thickness
   std::vector<Matrix6> response_;  ///< Δt M⁻¹ by body
   std::vector<Vector6> motion_;    ///< V' by body
   std::vector<Film> films_;

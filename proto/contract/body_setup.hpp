@@ -89,6 +89,10 @@ struct JointSpecification {
   double stiffness = 0.0;                                ///< of a spring along their motion [N m/rad], [N/m]
   double damping = 0.0;                                  ///< of a damper beside it [N m s/rad], [N s/m]
   double rest = 0.0;                                     ///< where the spring is relaxed, from the start [rad], [m]
+  double lowest = 0.0;                                   ///< limits of their motion from the start [rad], [m];
+  double highest = 0.0;                                  ///< both 0: none
+
+  [[nodiscard]] bool has_limits() const { return lowest != 0.0 || highest != 0.0; }
 };
 
 /// Whether a joint can be driven: it has one motion.

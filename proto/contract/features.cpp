@@ -105,6 +105,7 @@ const std::vector<Feature>& known_features() {
       {"joint:distance", physics, "points of two bodies that keep their distance"},
       {"joint:model", physics, "joints that body.model holds"},
       {"joint:springs", physics, "springs and dampers in hinges and sliders"},
+      {"joint:limits", physics, "hinges and sliders that move no further than a limit"},
       {"actuator:pair_force", physics, "drives that push two bodies apart along the current line between them"},
       {"actuator:body_force", physics, "driving forces that turn with their body"},
       {"actuator:body_torque", physics, "driving torques that turn with their body"},
@@ -176,6 +177,7 @@ std::set<std::string> required_features(const BodySetup& setup) {
   for (const JointSpecification& joint : setup.joints) {
     required.insert(feature("joint", joint_names, joint.kind));
     if (joint.stiffness != 0.0 || joint.damping != 0.0) required.insert("joint:springs");
+    if (joint.has_limits()) required.insert("joint:limits");
   }
   for (const ActuatorSpecification& actuator : setup.actuators) {
     required.insert(feature("actuator", actuator_names, actuator.kind));

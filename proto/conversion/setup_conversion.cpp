@@ -127,6 +127,8 @@ void describe(auto& wire, Is<JointSpecification> auto& joint) {
   wire("stiffness", joint.stiffness);
   wire("damping", joint.damping);
   wire("rest", joint.rest);
+  wire("lowest", joint.lowest);
+  wire("highest", joint.highest);
 }
 
 void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {

@@ -51,6 +51,21 @@ void check_length(const JointSpecification& joint, const std::string& path, cons
                  path + " is a rod without length (it has no direction). Move an anchor, or use kind: ball.");
 }
 
+/// Of a hinge or slider.
+void check_limits(const NamedJoint& joint, const std::string& path, Problems& problems) {
+  const bool hinge = joint.kind == JointKind::hinge;
+  const std::string at = path + (hinge ? ".limits_rad" : ".limits_m");
+  if (joint.limits[0] > 0.0 || joint.limits[1] < 0.0)
+    problems.error(at,
+                   at + " leaves the start out (motion counts from there, as 0). Write [lowest, highest] around 0.");
+  if (hinge && !(joint.limits.cwiseAbs().maxCoeff() <= 3.0))
+    problems.error(at, at + " is wider than 3 (angles are those within half a turn). Use -3 to 3 at most.");
+  if (joint.signal) {
+    problems.error(path + ".signal", path + ".signal moves a joint that has limits (it goes where the signal goes). " +
+                                         "Remove one of them.");
+  }
+}
+
 /// Of a joint that is driven.
 void check_signal(const Signal& signal, Integrator integrator, const std::string& path, Problems& problems) {
   if (signal.kind == SignalKind::square)
@@ -86,6 +101,7 @@ void check_joints(const Case& the_case, const Assembly& assembly, Problems& prob
                                            ".signal moves a joint that has a spring or damper (it would change "
                                            "nothing). Remove one of them.");
     }
+    if (joint.has_limits()) check_limits(named, path, problems);
     if (named.signal) check_signal(*named.signal, the_case.body.integrator, path + ".signal", problems);
     if (!check_jointed_bodies(named, joint, path + ".bodies", assembly, problems)) continue;
     if (joint.kind == JointKind::distance) check_length(joint, path, assembly, problems);

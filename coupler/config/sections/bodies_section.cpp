@@ -171,16 +171,17 @@ namespace {
 
 const char* amplitude_of(JointKind kind) { return kind == JointKind::hinge ? "amplitude_rad" : "amplitude_m"; }
 
-/// Keys of a joint's spring.
-struct SpringKeys {
+/// Keys of what acts along the motion of a joint.
+struct MotionKeys {
   const char* stiffness;
   const char* damping;
   const char* rest;
+  const char* limits;
 };
 
-SpringKeys spring_keys_of(JointKind kind) {
-  if (kind == JointKind::hinge) return {"stiffness_N_m_per_rad", "damping_N_m_s_per_rad", "rest_rad"};
-  return {"stiffness_N_per_m", "damping_N_s_per_m", "rest_m"};
+MotionKeys motion_keys_of(JointKind kind) {
+  if (kind == JointKind::hinge) return {"stiffness_N_m_per_rad", "damping_N_m_s_per_rad", "rest_rad", "limits_rad"};
+  return {"stiffness_N_per_m", "damping_N_s_per_m", "rest_m", "limits_m"};
 }
 
 }  // namespace
@@ -200,11 +201,18 @@ NamedJoint read_joint(Reader joint, double step_s) {
     result.anchor_m = joint.numbers("anchor_m", 3);
   }
   if (has_axis(result.kind)) {
-    const SpringKeys keys = spring_keys_of(result.kind);
+    const MotionKeys keys = motion_keys_of(result.kind);
     result.axis = read_direction(joint, "axis", {});
     result.stiffness = joint.number(keys.stiffness, Range::not_negative, 0.0);
     result.damping = joint.number(keys.damping, Range::not_negative, 0.0);
     result.rest = joint.number(keys.rest, Range::any, 0.0);
+    if (joint.has(keys.limits)) {
+      result.limits = joint.numbers(keys.limits, 2);
+      if (result.limits.isZero(0.0)) {
+        joint.problems().error(joint.path_of(keys.limits),
+                               joint.path_of(keys.limits) + " leaves no room (both are 0). Use kind: fixed.");
+      }
+    }
   }
   if (has_motion(result.kind) && joint.has("signal"))
     result.signal = read_signal(joint.section("signal"), step_s, amplitude_of(result.kind));
@@ -220,11 +228,12 @@ ordered_json resolved_joint(const NamedJoint& joint) {
     section["anchor_m"] = joint.anchor_m;
   }
   if (has_axis(joint.kind)) {
-    const SpringKeys keys = spring_keys_of(joint.kind);
+    const MotionKeys keys = motion_keys_of(joint.kind);
     section["axis"] = joint.axis;
     section[keys.stiffness] = joint.stiffness;
     section[keys.damping] = joint.damping;
     section[keys.rest] = joint.rest;
+    if (!joint.limits.isZero(0.0)) section[keys.limits] = joint.limits;
   }
   if (joint.signal) section["signal"] = resolved_signal(*joint.signal, amplitude_of(joint.kind));
   return section;

@@ -135,6 +135,7 @@ struct NamedJoint {
   double stiffness = 0.0;                                        ///< as in JointSpecification
   double damping = 0.0;
   double rest = 0.0;
+  Eigen::Vector2d limits = Eigen::Vector2d::Zero();  ///< lowest, highest
 };
 
 /// An actuator of the case and how its value varies.

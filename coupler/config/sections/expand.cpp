@@ -133,6 +133,8 @@ JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers,
   joint.stiffness = named.stiffness;
   joint.damping = named.damping;
   joint.rest = named.rest;
+  joint.lowest = named.limits[0];
+  joint.highest = named.limits[1];
   if (!has_axis(joint.kind) || joint.body_A < 0) return joint;
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
   joint.axis = rotation_matrix(A.orientation_wxyz).transpose() * (exchanged ? -named.axis : named.axis);

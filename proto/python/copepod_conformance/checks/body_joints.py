@@ -18,12 +18,14 @@ from copepod_conformance.verdicts import Check, Rule, Violation
 
 _CLOSED = Rule("What a role implies", "joints are closed in every reply, while their bodies move and turn")
 _SPRING = Rule("What a role implies", "a spring in a hinge turns both its bodies alike, towards where it is relaxed")
+_LIMIT = Rule("What a role implies", "a slider that is pressed against its limit stays there")
 _DRIVEN = Rule("What a role implies", "a driven joint has moved by the value of its actuator since step 0")
 
 _STEPS = 20
 _TURN_PER_STEP_RAD = 0.02
 _LENGTH_M = POSITIONS_M[1][0] - POSITIONS_M[0][0]
 _OPEN = 1e-9  # of a radius, and of directions
+_STOP = 0.02  # of a limit: engines have soft ones
 _AXIS = np.array([0.0, 0.6, 0.8])
 _ANCHOR_M = np.array([0.5 * _LENGTH_M, 0.0, 0.0])  # from the centre of sphere 0; from that of sphere 1 the opposite
 _VALUE = {"hinge": 0.01, "slider": 0.01 * RADIUS_M, "distance": 0.01 * RADIUS_M}  # per step, of a driven joint
@@ -137,6 +139,31 @@ def _spring_turns(trial):
         expect(what, motion.spin_rad_per_s[body], sign * gained, 0.05 * float(gained.max()))
 
 
+def _limit_holds(trial):
+    """Sphere 0 is pushed along a rail in the world, which ends after a two-hundredth of its radius."""
+    trial.require("joint:slider")
+    trial.require("joint:limits")
+    limit_m = 0.005 * RADIUS_M
+
+    def join(content):
+        for velocity in (content.bodies[0].velocity_m_per_s, content.bodies[0].angular_velocity_rad_per_s):
+            velocity[:] = ZERO
+        content.joints.add(
+            kind=setup.JOINT_KIND_SLIDER,
+            body_A=0,
+            anchor_A_m=ZERO,
+            anchor_B_m=content.bodies[0].position_m[:],
+            axis=_AXIS,
+            lowest=-0.1 * limit_m,
+            highest=limit_m,
+        )
+
+    motion = move(trial, join, steps=60, force=FORCE_N * _AXIS)
+    moved = (motion.position_m[0] - POSITIONS_M[0]) @ _AXIS / limit_m
+    if not abs(moved - 1.0) <= _STOP:
+        raise Violation(f"it has moved {moved:.6g} times the limit")
+
+
 def checks(subject):
     if subject.role != "body":
         return []
@@ -144,6 +171,7 @@ def checks(subject):
     return [
         *(Check("physics", f"a {kind} joint stays closed", _CLOSED, _stays_closed(kind)) for kind in kinds),
         Check("physics", "a spring in a hinge turns both bodies", _SPRING, _spring_turns),
+        Check("physics", "a slider stays at its limit", _LIMIT, _limit_holds),
         *(
             Check("physics", f"a driven {kind} joint follows", _DRIVEN, _stays_closed(kind, driven=True))
             for kind in _VALUE

@@ -126,6 +126,18 @@ INSTANTIATE_TEST_SUITE_P(Of, Mechanisms,
                                          Mechanism{"Rod", tumbling(JointKind::distance), 0.8}),
                          [](const auto& info) { return info.param.name; });
 
+TEST(MujocoWorld, StopsHingesAndSlidersAtTheirLimitsAsOurOwnSolverDoes) {
+  for (const JointKind kind : {JointKind::hinge, JointKind::slider}) {
+    for (const bool exchanged : {false, true}) {
+      BodySetup setup = sprung(kind, exchanged);
+      const double free_m = largest_difference_m(setup, 2000);
+      setup.joints[0].highest = 0.4 * setup.joints[0].rest;
+      setup.joints[0].lowest = -setup.joints[0].highest;
+      EXPECT_LT(largest_difference_m(setup, 2000), free_m + 0.1 * 4e-6) << static_cast<int>(kind) << exchanged;
+    }
+  }
+}
+
 TEST(MujocoWorld, ClosesLoopsWithinAMillionthOfARadius) {
   BodySetup setup = four_bar();
   setup.step_s = span_s / 2000;

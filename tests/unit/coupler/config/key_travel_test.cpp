@@ -93,6 +93,8 @@ const Travels body_travels{
     {"joints.stiffness", {"joints.0.stiffness_N_m_per_rad=2.0e-13"}},
     {"joints.damping", {"joints.0.damping_N_m_s_per_rad=2.0e-21"}},
     {"joints.rest", {"joints.3.rest_m=2.0e-7"}},
+    {"joints.lowest", {"joints.0.limits_rad=[-0.5, 1.5]"}},
+    {"joints.highest", {"joints.3.limits_m=[-2.0e-6, 2.0e-6]"}},
     {"joints.body_A", {"joints.0.bodies=[swimmer.B1, swimmer.B3]"}},
     {"joints.body_B", {"joints.0.bodies=[rotator.C, swimmer.B2]"}},
     {"joints.anchor_A_m", {"joints.0.anchor_m=[21.0e-6, 25.0e-6, 50.0e-6]"}},

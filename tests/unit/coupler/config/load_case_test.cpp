@@ -109,6 +109,7 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "joint:hinge",
                                    "joint:slider",
                                    "joint:springs",
+                                   "joint:limits",
                                    "model:mjcf",
                                    "motion:axis",
                                    "motion:free",

@@ -144,6 +144,8 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
       "joint:hinge"}},
     {"joints.stiffness", {[](BodySetup& s) { s.joints.resize(1), s.joints[0].stiffness = 1; }, "joint:springs"}},
     {"joints.damping", {[](BodySetup& s) { s.joints.resize(1), s.joints[0].damping = 1; }, "joint:springs"}},
+    {"joints.lowest", {[](BodySetup& s) { s.joints.resize(1), s.joints[0].lowest = -1; }, "joint:limits"}},
+    {"joints.highest", {[](BodySetup& s) { s.joints.resize(1), s.joints[0].highest = 1; }, "joint:limits"}},
     {"joints.rest",
      {[](BodySetup& s) { s.joints.resize(1), s.joints[0].stiffness = s.joints[0].rest = 1; }, "joint:springs"}},
     {"actuators", {[](BodySetup& s) { s.actuators.resize(1); }, "actuator:pair_force"}},

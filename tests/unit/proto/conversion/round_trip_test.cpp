@@ -198,6 +198,8 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
     EXPECT_EQ(received.joints[i].stiffness, sent.joints[i].stiffness);
     EXPECT_EQ(received.joints[i].damping, sent.joints[i].damping);
     EXPECT_EQ(received.joints[i].rest, sent.joints[i].rest);
+    EXPECT_EQ(received.joints[i].lowest, sent.joints[i].lowest);
+    EXPECT_EQ(received.joints[i].highest, sent.joints[i].highest);
   }
   ASSERT_EQ(received.actuators.size(), sent.actuators.size());
   for (std::size_t i = 0; i < sent.actuators.size(); ++i) {

@@ -86,7 +86,7 @@ inline BodySetup sample_body_setup() {
   setup.bodies = {body, body};
   setup.springs = {{0, 1, 1.72965, 1.57237e-7, 1.6e-5, {1e-6, 0, 0}, {0, 1e-6, 0}}};
   setup.bends = {{1, 0, 1, 2e-16, 2.5}};
-  setup.joints = {{JointKind::hinge, 0, 1, {1e-6, 0, 0}, {0, 1e-6, 0}, {0, 0.6, 0.8}, 1e-13, 2e-19, -0.5},
+  setup.joints = {{JointKind::hinge, 0, 1, {1e-6, 0, 0}, {0, 1e-6, 0}, {0, 0.6, 0.8}, 1e-13, 2e-19, -0.5, -1.5, 0.25},
                   {JointKind::distance, 1, -1, {0, 0, 2e-6}, {3e-6, 0, 0}},
                   {JointKind::model, 0, 1}};
   setup.actuators = {{ActuatorKind::pair_force, 0, 1, {0, 0, 1}, {1e-6, 0, 0}, {0, 1e-6, 0}},
