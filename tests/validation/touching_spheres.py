@@ -41,7 +41,7 @@ def weight_to_settle(radius, viscosity, speed):
 def run(name, case, folder, **keys):
     path, out = folder / f"{name}.yaml", folder / name
     if not (out / "summary.json").exists():
-        path.write_text(json.dumps({"case": name, **case, **keys}))
+        path.write_text(json.dumps({"case": name, "services": {"fluid": {"ranks": 2}}, **case, **keys}))
         done = subprocess.run([ROOT / "deploy/copepod", "run", path, "--out", out], capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"{name}: exit code {done.returncode}\n{done.stderr}")
@@ -96,7 +96,7 @@ at D/50, within 0.05 wherever there is a rebound.
 
 Most of the loss is that of lubrication theory, ln(h/roughness)/St of the velocity on the way in and as much on the way
 back. With the film's resistance as it is at the start of a step, e at St = 26 was 0.74 where it is 0.52 now right after
-contact; with films that go on acting in contact, e at St = 89 was 0.47.
+contact; with films that act in contact, too, e at St = 89 was 0.47.
 
 """
 
@@ -129,7 +129,7 @@ Joseph and Lundgren, J. Fluid Mech. 177, 467, 1987].
 | drafting: the upper one is {faster:.0f} % faster than the lower one at most | until {kiss:.3f} s |
 | kissing: the surfaces are closer than {near} diameters | {kiss:.3f} s to {part:.3f} s |
 | tumbling: the line of centres passes 45° | {tumble:.3f} s |
-| the upper one is the lower one | from {passed} on |
+| the upper one has passed the lower one | from {passed} on |
 
 ![Drafting, kissing and tumbling](contacts_tumbling.png)
 
@@ -204,15 +204,15 @@ def tumbling(folder):
 
 # --- hindered settling ---
 
-_DIAMETER, _WIDTH, _HEIGHT = 8, 64, 160  # of a sphere and of the vessel; cells
+_DIAMETER, _WIDTH, _HEIGHT = 8, 48, 128  # of a sphere and of the vessel; cells
 _SPEED, _VISCOSITY, _DENSITY = 0.01, 0.1, 2.5  # of one sphere alone; Re = 0.8
 
 _SETTLING = """## Hindered settling
 
-Spheres of 8 cells in diameter, placed at random in a vessel of 8 × 8 × 20 diameters with floor, lid and periodic sides,
-settle from rest; alone they would with Re = {reynolds} [Schiller & Naumann]. The mean velocity of those between 6 and
-14 diameters above the floor, while each settles from 1.5 to 4.5 diameters, against Richardson and Zaki [Trans. Inst.
-Chem. Eng. 32, 35, 1954]: (1 − φ)ⁿ with n = 4.35 Re^−0.03 = {exponent:.2f}; {seeds} arrangements each, with their spread.
+Spheres of 8 cells in diameter, placed at random in a vessel of 6 × 6 × 16 diameters with floor, lid and periodic sides,
+settle from rest; alone they would with Re = {reynolds}. The mean velocity of those between 5 and 11 diameters above the
+floor, while each settles from 1.5 to 4.5 diameters, against Richardson and Zaki [Trans. Inst. Chem. Eng. 32, 35, 1954]:
+(1 − φ)ⁿ with n = 4.35 Re^−0.03 = {exponent:.2f}; {seeds} arrangements each, with their spread.
 
 {table}
 
@@ -242,7 +242,7 @@ def settling_velocity(fraction, seed, folder):
     )
     late = trajectory.steps > steps / 3
     height = trajectory.all_of("position_m")[late, :, 2] / _DIAMETER
-    inside = (height > 6) & (height < 14)
+    inside = (height > 5) & (height < 11)
     return float(-trajectory.all_of("velocity_m_per_s")[late, :, 2][inside].mean() / _SPEED)
 
 
