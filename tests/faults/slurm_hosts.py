@@ -123,7 +123,8 @@ class SlurmHosts(Hosts):
 class Job:
     """A run that stands still in its first step from HALT_AT on, each time that it is started."""
 
-    def __init__(self, hosts, folder, nodes, halt=("exchange", HALT_AT), steps=STEPS, options=()):
+    def __init__(self, hosts, folder, nodes, halt=("exchange", HALT_AT), steps=STEPS, options=(), programs=""):
+        """`programs`: a folder whose programs the job finds before others."""
         self.hosts, self.folder = hosts, Path(folder)
         self.steps = steps
         self.folder.mkdir()
@@ -132,6 +133,7 @@ class Job:
         words = [PROGRAMS / "halting_fluid", "--halt-in", place, "--halt-at-step", step, "--halt-file", self._halted]
         fluid = shlex.join(map(str, words))
         before = ["env", "-C", folder, f"COPEPOD={ROOT}/deploy/copepod", f"COPEPOD_BIN_DIR={PROGRAMS}"]
+        before += [f"PATH={programs}:{os.environ['PATH']}"] if programs else []
         cores = f"--cpus-per-task={RANKS // nodes}"
         run = [SCRIPT, CASE, *settings(steps), "--fluid", fluid]
         command = ["sbatch", "--parsable", f"--nodes={nodes}", cores, *options, *run]

@@ -1,6 +1,7 @@
 """Jobs of deploy/slurm/copepod.sbatch in a Slurm cluster: whatever happens to one, it ends with the same digest."""
 
 import re
+import shutil
 import signal
 import tempfile
 import time
@@ -120,6 +121,19 @@ class SlurmJobs(unittest.TestCase):
                 self.assertEqual(job.summary["resumed_from_step"], 40)
                 self.doCleanups()
                 self.assert_nothing_left()
+
+    def test_node_that_refuses_the_first_steps_is_asked_again(self):
+        programs = self.folder / "refusing"
+        programs.mkdir()
+        stand_in = programs / "srun"
+        refusal = "echo 'srun: error: Application launch failed: Job credential revoked' >&2; exit 1"
+        asked = f"echo >>{programs}/asked; [ $(wc -l <{programs}/asked) -gt 2 ]"
+        stand_in.write_text(f'#!/bin/sh\n{asked} || {{ {refusal}; }}\nexec {shutil.which("srun")} "$@"\n')
+        stand_in.chmod(0o755)
+        job = self.job(2, programs=programs)
+        job.wait_until_halted()
+        self.assert_completes(job)
+        self.assert_nothing_left()
 
     def test_suspended_jobs_continue(self):
         jobs = [self.job(1), self.job(2)]
