@@ -37,11 +37,10 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       moving_walls_(domain_, layout_),
       pressure_faces_(domain_, layout_, units_.body_force_lu(setup.body_force_N_per_m3)),
       map_(domain_, layout_, make_bodies(setup, units_)),
-      links_(map_, layout_, halo_.interior()),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
       films_(setup),
       exchange_momentum_(make_momentum_exchange<T>(setup.moving_boundary, constants_, layout_, map_, films_)),
-      reflected_(layout_.block().extent(0)),
+      links_(map_, layout_, exchange_momentum_->uses_second_cell),
       load_sums_(setup.bodies.size()),
       load_sum_halves_(setup.bodies.empty() ? 0 : 2 * (load_components * setup.bodies.size() + 3)),
       absorbed_mass_(Eigen::Matrix2Xd::Zero(2, static_cast<Eigen::Index>(setup.bodies.size()))),
@@ -80,11 +79,11 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
     receive_halo();
   }
   count_changed_cells();
-  reflected_.clear();
+  links_.fetch(populations_.data(), placement_);
   MomentumSums kept_back{};
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
     (*exchange_momentum_)(populations_.data(), placement_, b, links_.of_body(b), returned_mass(b), load_sums_[b],
-                          kept_back, reflected_);
+                          kept_back);
   for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
   sum_loads();
@@ -168,30 +167,22 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& load
   }
 }
 
-template <class T>
-void LatticeBoltzmann<T>::apply(const std::vector<ReflectedPopulation<T>>& reflected) {
-  T* populations = populations_.data();
-  constexpr std::size_t ahead = 32;
-  for (std::size_t i = 0; i < reflected.size(); ++i) {
-    if (i + ahead < reflected.size()) __builtin_prefetch(populations + reflected[i + ahead].location, 1);
-    populations[reflected[i].location] = reflected[i].value;
-  }
-}
-
+/// In strips of rows that fit into a core's cache: what the bodies put in place is still there when the update reads
+/// it, and so is what the update leaves when the links collect it.
 template <class T>
 void LatticeBoltzmann<T>::update(const Box& region) {
-  stream_collide_(populations_.data(), layout_, placement_, region, constants_, has_force_);
-}
-
-/// Plane by plane, so that what the bodies put in place is still in the cache when the update reads it.
-template <class T>
-void LatticeBoltzmann<T>::update_interior() {
-  const Box& interior = halo_.interior();
-  for (std::int64_t x = 0; x < layout_.block().extent(0); ++x) {
-    apply(reflected_.interior[static_cast<std::size_t>(x)]);
-    if (x >= interior.low[0] && x < interior.high[0])
-      update({{x, interior.low[1], interior.low[2]}, {x + 1, interior.high[1], interior.high[2]}});
-  }
+  constexpr std::int64_t strip_bytes = 128 << 10;
+  const std::int64_t row_bytes = d3q19::directions * static_cast<std::int64_t>(sizeof(T)) * region.extent(2);
+  const std::int64_t rows = std::max<std::int64_t>(1, strip_bytes / std::max<std::int64_t>(row_bytes, 1));
+  T* const populations = populations_.data();
+  if (setup_.bodies.empty()) return stream_collide_(populations, layout_, placement_, region, constants_, has_force_);
+  for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
+    for (std::int64_t y = region.low[1]; y < region.high[1]; y += rows) {
+      const Box strip{{x, y, region.low[2]}, {x + 1, std::min(y + rows, region.high[1]), region.high[2]}};
+      links_.put_back(populations, placement_, strip);
+      stream_collide_(populations, layout_, placement_, strip, constants_, has_force_);
+      links_.collect(populations, other(placement_), strip, rows);
+    }
 }
 
 template <class T>
@@ -215,11 +206,9 @@ void LatticeBoltzmann<T>::advance() {
   pressure_faces_.apply(populations_.data(), placement_);
   moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
-  update_interior();
+  update(halo_.interior());
   timer_.book(Phase::bulk);
   if (!received) receive_halo();
-  apply(reflected_.border);
-  timer_.book(Phase::reflect);
   for (const Box& slab : halo_.border()) update(slab);
   placement_ = other(placement_);
   ++step_;
@@ -355,7 +344,7 @@ SolverSummary LatticeBoltzmann<T>::summarise() {
   summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
   summary.ranks = communicator_.size();
   summary.seconds = timer_.seconds();
-  summary.body_phases = {"map", "refill", "momentum", "reduce", "reflect"};
+  summary.body_phases = {"map", "refill", "momentum", "reduce"};
   summary.waiting_phases = {"wait"};
   return summary;
 }
@@ -402,6 +391,7 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
   mapped_ = state.kinematics;
   map_bodies(mapped_);
   map_.accept_fresh_cells();
+  links_.forget_populations();
 }
 
 template class LatticeBoltzmann<float>;

@@ -25,7 +25,7 @@
 namespace copepod::fluid {
 
 /// Phases of a step, in the order in which they happen.
-enum class Phase { map, refill, momentum, reduce, halo, wait, reflect, bulk, check, output };
+enum class Phase { map, refill, momentum, reduce, halo, wait, bulk, check, output };
 
 /// Wall time per phase: each call books the time since the previous one, and adds it to the timeline.
 class PhaseTimer {
@@ -47,8 +47,8 @@ class PhaseTimer {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr int phases = static_cast<int>(Phase::output) + 1;
-  static constexpr const char* names[phases] = {"map",  "refill",  "momentum", "reduce", "halo",
-                                                "wait", "reflect", "bulk",     "check",  "output"};
+  static constexpr const char* names[phases] = {"map",  "refill", "momentum", "reduce", "halo",
+                                                "wait", "bulk",   "check",    "output"};
   Timeline& timeline_;
   Clock::time_point last_ = Clock::now();
   double seconds_[phases] = {};
@@ -60,7 +60,7 @@ class PhaseTimer {
 ///
 /// One step, with populations stored in place (lattice/population_layout.hpp):
 ///   exchange: map bodies -> refill uncovered cells -> links -> momentum exchange -> sum the loads
-///   advance:  domain faces, other ranks' populations -> reflected populations -> stream and collide
+///   advance:  domain faces, other ranks' populations -> reflected populations -> stream and collide -> collect
 /// Link formulas that use a second cell need other ranks' populations before the momentum exchange.
 template <class T>
 class LatticeBoltzmann final : public FluidSolver {
@@ -89,9 +89,7 @@ class LatticeBoltzmann final : public FluidSolver {
   void sum_loads();
   void report_loads(const Kinematics& kinematics, Loads& loads);
   void receive_halo();
-  void apply(const std::vector<ReflectedPopulation<T>>& reflected);
   void update(const Box& region);
-  void update_interior();
   /// visit(index into populations_) for the cells of a piece (x, y, z), z fastest, and their 19 directions.
   template <class Visit>
   void for_each_population(const Box& piece, Placement placement, const Visit& visit) const;
@@ -124,11 +122,10 @@ class LatticeBoltzmann final : public FluidSolver {
   MovingWalls moving_walls_;
   PressureFaces pressure_faces_;
   BodyMap map_;
-  BoundaryLinks links_;
   std::unique_ptr<Refiller<T>> refill_;
   ThinFilms films_;
   std::unique_ptr<MomentumExchange<T>> exchange_momentum_;
-  ReflectedPopulations<T> reflected_;
+  BoundaryLinks<T> links_;
   std::vector<LoadSums> load_sums_;            ///< by body
   std::vector<std::int64_t> load_sum_halves_;  ///< of all of them
   Eigen::Matrix2Xd absorbed_mass_;             ///< by body: mass absorbed and not yet given back, weight of its links

@@ -79,11 +79,12 @@ inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d&
 /// The same for a capsule: the first of its end spheres and its cylinder.
 double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, const Eigen::Vector3d& e);
 
-/// Where the link x_f → x_f + e crosses the surface: q in [0, 1], with the wall at x_f + q e. Exact:
+/// Where the link x_f → x_f + e_α crosses the surface: q in [0, 1], with the wall at x_f + q e. Exact:
 ///   |r + q e − c|² = R², with c = 0 for the sphere and the centres of the end spheres for the capsule;
 ///   |(r + q e)⊥|² = R² for the capsule's cylinder, ⊥ normal to its axis.
-/// @param r  from the body's centre to x_f, outside the body; r + e is inside
-inline double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, const d3q19::Direction& e) {
+/// @param r  from the body's centre to x_f, outside the body; r + e_α is inside
+inline double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, int direction) {
+  const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
   const Eigen::Vector3d link(e[0], e[1], e[2]);
   const double q =
       body.kind == ShapeKind::sphere ? entry_into_sphere(r, link, body.radius) : entry_into_capsule(body, r, link);

@@ -61,49 +61,15 @@ using LoadSums = std::array<fixed_point::Sum, load_components>;
 /// x, y, z.
 using MomentumSums = std::array<fixed_point::Sum, 3>;
 
-/// A population that a body's surface sends back, to be put in place before the bulk update.
-template <class T>
-struct ReflectedPopulation {
-  std::int64_t location = 0;
-  T value{};
-};
-
-template <class T>
-struct ReflectedPopulations {
-  /// By plane x, from the block's low corner, of the fluid cell.
-  std::vector<std::vector<ReflectedPopulation<T>>> interior;
-  std::vector<ReflectedPopulation<T>> border;  ///< to be applied after other ranks' populations have arrived
-
-  explicit ReflectedPopulations(std::int64_t planes) : interior(static_cast<std::size_t>(planes)) {}
-  void clear() {
-    for (auto& plane : interior) plane.clear();
-    border.clear();
-  }
-};
-
 namespace momentum_exchange {
 
 /// Larger than any population of a flow that makes sense, and a cell's links together stay within the range
 /// of fixed_point::from_double; also catches NaN when negated.
 constexpr double absurd_population = 1e2;
 
-/// A body's surface is scattered over memory: without this, every population is a miss that is waited for.
-constexpr std::size_t prefetch_distance = 4;
-
 inline double along(int direction, const Eigen::Vector3d& u) {
-  const auto& e = d3q19::e[direction];
+  const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
   return e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
-}
-
-/// Always inline: gcc drops calls of a function that does nothing but prefetch.
-template <class T>
-[[gnu::always_inline]] inline void prefetch(const T* populations, const PopulationLayout& layout, Placement placement,
-                                            const BoundaryCell& boundary, bool second_cells) {
-  for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    __builtin_prefetch(populations + layout.location(boundary.site, alpha, placement));
-  if (!second_cells) return;
-  for (std::uint32_t bits = boundary.directions & boundary.second_cells; bits != 0; bits &= bits - 1)
-    __builtin_prefetch(populations + layout.entry(boundary.site, std::countr_zero(bits), placement));
 }
 
 [[noreturn]] inline void throw_diverged(const Cell& cell) {
@@ -116,19 +82,19 @@ template <class T>
 /// d(e_α·u)/ds along a link whose second cell, x_f − e_α, is covered or beyond a wall: between the two surfaces,
 /// at x_f + q e_α and x_f − q' e_α, the fluid is taken to move as in Couette flow, over a tenth of a link at least,
 /// for surfaces that touch. 0 in front of an open face.
-inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout& layout, const BoundaryCell& boundary,
+inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout& layout, const Cell& at,
                                      const Link& link) {
   const int alpha = link.direction;
   const auto& e = d3q19::e[alpha];
-  const Cell behind = {boundary.position[0] - e[0], boundary.position[1] - e[1], boundary.position[2] - e[2]};
+  const Cell behind = {at[0] - e[0], at[1] - e[1], at[2] - e[2]};
   const Domain& domain = map.domain();
   double e_dot_u = 0.0;
   double distance = 0.5;  // of a face
   if (domain.canonical(behind)) {
     const LatticeBody& other = map.bodies()[static_cast<std::size_t>(map.owner(layout.cell(behind)) - 1)];
-    const LinkToBody seen = domain.link_to_body(other.position, boundary.position, d3q19::opposite(alpha));
+    const LinkToBody seen = domain.link_to_body(other.position, at, d3q19::opposite(alpha));
     e_dot_u = -along(seen.direction, other.surface_velocity(seen.r));
-    distance = wall_distance(other, seen.r, d3q19::e[seen.direction]);
+    distance = wall_distance(other, seen.r, seen.direction);
   } else {
     const GhostSource source = ghost_source(domain, behind, alpha);
     if (source.kind != GhostSource::Kind::wall) return 0.0;
@@ -162,14 +128,13 @@ class MomentumExchange {
   virtual ~MomentumExchange() = default;
 
   /// Of one body, which leaves thin films out of its loads.
-  /// @param cells     of the body, on this rank
+  /// @param surface   of the body, on this rank, with the populations after the bulk update; f_ᾱ replaces f̃_α
   /// @param returned  mass to be given back, by the weight of the body's links
   /// @param loads     sums to which this rank's share is added
   /// @param kept_back likewise: momentum that left the fluid, but is not in the loads
   /// @throws SolverError if a population is not finite or absurdly large, naming the cell
-  virtual void operator()(const T* populations, Placement placement, std::size_t body,
-                          std::span<const BoundaryCell> cells, double returned, LoadSums& loads,
-                          MomentumSums& kept_back, ReflectedPopulations<T>& reflected) const = 0;
+  virtual void operator()(const T* populations, Placement placement, std::size_t body, BodySurface<T>& surface,
+                          double returned, LoadSums& loads, MomentumSums& kept_back) const = 0;
 
  protected:
   MomentumExchange(bool second_cell, bool conserves) : uses_second_cell(second_cell), conserving(conserves) {}
@@ -185,49 +150,42 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         map_(map),
         films_(films) {}
 
-  void operator()(const T* populations, Placement placement, std::size_t body_index,
-                  std::span<const BoundaryCell> cells, [[maybe_unused]] double returned, LoadSums& loads,
-                  MomentumSums& kept_back, ReflectedPopulations<T>& reflected) const override {
+  void operator()(const T* populations, Placement placement, std::size_t body_index, BodySurface<T>& surface,
+                  double returned, LoadSums& loads, MomentumSums& kept_back) const override {
     using namespace momentum_exchange;
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
     const bool beside_films = films_.beside(body_index);
     LoadSums sums = loads;  // local copies, which need not be stored for every cell
     MomentumSums kept = kept_back;
-    const auto add = [&sums](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
-      const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
-                           fixed_point::to_double(force[2])};
-      for (int axis = 0; axis < 3; ++axis) sums[static_cast<std::size_t>(axis)] += force[axis];
-      sums[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
-      sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
-      sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
-    };
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (i + prefetch_distance < cells.size())
-        prefetch(populations, layout_, placement, cells[i + prefetch_distance], Formula::uses_second_cell);
-      const BoundaryCell& boundary = cells[i];
-      const Populations f = layout_.gather(populations, boundary.site, placement);
-      const Moments<double> m = moments(f);  // of the same bits for a cell and its mirror image
-      const Eigen::Vector3d momentum = m.momentum_vector();
+    for (std::size_t i = 0; i < surface.cells.size(); ++i) {
+      const BoundaryCell& cell = surface.cells[i];
+      if (cell.directions == 0) continue;
+      if constexpr (Formula::uses_second_cell)
+        prefetch_second_cells(populations, placement, surface, i + prefetch_distance);
+      const Cell at = position_of(cell);
       std::int64_t kept_of_cell[3] = {0, 0, 0};
-      const auto plane = static_cast<std::size_t>(boundary.position[0] - layout_.block().low[0]);
-      auto& target = boundary.border ? reflected.border : reflected.interior[plane];
-      // The link as the body sees it: from r in direction `seen`.
-      const auto reflect = [&](int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
-                               std::int64_t(&force)[3]) {
-        const auto& e = d3q19::e[seen];
+      // One link, as the body sees it from r in direction `seen`, the n-th of the cell.
+      const auto reflect = [&](int n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
+                               std::int64_t(&force)[3]) __attribute__((always_inline)) {
+        const auto place = cell.first_link + static_cast<std::size_t>(n);
+        const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
+        T& population = surface.populations[place];
         Link link{.direction = alpha,
-                  .leaving = f[static_cast<std::size_t>(alpha)],
-                  .density = 1.0 + m.excess_density,
-                  .e_dot_u_w = along(seen, u),
-                  .inward = f[static_cast<std::size_t>(d3q19::opposite(alpha))],
-                  .e_dot_j = along(alpha, momentum)};
-        if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, e);
-        double exact = returning(populations, placement, boundary, link);
+                  .leaving = static_cast<double>(population),
+                  .density = 1.0 + surface.excess_density[i],
+                  .e_dot_u_w = along(seen, u)};
+        if constexpr (Formula::uses_second_cell) {
+          link.inward = static_cast<double>(surface.inward[place]);
+          link.e_dot_j = along(alpha, surface.momentum[i]);
+        }
+        if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, seen);
+        double exact = returning(populations, placement, cell, at, link);
         if constexpr (Formula::conserving) exact += d3q19::weight(alpha) * returned;
-        const T stored = static_cast<T>(exact);
-        const double exchanged = link.leaving + static_cast<double>(stored);
-        if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
+        population = static_cast<T>(exact);
+        const auto stored = static_cast<double>(population);
+        const double exchanged = link.leaving + stored;
+        if (!(std::abs(exchanged) < absurd_population)) throw_diverged(at);
         double resolved = 1.0;
         if (beside_films)
           resolved = films_.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
@@ -238,7 +196,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           for (int axis = 0; axis < 3; ++axis) kept_of_cell[axis] += e[axis] * unresolved;
         }
         if constexpr (Formula::conserving) {
-          const double absorbed = link.leaving - static_cast<double>(stored);
+          const double absorbed = link.leaving - stored;
           for (int axis = 0; axis < 3; ++axis) {
             const std::int64_t of_absorbed = fixed_point::from_double(resolved * absorbed * u[axis]);
             force[axis] -= of_absorbed;
@@ -247,42 +205,72 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           sums[mass_component] += fixed_point::from_double(absorbed);
           sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
         }
-        // The population that leaves the solid cell x_f + e_α towards x_f.
-        target.push_back({layout_.entry(boundary.site, d3q19::opposite(alpha), placement), stored});
       };
-      const Eigen::Vector3d r = domain.from_position(body.position, boundary.position);
+      const Eigen::Vector3d r = domain.from_position(body.position, at);
       const Eigen::Vector3d u = body.surface_velocity(r);
-      const std::uint32_t to_images = domain.links_to_images(body.position, r, boundary.position, boundary.directions);
+      const std::uint32_t to_images = domain.links_to_images(body.position, r, at, cell.directions);
       std::int64_t force[3] = {0, 0, 0};
-      for (std::uint32_t bits = boundary.directions & ~to_images; bits != 0; bits &= bits - 1)
-        reflect(std::countr_zero(bits), std::countr_zero(bits), r, u, force);
-      add(r, force);
-      for (std::uint32_t bits = to_images; bits != 0; bits &= bits - 1) {
+      int n = 0;
+      for (std::uint32_t bits = cell.directions; bits != 0; bits &= bits - 1, ++n) {
         const int alpha = std::countr_zero(bits);
-        const LinkToBody link = domain.link_to_body(body.position, boundary.position, alpha);
-        std::int64_t on_image[3] = {0, 0, 0};
-        reflect(alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
-        add(link.r, on_image);
+        if (((to_images >> alpha) & 1U) != 0) [[unlikely]] {
+          const LinkToBody link = domain.link_to_body(body.position, at, alpha);
+          std::int64_t on_image[3] = {0, 0, 0};
+          reflect(n, alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
+          add(link.r, on_image, sums);
+        } else {
+          reflect(n, alpha, alpha, r, u, force);
+        }
       }
-      for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += kept_of_cell[axis];
+      add(r, force, sums);
+      if (beside_films || Formula::conserving)
+        for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += kept_of_cell[axis];
     }
     loads = sums;
     kept_back = kept;
   }
 
  private:
+  static constexpr std::size_t prefetch_distance = 4;  ///< second cells are scattered over memory
+
+  void prefetch_second_cells(const T* populations, Placement placement, const BodySurface<T>& surface,
+                             std::size_t place) const {
+    if (place >= surface.cells.size()) return;
+    const BoundaryCell& cell = surface.cells[place];
+    for (std::uint32_t bits = cell.directions & cell.second_cells; bits != 0; bits &= bits - 1)
+      __builtin_prefetch(populations +
+                         layout_.entry(layout_.site(position_of(cell)), std::countr_zero(bits), placement));
+  }
+
+  [[nodiscard]] Cell position_of(const BoundaryCell& cell) const {
+    const Cell& low = layout_.block().low;
+    return {low[0] + cell.place[0], low[1] + cell.place[1], low[2] + cell.place[2]};
+  }
+
+  /// Force of a cell's links, and its torque, which is rounded cell by cell.
+  static void add(const Eigen::Vector3d& r, const std::int64_t (&force)[3], LoadSums& sums) {
+    const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
+                         fixed_point::to_double(force[2])};
+    for (std::size_t axis = 0; axis < 3; ++axis) sums[axis] += force[axis];
+    sums[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
+    sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
+    sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
+  }
+
   /// f_ᾱ(x_f). A formula that needs a second cell where there is none gives way to bounce-back from half-way along the
   /// link, where the fluid between the two surfaces moves with
   ///   e_α·u_w + (1/2 − q) d(e_α·u)/ds
-  double returning(const T* populations, Placement placement, const BoundaryCell& boundary, Link& link) const {
+  double returning(const T* populations, Placement placement, const BoundaryCell& boundary, const Cell& at,
+                   Link& link) const {
     if constexpr (Formula::uses_second_cell) {
       if (((boundary.second_cells >> link.direction) & 1U) == 0) {
         Link half_way = link;
         half_way.e_dot_u_w +=
-            (0.5 - link.wall_distance) * momentum_exchange::slope_between_surfaces(map_, layout_, boundary, link);
+            (0.5 - link.wall_distance) * momentum_exchange::slope_between_surfaces(map_, layout_, at, link);
         return BounceBack().returning(half_way);
       }
-      link.behind = populations[layout_.entry(boundary.site, link.direction, placement)];  // where it enters x_f
+      link.behind = static_cast<double>(
+          populations[layout_.entry(layout_.site(at), link.direction, placement)]);  // where it enters x_f
     }
     return formula_.returning(link);
   }

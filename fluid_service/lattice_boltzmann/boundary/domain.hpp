@@ -1,12 +1,14 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 
 #include <Eigen/Core>
 
 #include "contract/fluid_setup.hpp"
+#include "lattice_boltzmann/boundary/periodic.hpp"
 #include "lattice_boltzmann/lattice/lattice_units.hpp"
 #include "lattice_boltzmann/lattice/population_layout.hpp"
 #include "ranks/box.hpp"
@@ -92,6 +94,32 @@ class Domain {
   std::array<bool, 3> symmetric_;
   double wall_overlap_lu_;
 };
+
+inline Eigen::Vector3d Domain::from_position(const Eigen::Vector3d& position_lu, const Cell& cell) const {
+  Eigen::Vector3d r;
+  for (int axis = 0; axis < 3; ++axis) {
+    r[axis] = (static_cast<double>(cell[axis]) + 0.5) - position_lu[axis];
+    if (periodic(axis)) r[axis] = to_nearest_image(r[axis], static_cast<double>(cells_[axis]));
+  }
+  return r;
+}
+
+inline std::uint32_t Domain::links_to_images(const Eigen::Vector3d& position_lu, const Eigen::Vector3d& r,
+                                             const Cell& cell, std::uint32_t links) const {
+  std::uint32_t result = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double half = 0.5 * static_cast<double>(cells_[axis]);
+    const bool at_end = cell[axis] == 0 || cell[axis] == cells_[axis] - 1;
+    if (periodic(axis) ? std::abs(r[axis]) < half - 1.0 : !at_end) continue;
+    for (std::uint32_t bits = links; bits != 0; bits &= bits - 1) {
+      const int alpha = std::countr_zero(bits);
+      const int e = d3q19::e[alpha][axis];
+      if (periodic(axis) ? std::abs(r[axis] + e) > half : through_mirror(position_lu, cell, axis, e))
+        result |= 1U << alpha;
+    }
+  }
+  return result;
+}
 
 /// Where the population comes from that leaves ghost cell g in direction α towards the domain.
 struct GhostSource {

@@ -13,6 +13,9 @@ namespace copepod::fluid {
 constexpr std::int64_t wrapped(std::int64_t index, std::int64_t cells) { return ((index % cells) + cells) % cells; }
 
 /// r − L round(r / L): one component of a distance, to the nearest image.
-inline double to_nearest_image(double r, double length) { return r - length * std::round(r / length); }
+inline double to_nearest_image(double r, double length) {
+  if (std::abs(r) < 0.49 * length) return r;  // without a division
+  return r - length * std::round(r / length);
+}
 
 }  // namespace copepod::fluid

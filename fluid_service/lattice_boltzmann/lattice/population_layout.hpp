@@ -110,7 +110,7 @@ class PopulationLayout {
   [[nodiscard]] std::array<double, d3q19::directions> gather(const T* populations, const Site& site,
                                                              Placement placement) const {
     const Locations& from = locations(site.faces, placement);
-    const auto each = [&]<std::size_t... alpha>(std::index_sequence<alpha...>) {
+    const auto each = [&]<std::size_t... alpha>(std::index_sequence<alpha...>) __attribute__((always_inline)) {
       return std::array{static_cast<double>(populations[site.index + from[alpha]])...};
     };
     return each(std::make_index_sequence<d3q19::directions>{});
