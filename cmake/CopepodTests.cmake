@@ -31,8 +31,8 @@ function(copepod_test name)
   endif()
 endfunction()
 
-# copepod_mpi_test(name [THREADS] RANKS 1 2 3 SOURCES … LINKS …): one program with its own main, one ctest entry per rank
-# count. THREADS: another one with threads as ranks; only these are built for sanitizers.
+# copepod_mpi_test(name [THREADS] RANKS 1 2 3 SOURCES … LINKS …): one program with its own main, one ctest entry per
+# rank count. THREADS: another one with threads as ranks; sanitizers see these only.
 function(copepod_mpi_test name)
   cmake_parse_arguments(ARG "THREADS" "TIMEOUT" "RANKS;SOURCES;LINKS" ${ARGN})
   if(NOT ARG_TIMEOUT)

@@ -6,7 +6,7 @@
 namespace copepod {
 
 /// Our own fluid and body solvers in the process of the coupler: no messages, the same bits. Ranks of the fluid are
-/// threads; rank 0 is the coupler's. A failure of the fluid is thrown as PeerFailed, as if it were a service.
+/// threads; rank 0 is the coupler's. A failure of the fluid is thrown as PeerFailed, like that of a service.
 class LocalComponents final : public coupler::Components {
  public:
   explicit LocalComponents(int fluid_ranks);

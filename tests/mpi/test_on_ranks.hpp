@@ -8,8 +8,8 @@
 
 namespace copepod::fluid {
 
-/// Runs `body` on every rank: this process is one under mpirun; without it, as many threads are as the program's
-/// argument says.
+/// Runs `body` on every rank: under mpirun this process is one; without it each rank is a thread, and their number is
+/// the program's argument.
 void run_on_ranks(const std::function<void(Communicator&)>& body);
 
 }  // namespace copepod::fluid
