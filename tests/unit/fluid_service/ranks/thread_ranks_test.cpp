@@ -32,6 +32,35 @@ TEST(ThreadRanks, ARequestToStopEndsAWait) {
   }
 }
 
+TEST(ThreadRanks, WhatAnAbandonedExchangeOfferedIsTakenBack) {
+  const auto exchange_with = [](Communicator& own, int peer, std::int64_t sent, std::int64_t& received) {
+    const std::array<Communicator::Message, 1> message = {
+        {{peer, std::as_bytes(std::span(&sent, 1)), std::as_writable_bytes(std::span(&received, 1))}}};
+    own.start_exchange(message)();
+  };
+  std::int64_t received_by_1 = 0;
+  SolverContext context;
+  std::int64_t abandoned = -1, received = 0;
+  {
+    ThreadRanks ranks(2, context, [&](Communicator& own) {
+      own.sum_to_all({});
+      exchange_with(own, 0, 3, received_by_1);
+    });
+    Communicator& leader = ranks.leader();
+    {
+      const std::int64_t sent = 1;
+      std::array<Communicator::Message, 5> messages;  // more than below: their memory is not the next exchange's
+      messages.fill({1, std::as_bytes(std::span(&sent, 1)), std::as_writable_bytes(std::span(&abandoned, 1))});
+      static_cast<void>(leader.start_exchange(messages));
+    }
+    leader.sum_to_all({});
+    exchange_with(leader, 1, 2, received);
+  }
+  EXPECT_EQ(abandoned, -1);
+  EXPECT_EQ(received, 3);
+  EXPECT_EQ(received_by_1, 2);
+}
+
 TEST(ThreadRanks, AFailureWakesRanksThatSleep) {
   SolverContext context;
   ThreadRanks ranks(3, context, [](Communicator& own) {
