@@ -39,7 +39,8 @@ SolverSummary StatelessFluid::summarise() {
   return summary;
 }
 
-void StatelessFluid::start_step(const Kinematics& kinematics, Loads& loads) const {
+void StatelessFluid::exchange(const Kinematics& kinematics, Loads& loads) {
+  if (rank_ != 0) return;
   if (kinematics.bodies() != bodies_)
     throw SolverError("kinematics of " + std::to_string(kinematics.bodies()) + " bodies (the setup has " +
                           std::to_string(bodies_) + "). Send every body in the order of the setup.",
@@ -48,6 +49,7 @@ void StatelessFluid::start_step(const Kinematics& kinematics, Loads& loads) cons
   loads.resize(bodies_);
   loads.force_N.setZero();
   loads.torque_N_m.setZero();
+  add_loads(kinematics, loads);
 }
 
 }  // namespace copepod::fluid

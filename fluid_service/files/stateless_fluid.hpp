@@ -9,9 +9,10 @@
 namespace copepod::fluid {
 
 /// A fluid whose loads follow from the kinematics of the step alone: it has nothing to advance, and its checkpoint
-/// holds no state. Every rank computes the same.
+/// holds no state. Rank 0 computes, the others only follow.
 class StatelessFluid : public FluidSolver {
  public:
+  void exchange(const Kinematics& kinematics, Loads& loads) final;
   void advance() final {}
 
   /// Rank 0 writes a checkpoint that holds the name of the solver and nothing else.
@@ -25,11 +26,10 @@ class StatelessFluid : public FluidSolver {
   /// @param name  of the solver, as in a case file
   StatelessFluid(std::string name, const FluidSetup& setup, const Communicator& communicator);
 
-  /// Makes `loads` those of this step, zero on every body.
-  /// @throws SolverError if the number of bodies is not that of the setup
-  void start_step(const Kinematics& kinematics, Loads& loads) const;
-
  private:
+  /// @param loads  of this step, zero on every body
+  virtual void add_loads(const Kinematics& kinematics, Loads& loads) = 0;
+
   std::string name_;
   Eigen::Index bodies_;
   int rank_;

@@ -41,8 +41,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       films_(setup),
       exchange_momentum_(make_momentum_exchange<T>(setup.moving_boundary, constants_, layout_, map_, films_)),
       links_(map_, layout_, exchange_momentum_->uses_second_cell),
-      load_sums_(setup.bodies.size()),
-      load_sum_halves_(setup.bodies.empty() ? 0 : 2 * (load_components * setup.bodies.size() + 3)),
+      nearby_(setup, units_, domain_, partition_, exchange_momentum_->conserving, communicator),
       absorbed_mass_(Eigen::Matrix2Xd::Zero(2, static_cast<Eigen::Index>(setup.bodies.size()))),
       timer_(communicator.context().timeline()),
       output_(setup, communicator) {
@@ -52,22 +51,21 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
 
 template <class T>
 void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
-  if (kinematics.bodies() != static_cast<Eigen::Index>(setup_.bodies.size()))
-    throw SolverError("kinematics of " + std::to_string(kinematics.bodies()) + " bodies (the setup named " +
-                      std::to_string(setup_.bodies.size()) + "). Send all bodies in the order of the setup.");
-  for (Eigen::Index b = 0; b < kinematics.bodies(); ++b)
-    map_.bodies()[static_cast<std::size_t>(b)].move(kinematics, b, units_);
-  if (map_.update()) links_.update();
-  films_.find(kinematics);
+  nearby_.scatter(kinematics, returned_mass());
+  for (std::size_t place = 0; place < nearby_.bodies().size(); ++place)
+    map_.bodies()[static_cast<std::size_t>(nearby_.bodies()[place])].move(nearby_.kinematics(),
+                                                                          static_cast<Eigen::Index>(place), units_);
+  if (map_.update(nearby_.bodies())) links_.update();
+  films_.find(nearby_.bodies(), nearby_.kinematics());
 }
 
 template <class T>
 void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   timer_.start();
-  mapped_ = kinematics;
+  if (communicator_.rank() == 0) mapped_ = kinematics;
   map_bodies(kinematics);
   timer_.book(Phase::map);
-  std::fill(load_sums_.begin(), load_sums_.end(), LoadSums{});
+  load_sums_.assign(nearby_.bodies().size(), LoadSums{});
   gained_momentum_ = {};
   (*refill_)(populations_.data(), placement_, map_);
   map_.accept_fresh_cells();
@@ -81,13 +79,14 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   count_changed_cells();
   links_.fetch(populations_.data(), placement_);
   MomentumSums kept_back{};
-  for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    (*exchange_momentum_)(populations_.data(), placement_, b, links_.of_body(b), returned_mass(b), load_sums_[b],
-                          kept_back);
+  for (std::size_t place = 0; place < nearby_.bodies().size(); ++place) {
+    const auto body = static_cast<std::size_t>(nearby_.bodies()[place]);
+    (*exchange_momentum_)(populations_.data(), placement_, body, links_.of_body(body), nearby_.returned_mass()[place],
+                          load_sums_[place], kept_back);
+  }
   for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
-  sum_loads();
-  report_loads(kinematics, loads);
+  sum_loads(kinematics, loads);
   timer_.book(Phase::reduce);
 }
 
@@ -97,8 +96,7 @@ void LatticeBoltzmann<T>::count_changed_cells() {
   const auto add = [this](const BodyMap::ChangedCell& changed, fixed_point::Sum sign) {
     if (step_ == 0 || !layout_.block().contains(changed.cell)) return;  // at step 0 bodies displace fluid at rest
     const Moments<double> m = moments_of(layout_.site(changed.cell));
-    load_sums_[static_cast<std::size_t>(changed.body)][mass_component] +=
-        sign * fixed_point::from_double(m.excess_density);
+    load_sums_[nearby_.place_of(changed.body)][mass_component] += sign * fixed_point::from_double(m.excess_density);
     for (std::size_t axis = 0; axis < 3; ++axis)
       gained_momentum_[axis] -= sign * fixed_point::from_double(m.momentum[axis]);
   };
@@ -107,55 +105,47 @@ void LatticeBoltzmann<T>::count_changed_cells() {
 }
 
 template <class T>
-double LatticeBoltzmann<T>::returned_mass(std::size_t body) const {
+std::vector<double> LatticeBoltzmann<T>::returned_mass() const {
   constexpr double share = 1.0 / 16.0;  // all of it would excite an oscillation of period two
-  const auto column = absorbed_mass_.col(static_cast<Eigen::Index>(body));
-  return column[1] > 0.0 ? share * column[0] / column[1] : 0.0;
+  std::vector<double> returned;
+  if (communicator_.rank() != 0 || !exchange_momentum_->conserving) return returned;
+  for (const auto& of_body : absorbed_mass_.colwise())
+    returned.push_back(of_body[1] > 0.0 ? share * of_body[0] / of_body[1] : 0.0);
+  return returned;
 }
 
-/// Valid on rank 0; the mass that conserving formulas return on all ranks.
 template <class T>
-void LatticeBoltzmann<T>::sum_loads() {
-  auto half = load_sum_halves_.begin();
-  for (const LoadSums& sums : load_sums_)
-    for (const fixed_point::Sum sum : sums) half = std::ranges::copy(fixed_point::halves(sum), half).out;
-  if (!load_sums_.empty())
-    for (const fixed_point::Sum sum : gained_momentum_) half = std::ranges::copy(fixed_point::halves(sum), half).out;
-  if (exchange_momentum_->conserving)
-    communicator_.sum_to_all(load_sum_halves_);
-  else
-    communicator_.sum_to_leader(load_sum_halves_);
-  half = load_sum_halves_.begin();
-  for (LoadSums& sums : load_sums_)
-    for (fixed_point::Sum& sum : sums) {
-      sum = fixed_point::from_halves(half[0], half[1]);
-      half += 2;
-    }
-  for (Eigen::Index axis = 0; axis < 3 && half != load_sum_halves_.end(); ++axis, half += 2)
-    momentum_.gained[axis] += fixed_point::to_double(fixed_point::from_halves(half[0], half[1]));
+void LatticeBoltzmann<T>::sum_loads(const Kinematics& kinematics, Loads& loads) {
+  const std::span<const LoadSums> sums = nearby_.gather(load_sums_, gained_momentum_);
+  if (communicator_.rank() != 0) return;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    momentum_.gained[static_cast<Eigen::Index>(axis)] += fixed_point::to_double(gained_momentum_[axis]);
+  report_loads(kinematics, sums, loads);
   if (!exchange_momentum_->conserving) return;
   for (Eigen::Index b = 0; b < absorbed_mass_.cols(); ++b) {
-    const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
-    absorbed_mass_(0, b) += fixed_point::to_double(sums[mass_component]);
-    absorbed_mass_(1, b) = fixed_point::to_double(sums[weight_component]);
+    const LoadSums& of_body = sums[static_cast<std::size_t>(b)];
+    absorbed_mass_(0, b) += fixed_point::to_double(of_body[mass_component]);
+    absorbed_mass_(1, b) = fixed_point::to_double(of_body[weight_component]);
   }
 }
 
 /// Sums to SI units, for whole bodies.
 template <class T>
-void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& loads) {
+void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, std::span<const LoadSums> load_sums,
+                                       Loads& loads) {
   loads.step = kinematics.step;
   loads.resize(kinematics.bodies());
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
+    const Eigen::Vector3d position_lu = units_.position_lu(kinematics.position_m.col(b));
     WholeBody whole;
     double images = 1.0;
     for (int plane = 0; plane < 3; ++plane) {
-      if (domain_.cut_by_symmetry_plane(map_.bodies()[static_cast<std::size_t>(b)].position, plane))
+      if (domain_.cut_by_symmetry_plane(position_lu, plane))
         whole.cut(static_cast<std::size_t>(plane));
       else if (domain_.symmetric(plane))
         images *= 2.0;
     }
-    const LoadSums& sums = load_sums_[static_cast<std::size_t>(b)];
+    const LoadSums& sums = load_sums[static_cast<std::size_t>(b)];
     Eigen::Vector3d force_lu;
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
@@ -208,6 +198,7 @@ void LatticeBoltzmann<T>::advance() {
   timer_.book(Phase::halo);
   update(halo_.interior());
   timer_.book(Phase::bulk);
+  nearby_.finish();
   if (!received) receive_halo();
   for (const Box& slab : halo_.border()) update(slab);
   placement_ = other(placement_);
@@ -388,8 +379,9 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
   output_.restore(step_, state.sampling, std::move(state.mean));
   absorbed_mass_ = state.absorbed_mass;
   momentum_ = state.momentum;
-  mapped_ = state.kinematics;
+  if (communicator_.rank() == 0) mapped_ = std::move(state.kinematics);
   map_bodies(mapped_);
+  nearby_.finish();
   map_.accept_fresh_cells();
   links_.forget_populations();
 }

@@ -11,6 +11,7 @@
 #include "contract/fluid_solver.hpp"
 #include "contract/timeline.hpp"
 #include "lattice_boltzmann/bodies/momentum_exchange.hpp"
+#include "lattice_boltzmann/bodies/nearby_bodies.hpp"
 #include "lattice_boltzmann/bodies/refill.hpp"
 #include "lattice_boltzmann/boundary/halo_exchange.hpp"
 #include "lattice_boltzmann/boundary/pressure.hpp"
@@ -55,11 +56,12 @@ class PhaseTimer {
 };
 
 /// One rank's share of the lattice Boltzmann fluid. Every method is collective: called on all ranks with the
-/// same arguments; loads and summaries are valid on rank 0. A flow that diverged is a SolverError: from
-/// advance within 1024 steps, from fields, save and summarise at once.
+/// same arguments, apart from kinematics, which are read on rank 0; loads and summaries are valid there. A flow that
+/// diverged is a SolverError: from advance within 1024 steps, from fields, save and summarise at once.
 ///
 /// One step, with populations stored in place (lattice/population_layout.hpp):
-///   exchange: map bodies -> refill uncovered cells -> links -> momentum exchange -> sum the loads
+///   exchange: tell ranks of the bodies near them -> map these -> refill uncovered cells -> links
+///             -> momentum exchange -> sum the loads
 ///   advance:  domain faces, other ranks' populations -> reflected populations -> stream and collide -> collect
 /// Link formulas that use a second cell need other ranks' populations before the momentum exchange.
 template <class T>
@@ -84,10 +86,10 @@ class LatticeBoltzmann final : public FluidSolver {
  private:
   void map_bodies(const Kinematics& kinematics);
   void count_changed_cells();
-  /// Mass that a body gives back in this step, by the weight of its links.
-  [[nodiscard]] double returned_mass(std::size_t body) const;
-  void sum_loads();
-  void report_loads(const Kinematics& kinematics, Loads& loads);
+  /// Mass that each body gives back in this step, by the weight of its links; on rank 0.
+  [[nodiscard]] std::vector<double> returned_mass() const;
+  void sum_loads(const Kinematics& kinematics, Loads& loads);
+  void report_loads(const Kinematics& kinematics, std::span<const LoadSums> sums, Loads& loads);
   void receive_halo();
   void update(const Box& region);
   /// visit(index into populations_) for the cells of a piece (x, y, z), z fastest, and their 19 directions.
@@ -126,12 +128,13 @@ class LatticeBoltzmann final : public FluidSolver {
   ThinFilms films_;
   std::unique_ptr<MomentumExchange<T>> exchange_momentum_;
   BoundaryLinks<T> links_;
-  std::vector<LoadSums> load_sums_;            ///< by body
-  std::vector<std::int64_t> load_sum_halves_;  ///< of all of them
-  Eigen::Matrix2Xd absorbed_mass_;             ///< by body: mass absorbed and not yet given back, weight of its links
-  MomentumSums gained_momentum_{};             ///< of this step, from neither body, wall nor force
-  MomentumBalance momentum_;                   ///< of the computed domain, up to the last exchange; valid on rank 0
-  Kinematics mapped_;                          ///< of the last exchange; a restart maps it again first
+  NearbyBodies nearby_;
+  std::vector<LoadSums> load_sums_;  ///< of this rank, by place in nearby_
+  MomentumSums gained_momentum_{};   ///< of this step, from neither body, wall nor force
+  // On rank 0, of all bodies:
+  Eigen::Matrix2Xd absorbed_mass_;  ///< by body: mass absorbed and not yet given back, weight of its links
+  MomentumBalance momentum_;        ///< of the computed domain, up to the last exchange
+  Kinematics mapped_;               ///< of the last exchange; a restart maps it again first
   Placement placement_ = Placement::home;
   std::int64_t step_ = 0;  ///< steps completed
   PhaseTimer timer_;

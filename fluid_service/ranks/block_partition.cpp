@@ -83,12 +83,13 @@ Box BlockPartition::block(int rank) const {
 }
 
 // The block of cell c is the largest i with ⌊i n / p⌋ ≤ c, that is i ≤ ((c + 1) p − 1) / n.
+int BlockPartition::place(int axis, std::int64_t index) const {
+  return static_cast<int>(((index + 1) * grid_[axis] - 1) / cells_[axis]);
+}
+
 int BlockPartition::owner(const Cell& cell) const {
   int rank = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t place = ((cell[axis] + 1) * grid_[axis] - 1) / cells_[axis];
-    rank = rank * grid_[axis] + static_cast<int>(place);
-  }
+  for (int axis = 0; axis < 3; ++axis) rank = rank * grid_[axis] + place(axis, cell[axis]);
   return rank;
 }
 

@@ -17,7 +17,8 @@ class BlockPartition {
 
   [[nodiscard]] const std::array<int, 3>& grid() const { return grid_; }  ///< blocks along x, y, z
   [[nodiscard]] Box block(int rank) const;                                ///< never empty
-  [[nodiscard]] int owner(const Cell& cell) const;                        ///< rank whose block holds `cell`
+  [[nodiscard]] int place(int axis, std::int64_t index) const;  ///< of the block with that cell, along an axis
+  [[nodiscard]] int owner(const Cell& cell) const;              ///< rank whose block holds `cell`
   [[nodiscard]] const Cell& cells() const { return cells_; }
   [[nodiscard]] int ranks() const { return grid_[0] * grid_[1] * grid_[2]; }
 

@@ -42,6 +42,13 @@ class Communicator {
   /// Starts the exchange; the returned function waits for completion. Buffers must live until then.
   [[nodiscard]] virtual std::function<void()> start_exchange(std::span<const Message> messages) = 0;
 
+  /// Starts a message of any size to `peer`, which receives it; the returned function waits until `data` is no longer
+  /// needed. Messages to one peer arrive in the order in which they are started.
+  [[nodiscard]] virtual std::function<void()> start_send(int peer, std::span<const std::byte> data) = 0;
+  /// Waits for the next message that `peer` sends by start_send.
+  /// @param data  overwritten, whatever its size
+  virtual void receive(int peer, std::vector<std::byte>& data) = 0;
+
   /// Reports to all other ranks why this one failed; called once by the code around the solver, which must
   /// still be alive: its messages may be under way. Afterwards the communicator is broken and every call
   /// throws PeerFailed.
@@ -64,6 +71,10 @@ class SelfCommunicator final : public Communicator {
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message>) override {
     return [] {};
   }
+  [[nodiscard]] std::function<void()> start_send(int, std::span<const std::byte>) override {
+    return [] {};
+  }
+  void receive(int, std::vector<std::byte>&) override {}
   void report_failure(const FailureReport&) override {}
 };
 

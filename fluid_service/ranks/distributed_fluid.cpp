@@ -14,32 +14,16 @@ namespace copepod::fluid {
 
 namespace {
 
-/// Size of the first, usually only, broadcast: below the size at which MPI starts to ask the receiver first.
-constexpr std::size_t first_part_bytes = 2048;
-
-template <class Archive, class K>
-void visit_kinematics(Archive& archive, K& kinematics) {
-  archive(kinematics.step);
-  archive(kinematics.position_m);
-  archive(kinematics.orientation_wxyz);
-  archive(kinematics.velocity_m_per_s);
-  archive(kinematics.angular_velocity_rad_per_s);
-}
+/// Size of the first, usually only, broadcast: all that a step needs, and most paths.
+constexpr std::size_t first_part_bytes = 256;
 
 }  // namespace
 
-void pack(const Kinematics& kinematics, std::vector<std::byte>& message) {
-  message.clear();
-  Packer packer(message);
-  packer(Order::exchange_advance);
-  visit_kinematics(packer, kinematics);
-}
-
 void pack(const Command& command, std::vector<std::byte>& message) {
-  if (command.order == Order::exchange_advance) return pack(command.kinematics, message);
   message.clear();
   Packer packer(message);
   packer(command.order);
+  if (command.order == Order::exchange_advance) packer(command.step);
   if (command.order == Order::construct) packer(conversion::to_bytes(command.setup));
   if (command.order == Order::save || command.order == Order::restore) packer(command.path);
 }
@@ -47,7 +31,7 @@ void pack(const Command& command, std::vector<std::byte>& message) {
 void unpack(const std::vector<std::byte>& message, Command& command) {
   Unpacker unpacker(message);
   unpacker(command.order);
-  if (command.order == Order::exchange_advance) visit_kinematics(unpacker, command.kinematics);
+  if (command.order == Order::exchange_advance) unpacker(command.step);
   if (command.order == Order::construct) {
     std::string bytes;
     unpacker(bytes);
@@ -58,11 +42,6 @@ void unpack(const std::vector<std::byte>& message, Command& command) {
 
 void CommandChannel::send(const Command& command) {
   pack(command, message_);
-  broadcast_message();
-}
-
-void CommandChannel::send(const Kinematics& kinematics) {
-  pack(kinematics, message_);
   broadcast_message();
 }
 
@@ -125,7 +104,10 @@ DistributedFluid::~DistributedFluid() {
 void DistributedFluid::exchange(const Kinematics& kinematics, Loads& loads) {
   step_ = kinematics.step;
   on_all_ranks([&] {
-    channel_.send(kinematics);
+    Command command;
+    command.order = Order::exchange_advance;
+    command.step = kinematics.step;
+    channel_.send(command);
     advance_due_ = true;
     solver_->exchange(kinematics, loads);
   });
@@ -228,11 +210,11 @@ class Follower {
   }
 
   void advance_one_step() {
-    step_ = command_.kinematics.step;
+    step_ = kinematics_.step = command_.step;
     timeline_.set_step(step_);
     {
       const Span exchanging(timeline_, "exchanging");
-      solver_->exchange(command_.kinematics, loads_);
+      solver_->exchange(kinematics_, loads_);
     }
     const Span advancing(timeline_, "advancing");
     solver_->advance();
@@ -251,6 +233,7 @@ class Follower {
   const RankSolverFactory& make_solver_;
   CommandChannel channel_;
   Command command_;
+  Kinematics kinematics_;  ///< of no bodies
   Loads loads_;
   std::atomic<std::int64_t>& step_;
   std::unique_ptr<FluidSolver> solver_;

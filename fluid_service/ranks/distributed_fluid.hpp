@@ -29,18 +29,17 @@ enum class Order : std::uint32_t {
 struct Command {
   Order order = Order::stop;
   FluidSetup setup;       ///< of construct
-  Kinematics kinematics;  ///< of exchange_advance
+  std::int64_t step = 0;  ///< of exchange_advance; the solver itself distributes the kinematics
   std::string path;       ///< of save and restore
 };
 
-/// Broadcasts commands in one small message where they fit (19 bodies), in two otherwise; reuses its buffers.
+/// Broadcasts commands in one small message where they fit, in two otherwise; reuses its buffers.
 class CommandChannel {
  public:
   explicit CommandChannel(Communicator& communicator) : communicator_(communicator) {}
 
-  void send(const Command& command);        ///< on rank 0
-  void send(const Kinematics& kinematics);  ///< on rank 0: exchange_advance without a copy of the arrays
-  void receive(Command& command);           ///< on all other ranks
+  void send(const Command& command);  ///< on rank 0
+  void receive(Command& command);     ///< on all other ranks
 
  private:
   void broadcast_message();
@@ -52,10 +51,10 @@ class CommandChannel {
 
 /// A command as bytes, and back.
 void pack(const Command& command, std::vector<std::byte>& message);
-void pack(const Kinematics& kinematics, std::vector<std::byte>& message);
 void unpack(const std::vector<std::byte>& message, Command& command);
 
-/// Makes one rank's part of a solver; every method of it is called on all ranks with the same arguments.
+/// Makes one rank's part of a solver; every method of it is called on all ranks with the same arguments, apart from the
+/// kinematics: on other ranks than 0 they name the step and no bodies.
 using RankSolverFactory = std::function<std::unique_ptr<FluidSolver>(const FluidSetup&, Communicator&)>;
 
 /// A solver that is spread over ranks, as seen on rank 0: passes every call on to the other ranks

@@ -32,6 +32,8 @@ class MpiCommunicator final : public Communicator {
   void max_to_all(std::span<std::int64_t> values) override;
   /// Messages to one peer match that peer's messages to us in the order in which they are listed.
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message> messages) override;
+  [[nodiscard]] std::function<void()> start_send(int peer, std::span<const std::byte> data) override;
+  void receive(int peer, std::vector<std::byte>& data) override;
 
   void report_failure(const FailureReport& report) override;
   [[nodiscard]] bool broken() const { return failure_.has_value(); }
@@ -42,6 +44,9 @@ class MpiCommunicator final : public Communicator {
   void reduce_to_all(std::span<std::int64_t> values, MPI_Datatype type, MPI_Op operation);
   /// Polls until `request` is complete. @throws PeerFailed if another rank reports a failure meanwhile
   void wait(MPI_Request& request);
+  /// The same until poll() is true.
+  template <class Poll>
+  void wait_until(const Poll& poll);
   void look_for_failure();
   /// While this rank waits: shows it, and on rank 0 looks whether another rank is frozen.
   /// @throws PeerFailed naming that rank

@@ -39,6 +39,10 @@ class ThreadRanks::Posting {
  private:
   friend Channel;
   void take(std::span<const std::byte> data) {
+    if (resized_ != nullptr) {
+      resized_->resize(data.size());
+      target_ = *resized_;
+    }
     assert(data.size() == target_.size());
     std::ranges::copy(data, target_.begin());
   }
@@ -46,8 +50,9 @@ class ThreadRanks::Posting {
 
   std::atomic<bool> open_{false};
   Channel* channel_ = nullptr;
-  std::span<const std::byte> source_;  ///< of a sender
-  std::span<std::byte> target_;        ///< of a receiver
+  std::span<const std::byte> source_;          ///< of a sender
+  std::span<std::byte> target_;                ///< of a receiver
+  std::vector<std::byte>* resized_ = nullptr;  ///< of one that takes any size
 };
 
 /// Messages from one rank to another: their two sides match in the order in which they were posted.
@@ -57,6 +62,8 @@ class ThreadRanks::Channel {
 
   void send(Posting& posting, std::span<const std::byte> data);
   void receive(Posting& posting, std::span<std::byte> data);
+  /// Of whatever size it is sent with.
+  void receive(Posting& posting, std::vector<std::byte>& data);
   /// Sends a copy once the one before has been received.
   void send_copy(std::span<const std::byte> data);
   /// On return nothing reads or writes the posting's buffer any more.
@@ -89,6 +96,8 @@ class ThreadRanks::Rank final : public Communicator {
   void sum_to_all(std::span<std::int64_t> values) override;
   void max_to_all(std::span<std::int64_t> values) override;
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message> messages) override;
+  [[nodiscard]] std::function<void()> start_send(int peer, std::span<const std::byte> data) override;
+  void receive(int peer, std::vector<std::byte>& data) override;
   void report_failure(const FailureReport& report) override;
 
   void wait_for(const Posting& posting);
@@ -109,7 +118,8 @@ class ThreadRanks::Rank final : public Communicator {
 /// All ranks, and what they share.
 class ThreadRanks::Team {
  public:
-  enum class Purpose { exchange, collective };
+  enum class Purpose { exchange, collective, single };
+  static constexpr int purposes = static_cast<int>(Purpose::single) + 1;
 
   Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow);
   Team(const Team&) = delete;
@@ -119,7 +129,7 @@ class ThreadRanks::Team {
   [[nodiscard]] int size() const { return static_cast<int>(ranks_.size()); }
   [[nodiscard]] Rank& rank(int rank) { return ranks_[static_cast<std::size_t>(rank)]; }
   [[nodiscard]] Channel& channel(Purpose purpose, int from, int to) {
-    const int index = (from * size() + to) * 2 + (purpose == Purpose::collective ? 1 : 0);
+    const int index = (from * size() + to) * purposes + static_cast<int>(purpose);
     return channels_[static_cast<std::size_t>(index)];
   }
 
@@ -175,6 +185,11 @@ void ThreadRanks::Channel::receive(Posting& posting, std::span<std::byte> data) 
     sending->close();
     sender_.wake();
   }
+}
+
+void ThreadRanks::Channel::receive(Posting& posting, std::vector<std::byte>& data) {
+  posting.resized_ = &data;
+  receive(posting, std::span<std::byte>());
 }
 
 void ThreadRanks::Channel::withdraw(Posting& posting) {
@@ -292,6 +307,20 @@ std::function<void()> ThreadRanks::Rank::start_exchange(std::span<const Message>
   return [exchange] { exchange->finish(); };
 }
 
+std::function<void()> ThreadRanks::Rank::start_send(int peer, std::span<const std::byte> data) {
+  throw_if_failed();
+  const auto posting = std::make_shared<Posting>();
+  team_.channel(Team::Purpose::single, rank_, peer).send(*posting, data);
+  return [this, posting] { wait_for(*posting); };
+}
+
+void ThreadRanks::Rank::receive(int peer, std::vector<std::byte>& data) {
+  throw_if_failed();
+  Posting posting;
+  team_.channel(Team::Purpose::single, peer, rank_).receive(posting, data);
+  wait_for(posting);
+}
+
 void ThreadRanks::Rank::report_failure(const FailureReport& report) { team_.fail(report); }
 
 ThreadRanks::Team::Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow)
@@ -300,7 +329,7 @@ ThreadRanks::Team::Team(int size, SolverContext& leader, const std::function<voi
   for (SolverContext& context : contexts_) ranks_.emplace_back(*this, static_cast<int>(ranks_.size()), context);
   for (Rank& sender : ranks_)
     for (Rank& receiver : ranks_)
-      for (int purpose = 0; purpose < 2; ++purpose) channels_.emplace_back(sender, receiver);
+      for (int purpose = 0; purpose < purposes; ++purpose) channels_.emplace_back(sender, receiver);
   try {
     for (int rank = 1; rank < size; ++rank)
       threads_.emplace_back([this, rank, follow] {

@@ -22,9 +22,8 @@ StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator
   }
 }
 
-void StokesFlow::exchange(const Kinematics& kinematics, Loads& loads) {
+void StokesFlow::add_loads(const Kinematics& kinematics, Loads& loads) {
   const auto start = std::chrono::steady_clock::now();
-  start_step(kinematics, loads);
   const Eigen::Index n = kinematics.bodies();
   Eigen::VectorXd motion(6 * n);
   motion << kinematics.velocity_m_per_s.reshaped(), kinematics.angular_velocity_rad_per_s.reshaped();

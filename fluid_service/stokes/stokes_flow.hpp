@@ -17,10 +17,11 @@ class StokesFlow final : public StatelessFluid {
   /// @throws CaseError for bodies that are not spheres
   StokesFlow(const FluidSetup& setup, const Communicator& communicator);
 
-  void exchange(const Kinematics& kinematics, Loads& loads) override;
   SolverSummary summarise() override;
 
  private:
+  void add_loads(const Kinematics& kinematics, Loads& loads) override;
+
   double viscosity_Pa_s_;
   std::vector<double> radius_m_;
   std::optional<NoSlipPlane> plane_;

@@ -9,7 +9,8 @@ class Vacuum final : public StatelessFluid {
  public:
   Vacuum(const FluidSetup& setup, const Communicator& communicator) : StatelessFluid("vacuum", setup, communicator) {}
 
-  void exchange(const Kinematics& kinematics, Loads& loads) override { start_step(kinematics, loads); }
+ private:
+  void add_loads(const Kinematics&, Loads&) override {}
 };
 
 }  // namespace copepod::fluid

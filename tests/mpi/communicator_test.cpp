@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
@@ -112,6 +113,39 @@ TEST_ON_RANKS(OneCommunicator, KeepsSeveralExchangesAndCollectiveCallsApart) {
     for (int peer = 0; peer < ranks.size(); ++peer)
       EXPECT_EQ(exchanges[number].received[static_cast<std::size_t>(peer)], values_of(peer, ranks.rank(), number));
   }
+}
+
+// Beside an exchange with the same peers, which they must not be taken for.
+TEST_ON_RANKS(OneCommunicator, ReceivesMessagesOfAnySizeInTheOrderInWhichTheyWereSent) {
+  const std::size_t lengths[] = {3, 0, 100000, 1};
+  const auto values_of = [](int from, std::size_t length) {
+    std::vector<std::int64_t> values(length);
+    std::iota(values.begin(), values.end(), 1000 * from);
+    return values;
+  };
+  std::vector<std::vector<std::int64_t>> sent;
+  for (const std::size_t length : lengths) sent.push_back(values_of(ranks.rank(), length));
+  std::vector<std::function<void()>> sends;
+  std::int64_t exchanged[] = {-1, -1, -1, -1};
+  std::vector<Communicator::Message> messages;
+  for (int peer = 0; peer < ranks.size(); ++peer) {
+    if (peer == ranks.rank()) continue;
+    for (const auto& values : sent) sends.push_back(ranks.start_send(peer, bytes_of(values)));
+    messages.push_back({peer, bytes_of(std::as_const(sent[3])),
+                        std::as_writable_bytes(std::span(exchanged).subspan(static_cast<std::size_t>(peer), 1))});
+  }
+  const auto finish_exchange = ranks.start_exchange(messages);
+  std::vector<std::byte> received;
+  for (int peer = ranks.size() - 1; peer >= 0; --peer) {
+    if (peer == ranks.rank()) continue;
+    for (const std::size_t length : lengths) {
+      ranks.receive(peer, received);
+      EXPECT_TRUE(std::ranges::equal(received, bytes_of(values_of(peer, length)))) << length;
+    }
+  }
+  finish_exchange();
+  for (const auto& finish : sends) finish();
+  for (int peer = 0; peer < ranks.size(); ++peer) EXPECT_EQ(exchanged[peer], peer == ranks.rank() ? -1 : 1000 * peer);
 }
 
 TEST_ON_RANKS(OneCommunicator, GivesUpAnExchangeThatNobodyFinishes) {

@@ -121,7 +121,9 @@ double first_torque(double radius, const Method& method, Communicator& communica
   spinning.velocity_m_per_s.setZero();
   spinning.angular_velocity_rad_per_s << 0.0, 0.0, 0.1 / radius;
   Loads loads;
-  make_lattice_boltzmann(setup, communicator)->exchange(spinning, loads);
+  const auto solver = make_lattice_boltzmann(setup, communicator);
+  solver->exchange(spinning, loads);
+  solver->advance();
   return communicator.rank() == 0 ? loads.torque_N_m(2, 0) / (0.1 * radius * radius * radius) : 0.0;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <string>
 
 #include "contract/errors.hpp"
@@ -25,11 +26,18 @@ RowInterval BodyMap::Footprint::row(std::int64_t at_x, std::int64_t at_y) const 
 }
 
 bool BodyMap::update() {
+  std::vector<std::int32_t> all(bodies_.size());
+  std::iota(all.begin(), all.end(), 0);
+  return update(all);
+}
+
+bool BodyMap::update(std::span<const std::int32_t> bodies) {
   uncovered_.clear();
   claimed_.clear();
   covered_.clear();
   changed_.clear();
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+  for (const std::int32_t index : bodies) {
+    const auto b = static_cast<std::size_t>(index);
     Footprint& before = mapped_[b];
     const LatticeBody& body = bodies_[b];
     const bool mapped = before.width > 0;
@@ -38,7 +46,7 @@ bool BodyMap::update() {
     if (has_started_) check_clear_of_faces(body, b);
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
     Footprint after = footprint(body);
-    compare(before, after, static_cast<std::int32_t>(b));
+    compare(before, after, index);
     before = std::move(after);
   }
   cover_cells();

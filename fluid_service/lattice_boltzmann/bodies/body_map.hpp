@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "lattice_boltzmann/bodies/lattice_body.hpp"
@@ -27,11 +28,13 @@ class BodyMap {
 
   BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies);
 
-  /// Maps the bodies at their present positions; call after changing `bodies()`.
+  /// Maps bodies at their present positions; call after changing `bodies()`.
+  /// @param bodies  ascending: all that cover cells of the block or its ghosts, or did in the last update
   /// @return whether any cell of the block or its ghosts changed hands
   /// @throws SolverError if a centre left the domain through a face that is not periodic, or a moving body
   /// runs into one. Bodies at rest may intersect a wall from the start.
-  bool update();
+  bool update(std::span<const std::int32_t> bodies);
+  bool update();  ///< maps all bodies
   /// Turns fresh cells into fluid ones.
   void accept_fresh_cells();
 

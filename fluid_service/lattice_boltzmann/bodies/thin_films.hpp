@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -15,29 +17,44 @@ namespace copepod::fluid {
 /// the cell centres happen to lie, so loads leave it out, and the coupler adds what lubrication theory gives.
 class ThinFilms {
  public:
-  explicit ThinFilms(const FluidSetup& setup) : cell_m_(setup.cell_size_m), range_(setup) {
-    if (setup.film_thickness_m > 0.0) surfaces_.emplace(setup, range_.high_m);
+  explicit ThinFilms(const FluidSetup& setup) : setup_(setup), range_(setup) {}
+
+  /// Looks at some bodies of the setup only.
+  /// @param bodies      ascending
+  /// @param kinematics  of these, in this order
+  void find(const std::vector<std::int32_t>& bodies, const Kinematics& kinematics) {
+    if (setup_.film_thickness_m <= 0.0) return;
+    if (!surfaces_ || bodies != bodies_) {
+      bodies_ = bodies;
+      FluidSetup part = setup_;
+      part.bodies.clear();
+      for (const std::int32_t body : bodies) part.bodies.push_back(setup_.bodies[static_cast<std::size_t>(body)]);
+      surfaces_.emplace(part, range_.high_m);
+    }
+    surfaces_->find(kinematics);
   }
 
-  void find(const Kinematics& kinematics) {
-    if (surfaces_) surfaces_->find(kinematics);
-  }
-
-  [[nodiscard]] bool beside(std::size_t body) const { return surfaces_ && !surfaces_->of_body(body).empty(); }
+  [[nodiscard]] bool beside(std::size_t body) const { return surfaces_ && !of_body(body).empty(); }
 
   /// Part of what acts on a point of the body's surface that belongs to its loads.
   /// @param r  from the body's centre, in cells; of a body that has films beside it
   [[nodiscard]] double resolved_share(std::size_t body, const Eigen::Vector3d& r) const {
     double share = 1.0;
-    for (const NearSurface& surface : surfaces_->of_body(body))
-      share = std::min(share, range_.resolved_share(surface.distance_m(cell_m_ * r)));
+    for (const NearSurface& surface : of_body(body))
+      share = std::min(share, range_.resolved_share(surface.distance_m(setup_.cell_size_m * r)));
     return share;
   }
 
  private:
-  double cell_m_;
+  [[nodiscard]] const std::vector<NearSurface>& of_body(std::size_t body) const {
+    const auto found = std::ranges::lower_bound(bodies_, static_cast<std::int32_t>(body));
+    return surfaces_->of_body(static_cast<std::size_t>(found - bodies_.begin()));
+  }
+
+  FluidSetup setup_;
   FilmRange range_;
-  std::optional<NearSurfaces> surfaces_;
+  std::vector<std::int32_t> bodies_;
+  std::optional<NearSurfaces> surfaces_;  ///< of these bodies, by place
 };
 
 }  // namespace copepod::fluid

@@ -189,7 +189,7 @@ TEST(MomentumExchange, LeavesThinFilmsOutOfTheLoadsButNotOutOfTheFlow) {
   kinematics.resize(1);
   kinematics.position_m.col(0) = box.body().position;
   kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(1, 0, 0, 0);
-  box.films.find(kinematics);
+  box.films.find({0}, kinematics);
   const auto link = [&](const Cell& cell, int direction) {
     box.f(cell, direction) = 0.25;
     return BoundaryCell{box.layout->site(cell), cell, 1U << direction, 0, false};

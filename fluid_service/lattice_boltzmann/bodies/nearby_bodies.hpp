@@ -1,0 +1,138 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "lattice_boltzmann/bodies/momentum_exchange.hpp"
+#include "lattice_boltzmann/boundary/domain.hpp"
+#include "ranks/block_partition.hpp"
+#include "ranks/communicator.hpp"
+#include "ranks/relays.hpp"
+
+namespace copepod::fluid {
+
+/// Blocks that are neighbours: `count` of them along each axis, from `first` on; around the end of a periodic axis.
+struct BlockRange {
+  std::array<int, 3> first{};
+  std::array<int, 3> count{};  ///< 0: none
+
+  bool operator==(const BlockRange&) const = default;
+};
+
+/// The blocks that a body may have to do with: those with cells within its bounding ball or up to a margin from it.
+class NearBlocks {
+ public:
+  /// @param film_reach_lu  surfaces so far from a surface matter to its links
+  NearBlocks(const Domain& domain, const BlockPartition& partition, double film_reach_lu);
+
+  /// @param position_lu         of the centre; without a place in the domain it counts as at the nearest cell, and if
+  /// it
+  ///                            is not finite as at the first one
+  /// @param bounding_radius_lu  of the body
+  [[nodiscard]] BlockRange around(const Eigen::Vector3d& position_lu, double bounding_radius_lu) const;
+
+  /// visit(rank) for those of `range` that are not in `except`.
+  template <class Visit>
+  void for_each_rank(const BlockRange& range, const BlockRange& except, const Visit& visit) const;
+
+ private:
+  [[nodiscard]] bool contains(const BlockRange& range, int axis, int place) const {
+    const int steps = place - range.first[axis];
+    return (steps < 0 ? steps + grid_[axis] : steps) < range.count[axis];
+  }
+
+  const Domain& domain_;
+  std::array<int, 3> grid_;
+  double margin_lu_;
+  std::array<std::vector<int>, 3> place_;  ///< of the block, by axis and cell
+};
+
+/// Tells each rank what it needs of the bodies near its block, and brings to rank 0 what the rank finds to act on them.
+/// A body that leaves a rank is sent there once more, so that it gives up its cells. What a rank sends and receives
+/// depends on the bodies near it, and for the first rank of a group (relays.hpp) on those near the group; only rank 0
+/// has to do with all bodies.
+///
+/// One step, collective: scatter -> gather -> finish
+class NearbyBodies {
+ public:
+  /// @param returns_mass  bodies give mass back, which rank 0 alone can say
+  NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, const Domain& domain,
+               const BlockPartition& partition, bool returns_mass, Communicator& communicator);
+
+  /// @param kinematics     on rank 0: of all bodies; on other ranks: ignored
+  /// @param returned_mass  on rank 0: by body, if bodies return mass
+  /// @throws SolverError for another number of bodies than that of the setup
+  void scatter(const Kinematics& kinematics, std::span<const double> returned_mass);
+
+  /// The bodies near this rank, ascending.
+  [[nodiscard]] const std::vector<std::int32_t>& bodies() const { return bodies_; }
+  /// Of these bodies. Orientations only if the setup has a capsule.
+  [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
+  /// By place in bodies(): mass that the body gives back, by the weight of its links.
+  [[nodiscard]] const std::vector<double>& returned_mass() const { return returned_mass_; }
+  /// Place in bodies() of one of them.
+  [[nodiscard]] std::size_t place_of(std::int32_t body) const;
+
+  /// @param loads   of this rank, by place in bodies()
+  /// @param gained  of this rank; on return, on rank 0: of all ranks
+  /// @return on rank 0: sums over all ranks, by body of the setup; elsewhere nothing
+  std::span<const LoadSums> gather(std::span<const LoadSums> loads, MomentumSums& gained);
+
+  /// Waits until the other ranks have received what this one sent.
+  void finish();
+
+ private:
+  void write_records(const Kinematics& kinematics, std::span<const double> returned_mass);
+  template <class Visit>
+  void for_each_rank_of(std::size_t body, const Visit& visit) const;
+  std::byte* write_record(std::byte* to, const Kinematics& kinematics, Eigen::Index body,
+                          std::span<const double> returned_mass) const;
+  void find_sections();
+  void take_own_section();
+  void add_loads(std::span<const std::byte> message, MomentumSums& gained);
+
+  Communicator& communicator_;
+  LatticeUnits units_;
+  NearBlocks near_blocks_;
+  std::vector<double> bounding_radius_lu_;
+  bool has_capsules_;
+  bool returns_mass_;
+  std::size_t record_bytes_;
+  std::vector<RankRange> relays_;
+
+  // Of the last step, on rank 0: where each body was near, and in this one.
+  std::vector<BlockRange> before_;
+  std::vector<BlockRange> now_;
+  // For each rank from this one to the last that it relays to: number of records, records.
+  std::vector<std::byte> records_;
+  std::vector<std::size_t> section_starts_;
+
+  std::vector<std::int32_t> bodies_;
+  Kinematics kinematics_;
+  std::vector<double> returned_mass_;
+
+  std::vector<std::byte> loads_;     ///< to be sent: gained momentum, then the loads of bodies
+  std::vector<std::byte> received_;  ///< likewise
+  std::vector<LoadSums> total_;      ///< by body, on rank 0
+  std::vector<std::function<void()>> sends_;
+};
+
+template <class Visit>
+void NearBlocks::for_each_rank(const BlockRange& range, const BlockRange& except, const Visit& visit) const {
+  const auto place = [&](int axis, int step) {
+    const int at = range.first[axis] + step;
+    return at < grid_[axis] ? at : at - grid_[axis];
+  };
+  for (int i = 0; i < range.count[0]; ++i)
+    for (int j = 0; j < range.count[1]; ++j)
+      for (int k = 0; k < range.count[2]; ++k) {
+        const std::array<int, 3> at = {place(0, i), place(1, j), place(2, k)};
+        if (contains(except, 0, at[0]) && contains(except, 1, at[1]) && contains(except, 2, at[2])) continue;
+        visit((at[0] * grid_[1] + at[1]) * grid_[2] + at[2]);
+      }
+}
+
+}  // namespace copepod::fluid
