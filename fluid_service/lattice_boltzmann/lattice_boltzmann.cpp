@@ -82,8 +82,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   links_.fetch(populations_.data(), placement_);
   MomentumSums kept_back{};
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    (*exchange_momentum_)(populations_.data(), placement_, b, links_.of_body(b), returned_mass(b), load_sums_[b],
-                          kept_back);
+    (*exchange_momentum_)(populations_.data(), placement_, b, links_, returned_mass(b), load_sums_[b], kept_back);
   for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
   sum_loads();
@@ -181,7 +180,7 @@ void LatticeBoltzmann<T>::update(const Box& region) {
       const Box strip{{x, y, region.low[2]}, {x + 1, std::min(y + rows, region.high[1]), region.high[2]}};
       links_.put_back(populations, placement_, strip);
       stream_collide_(populations, layout_, placement_, strip, constants_, has_force_);
-      links_.collect(populations, other(placement_), strip, rows);
+      links_.collect(populations, other(placement_), strip);
     }
 }
 
