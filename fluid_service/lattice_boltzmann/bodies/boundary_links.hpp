@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "lattice_boltzmann/bodies/body_map.hpp"
-#include "lattice_boltzmann/bodies/surface_cells.hpp"
+#include "lattice_boltzmann/kernel/surface_cells.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 
 namespace copepod::fluid {

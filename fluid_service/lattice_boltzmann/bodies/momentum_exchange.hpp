@@ -13,10 +13,10 @@
 
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/bodies/boundary_links.hpp"
-#include "lattice_boltzmann/bodies/exchange_group.hpp"
-#include "lattice_boltzmann/bodies/link_formula.hpp"
 #include "lattice_boltzmann/bodies/thin_films.hpp"
 #include "lattice_boltzmann/kernel/collision.hpp"
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
+#include "lattice_boltzmann/kernel/link_formula.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 
 namespace copepod::fluid {

@@ -1,4 +1,4 @@
-#include "lattice_boltzmann/bodies/exchange_group.hpp"
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 
 namespace copepod::fluid {

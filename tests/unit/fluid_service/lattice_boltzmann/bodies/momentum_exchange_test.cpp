@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
-#include "lattice_boltzmann/bodies/link_formula.hpp"
+#include "lattice_boltzmann/kernel/link_formula.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 #include "surface_listing.hpp"
 

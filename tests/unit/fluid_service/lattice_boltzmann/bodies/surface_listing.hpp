@@ -5,7 +5,7 @@
 #include <tuple>
 #include <vector>
 
-#include "lattice_boltzmann/bodies/surface_cells.hpp"
+#include "lattice_boltzmann/kernel/surface_cells.hpp"
 #include "lattice_boltzmann/lattice/population_layout.hpp"
 
 namespace copepod::fluid {

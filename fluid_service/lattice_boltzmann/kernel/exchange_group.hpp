@@ -5,9 +5,9 @@
 #include <cstring>
 #include <tuple>
 
-#include "lattice_boltzmann/bodies/link_formula.hpp"
-#include "lattice_boltzmann/bodies/surface_cells.hpp"
+#include "lattice_boltzmann/kernel/link_formula.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
+#include "lattice_boltzmann/kernel/surface_cells.hpp"
 
 // Momentum exchange of eight boundary cells of a sphere at once: what MomentumExchange does for most cells, with the
 // same bits. Compiled once per instruction set, like the bulk update, and hence without Eigen.
