@@ -31,18 +31,29 @@ function(copepod_test name)
   endif()
 endfunction()
 
-# copepod_mpi_test(name RANKS 1 2 3 SOURCES … LINKS …): one program with its own main, one ctest entry per rank count.
+# copepod_mpi_test(name [THREADS] RANKS 1 2 3 SOURCES … LINKS …): one program with its own main, one ctest entry per
+# rank count. THREADS: another one with threads as ranks; sanitizers see these only.
 function(copepod_mpi_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "RANKS;SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS" "TIMEOUT" "RANKS;SOURCES;LINKS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
   copepod_program(${name} SOURCES ${ARG_SOURCES} LINKS ${ARG_LINKS} GTest::gtest)
   foreach(ranks IN LISTS ARG_RANKS)
-    set(test mpi.${name}.${ranks}_ranks)
-    add_test(NAME ${test} COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} --oversubscribe
-      $<TARGET_FILE:${name}>)
-    set_tests_properties(${test} PROPERTIES LABELS mpi TIMEOUT ${ARG_TIMEOUT} PROCESSORS ${ranks}
+    set(tests)
+    if(ARG_THREADS AND ranks GREATER 1)
+      list(APPEND tests mpi.${name}.${ranks}_threads)
+      add_test(NAME mpi.${name}.${ranks}_threads COMMAND ${name} ${ranks})
+    endif()
+    if(NOT COPEPOD_SANITIZER)
+      list(APPEND tests mpi.${name}.${ranks}_ranks)
+      add_test(NAME mpi.${name}.${ranks}_ranks COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks}
+        --oversubscribe $<TARGET_FILE:${name}>)
+    endif()
+    set_tests_properties(${tests} PROPERTIES LABELS mpi TIMEOUT ${ARG_TIMEOUT} PROCESSORS ${ranks}
       ENVIRONMENT "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_hwloc_base_binding_policy=none")
   endforeach()
+  if(COPEPOD_SANITIZER)
+    add_dependencies(sanitized_tests ${name})
+  endif()
 endfunction()

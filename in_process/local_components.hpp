@@ -1,14 +1,15 @@
 #pragma once
 
-#include "ranks/communicator.hpp"
+#include "contract/solver_context.hpp"
 #include "run/components.hpp"
 
 namespace copepod {
 
-/// Our own fluid and body solvers in the process of the coupler: no messages, no waiting, the same bits.
+/// Our own fluid and body solvers in the process of the coupler: no messages, the same bits. Ranks of the fluid are
+/// threads; rank 0 is the coupler's. A failure of the fluid is thrown as PeerFailed, like that of a service.
 class LocalComponents final : public coupler::Components {
  public:
-  LocalComponents();
+  explicit LocalComponents(int fluid_ranks);
 
   void connect() override {}
   [[nodiscard]] const Capabilities& fluid_capabilities() const override { return fluid_; }
@@ -19,11 +20,11 @@ class LocalComponents final : public coupler::Components {
   void abort(const FailureReport&) noexcept override {}
 
  private:
+  int fluid_ranks_;
   Capabilities fluid_;
   Capabilities body_;
   SolverContext fluid_context_;
   SolverContext body_context_;
-  fluid::SelfCommunicator alone_{fluid_context_};
 };
 
 }  // namespace copepod

@@ -132,8 +132,12 @@ std::string in_hex(const Setup& setup) {
 /// Measured with Debian 12 [docs/results/memory.md].
 std::int64_t coupler_bytes(const Case& the_case) {
   constexpr std::int64_t mebibyte = std::int64_t{1} << 20;
-  if (the_case.services.transport == in_process_transport) return 17 * mebibyte;  // fluid and bodies included
-  return (the_case.output.checkpoint_every_steps > 0 ? 13 : 12) * mebibyte;
+  const bool saves = the_case.output.checkpoint_every_steps > 0;
+  if (the_case.services.transport == in_process_transport) {  // fluid and bodies included, but not the cells
+    const bool has_cells = the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann;
+    return (saves && has_cells ? 22 : 17) * mebibyte;
+  }
+  return (saves ? 13 : 12) * mebibyte;
 }
 
 /// Of one snapshot or mean, uncompressed [bytes].

@@ -52,14 +52,21 @@ def _pure(options: Namespace) -> list[Figures]:
 
 def _coupled(options: Namespace) -> list[Figures]:
     ranks = len(os.sched_getaffinity(0))
-    configurations: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = [((48, 48, 48), 3, ())]
+    small: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = [(_DOMAINS[0], 3, ())]
+    large = []
     if not options.quick:
-        configurations += [(_PAPER, 3, ("x", "y")), *((_PAPER, beads, ()) for beads in (0, 3, 100, 1000))]
+        small.append((_PAPER, 3, ("x", "y")))
+        large = [(_PAPER, beads, ()) for beads in (0, 3, 100, 1000)]
     results = []
-    for domain, beads, planes in configurations:
-        with Stage(f"coupled, {domain}, {beads} beads, {ranks} rank(s)"):
+    for domain, beads, planes, transport in [
+        *((*row, transport) for row in small for transport in ("ipc", "in_process")),
+        *((*row, "ipc") for row in large),
+    ]:
+        with Stage(f"coupled, {domain}, {beads} beads, {ranks} rank(s), {transport}"):
             steps = _steps(measurements.computed_cells(domain, planes), 5e8)
-            results.append(measurements.measure_coupled(domain, beads, ranks, steps, options.samples, planes))
+            results.append(
+                measurements.measure_coupled(domain, beads, ranks, steps, options.samples, planes, transport)
+            )
     return results
 
 
@@ -83,15 +90,15 @@ def _table(results: Mapping[str, Sequence[Figures]]) -> str:
         )
     lines += [
         "",
-        "## Coupled, double precision, three services over ipc",
+        "## Coupled, double precision, over ipc or in one process",
         "",
-        "| domain | symmetry planes | beads | ranks | coupled MLUPS | fluid alone MLUPS | ratio | coupling overhead |",
-        "|---|---|---|---|---|---|---|---|",
+        "| domain | symmetry planes | beads | ranks | transport | coupled MLUPS | alone MLUPS | ratio | overhead |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     for row in results["coupled"]:
         planes = ", ".join(row["symmetry_planes"]) or "none"
         lines.append(
-            f"| {_cells(row['domain_cells'])} | {planes} | {row['beads']} | {row['ranks']} "
+            f"| {_cells(row['domain_cells'])} | {planes} | {row['beads']} | {row['ranks']} | {row['transport']} "
             f"| {row['median_coupled_mlups']:.1f} | {row['median_fluid_mlups']:.1f} "
             f"| {row['median_ratio']:.3f} | {row['median_coupling_overhead']:.3f} |"
         )
@@ -102,12 +109,12 @@ def _table(results: Mapping[str, Sequence[Figures]]) -> str:
 
 def _phase_table(rows: Sequence[Figures]) -> list[str]:
     phases = list(rows[0]["samples"][0]["phases_s"]["fluid"]) if rows else []
-    lines = ["| domain | beads | " + " | ".join(phases) + " |", "|---|---|" + "---|" * len(phases)]
+    lines = ["| domain | beads | transport | " + " | ".join(phases) + " |", "|---|---|---|" + "---|" * len(phases)]
     for row in rows:
         seconds = row["samples"][-1]["phases_s"]["fluid"]
         total = sum(seconds.values()) or 1.0
         shares = " | ".join(f"{100 * seconds[phase] / total:.1f}" for phase in phases)
-        lines.append(f"| {_cells(row['domain_cells'])} | {row['beads']} | {shares} |")
+        lines.append(f"| {_cells(row['domain_cells'])} | {row['beads']} | {row['transport']} | {shares} |")
     return lines
 
 

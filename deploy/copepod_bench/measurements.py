@@ -62,6 +62,7 @@ def measure_coupled(
     steps: int,
     samples: int = 3,
     symmetry_planes: Sequence[str] = (),
+    transport: str = "ipc",
 ) -> Figures:
     """Speed with free beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio.
 
@@ -71,7 +72,7 @@ def measure_coupled(
     rows = []
     for _ in range(samples):
         alone = measure_fluid(computed, ranks, samples=1, steps=max(10, steps // 4))["median_fluid_mlups"]
-        summary = _run(case_text(domain, beads, ranks, steps, symmetry_planes))
+        summary = _run(case_text(domain, beads, ranks, steps, symmetry_planes, transport))
         rows.append(
             {
                 "coupled_mlups": summary["mlups"],
@@ -87,6 +88,7 @@ def measure_coupled(
         "symmetry_planes": list(symmetry_planes),
         "beads": beads,
         "ranks": ranks,
+        "transport": transport,
         "steps": steps,
         "samples": rows,
         **{f"median_{name}": statistics.median(row[name] for row in rows) for name in names},
@@ -98,7 +100,14 @@ def computed_cells(domain: Sequence[int], symmetry_planes: Sequence[str]) -> lis
     return [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
 
 
-def case_text(domain: Sequence[int], beads: int, ranks: int, steps: int, symmetry_planes: Sequence[str] = ()) -> str:
+def case_text(
+    domain: Sequence[int],
+    beads: int,
+    ranks: int,
+    steps: int,
+    symmetry_planes: Sequence[str] = (),
+    transport: str = "ipc",
+) -> str:
     """A case as YAML (JSON is YAML): beads on a grid in a closed box, every other one moving up, the others down."""
     positions = bead_positions(domain, beads)
     bodies = [
@@ -131,7 +140,7 @@ def case_text(domain: Sequence[int], beads: int, ranks: int, steps: int, symmetr
             "bodies": bodies,
             "run": {"steps": steps},
             "output": {"trajectory": {"every_steps": steps}},
-            "services": {"fluid": {"ranks": ranks}},
+            "services": {"fluid": {"ranks": ranks}, "transport": transport},
         }
     )
 

@@ -30,7 +30,7 @@ def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, tr
         disk_bytes.update(plan.estimate.get("disk_bytes", {}))
         remarks.add(member.name, "\n".join(plan.warnings))
         problems.add(member.name, "\n".join(components.problems_of_components(plan)))
-        alike = str((plan.setups, plan.fluid_ranks, plan.fluid_command, plan.body_command))
+        alike = str((plan.setups, plan.transport, plan.fluid_ranks, plan.fluid_command, plan.body_command))
         try:
             if alike not in memory_of:
                 memory_of[alike] = estimate.memory_of(plan)

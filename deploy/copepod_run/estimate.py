@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_run import components
-from copepod_run.checkout import BUILD, chosen_programs
+from copepod_run.checkout import BUILD, chosen_programs, program
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan
@@ -65,7 +65,11 @@ def memory_of(plan: Plan) -> list[Memory]:
         ("body", components.body_program(plan), 1, plan.body_command is None),
     ]
     found = []
-    for role, command, processes, is_ours in services if plan.transport != components.IN_PROCESS else []:
+    if plan.transport == components.IN_PROCESS:  # the coupler's figure is the whole process but what ranks add
+        command = [str(program("in_process_run")), "--estimate", "--ranks", str(plan.fluid_ranks)]
+        ranks = _ask("fluid", command, bytes.fromhex(plan.setups["fluid"]), plan.fluid_ranks)
+        found, services = [ranks] if ranks.total else [], []
+    for role, command, processes, is_ours in services:
         if role in plan.unasked:
             continue
         # The services of this build estimate; asking them for their capabilities first would take longer than that.

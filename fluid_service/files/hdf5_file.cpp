@@ -58,6 +58,12 @@ std::string hdf5_reason() {
   return reason.empty() ? "HDF5 gives no reason" : reason;
 }
 
+/// Held by the thread that uses HDF5 [docs/decisions/process_wide_state.md].
+std::recursive_mutex& library_mutex() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
 hid_t open_file(const std::string& path, Hdf5File::Access kind) {
   H5dont_atexit();                              // at exit HDF5 would flush again what a full disk refused, and crash
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to report
@@ -70,7 +76,7 @@ hid_t open_file(const std::string& path, Hdf5File::Access kind) {
 }  // namespace
 
 Hdf5File::Hdf5File(const std::string& path, Access access, SolverContext& context)
-    : path_(path), access_(access), context_(context) {
+    : library_(library_mutex()), path_(path), access_(access), context_(context) {
   file_ = open_file(path, access);
   require(file_ >= 0, "open it");
 }

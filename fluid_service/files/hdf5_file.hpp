@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace copepod::fluid {
 ///
 /// No MPI: rank 0 alone lays a file out, all ranks then write their cells at the offsets of its contiguous
 /// datasets (shared_file.hpp), and each rank reads by itself (docs/decisions/hdf5_without_mpi_io.md).
-/// Every method throws StorageError with HDF5's innermost reason. Locks are not used, so that other programs
-/// can read snapshots during the run.
+/// Every method throws StorageError with HDF5's innermost reason. Locks of files are not used, so that other programs
+/// can read snapshots during the run. HDF5 serves one thread at a time: as long as a file is open in one, the
+/// constructor waits in any other.
 class Hdf5File {
  public:
   enum class Access { create, extend, read };
@@ -60,6 +62,7 @@ class Hdf5File {
   void read_piece(const std::string& dataset, const Extent& start, const Extent& count, T* values);
   void require(bool succeeded, const std::string& action) const;
 
+  std::unique_lock<std::recursive_mutex> library_;
   std::string path_;
   Access access_;
   SolverContext& context_;

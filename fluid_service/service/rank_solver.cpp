@@ -57,12 +57,14 @@ std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communica
   throw CaseError("unknown kind of fluid solver (newer coupler?). Use lattice_boltzmann, stokes or vacuum.");
 }
 
+std::int64_t rank_bytes(const FluidSetup& setup, int ranks) {
+  return setup.kind == FluidKind::lattice_boltzmann ? estimate_lattice_boltzmann_bytes(setup, ranks) : 0;
+}
+
 Estimate estimate(const FluidSetup& setup, int ranks) {
   // What a process has before the setup: libraries, MPI, sockets (docs/results/memory.md).
   constexpr std::int64_t process_bytes = std::int64_t{26} << 20;
-  const bool has_lattice = setup.kind == FluidKind::lattice_boltzmann;
-  return {.memory_bytes = process_bytes + (has_lattice ? estimate_lattice_boltzmann_bytes(setup, ranks) : 0),
-          .problem = {}};
+  return {.memory_bytes = process_bytes + rank_bytes(setup, ranks), .problem = {}};
 }
 
 }  // namespace copepod::fluid

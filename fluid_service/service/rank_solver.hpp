@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "contract/capabilities.hpp"
@@ -16,6 +17,10 @@ Capabilities capabilities();
 /// This rank's part of the solver that the setup asks for.
 /// @throws CaseError for an unknown kind of solver
 std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communicator& communicator);
+
+/// Memory of the solver on the largest of so many ranks [bytes].
+/// @throws CaseError as `estimate`
+std::int64_t rank_bytes(const FluidSetup& setup, int ranks);
 
 /// Memory of the largest of so many processes.
 /// @throws CaseError if the setup cannot be computed, or not by so many ranks

@@ -1,6 +1,6 @@
 // What an exchange costs, kinematics to a fluid and its loads back, beside a plain ZeroMQ echo of the same
-// message sizes in the same moment, and beside the same exchange without any transport:
-// docs/results/exchange.md.
+// message sizes in the same moment, and beside the same exchange without any transport; and what it costs where
+// everything is in one process: docs/results/exchange.md.
 //
 //   exchange_overhead [--exchanges 4000] [--any-result]
 //
@@ -8,6 +8,7 @@
 // process: `echo …` and `fluid …`.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <iomanip>
@@ -25,6 +26,8 @@
 #include "conversion/encoder.hpp"
 #include "coupled_run.hpp"
 #include "fake_programs.hpp"
+#include "ranks/distributed_fluid.hpp"
+#include "ranks/thread_ranks.hpp"
 #include "run_keys.hpp"
 #include "session/component_session.hpp"
 #include "session/coupler_session.hpp"
@@ -353,6 +356,67 @@ bool compare(int exchanges) {
   return all_met;
 }
 
+/// One rank of a silent fluid that sums its loads over the ranks, like the lattice Boltzmann fluid.
+class SummingFluid final : public FluidSolver {
+ public:
+  SummingFluid(const FluidSetup& setup, fluid::Communicator& ranks)
+      : ranks_(ranks), sums_(2 * (8 * setup.bodies.size() + 3)) {}
+  void exchange(const Kinematics& kinematics, Loads& loads) override {
+    ranks_.sum_to_leader(sums_);
+    silent_.exchange(kinematics, loads);
+  }
+  void advance() override {}
+  void save(const std::string&) override {}
+  void restore(const std::string&) override {}
+  SolverSummary summarise() override { return {}; }
+
+ private:
+  fluid::Communicator& ranks_;
+  std::vector<std::int64_t> sums_;
+  SilentFluid silent_;
+};
+
+/// Of one exchange with a fluid whose ranks are threads of this process; they have nothing else to do.
+Statistics measure_in_one_process(int ranks, Eigen::Index bodies, int exchanges) {
+  const auto make_solver = [](const FluidSetup& setup, fluid::Communicator& own) {
+    return std::make_unique<SummingFluid>(setup, own);
+  };
+  SolverContext context;
+  fluid::ThreadRanks team(ranks, context, [&](fluid::Communicator& own) {
+    std::atomic<std::int64_t> step{0};
+    fluid::follow(own, make_solver, step);
+  });
+  std::vector<double> samples_us;
+  {
+    fluid::DistributedFluid fluid(fluid_setup(bodies), team.leader(), make_solver);
+    Kinematics kinematics = kinematics_of(bodies);
+    Loads loads;
+    for (; kinematics.step < exchanges; ++kinematics.step)
+      samples_us.push_back(time_us([&] {
+        fluid.exchange(kinematics, loads);
+        fluid.advance();
+      }));
+  }
+  dismiss_followers(team.leader());
+  return statistics_of(samples_us);
+}
+
+/// Prints the table; whether the target is met.
+bool compare_in_one_process(int exchanges) {
+  std::cout << "\n| ranks in one process | bodies | exchange median | 99 % | |\n|---|---|---|---|---|\n";
+  bool met = true;
+  for (const int ranks : {1, 2}) {
+    for (const Eigen::Index bodies : {3, 100, 1000, 10000}) {
+      const Statistics measured = measure_in_one_process(ranks, bodies, exchanges);
+      const bool is_met = bodies > 3 || measured.median_us <= 10.0;
+      met = met && is_met;
+      std::cout << "| " << ranks << " | " << bodies << std::setprecision(1) << " | " << measured.median_us << " µs | "
+                << measured.worst_percent_us << " µs | " << (is_met ? "" : "more than 10 µs") << " |" << std::endl;
+    }
+  }
+  return met;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -365,6 +429,7 @@ int main(int argc, char** argv) {
   app.add_option("--exchanges", exchanges, "Per wire, with 3 bodies; fewer with more")->check(CLI::Range(20, 1000000));
   app.add_flag("--any-result", takes_any_result, "End with 0 although a target is missed");
   CLI11_PARSE(app, argc, argv);
-  const bool all_met = compare(exchanges);
+  const bool met_between_processes = compare(exchanges);
+  const bool all_met = compare_in_one_process(exchanges) && met_between_processes;
   return all_met || takes_any_result ? 0 : 1;
 }

@@ -60,8 +60,12 @@ def measure(programs, folder, cells, precision, ranks, output="{}", overrides=()
     for role, program in (("fluid", "fluid_service"), ("body", bodies)):
         setup = bytes.fromhex(plan["setups"][role])
         answer = _output_of(programs / program, "--estimate", "--ranks", str(ranks), given=setup)
-        separate = plan["services"]["transport"] != "in_process"
-        predicted[role] = json.loads(answer)["memory_bytes"] if separate else 0
+        predicted[role] = json.loads(answer)["memory_bytes"]
+    if plan["services"]["transport"] == "in_process":
+        setup = bytes.fromhex(plan["setups"]["fluid"])
+        answer = _output_of(programs / "in_process_run", "--estimate", "--ranks", str(ranks), given=setup)
+        predicted["coupler"] += ranks * json.loads(answer)["memory_bytes"]
+        predicted["fluid"] = predicted["body"] = 0
     measured = _peaks_of_run(programs, folder, [case, *settings])
     return {role: (predicted[role], measured.get(role, 0)) for role in ("fluid", "body", "coupler")}
 

@@ -36,6 +36,10 @@ class Memory(unittest.TestCase):
     def test_of_a_run_in_one_process(self):
         overrides = ["fluid.solver=stokes", "run.steps=200000", "services.transport=in_process"]
         self.assert_predicted(DOMAINS[0], "double", 1, overrides=overrides)
+        for cells in DOMAINS:
+            for ranks in (1, 2):
+                with self.subTest(f"{cells}, {ranks}"):
+                    self.assert_predicted(cells, "double", ranks, overrides=["services.transport=in_process"])
 
     def test_of_bodies_by_engines(self):
         for engine in ("bullet", "mujoco"):

@@ -10,6 +10,8 @@ import time
 import unittest
 from pathlib import Path
 
+import h5py
+
 from copepod_session import ROOT, CommandTest
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
@@ -138,6 +140,46 @@ class Resuming(RealRun):
         self.assert_nothing_left(session)
 
 
+class InOneProcess(RealRun):
+    """Coupler, bodies and fluid in one process, the fluid's ranks as threads."""
+
+    IN_PROCESS = ("--set", "services.transport=in_process")
+    NO_FIELDS = ("--set", "output.fields.mean_over_steps=[0, 0]")
+
+    def test_digest_and_fields_are_those_of_services_on_any_number_of_ranks(self):
+        fields = ("--set", "output.fields.mean_over_steps=[100, 300]", "--set", "output.trace=true")
+        expected = self.finish(QUICK, *SHORT, *fields)
+        for ranks in (1, 2, 3):
+            summary = self.finish(QUICK, *SHORT, *fields, *self.IN_PROCESS, "--ranks", ranks)
+            self.assertEqual((summary["digest"], summary["ranks"]), (expected["digest"], ranks))
+        of_services, *in_process = [mean_of(path) for path in sorted(self.folder.glob("out_*/fields.h5"))]
+        self.assertEqual([fields == of_services for fields in in_process], [True] * 3)
+        names = sorted(path.name for path in max(self.folder.glob("out_*")).glob("trace/*/*"))
+        self.assertEqual(names, ["coupler.rank0.rec", *(f"fluid.rank{rank}.rec" for rank in range(3))])
+
+    def test_checkpoints_of_services_and_of_one_process_are_the_same(self):
+        case = (QUICK, *self.NO_FIELDS, "--set", "output.checkpoint.every_steps=300")
+        undisturbed = self.finish(*case, "--set", "run.steps=900")
+        for first, then in (((), self.IN_PROCESS), (self.IN_PROCESS, ())):
+            self.assert_ends(self.start("run", *case, *first, "--set", "run.steps=600", "--out", "out"), 0)
+            resumed = self.finish(*case, *then, "--set", "run.steps=900", "--resume")
+            self.assertEqual((resumed["digest"], resumed["resumed_from_step"]), (undisturbed["digest"], 300))
+
+    def test_signals_end_it_with_their_codes_and_sigterm_after_a_checkpoint(self):
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            session = self.start_quick_run(*self.IN_PROCESS, "--out", f"stopped_{code}")
+            session.process.send_signal(number)
+            self.assert_ends(session, code)
+        self.assertEqual(len(list(self.folder.glob("stopped_143/checkpoints/*/manifest.json"))), 1)
+
+    def test_a_rank_that_fails_is_named_as_that_of_a_service(self):
+        session = self.start("run", QUICK, *SHORT, *self.IN_PROCESS, "--set", "fluid.body_force_N_per_m3=[0, 0, 1e16]")
+        self.assert_ends(session, 70)
+        self.assertRegex(
+            session.last_line, "fluid service on host .*, rank [01], at step [0-9]+: the flow diverged at cell"
+        )
+
+
 class OverTcp(RealRun):
     """Key files are made per run and role; a component without the right one is rejected."""
 
@@ -190,6 +232,12 @@ class OverTcp(RealRun):
         session = self.start("run", QUICK, *self.LENGTH, *self.transport(), *fluid)
         self.assert_ends(session, 65)
         self.assertIn("turned this component away", session.last_line)
+
+
+def mean_of(path):
+    """{name: bytes} of the mean fields in a file."""
+    with h5py.File(path) as file:
+        return {name: values[:].tobytes() for name, values in file["mean"].items()}
 
 
 class Failing(RealRun):

@@ -7,7 +7,7 @@
 
 #include "contract/words.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
-#include "ranks/mpi_communicator.hpp"
+#include "test_on_ranks.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -68,10 +68,8 @@ Outcome run(FluidSolver& solver, std::int64_t from, std::int64_t to) {
 
 class Decomposition : public testing::TestWithParam<Method> {};
 
-TEST_P(Decomposition, GivesTheBitsOfOneRank) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
-  const FluidSetup setup = wandering_bodies(GetParam());
+TEST_P_ON_RANKS(Decomposition, GivesTheBitsOfOneRank) {
+  const FluidSetup setup = wandering_bodies(parameter);
   const Outcome distributed = run(*make_lattice_boltzmann(setup, ranks), 0, 400);
   if (ranks.rank() != 0) return;
   SolverContext own_context;
@@ -87,10 +85,8 @@ TEST_P(Decomposition, GivesTheBitsOfOneRank) {
 }
 
 // Saved and restored after an odd number of steps, when the populations lie in their neighbours' slots.
-TEST_P(Decomposition, ContinuesFromACheckpointWithTheSameBits) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
-  const FluidSetup setup = wandering_bodies(GetParam());
+TEST_P_ON_RANKS(Decomposition, ContinuesFromACheckpointWithTheSameBits) {
+  const FluidSetup setup = wandering_bodies(parameter);
   std::int64_t tag[1] = {getpid()};
   ranks.max_to_all(tag);
   const std::string path = testing::TempDir() + "decomposition_" + std::to_string(tag[0]) + ".h5";
@@ -130,15 +126,13 @@ double first_torque(double radius, const Method& method, Communicator& communica
 }
 
 // The torque of a sphere of radius 32 is -10⁴ in lattice units: more than 64 bits of the unit hold.
-TEST_P(Decomposition, SumsTheTorqueOfABigSphereToTheSameBits) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
-  const double distributed = first_torque(32.0, GetParam(), ranks);
+TEST_P_ON_RANKS(Decomposition, SumsTheTorqueOfABigSphereToTheSameBits) {
+  const double distributed = first_torque(32.0, parameter, ranks);
   if (ranks.rank() != 0) return;
   SolverContext own_context;
   SelfCommunicator self{own_context};
-  EXPECT_EQ(distributed, first_torque(32.0, GetParam(), self));
-  EXPECT_NEAR(distributed / first_torque(16.0, GetParam(), self), 1.0, 0.05);
+  EXPECT_EQ(distributed, first_torque(32.0, parameter, self));
+  EXPECT_NEAR(distributed / first_torque(16.0, parameter, self), 1.0, 0.05);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ranks/mpi_communicator.hpp"
+#include "test_on_ranks.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -52,7 +52,7 @@ class RecordingSolver final : public FluidSolver {
   Calls& calls_;
 };
 
-void run_two_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver, Eigen::Index bodies) {
+void run_two_steps(Communicator& ranks, const RankSolverFactory& make_solver, Eigen::Index bodies) {
   FluidSetup setup;
   setup.domain_cells = {1, 2, 77};
   DistributedFluid fluid(setup, ranks, make_solver);
@@ -77,16 +77,14 @@ void run_two_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver,
 
 class DistributedFluidWith : public testing::TestWithParam<Eigen::Index> {};
 
-TEST_P(DistributedFluidWith, MakesTheSameCallsOnEveryRank) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
+TEST_P_ON_RANKS(DistributedFluidWith, MakesTheSameCallsOnEveryRank) {
   Calls calls;
   const RankSolverFactory make_solver = [&](const FluidSetup& setup, Communicator& communicator) {
     return std::make_unique<RecordingSolver>(setup, communicator, calls);
   };
   std::atomic<std::int64_t> step{-1};
   if (ranks.rank() == 0) {
-    run_two_steps(ranks, make_solver, GetParam());
+    run_two_steps(ranks, make_solver, parameter);
     dismiss_followers(ranks);
   } else {
     follow(ranks, make_solver, step);
@@ -98,9 +96,7 @@ TEST_P(DistributedFluidWith, MakesTheSameCallsOnEveryRank) {
 
 INSTANTIATE_TEST_SUITE_P(OneAndTwoBroadcasts, DistributedFluidWith, testing::Values(3, 50));
 
-TEST(DistributedFluid, LetsTheOtherRanksGoWhenThereWasNeverASolver) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
+TEST_ON_RANKS(DistributedFluid, LetsTheOtherRanksGoWhenThereWasNeverASolver) {
   const RankSolverFactory make_solver = [](const FluidSetup&, Communicator&) -> std::unique_ptr<FluidSolver> {
     ADD_FAILURE() << "no solver should be made";
     return nullptr;

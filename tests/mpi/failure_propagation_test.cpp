@@ -6,7 +6,7 @@
 
 #include "contract/errors.hpp"
 #include "ranks/distributed_fluid.hpp"
-#include "ranks/mpi_communicator.hpp"
+#include "test_on_ranks.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -66,7 +66,7 @@ class FaultySolver final : public FluidSolver {
   std::int64_t step_ = -1;
 };
 
-void run_five_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver) {
+void run_five_steps(Communicator& ranks, const RankSolverFactory& make_solver) {
   DistributedFluid fluid({}, ranks, make_solver);
   Kinematics kinematics;
   Loads loads;
@@ -80,10 +80,18 @@ void run_five_steps(MpiCommunicator& ranks, const RankSolverFactory& make_solver
   fluid.advance();
 }
 
+/// Collective as long as the ranks are not broken.
+bool is_broken(Communicator& ranks) {
+  try {
+    ranks.max_to_all({});
+    return false;
+  } catch (const PeerFailed&) {
+    return true;
+  }
+}
+
 /// @return what this rank learned
-FailureReport learn_of(Fault fault) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
+FailureReport learn_of(Fault fault, Communicator& ranks) {
   const RankSolverFactory make_solver = [=](const FluidSetup&, Communicator& communicator) {
     return std::make_unique<FaultySolver>(communicator, fault);
   };
@@ -104,17 +112,16 @@ FailureReport learn_of(Fault fault) {
     EXPECT_EQ(ranks.rank(), fault.rank) << error.what();
     learned = {error.code(), "fluid", "here", error.rank(), error.step(), error.what()};
   }
-  EXPECT_EQ(ranks.broken() || ranks.size() == 1, fault.where != Where::nowhere || ranks.size() == 1);
+  EXPECT_EQ(is_broken(ranks), fault.where != Where::nowhere);
   return learned;
 }
 
 class FailureOn : public testing::TestWithParam<std::tuple<Where, int>> {};
 
-TEST_P(FailureOn, ReachesEveryRank) {
-  const auto [where, rank] = GetParam();
-  SolverContext own_context;
-  if (rank >= MpiCommunicator(own_context).size()) GTEST_SKIP() << "there is no such rank";
-  const FailureReport learned = learn_of({where, rank});
+TEST_P_ON_RANKS(FailureOn, ReachesEveryRank) {
+  const auto [where, rank] = parameter;
+  if (rank >= ranks.size()) GTEST_SKIP() << "there is no such rank";
+  const FailureReport learned = learn_of({where, rank}, ranks);
   EXPECT_EQ(learned.rank, rank);
   EXPECT_EQ(learned.code, ExitCode::solver_failed);
   EXPECT_EQ(learned.reason, "cell (1, 2, 3) diverged (on purpose). Nothing to do.");
@@ -128,11 +135,11 @@ INSTANTIATE_TEST_SUITE_P(EveryCallAndRank, FailureOn,
                                                           Where::save),
                                           testing::Values(0, 1, 2)));
 
-TEST(Failure, IsNotReportedWhenThereIsNone) { EXPECT_EQ(learn_of({Where::nowhere, 0}).reason, "nothing happened"); }
+TEST_ON_RANKS(Failure, IsNotReportedWhenThereIsNone) {
+  EXPECT_EQ(learn_of({Where::nowhere, 0}, ranks).reason, "nothing happened");
+}
 
-TEST(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
+TEST_ON_RANKS(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
   const RankSolverFactory make_solver = [](const FluidSetup&, Communicator& communicator) {
     return std::make_unique<FaultySolver>(communicator, Fault{Where::nowhere, 0});
   };
@@ -147,9 +154,7 @@ TEST(Failure, EndsTheOtherRanksWhenRankZeroLeavesBeforeTheBulkUpdate) {
   fluid.exchange(Kinematics{}, loads);
 }
 
-TEST(Failure, BreaksTheCommunicatorForGood) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
+TEST_ON_RANKS(Failure, BreaksTheCommunicatorForGood) {
   if (ranks.size() == 1) GTEST_SKIP() << "needs another rank";
   const FailureReport report{ExitCode::solver_failed, "fluid", "here", 1, 9, "first"};
   std::array<std::int64_t, 1> value = {1};

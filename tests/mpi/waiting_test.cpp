@@ -8,14 +8,14 @@
 
 #include <gtest/gtest.h>
 
-#include "ranks/mpi_communicator.hpp"
+#include "test_on_ranks.hpp"
 
 namespace copepod::fluid {
 namespace {
 
 double cpu_seconds() {
   timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
@@ -29,9 +29,7 @@ void busy_wait(double seconds) {
   }
 }
 
-TEST(Waiting, UsesLessThanFivePercentOfACore) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
+TEST_ON_RANKS(Waiting, UsesLessThanFivePercentOfACore) {
   std::array<std::byte, 100> data{};
   ranks.broadcast(data);
   const double cpu = cpu_seconds();
@@ -44,9 +42,7 @@ TEST(Waiting, UsesLessThanFivePercentOfACore) {
   EXPECT_LT(share, 0.05);
 }
 
-TEST(Waiting, SeesAMessageSoonAfterItCame) {
-  SolverContext context;
-  MpiCommunicator ranks{context};
+TEST_ON_RANKS(Waiting, SeesAMessageSoonAfterItCame) {
   if (ranks.size() != 2) GTEST_SKIP() << "measures two ranks on their own cores";
   for (const double delay_s : {50e-6, 200e-6, 1e-3, 5e-3}) {
     std::array<std::int64_t, 1> nanoseconds = {0};

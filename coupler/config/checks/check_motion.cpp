@@ -237,13 +237,11 @@ void check_output(const Case& the_case, Problems& problems) {
 void check_services(const Case& the_case, Problems& problems) {
   const ServicesCase& services = the_case.services;
   if (services.transport != in_process_transport) return;
-  const FluidSolverChoice solver = the_case.fluid.solver;
-  const bool replaced = !services.fluid_command.empty() || !services.body_command.empty() ||
-                        the_case.body.solver != BodySolverChoice::own;
-  if (replaced || (solver != FluidSolverChoice::vacuum && solver != FluidSolverChoice::stokes)) {
-    problems.error("services.transport", std::string("services.transport is in_process (") +
-                                             (replaced ? "other components than our own" : "this fluid.solver") +
-                                             " must be processes). Write transport: ipc.");
+  if (!services.fluid_command.empty() || !services.body_command.empty() ||
+      the_case.fluid.solver == FluidSolverChoice::external || the_case.body.solver != BodySolverChoice::own) {
+    problems.error("services.transport",
+                   "services.transport is in_process (other components than our own must be processes). "
+                   "Write transport: ipc.");
   }
   if (the_case.output.wire) {
     problems.error("output.wire",

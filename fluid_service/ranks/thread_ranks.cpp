@@ -1,0 +1,341 @@
+#include "ranks/thread_ranks.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <sched.h>
+#include <system_error>
+#include <thread>
+
+#include "contract/errors.hpp"
+#include "ranks/backoff.hpp"
+#include "ranks/rank_failure.hpp"
+#include "system/block_signals.hpp"
+
+namespace copepod::fluid {
+
+namespace {
+
+constexpr std::chrono::milliseconds look_every{100};  ///< of a sleeping rank: for a request to stop
+
+}  // namespace
+
+/// One side of a message, in the memory of the rank that posted it; takes itself back if it is destroyed before it is
+/// complete, so that nothing is written into buffers that a failing solver has freed.
+class ThreadRanks::Posting {
+ public:
+  Posting() = default;
+  Posting(const Posting&) = delete;
+  Posting& operator=(const Posting&) = delete;
+  ~Posting();
+
+  [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
+
+ private:
+  friend Channel;
+  void take(std::span<const std::byte> data) {
+    assert(data.size() == target_.size());
+    std::ranges::copy(data, target_.begin());
+  }
+  void close() { open_.store(false, std::memory_order_release); }  // from here on it may be gone
+
+  std::atomic<bool> open_{false};
+  Channel* channel_ = nullptr;
+  std::span<const std::byte> source_;  ///< of a sender
+  std::span<std::byte> target_;        ///< of a receiver
+};
+
+/// Messages from one rank to another: their two sides match in the order in which they were posted.
+class ThreadRanks::Channel {
+ public:
+  Channel(Rank& sender, Rank& receiver) : sender_(sender), receiver_(receiver) {}
+
+  void send(Posting& posting, std::span<const std::byte> data);
+  void receive(Posting& posting, std::span<std::byte> data);
+  /// Sends a copy once the one before has been received.
+  void send_copy(std::span<const std::byte> data);
+  /// On return nothing reads or writes the posting's buffer any more.
+  void withdraw(Posting& posting);
+
+ private:
+  using Postings = std::deque<Posting*>;
+
+  /// @return the other side, which is no longer among `others`; null if it is to come: `posting` then waits in `own`
+  Posting* match(Posting& posting, Postings& own, Postings& others);
+
+  Rank& sender_;
+  Rank& receiver_;
+  std::mutex mutex_;
+  Postings sends_;     ///< without a receiver so far
+  Postings receives_;  ///< without a sender so far
+  std::vector<std::byte> copy_;
+  Posting posted_copy_;
+};
+
+/// Communicator of one rank.
+class ThreadRanks::Rank final : public Communicator {
+ public:
+  Rank(Team& team, int rank, SolverContext& context) : Communicator(context), team_(team), rank_(rank) {}
+
+  [[nodiscard]] int rank() const override { return rank_; }
+  [[nodiscard]] int size() const override;
+  void broadcast(std::span<std::byte> data) override;
+  void sum_to_leader(std::span<std::int64_t> values) override;
+  void sum_to_all(std::span<std::int64_t> values) override;
+  void max_to_all(std::span<std::int64_t> values) override;
+  [[nodiscard]] std::function<void()> start_exchange(std::span<const Message> messages) override;
+  void report_failure(const FailureReport& report) override;
+
+  void wait_for(const Posting& posting);
+  void wake();
+  void throw_if_failed() const;
+
+ private:
+  template <class Combine>
+  void reduce_to_leader(std::span<std::int64_t> values, const Combine& combine);
+
+  Team& team_;
+  int rank_;
+  std::vector<std::int64_t> received_;
+  std::mutex mutex_;
+  std::condition_variable woken_;
+};
+
+/// All ranks, and what they share.
+class ThreadRanks::Team {
+ public:
+  enum class Purpose { exchange, collective };
+
+  Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow);
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+  ~Team() { join(); }
+
+  [[nodiscard]] int size() const { return static_cast<int>(ranks_.size()); }
+  [[nodiscard]] Rank& rank(int rank) { return ranks_[static_cast<std::size_t>(rank)]; }
+  [[nodiscard]] Channel& channel(Purpose purpose, int from, int to) {
+    const int index = (from * size() + to) * 2 + (purpose == Purpose::collective ? 1 : 0);
+    return channels_[static_cast<std::size_t>(index)];
+  }
+
+  /// The first report counts.
+  void fail(const FailureReport& report);
+  /// Null as long as no rank failed.
+  [[nodiscard]] const FailureReport* failure() const {
+    return failed_.load(std::memory_order_acquire) ? &failure_ : nullptr;
+  }
+
+ private:
+  void join();
+
+  std::deque<SolverContext> contexts_;  ///< of all ranks but 0
+  std::deque<Rank> ranks_;
+  std::deque<Channel> channels_;
+  std::mutex mutex_;
+  FailureReport failure_;
+  std::atomic<bool> failed_{false};
+  std::vector<std::thread> threads_;
+};
+
+ThreadRanks::Posting::~Posting() {
+  if (is_open()) channel_->withdraw(*this);
+}
+
+ThreadRanks::Posting* ThreadRanks::Channel::match(Posting& posting, Postings& own, Postings& others) {
+  const std::lock_guard lock(mutex_);
+  if (others.empty()) {
+    posting.channel_ = this;
+    posting.open_.store(true, std::memory_order_relaxed);
+    own.push_back(&posting);
+    return nullptr;
+  }
+  Posting* const other = others.front();
+  others.pop_front();
+  return other;
+}
+
+void ThreadRanks::Channel::send(Posting& posting, std::span<const std::byte> data) {
+  posting.source_ = data;
+  if (Posting* const receiving = match(posting, sends_, receives_)) {
+    receiving->take(data);
+    receiving->close();
+    receiver_.wake();
+  }
+}
+
+void ThreadRanks::Channel::receive(Posting& posting, std::span<std::byte> data) {
+  posting.target_ = data;
+  if (Posting* const sending = match(posting, receives_, sends_)) {
+    posting.take(sending->source_);
+    sending->close();
+    sender_.wake();
+  }
+}
+
+void ThreadRanks::Channel::withdraw(Posting& posting) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::erase(sends_, &posting) + std::erase(receives_, &posting) > 0) return;
+  }
+  while (posting.is_open()) sched_yield();  // the other side is copying
+}
+
+void ThreadRanks::Channel::send_copy(std::span<const std::byte> data) {
+  sender_.wait_for(posted_copy_);
+  copy_.assign(data.begin(), data.end());
+  send(posted_copy_, copy_);
+}
+
+int ThreadRanks::Rank::size() const { return team_.size(); }
+
+void ThreadRanks::Rank::throw_if_failed() const {
+  if (const FailureReport* failure = team_.failure()) throw PeerFailed(*failure);
+}
+
+void ThreadRanks::Rank::wake() {
+  { const std::lock_guard lock(mutex_); }  // it either has not looked yet, or sleeps already
+  woken_.notify_one();
+}
+
+void ThreadRanks::Rank::wait_for(const Posting& posting) {
+  const Backoff waiting;
+  while (posting.is_open()) {
+    throw_if_failed();
+    if (const int code = context().stop_requested(); code != 0)
+      throw Error(static_cast<ExitCode>(code),
+                  "stopped while waiting for another rank (the run was ended). See the coupler's log.", rank_);
+    if (waiting.waited_s() < spin_s) {
+      sched_yield();
+      continue;
+    }
+    std::unique_lock lock(mutex_);
+    woken_.wait_for(lock, look_every, [&] { return !posting.is_open() || team_.failure() != nullptr; });
+  }
+}
+
+void ThreadRanks::Rank::broadcast(std::span<std::byte> data) {
+  throw_if_failed();
+  if (rank_ == 0) {
+    for (int peer = 1; peer < size(); ++peer) team_.channel(Team::Purpose::collective, 0, peer).send_copy(data);
+  } else {
+    Posting posting;
+    team_.channel(Team::Purpose::collective, 0, rank_).receive(posting, data);
+    wait_for(posting);
+  }
+}
+
+/// @param combine  of two values
+template <class Combine>
+void ThreadRanks::Rank::reduce_to_leader(std::span<std::int64_t> values, const Combine& combine) {
+  throw_if_failed();
+  if (rank_ != 0) {
+    team_.channel(Team::Purpose::collective, rank_, 0).send_copy(std::as_bytes(values));
+    return;
+  }
+  received_.resize(values.size());
+  for (int peer = 1; peer < size(); ++peer) {
+    Posting posting;
+    team_.channel(Team::Purpose::collective, peer, 0).receive(posting, std::as_writable_bytes(std::span(received_)));
+    wait_for(posting);
+    std::ranges::transform(values, received_, values.begin(), combine);
+  }
+}
+
+// Unsigned sums: the same bits as signed ones, and defined where digests wrap around.
+void ThreadRanks::Rank::sum_to_leader(std::span<std::int64_t> values) {
+  reduce_to_leader(values, [](std::int64_t a, std::int64_t b) {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+  });
+}
+
+void ThreadRanks::Rank::sum_to_all(std::span<std::int64_t> values) {
+  sum_to_leader(values);
+  broadcast(std::as_writable_bytes(values));
+}
+
+void ThreadRanks::Rank::max_to_all(std::span<std::int64_t> values) {
+  reduce_to_leader(values, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
+  broadcast(std::as_writable_bytes(values));
+}
+
+/// Messages of one call of start_exchange.
+class ThreadRanks::Exchange {
+ public:
+  Exchange(Rank& rank, Team& team, std::span<const Communicator::Message> messages)
+      : rank_(rank), postings_(2 * messages.size()) {
+    auto posting = postings_.begin();
+    for (const Communicator::Message& message : messages)
+      team.channel(Team::Purpose::exchange, message.peer, rank.rank()).receive(*posting++, message.receive);
+    for (const Communicator::Message& message : messages)
+      team.channel(Team::Purpose::exchange, rank.rank(), message.peer).send(*posting++, message.send);
+  }
+
+  void finish() {
+    rank_.throw_if_failed();
+    for (const Posting& posting : postings_) rank_.wait_for(posting);
+  }
+
+ private:
+  Rank& rank_;
+  std::vector<Posting> postings_;
+};
+
+std::function<void()> ThreadRanks::Rank::start_exchange(std::span<const Message> messages) {
+  throw_if_failed();
+  // std::function requires a copyable target, hence shared ownership despite a single owner.
+  const auto exchange = std::make_shared<Exchange>(*this, team_, messages);
+  return [exchange] { exchange->finish(); };
+}
+
+void ThreadRanks::Rank::report_failure(const FailureReport& report) { team_.fail(report); }
+
+ThreadRanks::Team::Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow)
+    : contexts_(static_cast<std::size_t>(size - 1)) {
+  ranks_.emplace_back(*this, 0, leader);
+  for (SolverContext& context : contexts_) ranks_.emplace_back(*this, static_cast<int>(ranks_.size()), context);
+  for (Rank& sender : ranks_)
+    for (Rank& receiver : ranks_)
+      for (int purpose = 0; purpose < 2; ++purpose) channels_.emplace_back(sender, receiver);
+  try {
+    for (int rank = 1; rank < size; ++rank)
+      threads_.emplace_back([this, rank, follow] {
+        block_signals();
+        follow(this->rank(rank));
+      });
+  } catch (const std::system_error& error) {
+    const ComponentLost loss("the ranks cannot be started (" + std::to_string(size) + " threads: " + error.what() +
+                             "). Use fewer ranks.");
+    fail(failure_of_rank(loss, 0, -1));
+    join();
+    throw ComponentLost(loss);
+  }
+}
+
+void ThreadRanks::Team::join() {
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+}
+
+void ThreadRanks::Team::fail(const FailureReport& report) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (failed_.load(std::memory_order_relaxed)) return;
+    failure_ = report;
+    failed_.store(true, std::memory_order_release);
+  }
+  for (Rank& rank : ranks_) rank.wake();
+}
+
+ThreadRanks::ThreadRanks(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow)
+    : team_(std::make_unique<Team>(size, leader, follow)) {}
+
+ThreadRanks::~ThreadRanks() = default;
+
+Communicator& ThreadRanks::leader() { return team_->rank(0); }
+
+}  // namespace copepod::fluid
