@@ -397,6 +397,7 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, cons
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   const FluidCase& fluid = the_case.fluid;
   BodySetup setup = static_cast<const BodySetup&>(the_case.body);
+  setup.threads = the_case.services.body_threads;
   setup.step_s = the_case.step_s;
   setup.fluid_density_kg_per_m3 = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3;
   for (std::size_t axis = 0; axis < 3; ++axis) {

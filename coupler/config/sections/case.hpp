@@ -190,6 +190,7 @@ struct ServicesCase {
   int fluid_ranks = 1;
   std::vector<std::string> fluid_command;  ///< empty: the service of ours that has the chosen solver
   std::vector<std::string> body_command;
+  int body_threads = 1;
   std::vector<std::string> hosts;     ///< "name" or "name:ranks"; the first has coupler and bodies; empty: this machine
   std::string transport = "ipc";      ///< "ipc", "tcp://host:port" or "in_process"
   double connect_deadline_s = 60.0;   ///< for the Hello of each component
