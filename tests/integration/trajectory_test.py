@@ -7,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import unittest
-from pathlib import Path
 
 import h5py
 import numpy as np
