@@ -45,7 +45,7 @@ def run(name, case, folder, **keys):
         done = subprocess.run([ROOT / "deploy/copepod", "run", path, "--out", out], capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"{name}: exit code {done.returncode}\n{done.stderr}")
-    return Trajectory(out / "trajectory.csv")
+    return Trajectory(out)
 
 
 # --- rebound ---
