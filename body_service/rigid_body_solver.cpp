@@ -148,7 +148,7 @@ void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s) {
   equations_.joints().drive(applied.actuation, step_s);
   for (const auto& block : equations_.blocks()) {
     integrator_->advance(block, applied, step_s, state_);
-    equations_.joints().correct(block, 1.0, state_, step_);
+    if (!equations_.joints().empty()) equations_.joints().correct(block, 1.0, state_, step_);
     check_finite(block, equations_.model(), state_, step_);
   }
 }

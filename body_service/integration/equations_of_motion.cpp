@@ -58,7 +58,7 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   force_N.leftCols(bodies) += applied.hydrodynamic.force_N.middleCols(first, bodies);
   torque_N_m.leftCols(bodies) += applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
   for (const auto& element : elements_) element->add_loads(stage, force_N, torque_N_m);
-  joints_.add_loads(block, state, 0.5 * static_cast<double>(node), force_N, torque_N_m);
+  if (!joints_.empty()) joints_.add_loads(block, state, 0.5 * static_cast<double>(node), force_N, torque_N_m);
 
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
   for (Eigen::Index i = 0; i < bodies; ++i) {
