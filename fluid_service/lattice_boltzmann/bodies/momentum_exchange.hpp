@@ -161,14 +161,16 @@ class MomentumExchange {
   MomentumExchange& operator=(const MomentumExchange&) = delete;
   virtual ~MomentumExchange() = default;
 
-  /// Of one body, which leaves thin films out of its loads.
+  /// Of one body, which leaves thin films out of its loads. What the two bodies on both sides of a film leave out is
+  /// opposite but for what the fluid around the film exerts on both: each receives half of the sum, so that no momentum
+  /// is lost.
   /// @param cells     of the body, on this rank
   /// @param returned  mass to be given back, by the weight of the body's links
-  /// @param loads     sums to which this rank's share is added
+  /// @param loads     of all bodies, sums to which this rank's share is added
   /// @param kept_back likewise: momentum that left the fluid, but is not in the loads
   /// @throws SolverError if a population is not finite or absurdly large, naming the cell
   virtual void operator()(const T* populations, Placement placement, std::size_t body,
-                          std::span<const BoundaryCell> cells, double returned, LoadSums& loads,
+                          std::span<const BoundaryCell> cells, double returned, std::span<LoadSums> loads,
                           MomentumSums& kept_back, ReflectedPopulations<T>& reflected) const = 0;
 
  protected:
@@ -186,15 +188,15 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         films_(films) {}
 
   void operator()(const T* populations, Placement placement, std::size_t body_index,
-                  std::span<const BoundaryCell> cells, [[maybe_unused]] double returned, LoadSums& loads,
+                  std::span<const BoundaryCell> cells, [[maybe_unused]] double returned, std::span<LoadSums> loads,
                   MomentumSums& kept_back, ReflectedPopulations<T>& reflected) const override {
     using namespace momentum_exchange;
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
     const bool beside_films = films_.beside(body_index);
-    LoadSums sums = loads;  // local copies, which need not be stored for every cell
+    LoadSums sums = loads[body_index];  // local copies, which need not be stored for every cell
     MomentumSums kept = kept_back;
-    const auto add = [&sums](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
+    const auto add_to = [](LoadSums& sums, const Eigen::Vector3d& r, const std::int64_t(&force)[3]) {
       const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
                            fixed_point::to_double(force[2])};
       for (int axis = 0; axis < 3; ++axis) sums[static_cast<std::size_t>(axis)] += force[axis];
@@ -202,6 +204,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
       sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
     };
+    const auto add = [&](const Eigen::Vector3d& r, const std::int64_t(&force)[3]) { add_to(sums, r, force); };
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (i + prefetch_distance < cells.size())
         prefetch(populations, layout_, placement, cells[i + prefetch_distance], Formula::uses_second_cell);
@@ -228,19 +231,31 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         const T stored = static_cast<T>(exact);
         const double exchanged = link.leaving + static_cast<double>(stored);
         if (!(std::abs(exchanged) < absurd_population)) throw_diverged(boundary.position);
-        double resolved = 1.0;
-        if (beside_films)
-          resolved = films_.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
-        const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
+        ThinFilms::Film film;
+        if (beside_films) film = films_.film(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
+        const std::int64_t fixed = fixed_point::from_double(film.resolved * exchanged);
         for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
-        if (beside_films) {
+        if (film.resolved < 1.0) {
           const std::int64_t unresolved = fixed_point::from_double(exchanged) - fixed;
-          for (int axis = 0; axis < 3; ++axis) kept_of_cell[axis] += e[axis] * unresolved;
+          const std::int64_t half = unresolved / 2;
+          std::int64_t on_other[3] = {0, 0, 0};
+          for (int axis = 0; axis < 3; ++axis) {
+            if (film.other < 0) {
+              kept_of_cell[axis] += e[axis] * unresolved;
+            } else {
+              force[axis] += e[axis] * (unresolved - half);
+              on_other[axis] = e[axis] * half;
+            }
+          }
+          if (film.other == static_cast<int>(body_index))
+            add(r - film.other_centre, on_other);  // through a periodic face
+          else if (film.other >= 0)
+            add_to(loads[static_cast<std::size_t>(film.other)], r - film.other_centre, on_other);
         }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - static_cast<double>(stored);
           for (int axis = 0; axis < 3; ++axis) {
-            const std::int64_t of_absorbed = fixed_point::from_double(resolved * absorbed * u[axis]);
+            const std::int64_t of_absorbed = fixed_point::from_double(film.resolved * absorbed * u[axis]);
             force[axis] -= of_absorbed;
             kept_of_cell[axis] += of_absorbed;
           }
@@ -266,7 +281,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       }
       for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += kept_of_cell[axis];
     }
-    loads = sums;
+    loads[body_index] = sums;
     kept_back = kept;
   }
 

@@ -135,18 +135,19 @@ struct Box16 {
   }
 
   void exchange(std::span<const BoundaryCell> cells, MovingBoundary formula = MovingBoundary::bounce_back) {
-    sums = {};
+    all_sums.assign(setup.bodies.size(), {});
     reflected.clear();
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
     (*make_momentum_exchange(formula, collision, *layout, *map, films))(populations.data(), Placement::home, 0, cells,
-                                                                        0.0, sums, kept_back, reflected);
+                                                                        0.0, all_sums, kept_back, reflected);
+    sums = all_sums[0];
   }
   void exchange() { exchange(links->of_body(0)); }
-  [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
-  [[nodiscard]] Eigen::Vector3d torque() const { return vector(3); }
-  [[nodiscard]] Eigen::Vector3d vector(std::size_t first) const {
-    return {fixed_point::to_double(sums[first]), fixed_point::to_double(sums[first + 1]),
-            fixed_point::to_double(sums[first + 2])};
+  [[nodiscard]] Eigen::Vector3d force(std::size_t of = 0) const { return vector(all_sums[of], 0); }
+  [[nodiscard]] Eigen::Vector3d torque(std::size_t of = 0) const { return vector(all_sums[of], 3); }
+  static Eigen::Vector3d vector(const LoadSums& of, std::size_t first) {
+    return {fixed_point::to_double(of[first]), fixed_point::to_double(of[first + 1]),
+            fixed_point::to_double(of[first + 2])};
   }
 
   FluidSetup setup;
@@ -157,7 +158,8 @@ struct Box16 {
   std::optional<BoundaryLinks> links;
   std::vector<double> populations;
   ThinFilms films{FluidSetup{}};
-  LoadSums sums{};
+  std::vector<LoadSums> all_sums;
+  LoadSums sums{};  ///< of the first body
   MomentumSums kept_back{};
   ReflectedPopulations<double> reflected{16};
 };
@@ -201,6 +203,30 @@ TEST(MomentumExchange, LeavesThinFilmsOutOfTheLoadsButNotOutOfTheFlow) {
   const BoundaryCell above = link({8, 8, 8}, d3q19::index_of({0, 0, -1}));
   box.exchange({&above, 1});
   EXPECT_NEAR(box.force().z(), -0.5, 1e-14);
+}
+
+// One sphere at z = 4.8, the other beyond the periodic face at z = −2.9; a link between them, from the cell at z = 0.5.
+TEST(MomentumExchange, SharesWhatAFilmLeavesOutBetweenTheTwoBodies) {
+  Box16 box({ShapeKind::sphere, 3.3, 0.0}, BoundaryKind::periodic, {{ShapeKind::sphere, 3.3, 0.0}});
+  box.setup.film_thickness_m = 2.5;
+  box.films = ThinFilms(box.setup);
+  Kinematics kinematics;
+  kinematics.resize(2);
+  kinematics.position_m << 8.5, 9.5, 8.5, 8.5, 4.8, 13.1;
+  kinematics.orientation_wxyz << 1, 1, 0, 0, 0, 0, 0, 0;
+  for (int body = 0; body < 2; ++body)
+    box.map->bodies()[static_cast<std::size_t>(body)].position = kinematics.position_m.col(body);
+  box.move();
+  box.films.find(kinematics);
+  const Cell cell = {8, 8, 0};
+  const int up = d3q19::index_of({0, 1, 1});
+  box.f(cell, up) = 0.25;
+  const BoundaryCell link{box.layout->site(cell), cell, 1U << up, 0, false};
+  box.exchange({&link, 1});
+  const Eigen::Vector3d half(0.0, 0.25, 0.25);
+  EXPECT_LT((box.force(0) - half).norm() + (box.force(1) - half).norm(), 1e-14);
+  EXPECT_LT((box.torque(0) - Eigen::Vector3d(0.0, 0.0, -4.3).cross(half)).norm(), 1e-14);
+  EXPECT_LT((box.torque(1) - Eigen::Vector3d(-1.0, 0.0, 3.4).cross(half)).norm(), 1e-14);
 }
 
 // e·u_w with u_w = U + Ω × r = (0.01, 0.02 · 4.3, 0) in the plane of the link, ρ_w = 1.25.
