@@ -165,7 +165,7 @@ void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s, Kine
   equations_.joints().drive(applied.actuation, step_s);
   for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
     integrator_->advance(block, applied, step_s, state_, work);
-    equations_.joints().correct(block, 1.0, state_, step_, work.equations.joints);
+    if (!equations_.joints().empty()) equations_.joints().correct(block, 1.0, state_, step_, work.equations.joints);
     check_finite(block, equations_.model(), state_, step_);
     if (next != nullptr) write(block, *next);  // while the block is in the cache
   });

@@ -62,7 +62,8 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   force_N.leftCols(bodies) += work.hydrodynamic_force_N.leftCols(bodies);
   torque_N_m.leftCols(bodies) += work.hydrodynamic_torque_N_m.leftCols(bodies);
   for (const auto& element : elements_) element->add_loads(stage, force_N, torque_N_m);
-  joints_.add_loads(block, state, 0.5 * static_cast<double>(node), force_N, torque_N_m, work.joints);
+  if (!joints_.empty())
+    joints_.add_loads(block, state, 0.5 * static_cast<double>(node), force_N, torque_N_m, work.joints);
 
   if (!block.of_free_spheres) constrain(block, force_N, torque_N_m);
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);

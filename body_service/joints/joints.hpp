@@ -40,6 +40,8 @@ class Joints {
   /// @throws CaseError naming the joint if its bodies, anchors or axis are not valid
   Joints(const BodySetup& setup, const BodyModel& model);
 
+  [[nodiscard]] bool empty() const { return islands_.empty(); }
+
   /// How driven joints move in the step ahead: on the parabola through the values at its start, middle and end.
   /// @param actuation  shape (actuators, 3); others than those of joints are not read
   void drive(const Eigen::MatrixXd& actuation, double step_s);

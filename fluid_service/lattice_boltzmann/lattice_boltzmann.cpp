@@ -82,7 +82,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   links_.fetch(populations_.data(), placement_);
   MomentumSums kept_back{};
   for (std::size_t b = 0; b < map_.bodies().size(); ++b)
-    (*exchange_momentum_)(populations_.data(), placement_, b, links_, returned_mass(b), load_sums_[b], kept_back);
+    (*exchange_momentum_)(populations_.data(), placement_, b, links_, returned_mass(b), load_sums_, kept_back);
   for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
   sum_loads();

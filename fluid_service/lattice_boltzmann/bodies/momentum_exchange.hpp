@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -128,14 +129,16 @@ class MomentumExchange {
   MomentumExchange& operator=(const MomentumExchange&) = delete;
   virtual ~MomentumExchange() = default;
 
-  /// Of one body, which leaves thin films out of its loads.
+  /// Of one body, which leaves thin films out of its loads. What the two bodies on both sides of a film leave out is
+  /// opposite but for what the fluid around the film exerts on both: each receives half of the sum, so that no momentum
+  /// is lost.
   /// @param links     on this rank, with the populations after the bulk update; f_ᾱ replaces f̃_α
   /// @param returned  mass to be given back, by the weight of the body's links
-  /// @param loads     sums to which this rank's share is added
+  /// @param loads     of all bodies, sums to which this rank's share is added
   /// @param kept_back likewise: momentum that left the fluid, but is not in the loads
   /// @throws SolverError if a population is not finite or absurdly large, naming the cell
   virtual void operator()(const T* populations, Placement placement, std::size_t body, BoundaryLinks<T>& links,
-                          double returned, LoadSums& loads, MomentumSums& kept_back) const = 0;
+                          double returned, std::span<LoadSums> loads, MomentumSums& kept_back) const = 0;
 
  protected:
   MomentumExchange(bool second_cell, bool conserves) : uses_second_cell(second_cell), conserving(conserves) {}
@@ -153,7 +156,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         exchange_group_(std::get<ExchangeGroup<Formula, T>>(choose_exchange_groups<T>())) {}
 
   void operator()(const T* populations, Placement placement, std::size_t body, BoundaryLinks<T>& links, double returned,
-                  LoadSums& loads, MomentumSums& kept_back) const override {
+                  std::span<LoadSums> loads, MomentumSums& kept_back) const override {
     const BodySurface& surface = links.of_body(body);
     const bool by_lanes = is_simple(body);
     SphereInBlock sphere;
@@ -170,7 +173,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     const auto sum = [](const Lanes<std::int64_t>& values) {
       return std::accumulate(values.begin(), values.end(), fixed_point::Sum{0});
     };
-    for (std::size_t i = 0; i < load_components; ++i) loads[i] += sum(lanes.sums[i]);
+    for (std::size_t i = 0; i < load_components; ++i) loads[body][i] += sum(lanes.sums[i]);
     for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
   }
 
@@ -245,7 +248,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
 
   void exchange_one_by_one(const T* populations, Placement placement, std::size_t body_index,
                            const BodySurface& surface, std::size_t g, LinkPopulations<T>& links,
-                           [[maybe_unused]] double returned, LoadSums& sums, MomentumSums& kept) const {
+                           [[maybe_unused]] double returned, std::span<LoadSums> loads, MomentumSums& kept) const {
+    LoadSums& sums = loads[body_index];
     using namespace momentum_exchange;
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
@@ -292,19 +296,29 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         const auto stored = static_cast<double>(population);
         const double exchanged = link.leaving + stored;
         if (!(std::abs(exchanged) < absurd_population)) throw_diverged(cell);
-        double resolved = 1.0;
-        if (beside_films)
-          resolved = films_.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
-        const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
+        ThinFilms::Film film;
+        if (beside_films) film = films_.film(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
+        const std::int64_t fixed = fixed_point::from_double(film.resolved * exchanged);
         for (std::size_t axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
-        if (beside_films) {
+        if (film.resolved < 1.0) {
           const std::int64_t unresolved = fixed_point::from_double(exchanged) - fixed;
-          for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += e[axis] * unresolved;
+          const std::int64_t half = unresolved / 2;
+          std::int64_t on_other[3] = {0, 0, 0};
+          for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (film.other < 0) {
+              kept[axis] += e[axis] * unresolved;
+            } else {
+              force[axis] += e[axis] * (unresolved - half);
+              on_other[axis] = e[axis] * half;
+            }
+          }
+          // The body itself: through a periodic face.
+          if (film.other >= 0) add(r - film.other_centre, on_other, loads[static_cast<std::size_t>(film.other)]);
         }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - stored;
           for (int axis = 0; axis < 3; ++axis) {
-            const std::int64_t of_absorbed = fixed_point::from_double(resolved * absorbed * u[axis]);
+            const std::int64_t of_absorbed = fixed_point::from_double(film.resolved * absorbed * u[axis]);
             force[axis] -= of_absorbed;
             kept[static_cast<std::size_t>(axis)] += of_absorbed;
           }

@@ -151,12 +151,13 @@ struct Box16 {
 
   void exchange(MovingBoundary formula = MovingBoundary::bounce_back) { exchange(*links, formula); }
   void exchange(BoundaryLinks<double>& of_cells, MovingBoundary formula = MovingBoundary::bounce_back) {
-    sums = {};
+    all_sums.assign(setup.bodies.size(), {});
     of_cells.forget_populations();
     of_cells.fetch(populations.data(), Placement::home);
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
     (*make_momentum_exchange(formula, collision, *layout, *map, films))(populations.data(), Placement::home, 0,
-                                                                        of_cells, 0.0, sums, kept_back);
+                                                                        of_cells, 0.0, all_sums, kept_back);
+    sums = all_sums[0];
     returned = populations;
     of_cells.put_back(returned.data(), Placement::home, {{0, 0, 0}, {16, 16, 16}});
   }
@@ -179,11 +180,11 @@ struct Box16 {
     ADD_FAILURE() << "not a boundary cell";
     return 0;
   }
-  [[nodiscard]] Eigen::Vector3d force() const { return vector(0); }
-  [[nodiscard]] Eigen::Vector3d torque() const { return vector(3); }
-  [[nodiscard]] Eigen::Vector3d vector(std::size_t first) const {
-    return {fixed_point::to_double(sums[first]), fixed_point::to_double(sums[first + 1]),
-            fixed_point::to_double(sums[first + 2])};
+  [[nodiscard]] Eigen::Vector3d force(std::size_t of = 0) const { return vector(all_sums[of], 0); }
+  [[nodiscard]] Eigen::Vector3d torque(std::size_t of = 0) const { return vector(all_sums[of], 3); }
+  static Eigen::Vector3d vector(const LoadSums& of, std::size_t first) {
+    return {fixed_point::to_double(of[first]), fixed_point::to_double(of[first + 1]),
+            fixed_point::to_double(of[first + 2])};
   }
 
   FluidSetup setup;
@@ -195,7 +196,8 @@ struct Box16 {
   std::vector<double> populations;
   std::vector<double> returned;  ///< populations with what the body sends back
   ThinFilms films{FluidSetup{}};
-  LoadSums sums{};
+  std::vector<LoadSums> all_sums;
+  LoadSums sums{};  ///< of the first body
   MomentumSums kept_back{};
 };
 
@@ -234,6 +236,29 @@ TEST(MomentumExchange, LeavesThinFilmsOutOfTheLoadsButNotOutOfTheFlow) {
   box.f(above, down) = 0.25;
   box.exchange(above, 1U << down);
   EXPECT_NEAR(box.force().z(), -0.5, 1e-14);
+}
+
+// One sphere at z = 4.8, the other beyond the periodic face at z = −2.9; a link between them, from the cell at z = 0.5.
+TEST(MomentumExchange, SharesWhatAFilmLeavesOutBetweenTheTwoBodies) {
+  Box16 box({ShapeKind::sphere, 3.3, 0.0}, BoundaryKind::periodic, {{ShapeKind::sphere, 3.3, 0.0}});
+  box.setup.film_thickness_m = 2.5;
+  box.films = ThinFilms(box.setup);
+  Kinematics kinematics;
+  kinematics.resize(2);
+  kinematics.position_m << 8.5, 9.5, 8.5, 8.5, 4.8, 13.1;
+  kinematics.orientation_wxyz << 1, 1, 0, 0, 0, 0, 0, 0;
+  for (int body = 0; body < 2; ++body)
+    box.map->bodies()[static_cast<std::size_t>(body)].position = kinematics.position_m.col(body);
+  box.move();
+  box.films.find(kinematics);
+  const Cell cell = {8, 8, 0};
+  const int up = d3q19::index_of({0, 1, 1});
+  box.f(cell, up) = 0.25;
+  box.exchange(cell, 1U << up);
+  const Eigen::Vector3d half(0.0, 0.25, 0.25);
+  EXPECT_LT((box.force(0) - half).norm() + (box.force(1) - half).norm(), 1e-14);
+  EXPECT_LT((box.torque(0) - Eigen::Vector3d(0.0, 0.0, -4.3).cross(half)).norm(), 1e-14);
+  EXPECT_LT((box.torque(1) - Eigen::Vector3d(-1.0, 0.0, 3.4).cross(half)).norm(), 1e-14);
 }
 
 // e·u_w with u_w = U + Ω × r = (0.01, 0.02 · 4.3, 0) in the plane of the link, ρ_w = 1.25.
