@@ -26,7 +26,7 @@ struct SpringLaw {
 /// @param d_AB_W_m          from end A to end B, world frame [m]
 /// @param ddot_AB_W_m_per_s  its rate of change [m/s]
 /// @return force on A, world frame [N]; B receives the negative. NaN if the ends coincide (no direction).
-template <class Vector>  // of three components; plain numbers, so that loops over springs are vectorised
+template <class Vector = Eigen::Vector3d>  // or plain numbers, so that loops over springs are vectorised
 Vector spring_force(const SpringLaw& law, const Vector& d_AB_W_m, const Vector& ddot_AB_W_m_per_s) {
   const Vector& d = d_AB_W_m;
   const Vector& u = ddot_AB_W_m_per_s;
