@@ -22,6 +22,12 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 bool resolves_contacts(const BodySetup& setup) { return setup.contact.stiffness_N_per_m > 0.0; }
 
+int checked_threads(const BodySetup& setup) {
+  if (setup.threads >= 1 && setup.threads <= most_threads) return setup.threads;
+  throw CaseError("services.body.threads " + std::to_string(setup.threads) + " (must be between 1 and " +
+                  std::to_string(most_threads) + "). Use at most the number of cores.");
+}
+
 /// Weights of the values at the nodes for the polynomial through them, at the fraction `at` of the step.
 Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double at) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(nodes.size()));
@@ -98,6 +104,8 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       layout_digest_(layout_digest(setup)),
       equations_(setup, preferred_block_bodies),
       integrator_(make_time_integrator(setup.integrator, equations_)),
+      work_(static_cast<std::size_t>(checked_threads(setup)), TimeIntegrator::Work(equations_.longest_block())),
+      team_(setup.threads),
       step_s_(setup.step_s),
       actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
       nodes_(integrator_->driving_nodes()),
@@ -107,8 +115,8 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_, setup.contact),
       state_(equations_.model().initial_state()) {
   require_positive_step(setup.step_s);
-  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, 0.0, state_, step_);
-  overlap_check_.check(state_, step_);
+  correct_joints(0.0);
+  overlap_check_.check(state_, step_, team_);
   if (resolves_contacts(setup)) contacts_.emplace(setup, equations_.model(), near_pairs_);
   substeps_ = static_cast<std::int64_t>(contact_substeps(setup));
 }
@@ -118,10 +126,17 @@ std::vector<double> RigidBodySolver::driving_nodes() const { return integrator_-
 void RigidBodySolver::kinematics(Kinematics& kinematics) {
   kinematics.step = step_;
   kinematics.resize(state_.bodies());
-  kinematics.position_m = state_.position_m;
-  kinematics.orientation_wxyz = state_.orientation_wxyz;
-  kinematics.velocity_m_per_s = state_.velocity_m_per_s;
-  for (Eigen::Index body = 0; body < state_.bodies(); ++body) {
+  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work&) { write(block, kinematics); });
+}
+
+void RigidBodySolver::write(const BodyBlock& block, Kinematics& kinematics) const {
+  const auto copy = [&block](const auto& from, auto& to) {
+    to.middleCols(block.first, block.bodies) = from.middleCols(block.first, block.bodies);
+  };
+  copy(state_.position_m, kinematics.position_m);
+  copy(state_.orientation_wxyz, kinematics.orientation_wxyz);
+  copy(state_.velocity_m_per_s, kinematics.velocity_m_per_s);
+  for (Eigen::Index body = block.first; body < block.first + block.bodies; ++body) {
     kinematics.angular_velocity_rad_per_s.col(body) = equations_.model().angular_velocity_rad_per_s(
         body, state_.orientation_wxyz.col(body), state_.angular_momentum_N_m_s.col(body));
   }
@@ -131,26 +146,35 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   require_matching_loads(applied, step_, state_.bodies(), actuators_, driving_nodes_);
   const auto start = Clock::now();
   const double before_s = contact_s_;
+  next.resize(state_.bodies());
   if (contacts_)
     integrate_with_contacts(applied);
   else
-    integrate(applied, step_s_);
+    integrate(applied, step_s_, &next);
   ++step_;
   integration_s_ += seconds_since(start) - (contact_s_ - before_s);
 
   const auto integrated = Clock::now();
-  if (!contacts_) overlap_check_.check(state_, step_);
+  if (!contacts_) overlap_check_.check(state_, step_, team_);
   contact_s_ += seconds_since(integrated);
-  kinematics(next);
+  next.step = step_;
+  if (contacts_) kinematics(next);
 }
 
-void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s) {
+void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s, Kinematics* next) {
   equations_.joints().drive(applied.actuation, step_s);
-  for (const auto& block : equations_.blocks()) {
-    integrator_->advance(block, applied, step_s, state_);
-    equations_.joints().correct(block, 1.0, state_, step_);
+  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
+    integrator_->advance(block, applied, step_s, state_, work);
+    if (!equations_.joints().empty()) equations_.joints().correct(block, 1.0, state_, step_, work.equations.joints);
     check_finite(block, equations_.model(), state_, step_);
-  }
+    if (next != nullptr) write(block, *next);  // while the block is in the cache
+  });
+}
+
+void RigidBodySolver::correct_joints(double at) {
+  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
+    equations_.joints().correct(block, at, state_, step_, work.equations.joints);
+  });
 }
 
 void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
@@ -166,7 +190,7 @@ void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
       equations_.joints().drive(applied_in_part_.actuation, part_s);
       push_contacts({0.5 * substep_s, 0.25 * substep_s, 0.0}, 0.0);
     }
-    integrate(applied_in_part_, part_s);
+    integrate(applied_in_part_, part_s, nullptr);
     if (substep + 1 < substeps_) push_contacts({substep_s, 0.0, substep_s}, 1.0);
   }
   push_contacts({0.5 * substep_s, -0.25 * substep_s, substep_s}, 1.0);
@@ -175,7 +199,7 @@ void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
 void RigidBodySolver::push_contacts(const Contacts::Interval& interval, double at) {
   const auto start = Clock::now();
   contacts_->push(state_, interval);
-  for (const auto& block : equations_.blocks()) equations_.joints().correct(block, at, state_, step_);
+  correct_joints(at);
   contact_s_ += seconds_since(start);
 }
 
@@ -203,7 +227,7 @@ void RigidBodySolver::restore(const std::string& path) {
   if (contacts_)
     contacts_->restore(memory);
   else
-    overlap_check_.check(state_, step_);
+    overlap_check_.check(state_, step_, team_);
 }
 
 std::vector<std::uint64_t> RigidBodySolver::memory() const {

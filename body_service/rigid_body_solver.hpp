@@ -14,6 +14,7 @@
 #include "integration/equations_of_motion.hpp"
 #include "integration/time_integrator.hpp"
 #include "model/motion_state.hpp"
+#include "threads/thread_team.hpp"
 
 namespace copepod::body {
 
@@ -37,7 +38,8 @@ class RigidBodySolver final : public BodySolver {
   SolverSummary summarise() override;
 
  private:
-  void integrate(const AppliedLoads& applied, double step_s);
+  /// @param next  receives the motion of the bodies; null: nothing does
+  void integrate(const AppliedLoads& applied, double step_s, Kinematics* next);
   /// In substeps, with the impulses of the contacts between them, and half of one at both ends.
   void integrate_with_contacts(const AppliedLoads& applied);
   /// @param at  fraction of the part of the step that the drive is interpolated for
@@ -45,6 +47,16 @@ class RigidBodySolver final : public BodySolver {
   /// Values of the drive at the nodes of a part of the step.
   /// @param from, to  fractions of the step
   void interpolate_drive(const AppliedLoads& applied, double from, double to);
+  /// Calls `work_on(block, work of the thread)` for all blocks, in several threads.
+  template <class WorkOn>
+  void for_each_block(const WorkOn& work_on) {
+    const std::vector<BodyBlock>& blocks = equations_.blocks();
+    team_.share(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t block, int thread) {
+      work_on(blocks[static_cast<std::size_t>(block)], work_[static_cast<std::size_t>(thread)]);
+    });
+  }
+  void write(const BodyBlock& block, Kinematics& kinematics) const;
+  void correct_joints(double at);
   [[nodiscard]] std::vector<std::uint64_t> memory() const;
 
   [[nodiscard]] std::function<void()> report_progress() const;
@@ -52,7 +64,9 @@ class RigidBodySolver final : public BodySolver {
   SolverContext* context_;
   std::uint64_t layout_digest_;  ///< of the setup: a saved state fits these bodies only
   EquationsOfMotion equations_;
-  std::unique_ptr<TimeIntegrator> integrator_;
+  std::unique_ptr<const TimeIntegrator> integrator_;
+  std::vector<TimeIntegrator::Work> work_;  ///< of each thread
+  ThreadTeam team_;
   double step_s_;
   Eigen::Index actuators_;
   std::vector<double> nodes_;   ///< samples of the drive, as fractions of a step

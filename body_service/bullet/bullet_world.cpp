@@ -166,9 +166,10 @@ void BulletWorld::advance(Kinematics& state, const Loads& loads) {
     world.addRigidBody(bodies_[i].get());
   }
   for (const auto& wall : walls_) world.addRigidBody(wall.get());
-  const MotionState motion = as_motion_state(state);
+  const auto motion = as_motion_state<BlockState>(state);
+  const BlockVectors angular_velocity_rad_per_s = state.angular_velocity_rad_per_s;
   for (std::size_t i = 0; i < pulls_.size(); ++i) {
-    const Springs::Pull pull = springs_.pull(i, 0, motion, state.angular_velocity_rad_per_s);
+    const Springs::Pull pull = springs_.pull(i, 0, motion, angular_velocity_rad_per_s);
     const Eigen::Vector3d direction = pull.d_AB_W_m.normalized();
     pulls_[i]->set_pull(pull.f_A_W_N.dot(direction) / units_.force_N(), to_bullet(direction, 1.0),
                         to_bullet(pull.r_A_W_m, units_.length_m), to_bullet(pull.r_B_W_m, units_.length_m));

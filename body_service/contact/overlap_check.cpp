@@ -1,6 +1,7 @@
 #include "contact/overlap_check.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <limits>
 #include <string>
@@ -11,6 +12,16 @@
 namespace copepod::body {
 
 namespace {
+
+/// Calls work(first, last) for ranges that cover [0, count).
+template <class Work>
+void share_ranges(ThreadTeam& team, std::size_t count, const Work& work) {
+  constexpr std::size_t part = 16384;
+  team.share(static_cast<std::int64_t>((count + part - 1) / part), [&](std::int64_t index, int) {
+    const std::size_t first = part * static_cast<std::size_t>(index);
+    work(first, std::min(first + part, count));
+  });
+}
 
 std::string in_metres(double length_m) {
   std::array<char, 32> text{};
@@ -33,8 +44,16 @@ CoreSegment OverlapCheck::core(Eigen::Index body, const MotionState& state) cons
   return {state.position_m.col(body), half_length_m * z_axis(state.orientation_wxyz.col(body))};
 }
 
-void OverlapCheck::check(const MotionState& state, std::int64_t step) {
-  for (const auto& [A, B] : near_pairs_.at(state.position_m)) check_pair(A, B, state, step);
+void OverlapCheck::check(const MotionState& state, std::int64_t step, ThreadTeam& team) {
+  std::atomic<bool> hold = true;
+  share_ranges(team, static_cast<std::size_t>(state.bodies()), [&](std::size_t first, std::size_t last) {
+    if (!near_pairs_.hold(state.position_m, first, last)) hold = false;
+  });
+  if (!hold) near_pairs_.list(state.position_m);
+  const std::vector<BodyPair>& pairs = near_pairs_.listed();
+  share_ranges(team, pairs.size(), [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) check_pair(pairs[i].first, pairs[i].second, state, step);
+  });
   for (const int body : near_pairs_.longer_than_the_box()) check_pair(body, body, state, step);
 }
 

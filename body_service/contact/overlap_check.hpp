@@ -9,6 +9,7 @@
 #include "geometry/segment_distance.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"
+#include "threads/thread_team.hpp"
 
 namespace copepod::body {
 
@@ -25,7 +26,7 @@ class OverlapCheck {
   /// @param state  finite
   /// @param step   for the error
   /// @throws SolverError naming two bodies that overlap, by how much, and what to do
-  void check(const MotionState& state, std::int64_t step);
+  void check(const MotionState& state, std::int64_t step, ThreadTeam& team);
 
  private:
   [[nodiscard]] CoreSegment core(Eigen::Index body, const MotionState& state) const;

@@ -45,13 +45,16 @@ EngineBodySolver::EngineBodySolver(std::string_view engine, const MakeEngineWorl
       state_(initial_kinematics(model_)) {}
 
 void EngineBodySolver::add_forces(const AppliedLoads& applied) {
-  const MotionState motion = as_motion_state(state_);
-  const Stage stage{all_, motion, state_.angular_velocity_rad_per_s, applied.actuation.col(0)};
-  loads_ = applied.hydrodynamic;
-  drive_.add_loads(stage, loads_.force_N, loads_.torque_N_m);
-  weight_.add_loads(stage, loads_.force_N, loads_.torque_N_m);
-  bends_.add_loads(stage, loads_.force_N, loads_.torque_N_m);
-  if (!world_->has_springs()) springs_.add_loads(stage, loads_.force_N, loads_.torque_N_m);
+  const auto motion = as_motion_state<BlockState>(state_);
+  const BlockVectors angular_velocity_rad_per_s = state_.angular_velocity_rad_per_s;
+  const Stage stage{all_, motion, angular_velocity_rad_per_s, applied.actuation.col(0)};
+  BlockVectors force_N = applied.hydrodynamic.force_N;
+  BlockVectors torque_N_m = applied.hydrodynamic.torque_N_m;
+  drive_.add_loads(stage, force_N, torque_N_m);
+  weight_.add_loads(stage, force_N, torque_N_m);
+  bends_.add_loads(stage, force_N, torque_N_m);
+  if (!world_->has_springs()) springs_.add_loads(stage, force_N, torque_N_m);
+  loads_ = {applied.hydrodynamic.step, force_N, torque_N_m};
 }
 
 void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {

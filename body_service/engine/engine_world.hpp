@@ -50,7 +50,8 @@ using MakeEngineWorld =
 
 /// Kinematics in the form in which states are stored, digested and passed to force elements; the last columns hold
 /// angular velocities.
-inline MotionState as_motion_state(const Kinematics& state) {
+template <class State = MotionState>
+State as_motion_state(const Kinematics& state) {
   return {state.position_m, state.orientation_wxyz, state.velocity_m_per_s, state.angular_velocity_rad_per_s};
 }
 

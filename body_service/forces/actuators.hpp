@@ -16,10 +16,21 @@ class Actuators final : public ForceElement {
 
   /// Adds the loads actuator by actuator, in the order of the setup.
   /// @throws SolverError if the ends of a pair coincide
-  void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const override;
+  void add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const override;
 
  private:
-  std::vector<ActuatorSpecification> actuators_;
+  struct Drive {
+    int body_A;
+    int body_B;
+    int other = -1;  ///< index in others_; −1: pushes the centres of its bodies apart
+  };
+
+  /// The same for pair forces of the block between centres, from number `from` on, as many as fit together.
+  /// @return number of the actuator after them
+  std::size_t add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const;
+
+  std::vector<Drive> drives_;
+  std::vector<ActuatorSpecification> others_;
 };
 
 }  // namespace copepod::body

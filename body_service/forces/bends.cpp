@@ -37,8 +37,8 @@ Bends::Bends(const BodySetup& setup) : bends_(setup.bends) {
   for (std::size_t i = 0; i < bends_.size(); ++i) check(bends_[i], i, static_cast<int>(names_.size()));
 }
 
-void Bends::add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd&) const {
-  const Eigen::Matrix3Xd& position_m = stage.state.position_m;
+void Bends::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&) const {
+  const BlockVectors& position_m = stage.state.position_m;
   for (const int index : stage.block.bends) {
     const BendSpecification& bend = bends_[static_cast<std::size_t>(index)];
     const Eigen::Index A = bend.body_A - stage.block.first;

@@ -22,7 +22,7 @@ class Bends final : public ForceElement {
 
   /// @throws SolverError naming the bodies if two of them coincide, or if their arms are parallel and the rest angle
   ///         is another one (the forces have no direction)
-  void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const override;
+  void add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const override;
 
  private:
   [[noreturn]] void fail(const BendSpecification& bend) const;

@@ -10,9 +10,9 @@ namespace copepod::body {
 /// The bodies of one block at one stage of the integrator: all that a force may depend on.
 struct Stage {
   const BodyBlock& block;
-  const MotionState& state;                            ///< column 0 is body block.first
-  const Eigen::Matrix3Xd& angular_velocity_rad_per_s;  ///< same columns, world frame
-  Eigen::Ref<const Eigen::VectorXd> actuation;         ///< value of every actuator of the case [N] or [N m]
+  const BlockState& state;                         ///< column 0 is body block.first
+  const BlockVectors& angular_velocity_rad_per_s;  ///< same columns, world frame
+  Eigen::Ref<const Eigen::VectorXd> actuation;     ///< value of every actuator of the case [N] or [N m]
 };
 
 /// One kind of force between or on bodies. The equations of motion hold a list of them; the order of the list
@@ -27,7 +27,7 @@ class ForceElement {
   /// Adds the forces and the torques about the centres of mass on the bodies of a block, world frame.
   /// @param force_N, torque_N_m  sums to add to, shape (3, ≥ bodies), same columns as the stage
   /// @throws SolverError if a force is not defined in this state
-  virtual void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const = 0;
+  virtual void add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const = 0;
 };
 
 }  // namespace copepod::body

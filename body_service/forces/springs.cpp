@@ -1,8 +1,11 @@
 #include "forces/springs.hpp"
 
+#include <array>
+
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
+#include "forces/pair_batch.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {
@@ -34,61 +37,82 @@ Springs::Springs(const BodySetup& setup) {
   for (const auto& body : setup.bodies) names_.push_back(body.name);
   for (const auto& spring : setup.springs) {
     check(spring, springs_.size(), static_cast<int>(setup.bodies.size()));
-    springs_.push_back({spring.body_A,
-                        spring.body_B,
-                        {spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m},
-                        !spring.anchor_A_m.isZero(0.0) || !spring.anchor_B_m.isZero(0.0),
-                        spring.anchor_A_m,
-                        spring.anchor_B_m});
+    springs_.push_back(
+        {spring.body_A, spring.body_B, {spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m}});
+    if (spring.anchor_A_m.isZero(0.0) && spring.anchor_B_m.isZero(0.0)) continue;
+    springs_.back().anchors = static_cast<int>(anchors_.size());
+    anchors_.push_back({spring.anchor_A_m, spring.anchor_B_m});
   }
 }
 
-void Springs::add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const {
-  const MotionState& state = stage.state;
+void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
   const Eigen::Index first = stage.block.first;
-  for (const int index : stage.block.springs) {
-    const Spring& spring = springs_[index];
-    const Eigen::Index A = spring.body_A - first;
-    const Eigen::Index B = spring.body_B - first;
-    if (!spring.anchored) {
-      const Eigen::Vector3d f_A_W_N = force_of(spring, state.position_m.col(B) - state.position_m.col(A),
-                                               state.velocity_m_per_s.col(B) - state.velocity_m_per_s.col(A));
-      force_N.col(A) += f_A_W_N;
-      force_N.col(B) -= f_A_W_N;
+  const std::vector<int>& springs = stage.block.springs;
+  for (std::size_t next = 0; next < springs.size();) {
+    const auto index = static_cast<std::size_t>(springs[next]);
+    if (springs_[index].anchors < 0) {
+      next = add_unanchored(stage, next, force_N);
       continue;
     }
-    const Pull anchored = pull(static_cast<std::size_t>(index), first, state, stage.angular_velocity_rad_per_s);
+    const Eigen::Index A = springs_[index].body_A - first;
+    const Eigen::Index B = springs_[index].body_B - first;
+    const Pull anchored = pull(index, first, stage.state, stage.angular_velocity_rad_per_s);
     force_N.col(A) += anchored.f_A_W_N;
     force_N.col(B) -= anchored.f_A_W_N;
     torque_N_m.col(A) += anchored.r_A_W_m.cross(anchored.f_A_W_N);
     torque_N_m.col(B) -= anchored.r_B_W_m.cross(anchored.f_A_W_N);
+    ++next;
   }
 }
 
-Springs::Pull Springs::pull(std::size_t index, Eigen::Index first, const MotionState& state,
-                            const Eigen::Matrix3Xd& w) const {
+std::size_t Springs::add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const {
+  PairBatch pairs;
+  std::array<PairBatch::Numbers, 3> ddot_AB_m_per_s;
+  std::array<SpringLaw, PairBatch::most> laws;
+  std::size_t next = from;
+  for (; next < stage.block.springs.size() && !pairs.full(); ++next) {
+    const Spring& spring = springs_[static_cast<std::size_t>(stage.block.springs[next])];
+    if (spring.anchors >= 0) break;
+    const Eigen::Index A = spring.body_A - stage.block.first;
+    const Eigen::Index B = spring.body_B - stage.block.first;
+    const int pair = pairs.size;
+    pairs.add(A, B, stage.state.position_m);
+    if (pairs.coincide(pair)) fail(spring);
+    for (int i = 0; i < 3; ++i)
+      ddot_AB_m_per_s[i][pair] = stage.state.velocity_m_per_s(i, B) - stage.state.velocity_m_per_s(i, A);
+    laws[pair] = spring.law;
+  }
+  for (int pair = 0; pair < pairs.size; ++pair) {
+    const auto at = [pair](const auto& of) { return std::array{of[0][pair], of[1][pair], of[2][pair]}; };
+    const auto force_N_of = spring_force(laws[pair], at(pairs.d_AB_m), at(ddot_AB_m_per_s));
+    for (int i = 0; i < 3; ++i) pairs.force_A_N[i][pair] = force_N_of[i];
+  }
+  for (int pair = 0; pair < pairs.size; ++pair) pairs.add_force(pair, force_N);
+  return next;
+}
+
+Springs::Pull Springs::pull(std::size_t index, Eigen::Index first, const BlockState& state,
+                            const BlockVectors& w) const {
   const Spring& spring = springs_[index];
   const Eigen::Index A = spring.body_A - first;
   const Eigen::Index B = spring.body_B - first;
   Pull pull;
-  pull.r_A_W_m = rotation_matrix(state.orientation_wxyz.col(A)) * spring.anchor_A_m;
-  pull.r_B_W_m = rotation_matrix(state.orientation_wxyz.col(B)) * spring.anchor_B_m;
+  const Anchors anchors = spring.anchors < 0 ? Anchors{} : anchors_[static_cast<std::size_t>(spring.anchors)];
+  pull.r_A_W_m = rotation_matrix(state.orientation_wxyz.col(A)) * anchors.A_m;
+  pull.r_B_W_m = rotation_matrix(state.orientation_wxyz.col(B)) * anchors.B_m;
   pull.d_AB_W_m = (state.position_m.col(B) - state.position_m.col(A)) + (pull.r_B_W_m - pull.r_A_W_m);
   const Eigen::Vector3d ddot_AB_W_m_per_s = (state.velocity_m_per_s.col(B) + w.col(B).cross(pull.r_B_W_m)) -
                                             (state.velocity_m_per_s.col(A) + w.col(A).cross(pull.r_A_W_m));
-  pull.f_A_W_N = force_of(spring, pull.d_AB_W_m, ddot_AB_W_m_per_s);
+  if (pull.d_AB_W_m.isZero(0.0)) fail(spring);
+  pull.f_A_W_N = spring_force(spring.law, pull.d_AB_W_m, ddot_AB_W_m_per_s);
   return pull;
 }
 
-Eigen::Vector3d Springs::force_of(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
-                                  const Eigen::Vector3d& ddot_AB_W_m_per_s) const {
-  if (d_AB_W_m.isZero(0.0)) {
-    throw SolverError("the ends of the spring between bodies '" + names_[spring.body_A] + "' and '" +
-                      names_[spring.body_B] +
-                      "' coincide (its force has no direction). Give it a longer rest "
-                      "length, a higher stiffness, or start its ends apart.");
-  }
-  return spring_force(spring.law, d_AB_W_m, ddot_AB_W_m_per_s);
+void Springs::fail(const Spring& spring) const {
+  throw SolverError("the ends of the spring between bodies '" + names_[spring.body_A] + "' and '" +
+                    names_[spring.body_B] +
+                    "' coincide (its force has no direction). Give it a longer rest length, a higher stiffness, or "
+                    "start its ends apart.");
 }
 
 }  // namespace copepod::body

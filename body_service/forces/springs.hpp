@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -25,13 +26,15 @@ struct SpringLaw {
 /// @param d_AB_W_m          from end A to end B, world frame [m]
 /// @param ddot_AB_W_m_per_s  its rate of change [m/s]
 /// @return force on A, world frame [N]; B receives the negative. NaN if the ends coincide (no direction).
-inline Eigen::Vector3d spring_force(const SpringLaw& law, const Eigen::Vector3d& d_AB_W_m,
-                                    const Eigen::Vector3d& ddot_AB_W_m_per_s) {
-  const double length_m = d_AB_W_m.norm();
-  const Eigen::Vector3d direction = d_AB_W_m / length_m;
-  const double tension_N =
-      law.stiffness_N_per_m * (length_m - law.rest_length_m) + law.damping_N_s_per_m * ddot_AB_W_m_per_s.dot(direction);
-  return tension_N * direction;
+template <class Vector = Eigen::Vector3d>  // or plain numbers, so that loops over springs are vectorised
+Vector spring_force(const SpringLaw& law, const Vector& d_AB_W_m, const Vector& ddot_AB_W_m_per_s) {
+  const Vector& d = d_AB_W_m;
+  const Vector& u = ddot_AB_W_m_per_s;
+  const double length_m = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  const Vector e{d[0] / length_m, d[1] / length_m, d[2] / length_m};
+  const double tension_N = law.stiffness_N_per_m * (length_m - law.rest_length_m) +
+                           law.damping_N_s_per_m * (u[0] * e[0] + u[1] * e[1] + u[2] * e[2]);
+  return {tension_N * e[0], tension_N * e[1], tension_N * e[2]};
 }
 
 /// All springs of a case.
@@ -51,30 +54,35 @@ class Springs final : public ForceElement {
 
   /// Adds the springs' loads spring by spring, in the order of the setup.
   /// @throws SolverError naming both bodies if the ends of a spring coincide
-  void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) const override;
+  void add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const override;
 
   /// Pull of spring number `index`:
   ///   d = (p_B + r_B) − (p_A + r_A),   ḋ = (v_B + ω_B × r_B) − (v_A + ω_A × r_A),   r = R anchor    (B7)
   ///   force ±F of (B6) at the anchors, torque r × F about the centre of mass
   /// @param first  body of column 0 of `state` and `w_WB_rad_per_s`
   /// @throws SolverError naming both bodies if the anchors coincide
-  [[nodiscard]] Pull pull(std::size_t index, Eigen::Index first, const MotionState& state,
-                          const Eigen::Matrix3Xd& w_WB_rad_per_s) const;
+  [[nodiscard]] Pull pull(std::size_t index, Eigen::Index first, const BlockState& state,
+                          const BlockVectors& w_WB_rad_per_s) const;
 
  private:
   struct Spring {
     int body_A;
     int body_B;
     SpringLaw law;
-    bool anchored;  ///< false: both anchors are the centres of mass
-    Eigen::Vector3d anchor_A_m;
-    Eigen::Vector3d anchor_B_m;
+    int anchors = -1;  ///< index; −1: both anchors are the centres of mass
+  };
+  struct Anchors {
+    Eigen::Vector3d A_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d B_m = Eigen::Vector3d::Zero();
   };
 
-  [[nodiscard]] Eigen::Vector3d force_of(const Spring& spring, const Eigen::Vector3d& d_AB_W_m,
-                                         const Eigen::Vector3d& ddot_AB_W_m_per_s) const;
+  /// The same for springs of the block between centres, from number `from` on, as many as fit together.
+  /// @return number of the spring after them
+  std::size_t add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const;
+  [[noreturn]] void fail(const Spring& spring) const;
 
   std::vector<Spring> springs_;
+  std::vector<Anchors> anchors_;
   std::vector<std::string> names_;  ///< of the bodies, for errors
 };
 

@@ -26,14 +26,14 @@ class Weight final : public ForceElement {
   }
 
   /// [N], world frame, shape (3, bodies)
-  [[nodiscard]] const Eigen::Matrix3Xd& force_N() const { return force_N_; }
+  [[nodiscard]] const BlockVectors& force_N() const { return force_N_; }
 
-  void add_loads(const Stage& stage, Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd&) const override {
+  void add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&) const override {
     force_N.leftCols(stage.block.bodies) += force_N_.middleCols(stage.block.first, stage.block.bodies);
   }
 
  private:
-  Eigen::Matrix3Xd force_N_;
+  BlockVectors force_N_;
 };
 
 }  // namespace copepod::body

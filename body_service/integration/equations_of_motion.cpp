@@ -1,6 +1,7 @@
 #include "integration/equations_of_motion.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "constraints/motion_constraint.hpp"
 #include "forces/bends.hpp"
@@ -22,15 +23,16 @@ std::vector<std::unique_ptr<const ForceElement>> make_force_elements(const BodyS
 
 }  // namespace
 
+EquationsOfMotion::Work::Work(Eigen::Index bodies)
+    : hydrodynamic_force_N(3, bodies), hydrodynamic_torque_N_m(3, bodies), angular_velocity_rad_per_s(3, bodies) {}
+
 // The order of the members matters: model and force elements check the setup before it is cut into blocks.
 EquationsOfMotion::EquationsOfMotion(const BodySetup& setup, Eigen::Index preferred_block_bodies)
     : model_(setup),
       drive_(setup),
       elements_(make_force_elements(setup)),
       joints_(setup, model_),
-      blocks_(independent_blocks(setup, preferred_block_bodies)) {
-  angular_velocity_rad_per_s_.resize(3, longest_block());
-}
+      blocks_(independent_blocks(setup, preferred_block_bodies)) {}
 
 Eigen::Index EquationsOfMotion::longest_block() const {
   Eigen::Index longest = 0;
@@ -38,34 +40,50 @@ Eigen::Index EquationsOfMotion::longest_block() const {
   return longest;
 }
 
+void EquationsOfMotion::begin(const BodyBlock& block, const AppliedLoads& applied, Work& work) const {
+  work.hydrodynamic_force_N.leftCols(block.bodies) = applied.hydrodynamic.force_N.middleCols(block.first, block.bodies);
+  work.hydrodynamic_torque_N_m.leftCols(block.bodies) =
+      applied.hydrodynamic.torque_N_m.middleCols(block.first, block.bodies);
+}
+
 void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node,
-                                 const MotionState& state, MotionState& rate) {
-  const Eigen::Index first = block.first;
+                                 const BlockState& state, BlockState& rate, Work& work) const {
   const Eigen::Index bodies = block.bodies;
   // Forces are summed where the accelerations will be, and torques where dL/dt is.
   auto& force_N = rate.velocity_m_per_s;
   auto& torque_N_m = rate.angular_momentum_N_m_s;
 
-  for (Eigen::Index i = 0; i < bodies; ++i) {
-    angular_velocity_rad_per_s_.col(i) = model_.angular_velocity_rad_per_s(first + i, state.orientation_wxyz.col(i),
-                                                                           state.angular_momentum_N_m_s.col(i));
-  }
-  const Stage stage{block, state, angular_velocity_rad_per_s_, applied.actuation.col(node)};
+  model_.angular_velocities_rad_per_s(block, state, work.angular_velocity_rad_per_s);
+  const Stage stage{block, state, work.angular_velocity_rad_per_s, applied.actuation.col(node)};
   // The drive is summed by itself: what it adds to a bead between two arms has no rounding of the loads in it.
   force_N.leftCols(bodies).setZero();
   torque_N_m.leftCols(bodies).setZero();
   drive_.add_loads(stage, force_N, torque_N_m);
-  force_N.leftCols(bodies) += applied.hydrodynamic.force_N.middleCols(first, bodies);
-  torque_N_m.leftCols(bodies) += applied.hydrodynamic.torque_N_m.middleCols(first, bodies);
+  force_N.leftCols(bodies) += work.hydrodynamic_force_N.leftCols(bodies);
+  torque_N_m.leftCols(bodies) += work.hydrodynamic_torque_N_m.leftCols(bodies);
   for (const auto& element : elements_) element->add_loads(stage, force_N, torque_N_m);
-  joints_.add_loads(block, state, 0.5 * static_cast<double>(node), force_N, torque_N_m);
+  if (!joints_.empty())
+    joints_.add_loads(block, state, 0.5 * static_cast<double>(node), force_N, torque_N_m, work.joints);
 
+  if (!block.of_free_spheres) constrain(block, force_N, torque_N_m);
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
+  force_N.leftCols(bodies).array().rowwise() *= model_.inverse_masses_per_kg().segment(block.first, bodies).array();
   for (Eigen::Index i = 0; i < bodies; ++i) {
-    const Eigen::Index body = first + i;
-    constrain_loads(model_.motion(body), model_.axis(body), force_N.col(i), torque_N_m.col(i));
-    force_N.col(i) *= model_.inverse_mass_per_kg(body);
-    rate.orientation_wxyz.col(i) = orientation_rate(angular_velocity_rad_per_s_.col(i), state.orientation_wxyz.col(i));
+    const auto& w = work.angular_velocity_rad_per_s;
+    const auto& q = state.orientation_wxyz;
+    const auto q_rate =
+        orientation_rate(std::array{w(0, i), w(1, i), w(2, i)}, std::array{q(0, i), q(1, i), q(2, i), q(3, i)});
+    for (int k = 0; k < 4; ++k) rate.orientation_wxyz(k, i) = q_rate[k];
+  }
+}
+
+void EquationsOfMotion::constrain(const BodyBlock& block, BlockVectors& force_N, BlockVectors& torque_N_m) const {
+  for (Eigen::Index i = 0; i < block.bodies; ++i) {
+    Eigen::Vector3d force = force_N.col(i);
+    Eigen::Vector3d torque = torque_N_m.col(i);
+    constrain_loads(model_.motion(block.first + i), model_.axis(block.first + i), force, torque);
+    force_N.col(i) = force;
+    torque_N_m.col(i) = torque;
   }
 }
 

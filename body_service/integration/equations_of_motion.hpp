@@ -20,6 +20,16 @@ namespace copepod::body {
 /// with F and τ the sums of drive, hydrodynamic load and force elements, less the constraint forces.
 class EquationsOfMotion {
  public:
+  /// Of the block in work; each thread has its own.
+  struct Work {
+    explicit Work(Eigen::Index bodies);
+
+    BlockVectors hydrodynamic_force_N;
+    BlockVectors hydrodynamic_torque_N_m;
+    BlockVectors angular_velocity_rad_per_s;
+    Joints::Work joints;
+  };
+
   /// @param preferred_block_bodies  see independent_blocks
   EquationsOfMotion(const BodySetup& setup, Eigen::Index preferred_block_bodies);
 
@@ -27,25 +37,30 @@ class EquationsOfMotion {
   [[nodiscard]] const std::vector<BodyBlock>& blocks() const { return blocks_; }
 
   [[nodiscard]] Joints& joints() { return joints_; }
+  [[nodiscard]] const Joints& joints() const { return joints_; }
 
   /// Bodies of the longest block: what a work array must hold.
   [[nodiscard]] Eigen::Index longest_block() const;
 
-  /// Rate of change of a block's state.
+  /// Prepares for evaluations of a block in one step.
+  void begin(const BodyBlock& block, const AppliedLoads& applied, Work& work) const;
+
+  /// Rate of change of a block's state, after begin().
   /// @param node   which sample of the drive applies
   /// @param state  of the block's bodies, column 0 is body block.first
   /// @param rate   overwritten, same columns
   /// @throws SolverError if a force element does
-  void evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node, const MotionState& state,
-                MotionState& rate);
+  void evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node, const BlockState& state,
+                BlockState& rate, Work& work) const;
 
  private:
+  void constrain(const BodyBlock& block, BlockVectors& force_N, BlockVectors& torque_N_m) const;
+
   BodyModel model_;
   Actuators drive_;
   std::vector<std::unique_ptr<const ForceElement>> elements_;
   Joints joints_;
   std::vector<BodyBlock> blocks_;
-  Eigen::Matrix3Xd angular_velocity_rad_per_s_;  ///< of the bodies of the block in work
 };
 
 }  // namespace copepod::body

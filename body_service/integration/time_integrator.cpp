@@ -9,33 +9,34 @@ namespace copepod::body {
 
 namespace {
 
-/// Calls apply(part) for each of the four parts of a state, `part` a pointer to the member.
+/// Calls apply(part, same part) for each of the four parts of a state, of all bodies and of a block; pointers to
+/// members.
 template <class Apply>
 void for_each_part(const Apply& apply) {
-  apply(&MotionState::position_m);
-  apply(&MotionState::orientation_wxyz);
-  apply(&MotionState::velocity_m_per_s);
-  apply(&MotionState::angular_momentum_N_m_s);
+  apply(&MotionState::position_m, &BlockState::position_m);
+  apply(&MotionState::orientation_wxyz, &BlockState::orientation_wxyz);
+  apply(&MotionState::velocity_m_per_s, &BlockState::velocity_m_per_s);
+  apply(&MotionState::angular_momentum_N_m_s, &BlockState::angular_momentum_N_m_s);
 }
 
 /// Copies the columns of a block to the front of a work array.
-void copy_block(const MotionState& state, const BodyBlock& block, MotionState& work) {
-  for_each_part(
-      [&](auto part) { (work.*part).leftCols(block.bodies) = (state.*part).middleCols(block.first, block.bodies); });
-}
-
-/// work = state + factor · rate, for the columns of a block; `work` and `rate` begin with its first body.
-void extrapolate(const MotionState& state, const BodyBlock& block, double factor, const MotionState& rate,
-                 MotionState& work) {
-  for_each_part([&](auto part) {
-    (work.*part).leftCols(block.bodies) =
-        (state.*part).middleCols(block.first, block.bodies) + factor * (rate.*part).leftCols(block.bodies);
+void copy_block(const MotionState& state, const BodyBlock& block, BlockState& work) {
+  for_each_part([&](auto of_state, auto of_work) {
+    (work.*of_work).leftCols(block.bodies) = (state.*of_state).middleCols(block.first, block.bodies);
   });
 }
 
-/// sum += factor · rate, for `bodies` columns of the sum from `first` on; `rate` begins with that body.
-void accumulate(MotionState& sum, Eigen::Index first, Eigen::Index bodies, double factor, const MotionState& rate) {
-  for_each_part([&](auto part) { (sum.*part).middleCols(first, bodies) += factor * (rate.*part).leftCols(bodies); });
+/// stage = start + factor · rate, for the first `bodies` columns.
+void extrapolate(const BlockState& start, Eigen::Index bodies, double factor, const BlockState& rate,
+                 BlockState& stage) {
+  for_each_part([&](auto, auto part) {
+    (stage.*part).leftCols(bodies) = (start.*part).leftCols(bodies) + factor * (rate.*part).leftCols(bodies);
+  });
+}
+
+/// sum += factor · rate, for the first `bodies` columns.
+void accumulate(BlockState& sum, Eigen::Index bodies, double factor, const BlockState& rate) {
+  for_each_part([&](auto, auto part) { (sum.*part).leftCols(bodies) += factor * (rate.*part).leftCols(bodies); });
 }
 
 /// Brings the quaternions of a block back to unit length, from which a step leaves them by its error.
@@ -54,26 +55,25 @@ void normalise_orientations(const BodyBlock& block, MotionState& state) {
 /// First order; symplectic for forces that depend on positions alone.
 class SemiImplicitEuler final : public TimeIntegrator {
  public:
-  explicit SemiImplicitEuler(EquationsOfMotion& equations) : equations_(equations) {
-    start_.resize(equations.longest_block());
-    rate_.resize(equations.longest_block());
-  }
+  explicit SemiImplicitEuler(const EquationsOfMotion& equations) : equations_(equations) {}
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0}; }
 
-  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state) override {
+  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state,
+               Work& work) const override {
     const Eigen::Index bodies = block.bodies;
-    copy_block(state, block, start_);
-    equations_.evaluate(block, applied, 0, start_, rate_);
+    copy_block(state, block, work.start);
+    equations_.begin(block, applied, work.equations);
+    equations_.evaluate(block, applied, 0, work.start, work.rate, work.equations);
 
     auto velocity = state.velocity_m_per_s.middleCols(block.first, bodies);
-    velocity += step_s * rate_.velocity_m_per_s.leftCols(bodies);
+    velocity += step_s * work.rate.velocity_m_per_s.leftCols(bodies);
     state.position_m.middleCols(block.first, bodies) += step_s * velocity;
     state.angular_momentum_N_m_s.middleCols(block.first, bodies) +=
-        step_s * rate_.angular_momentum_N_m_s.leftCols(bodies);
+        step_s * work.rate.angular_momentum_N_m_s.leftCols(bodies);
     for (Eigen::Index i = 0; i < bodies; ++i) {
       const Eigen::Index body = block.first + i;
-      const Eigen::Vector4d q_WB = start_.orientation_wxyz.col(i);
+      const Eigen::Vector4d q_WB = work.start.orientation_wxyz.col(i);
       const Eigen::Vector3d w_WB =
           equations_.model().angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(body));
       state.orientation_wxyz.col(body) = rotated(step_s * w_WB, q_WB);
@@ -82,9 +82,7 @@ class SemiImplicitEuler final : public TimeIntegrator {
   }
 
  private:
-  EquationsOfMotion& equations_;
-  MotionState start_;
-  MotionState rate_;
+  const EquationsOfMotion& equations_;
 };
 
 /// Classical Runge-Kutta method of fourth order for y = (x, q, v, L):
@@ -94,47 +92,53 @@ class SemiImplicitEuler final : public TimeIntegrator {
 /// method: docs/decisions/body_integrator.md.
 class RungeKutta4 final : public TimeIntegrator {
  public:
-  explicit RungeKutta4(EquationsOfMotion& equations) : equations_(equations) {
-    for (MotionState* work : {&stage_, &rate_, &rate_sum_}) work->resize(equations.longest_block());
-  }
+  explicit RungeKutta4(const EquationsOfMotion& equations) : equations_(equations) {}
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0, 0.5, 1.0}; }
 
-  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state) override {
+  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state,
+               Work& work) const override {
     constexpr Eigen::Index start = 0;
     constexpr Eigen::Index middle = 1;
     constexpr Eigen::Index end = 2;
     const double h = step_s;
+    const auto evaluate = [&](Eigen::Index node, const BlockState& at, BlockState& rate) {
+      equations_.evaluate(block, applied, node, at, rate, work.equations);
+    };
 
-    copy_block(state, block, stage_);
-    equations_.evaluate(block, applied, start, stage_, rate_sum_);  // k₁
+    copy_block(state, block, work.start);
+    equations_.begin(block, applied, work.equations);
+    evaluate(start, work.start, work.rate_sum);  // k₁
 
-    extrapolate(state, block, 0.5 * h, rate_sum_, stage_);
-    equations_.evaluate(block, applied, middle, stage_, rate_);  // k₂
-    accumulate(rate_sum_, 0, block.bodies, 2.0, rate_);
+    extrapolate(work.start, block.bodies, 0.5 * h, work.rate_sum, work.stage);
+    evaluate(middle, work.stage, work.rate);  // k₂
+    accumulate(work.rate_sum, block.bodies, 2.0, work.rate);
 
-    extrapolate(state, block, 0.5 * h, rate_, stage_);
-    equations_.evaluate(block, applied, middle, stage_, rate_);  // k₃
-    accumulate(rate_sum_, 0, block.bodies, 2.0, rate_);
+    extrapolate(work.start, block.bodies, 0.5 * h, work.rate, work.stage);
+    evaluate(middle, work.stage, work.rate);  // k₃
+    accumulate(work.rate_sum, block.bodies, 2.0, work.rate);
 
-    extrapolate(state, block, h, rate_, stage_);
-    equations_.evaluate(block, applied, end, stage_, rate_);  // k₄
-    accumulate(rate_sum_, 0, block.bodies, 1.0, rate_);
+    extrapolate(work.start, block.bodies, h, work.rate, work.stage);
+    evaluate(end, work.stage, work.rate);  // k₄
+    accumulate(work.rate_sum, block.bodies, 1.0, work.rate);
 
-    accumulate(state, block.first, block.bodies, h / 6.0, rate_sum_);
+    for_each_part([&](auto of_state, auto part) {
+      (state.*of_state).middleCols(block.first, block.bodies) += h / 6.0 * (work.rate_sum.*part).leftCols(block.bodies);
+    });
     normalise_orientations(block, state);
   }
 
  private:
-  EquationsOfMotion& equations_;
-  MotionState stage_;
-  MotionState rate_;
-  MotionState rate_sum_;
+  const EquationsOfMotion& equations_;
 };
 
 }  // namespace
 
-std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations) {
+TimeIntegrator::Work::Work(Eigen::Index bodies) : equations(bodies) {
+  for (BlockState* part : {&start, &stage, &rate, &rate_sum}) part->resize(bodies);
+}
+
+std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, const EquationsOfMotion& equations) {
   switch (kind) {
     case Integrator::semi_implicit_euler:
       return std::make_unique<SemiImplicitEuler>(equations);

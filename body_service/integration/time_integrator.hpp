@@ -13,6 +13,18 @@ namespace copepod::body {
 /// Advances the bodies of one block by a step, or by a part of one.
 class TimeIntegrator {
  public:
+  /// Of the block in work; each thread has its own.
+  struct Work {
+    /// @param bodies  of the longest block
+    explicit Work(Eigen::Index bodies);
+
+    BlockState start;
+    BlockState stage;
+    BlockState rate;
+    BlockState rate_sum;
+    EquationsOfMotion::Work equations;
+  };
+
   TimeIntegrator() = default;
   TimeIntegrator(const TimeIntegrator&) = delete;
   TimeIntegrator& operator=(const TimeIntegrator&) = delete;
@@ -24,10 +36,11 @@ class TimeIntegrator {
   /// @param applied  with the drive at the driving nodes of these `step_s`
   /// @param state    of all bodies; only the columns of the block are read and written
   /// @throws SolverError if a force is not defined in a state on the way
-  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state) = 0;
+  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state,
+                       Work& work) const = 0;
 };
 
 /// @param equations  must outlive the integrator
-std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, EquationsOfMotion& equations);
+std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, const EquationsOfMotion& equations);
 
 }  // namespace copepod::body

@@ -94,7 +94,7 @@ std::vector<int> lowest_connected(const BodySetup& setup) {
   std::vector<int> island(setup.bodies.size());
   std::iota(island.begin(), island.end(), 0);
   const auto root = [&island](int body) {
-    while (island[body] != body) body = island[body];
+    while (island[body] != body) body = island[body] = island[island[body]];  // halves the way of the next
     return body;
   };
   for (const JointSpecification& joint : setup.joints) {
@@ -184,10 +184,11 @@ bool Joints::moves(int body) const {
   return body >= 0 && (model_.motion(body) == MotionKind::free || model_.motion(body) == MotionKind::axis);
 }
 
-JointSide Joints::side(int body, Eigen::Index first, const MotionState& state) const {
+template <class State>
+JointSide Joints::side(int body, Eigen::Index first, const State& state) const {
   if (body < 0) return {};
   const Eigen::Index column = body - first;
-  const Eigen::Vector4d q_WB = state.orientation_wxyz.col(column).normalized();
+  const Eigen::Vector4d q_WB = Eigen::Vector4d(state.orientation_wxyz.col(column)).normalized();
   return {state.position_m.col(column), rotation_matrix(q_WB), state.velocity_m_per_s.col(column),
           model_.angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(column))};
 }
@@ -208,21 +209,22 @@ Eigen::Vector3d Joints::per_inertia(int body, const JointSide& side, const Eigen
   return side.R_WB * model_.inverse_inertia_per_kg_m2(body).cwiseProduct(side.R_WB.transpose() * torque);
 }
 
-void Joints::list_rows(const Island& island, Eigen::Index first, double at, const MotionState& state) {
-  sides_.resize(island.joints.size());
-  rows_.resize(static_cast<std::size_t>(island.rows));
-  response_.resize(rows_.size());
+template <class State>
+void Joints::list_rows(const Island& island, Eigen::Index first, double at, const State& state, Work& work) const {
+  work.sides.resize(island.joints.size());
+  work.rows.resize(static_cast<std::size_t>(island.rows));
+  work.response.resize(work.rows.size());
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
-    sides_[i] = {side(joint.bodies[0], first, state), side(joint.bodies[1], first, state)};
-    joint.equations.evaluate(sides_[i][0], sides_[i][1], motion(joint, at), &rows_[joint.first_row]);
+    work.sides[i] = {side(joint.bodies[0], first, state), side(joint.bodies[1], first, state)};
+    joint.equations.evaluate(work.sides[i][0], work.sides[i][1], motion(joint, at), &work.rows[joint.first_row]);
     if (joint.specification.has_limits())
-      rows_[joint.first_row + joint.equations.rows()] = stop_row(joint, stops_[i], sides_[i]);
+      work.rows[joint.first_row + joint.equations.rows()] = stop_row(joint, work.stops[i], work.sides[i]);
     for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
       for (const int end : {0, 1}) {
         const int body = joint.bodies[end];
-        response_[row].linear[end] = per_mass(body, rows_[row].linear[end]);
-        response_[row].angular[end] = per_inertia(body, sides_[i][end], rows_[row].angular[end]);
+        work.response[row].linear[end] = per_mass(body, work.rows[row].linear[end]);
+        work.response[row].angular[end] = per_inertia(body, work.sides[i][end], work.rows[row].angular[end]);
       }
     }
   }
@@ -238,13 +240,13 @@ JointRow Joints::stop_row(const Joint& joint, int stop, const std::array<JointSi
 }
 
 /// Q = −k (s − s₀) − c ds/dt along the row of s.                                                  (B33)
-void Joints::add_springs(const Island& island, Eigen::Index first, Eigen::Matrix3Xd& force_N,
-                         Eigen::Matrix3Xd& torque_N_m) const {
+void Joints::add_springs(const Island& island, Eigen::Index first, const Work& work, BlockVectors& force_N,
+                         BlockVectors& torque_N_m) const {
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
     const JointSpecification& spring = joint.specification;
     if (spring.stiffness == 0.0 && spring.damping == 0.0) continue;
-    const auto& [A, B] = sides_[i];
+    const auto& [A, B] = work.sides[i];
     const JointRow motion = joint.equations.motion(A, B);
     const double load = -spring.stiffness * (motion.error - spring.rest) - spring.damping * rate(motion, A, B);
     for (const int end : {0, 1}) {
@@ -256,8 +258,8 @@ void Joints::add_springs(const Island& island, Eigen::Index first, Eigen::Matrix
   }
 }
 
-void Joints::factorise(const Island& island) {
-  matrix_.setZero(island.rows, island.rows);
+void Joints::factorise(const Island& island, Work& work) const {
+  work.matrix.setZero(island.rows, island.rows);
   for (const Joint& one : island.joints) {
     for (const Joint& other : island.joints) {
       if (other.first_row > one.first_row) break;
@@ -266,37 +268,37 @@ void Joints::factorise(const Island& island) {
           if (one.bodies[i] != other.bodies[j] || !moves(one.bodies[i])) continue;
           for (int row = one.first_row; row < one.first_row + one.rows(); ++row) {
             for (int column = other.first_row; column < other.first_row + other.rows(); ++column)
-              matrix_(row, column) += rows_[row].linear[i].dot(response_[column].linear[j]) +
-                                      rows_[row].angular[i].dot(response_[column].angular[j]);
+              work.matrix(row, column) += work.rows[row].linear[i].dot(work.response[column].linear[j]) +
+                                          work.rows[row].angular[i].dot(work.response[column].angular[j]);
           }
         }
       }
     }
   }
-  scale_ = matrix_.diagonal().unaryExpr([](double it) { return it > 0.0 ? 1.0 / std::sqrt(it) : 0.0; });
-  matrix_ = scale_.asDiagonal() * matrix_ * scale_.asDiagonal();
-  matrix_.triangularView<Eigen::StrictlyUpper>() = matrix_.transpose();
-  matrix_.diagonal().array() += regularisation;
-  factors_.compute(matrix_);
-  matrix_.diagonal().array() -= regularisation;
+  work.scale = work.matrix.diagonal().unaryExpr([](double it) { return it > 0.0 ? 1.0 / std::sqrt(it) : 0.0; });
+  work.matrix = work.scale.asDiagonal() * work.matrix * work.scale.asDiagonal();
+  work.matrix.triangularView<Eigen::StrictlyUpper>() = work.matrix.transpose();
+  work.matrix.diagonal().array() += regularisation;
+  work.factors.compute(work.matrix);
+  work.matrix.diagonal().array() -= regularisation;
 }
 
-void Joints::solve(Eigen::Index rows) {
-  right_side_.head(rows).array() *= scale_.array();
-  multipliers_ = factors_.solve(right_side_);
+void Joints::solve(Eigen::Index rows, Work& work) {
+  work.right_side.head(rows).array() *= work.scale.array();
+  work.multipliers = work.factors.solve(work.right_side);
   for (int refinement = 0; refinement < 2; ++refinement)
-    multipliers_ += factors_.solve(right_side_ - matrix_ * multipliers_);
-  multipliers_.array() *= scale_.array();
+    work.multipliers += work.factors.solve(work.right_side - work.matrix * work.multipliers);
+  work.multipliers.array() *= work.scale.array();
 }
 
-void Joints::add_loads(const BodyBlock& block, const MotionState& state, double at, Eigen::Matrix3Xd& force_N,
-                       Eigen::Matrix3Xd& torque_N_m) {
+void Joints::add_loads(const BodyBlock& block, const BlockState& state, double at, BlockVectors& force_N,
+                       BlockVectors& torque_N_m, Work& work) const {
   for (const Island& island : islands_of(block)) {
-    stops_.assign(island.joints.size(), 0);
-    list_rows(island, block.first, at, state);
-    add_springs(island, block.first, force_N, torque_N_m);
-    factorise(island);
-    right_side_.resize(island.rows);
+    work.stops.assign(island.joints.size(), 0);
+    list_rows(island, block.first, at, state, work);
+    add_springs(island, block.first, work, force_N, torque_N_m);
+    factorise(island, work);
+    work.right_side.resize(island.rows);
     for (std::size_t i = 0; i < island.joints.size(); ++i) {
       const Joint& joint = island.joints[i];
       std::array<JointSide, 2> acceleration;  // as if the joints exerted nothing
@@ -304,89 +306,89 @@ void Joints::add_loads(const BodyBlock& block, const MotionState& state, double 
         const int body = joint.bodies[end];
         if (!moves(body)) continue;
         const Eigen::Index column = body - block.first;
-        const Eigen::Vector3d w = sides_[i][end].angular_velocity_rad_per_s;
+        const Eigen::Vector3d w = work.sides[i][end].angular_velocity_rad_per_s;
         const Eigen::Vector3d L = state.angular_momentum_N_m_s.col(column);
         acceleration[end].velocity_m_per_s = per_mass(body, force_N.col(column));
         acceleration[end].angular_velocity_rad_per_s =
-            per_inertia(body, sides_[i][end], torque_N_m.col(column) - w.cross(L));
+            per_inertia(body, work.sides[i][end], torque_N_m.col(column) - w.cross(L));
       }
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
-        right_side_[row] = -rows_[row].curvature - rate(rows_[row], acceleration[0], acceleration[1]);
+        work.right_side[row] = -work.rows[row].curvature - rate(work.rows[row], acceleration[0], acceleration[1]);
     }
-    solve(island.rows);
+    solve(island.rows, work);
     for (const Joint& joint : island.joints) {
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
         for (const int end : {0, 1}) {
           const int body = joint.bodies[end];
           if (!moves(body)) continue;
-          force_N.col(body - block.first) += multipliers_[row] * rows_[row].linear[end];
-          torque_N_m.col(body - block.first) += multipliers_[row] * rows_[row].angular[end];
+          force_N.col(body - block.first) += work.multipliers[row] * work.rows[row].linear[end];
+          torque_N_m.col(body - block.first) += work.multipliers[row] * work.rows[row].angular[end];
         }
       }
     }
   }
 }
 
-void Joints::correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step) {
-  for (const Island& island : islands_of(block)) correct(island, at, state, step);
+void Joints::correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step, Work& work) const {
+  for (const Island& island : islands_of(block)) correct(island, at, state, step, work);
 }
 
 /// Finds the joints that are beyond a limit.
-void Joints::stop(const Island& island, const MotionState& state) {
-  stops_.assign(island.joints.size(), 0);
+void Joints::stop(const Island& island, const MotionState& state, Work& work) const {
+  work.stops.assign(island.joints.size(), 0);
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
     if (!joint.specification.has_limits()) continue;
     const double moved = joint.equations.motion(side(joint.bodies[0], 0, state), side(joint.bodies[1], 0, state)).error;
-    stops_[i] = moved > joint.specification.highest ? 1 : moved < joint.specification.lowest ? -1 : 0;
+    work.stops[i] = moved > joint.specification.highest ? 1 : moved < joint.specification.lowest ? -1 : 0;
   }
 }
 
 /// Stops do not hold joints that move inwards.
 /// @return whether there are any
-bool Joints::release(const Island& island) {
+bool Joints::release(const Island& island, Work& work) {
   bool any = false;
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
-    if (stops_[i] == 0) continue;
-    const JointRow& row = rows_[joint.first_row + joint.equations.rows()];
-    if (stops_[i] * rate(row, sides_[i][0], sides_[i][1]) > 0.0) continue;
-    stops_[i] = 0;
+    if (work.stops[i] == 0) continue;
+    const JointRow& row = work.rows[joint.first_row + joint.equations.rows()];
+    if (work.stops[i] * rate(row, work.sides[i][0], work.sides[i][1]) > 0.0) continue;
+    work.stops[i] = 0;
     any = true;
   }
   return any;
 }
 
-void Joints::correct(const Island& island, double at, MotionState& state, std::int64_t step) {
-  stop(island, state);
+void Joints::correct(const Island& island, double at, MotionState& state, std::int64_t step, Work& work) const {
+  stop(island, state, work);
   double last = 0.0;
   for (int correction = 0;; ++correction) {
-    list_rows(island, 0, at, state);
-    factorise(island);
-    right_side_.resize(island.rows);
-    for (Eigen::Index row = 0; row < island.rows; ++row) right_side_[row] = -rows_[row].error;
+    list_rows(island, 0, at, state, work);
+    factorise(island, work);
+    work.right_side.resize(island.rows);
+    for (Eigen::Index row = 0; row < island.rows; ++row) work.right_side[row] = -work.rows[row].error;
     // In units of the response: lengths and cosines are compared by what it takes to remove them.
-    const double left = (right_side_.array() * scale_.array()).matrix().norm();
+    const double left = (work.right_side.array() * work.scale.array()).matrix().norm();
     // Newton's method squares the error until rounding ends that.
     if (left == 0.0 || (correction > 0 && !(left < 0.1 * last))) break;
     last = left;
-    solve(island.rows);
-    correct_positions(island, state);
+    solve(island.rows, work);
+    correct_positions(island, work, state);
   }
-  require_closed(island, step);
-  if (release(island)) {
-    list_rows(island, 0, at, state);
-    factorise(island);
+  require_closed(island, work, step);
+  if (release(island, work)) {
+    list_rows(island, 0, at, state, work);
+    factorise(island, work);
   }
-  correct_velocities(island, state);
+  correct_velocities(island, work, state);
 }
 
-void Joints::require_closed(const Island& island, std::int64_t step) const {
+void Joints::require_closed(const Island& island, const Work& work, std::int64_t step) const {
   constexpr double tolerance = 1e-9;  // of a radius, and of a radian
   for (const Joint& joint : island.joints) {
     for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
-      const double unit = rows_[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
-      if (std::abs(rows_[row].error) <= tolerance * unit) continue;
+      const double unit = work.rows[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
+      if (std::abs(work.rows[row].error) <= tolerance * unit) continue;
       throw SolverError("the joint of body '" + model_.name(joint.bodies[0]) +
                             "' comes apart (the step is too long for its motion). Use a shorter step.",
                         0, step);
@@ -394,7 +396,7 @@ void Joints::require_closed(const Island& island, std::int64_t step) const {
   }
 }
 
-void Joints::correct_positions(const Island& island, MotionState& state) const {
+void Joints::correct_positions(const Island& island, const Work& work, MotionState& state) const {
   std::vector<std::pair<int, Eigen::Vector3d>> turns;
   for (const Joint& joint : island.joints) {
     for (const int end : {0, 1}) {
@@ -402,8 +404,8 @@ void Joints::correct_positions(const Island& island, MotionState& state) const {
       if (!moves(body)) continue;
       Eigen::Vector3d turn = Eigen::Vector3d::Zero();
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
-        state.position_m.col(body) += multipliers_[row] * response_[row].linear[end];
-        turn += multipliers_[row] * response_[row].angular[end];
+        state.position_m.col(body) += work.multipliers[row] * work.response[row].linear[end];
+        turn += work.multipliers[row] * work.response[row].angular[end];
       }
       turns.emplace_back(body, turn);
     }
@@ -413,22 +415,22 @@ void Joints::correct_positions(const Island& island, MotionState& state) const {
   }
 }
 
-void Joints::correct_velocities(const Island& island, MotionState& state) {
-  right_side_.resize(island.rows);
+void Joints::correct_velocities(const Island& island, Work& work, MotionState& state) const {
+  work.right_side.resize(island.rows);
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
     for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
-      right_side_[row] = -rows_[row].drift - rate(rows_[row], sides_[i][0], sides_[i][1]);
+      work.right_side[row] = -work.rows[row].drift - rate(work.rows[row], work.sides[i][0], work.sides[i][1]);
   }
-  solve(island.rows);
+  solve(island.rows, work);
   for (const Joint& joint : island.joints) {
     for (const int end : {0, 1}) {
       const int body = joint.bodies[end];
       if (!moves(body)) continue;
       Eigen::Vector3d torque = Eigen::Vector3d::Zero();
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
-        state.velocity_m_per_s.col(body) += multipliers_[row] * response_[row].linear[end];
-        torque += multipliers_[row] * rows_[row].angular[end];
+        state.velocity_m_per_s.col(body) += work.multipliers[row] * work.response[row].linear[end];
+        torque += work.multipliers[row] * work.rows[row].angular[end];
       }
       Eigen::Vector3d none = Eigen::Vector3d::Zero();
       constrain_loads(model_.motion(body), model_.axis(body), none, torque);

@@ -23,9 +23,24 @@ namespace copepod::body {
 /// no bit depends on the order of the bodies.
 class Joints {
  public:
+  /// Of the island in work; each thread has its own.
+  struct Work {
+    std::vector<std::array<JointSide, 2>> sides;  ///< of each joint
+    std::vector<int> stops;                       ///< of each joint: −1 at its lowest, 1 at its highest, 0 at none
+    std::vector<JointRow> rows;
+    std::vector<JointRow> response;  ///< M⁻¹ Jᵀ
+    Eigen::MatrixXd matrix;          ///< J M⁻¹ Jᵀ with unit diagonal
+    Eigen::VectorXd scale;
+    Eigen::VectorXd right_side;
+    Eigen::VectorXd multipliers;
+    Eigen::LLT<Eigen::MatrixXd> factors;
+  };
+
   /// @param model  must outlive this object
   /// @throws CaseError naming the joint if its bodies, anchors or axis are not valid
   Joints(const BodySetup& setup, const BodyModel& model);
+
+  [[nodiscard]] bool empty() const { return islands_.empty(); }
 
   /// How driven joints move in the step ahead: on the parabola through the values at its start, middle and end.
   /// @param actuation  shape (actuators, 3); others than those of joints are not read
@@ -35,8 +50,8 @@ class Joints {
   ///   (J M⁻¹ Jᵀ) λ = −c − J M⁻¹ F                                                               (B31)
   /// @param at              fraction of the step
   /// @param state, force_N, torque_N_m  column 0 is the block's first body
-  void add_loads(const BodyBlock& block, const MotionState& state, double at, Eigen::Matrix3Xd& force_N,
-                 Eigen::Matrix3Xd& torque_N_m);
+  void add_loads(const BodyBlock& block, const BlockState& state, double at, BlockVectors& force_N,
+                 BlockVectors& torque_N_m, Work& work) const;
 
   /// Moves the bodies of a block by M⁻¹ Jᵀ μ until C = 0, and changes their velocities alike until
   /// J (v, ω) + b = 0                                                                             (B32)
@@ -44,7 +59,7 @@ class Joints {
   /// @param state  of all bodies
   /// @param at     fraction of the step
   /// @throws SolverError if the errors do not vanish
-  void correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step);
+  void correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step, Work& work) const;
 
  private:
   struct Joint {
@@ -65,39 +80,30 @@ class Joints {
 
   [[nodiscard]] std::span<const Island> islands_of(const BodyBlock& block) const;
   [[nodiscard]] JointMotion motion(const Joint& joint, double at) const;
-  [[nodiscard]] JointSide side(int body, Eigen::Index first, const MotionState& state) const;
+  template <class State>
+  [[nodiscard]] JointSide side(int body, Eigen::Index first, const State& state) const;
   [[nodiscard]] bool moves(int body) const;
   [[nodiscard]] Eigen::Vector3d per_mass(int body, const Eigen::Vector3d& force_N) const;
   [[nodiscard]] Eigen::Vector3d per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const;
-  void list_rows(const Island& island, Eigen::Index first, double at, const MotionState& state);
-  void add_springs(const Island& island, Eigen::Index first, Eigen::Matrix3Xd& force_N,
-                   Eigen::Matrix3Xd& torque_N_m) const;
-  void factorise(const Island& island);
-  void solve(Eigen::Index rows);
-  void correct(const Island& island, double at, MotionState& state, std::int64_t step);
-  void stop(const Island& island, const MotionState& state);
-  [[nodiscard]] bool release(const Island& island);
+  template <class State>
+  void list_rows(const Island& island, Eigen::Index first, double at, const State& state, Work& work) const;
+  void add_springs(const Island& island, Eigen::Index first, const Work& work, BlockVectors& force_N,
+                   BlockVectors& torque_N_m) const;
+  void factorise(const Island& island, Work& work) const;
+  static void solve(Eigen::Index rows, Work& work);
+  void correct(const Island& island, double at, MotionState& state, std::int64_t step, Work& work) const;
+  void stop(const Island& island, const MotionState& state, Work& work) const;
+  [[nodiscard]] static bool release(const Island& island, Work& work);
   [[nodiscard]] JointRow stop_row(const Joint& joint, int stop, const std::array<JointSide, 2>& sides) const;
   /// @throws SolverError if the rows have errors that Newton's method did not remove
-  void require_closed(const Island& island, std::int64_t step) const;
-  void correct_positions(const Island& island, MotionState& state) const;
-  void correct_velocities(const Island& island, MotionState& state);
+  void require_closed(const Island& island, const Work& work, std::int64_t step) const;
+  void correct_positions(const Island& island, const Work& work, MotionState& state) const;
+  void correct_velocities(const Island& island, Work& work, MotionState& state) const;
 
   const BodyModel& model_;
   std::vector<Island> islands_;  ///< by key
   Eigen::MatrixX3d nodes_;       ///< values of the actuators in the step; no rows: nothing has moved yet
   double step_s_ = 0.0;
-
-  // Of the island in work.
-  std::vector<std::array<JointSide, 2>> sides_;  ///< of each joint
-  std::vector<int> stops_;                       ///< of each joint: −1 at its lowest, 1 at its highest, 0 at none
-  std::vector<JointRow> rows_;
-  std::vector<JointRow> response_;  ///< M⁻¹ Jᵀ
-  Eigen::MatrixXd matrix_;          ///< J M⁻¹ Jᵀ with unit diagonal
-  Eigen::VectorXd scale_;
-  Eigen::VectorXd right_side_;
-  Eigen::VectorXd multipliers_;
-  Eigen::LLT<Eigen::MatrixXd> factors_;
 };
 
 }  // namespace copepod::body

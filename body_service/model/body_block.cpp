@@ -37,6 +37,10 @@ std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index p
     const bool closed = last_reached == i;
     if ((closed && i + 1 - first >= preferred_bodies) || i + 1 == bodies) {
       blocks.push_back({first, i + 1 - first});
+      blocks.back().of_free_spheres =
+          std::all_of(setup.bodies.begin() + first, setup.bodies.begin() + i + 1, [](const BodySpecification& body) {
+            return body.shape.kind == ShapeKind::sphere && body.motion == MotionKind::free;
+          });
       first = i + 1;
     }
   }

@@ -15,6 +15,7 @@ namespace copepod::body {
 struct BodyBlock {
   Eigen::Index first = 0;
   Eigen::Index bodies = 0;
+  bool of_free_spheres = false;  ///< whether nothing but loads and inertia determines how its bodies move and turn
   std::vector<int> springs{};    ///< indices of its springs, ascending
   std::vector<int> bends{};      ///< of its bends
   std::vector<int> actuators{};  ///< of its actuators

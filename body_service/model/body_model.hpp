@@ -8,6 +8,7 @@
 
 #include "contract/body_setup.hpp"
 #include "geometry/rotation.hpp"
+#include "model/body_block.hpp"
 #include "model/motion_state.hpp"
 
 namespace copepod::body {
@@ -28,6 +29,7 @@ class BodyModel {
   [[nodiscard]] MotionKind motion(Eigen::Index body) const { return motions_[body]; }
   [[nodiscard]] Eigen::Vector3d axis(Eigen::Index body) const { return axis_.col(body); }
   [[nodiscard]] double inverse_mass_per_kg(Eigen::Index body) const { return inverse_mass_per_kg_[body]; }
+  [[nodiscard]] const Eigen::RowVectorXd& inverse_masses_per_kg() const { return inverse_mass_per_kg_; }
   /// Diagonal of I_B⁻¹ [1/(kg m²)]
   [[nodiscard]] Eigen::Vector3d inverse_inertia_per_kg_m2(Eigen::Index body) const {
     return inverse_inertia_.col(body);
@@ -43,6 +45,20 @@ class BodyModel {
     return R_WB * inverse_inertia_.col(body).cwiseProduct(R_WB.transpose() * L_W_N_m_s);
   }
 
+  /// The same of the bodies of a block.
+  void angular_velocities_rad_per_s(const BodyBlock& block, const BlockState& state,
+                                    BlockVectors& w_WB_rad_per_s) const {
+    if (block.of_free_spheres) {
+      w_WB_rad_per_s.leftCols(block.bodies) = inverse_inertia_.middleCols(block.first, block.bodies)
+                                                  .cwiseProduct(state.angular_momentum_N_m_s.leftCols(block.bodies));
+      return;
+    }
+    for (Eigen::Index i = 0; i < block.bodies; ++i) {
+      w_WB_rad_per_s.col(i) = angular_velocity_rad_per_s(block.first + i, state.orientation_wxyz.col(i),
+                                                         state.angular_momentum_N_m_s.col(i));
+    }
+  }
+
   /// State of motion at the start of the run.
   [[nodiscard]] const MotionState& initial_state() const { return initial_; }
 
@@ -54,8 +70,8 @@ class BodyModel {
   std::vector<MotionKind> motions_;
   std::vector<std::uint8_t> isotropic_;  ///< 1: the inertia that answers to torques is a multiple of unity
   Eigen::Matrix3Xd axis_;
-  Eigen::VectorXd inverse_mass_per_kg_;
-  Eigen::Matrix3Xd inverse_inertia_;  ///< diagonal of I_B⁻¹ [1/(kg m²)]
+  Eigen::RowVectorXd inverse_mass_per_kg_;
+  BlockVectors inverse_inertia_;  ///< diagonal of I_B⁻¹ [1/(kg m²)]
   MotionState initial_;
 };
 

@@ -9,11 +9,12 @@ namespace copepod::body {
 /// The rotation is carried as angular momentum: it changes by torques only (B9), so that torque-free motion
 /// keeps it to the last bit and the gyroscopic term ω × Iω needs no code of its own. A body that torques do
 /// not turn (fixed, prescribed) has unit inertia here, so that its column holds the angular velocity.
-struct MotionState {
-  Eigen::Matrix3Xd position_m;
-  Eigen::Matrix4Xd orientation_wxyz;
-  Eigen::Matrix3Xd velocity_m_per_s;
-  Eigen::Matrix3Xd angular_momentum_N_m_s;
+template <int Order>
+struct MotionArrays {
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Order> position_m;
+  Eigen::Matrix<double, 4, Eigen::Dynamic, Order> orientation_wxyz;
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Order> velocity_m_per_s;
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Order> angular_momentum_N_m_s;
 
   [[nodiscard]] Eigen::Index bodies() const { return position_m.cols(); }
   void resize(Eigen::Index bodies) {
@@ -23,5 +24,12 @@ struct MotionState {
     angular_momentum_N_m_s.resize(3, bodies);
   }
 };
+
+/// Of all bodies: body by body, as messages have them.
+using MotionState = MotionArrays<Eigen::ColMajor>;
+
+/// Vectors of the bodies of a block: component by component, so that loops over bodies use vectors of the processor.
+using BlockVectors = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+using BlockState = MotionArrays<Eigen::RowMajor>;
 
 }  // namespace copepod::body

@@ -8,7 +8,7 @@
 
 #include "analysis/cycle_observer.hpp"
 #include "contract/exchange.hpp"
-#include "storage/csv_file.hpp"
+#include "storage/table_end.hpp"
 
 namespace copepod::coupler {
 

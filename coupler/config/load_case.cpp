@@ -88,6 +88,8 @@ OutputCase read_output(Reader output, std::int64_t steps) {
     Reader trajectory = output.section("trajectory");
     result.trajectory_every_steps = trajectory.integer("every_steps", Range::not_negative, 100);
     result.trajectory_from_step = trajectory.integer("from_step", Range::not_negative, 0);
+    result.trajectory_format =
+        trajectory.choice("format", trajectory_format_names, std::optional(TrajectoryFormat::by_bodies));
   }
   {
     Reader bodies = output.section("bodies");
@@ -114,7 +116,10 @@ OutputCase read_output(Reader output, std::int64_t steps) {
 }
 
 ordered_json resolved_output(const OutputCase& output) {
-  return {{"trajectory", {{"every_steps", output.trajectory_every_steps}, {"from_step", output.trajectory_from_step}}},
+  return {{"trajectory",
+           {{"every_steps", output.trajectory_every_steps},
+            {"from_step", output.trajectory_from_step},
+            {"format", name_of(trajectory_format_names, output.trajectory_format)}}},
           {"bodies", {{"every_steps", output.bodies_every_steps}}},
           {"fields",
            {{"every_steps", output.fields.every_steps},
@@ -173,6 +178,13 @@ void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase&
   if (services.fluid_command.empty()) services.fluid_command = fluid.command;
   if (services.body_command.empty()) services.body_command = body.command;
   if (computes_no_cells(fluid.solver) && services.fluid_command.empty()) services.fluid_ranks = 1;
+}
+
+/// Text for few bodies, HDF5 for many [docs/decisions/trajectories.md].
+void settle_trajectory(std::size_t bodies, OutputCase& output) {
+  constexpr std::size_t few = 100;
+  if (output.trajectory_format == TrajectoryFormat::by_bodies)
+    output.trajectory_format = bodies > few ? TrajectoryFormat::hdf5 : TrajectoryFormat::csv;
 }
 
 double derived_step_s(const Case& the_case) {
@@ -297,6 +309,7 @@ LoadedCase read_one(const Document& document, AskedKeys* asked) {
   LoadedCase loaded;
   loaded.content = read_case(Reader(&document.root(), "", problems, asked));
   loaded.assembly = assemble(loaded.content);
+  settle_trajectory(loaded.assembly.bodies.size(), loaded.content.output);
   check_case(loaded.content, loaded.assembly, problems);
   problems.throw_if_any();
   loaded.warnings = problems.warnings();
@@ -397,6 +410,7 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, cons
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   const FluidCase& fluid = the_case.fluid;
   BodySetup setup = static_cast<const BodySetup&>(the_case.body);
+  setup.threads = the_case.services.body_threads;
   setup.step_s = the_case.step_s;
   setup.fluid_density_kg_per_m3 = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3;
   for (std::size_t axis = 0; axis < 3; ++axis) {

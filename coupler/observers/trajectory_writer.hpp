@@ -1,49 +1,65 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "observers/observer.hpp"
-#include "storage/csv_file.hpp"
+#include "storage/table_end.hpp"
 
 namespace copepod::coupler {
 
-/// Writes trajectory.csv: one row per body and sample, doubles as the shortest text that reads back to the
-/// same bits.
+/// Where the samples of a trajectory go.
+class TrajectoryFile {
+ public:
+  TrajectoryFile() = default;
+  TrajectoryFile(const TrajectoryFile&) = delete;
+  TrajectoryFile& operator=(const TrajectoryFile&) = delete;
+  virtual ~TrajectoryFile() = default;
+
+  virtual void add(const StepRecord& record, double time_s) = 0;
+  /// Hands every sample so far to the operating system.
+  virtual void flush() = 0;
+  /// The same, and waits for the disk. @return where the table ends now
+  virtual TableEnd sync() = 0;
+};
+
+/// Writes trajectory.csv or trajectory.h5: position, orientation (w, x, y, z), velocity and angular velocity of every
+/// body, the hydrodynamic force and torque that were applied (after averaging), and the driving force at the start of
+/// the step, with the same numbers in either form.
 ///
-/// Columns: step, time_s, body, position, orientation (w, x, y, z), velocity, angular velocity, then the
-/// hydrodynamic force and torque that were applied (after averaging), then the driving force at the start of
-/// the step. Rows are written for every `every_steps`-th step, for the first and for the last; the row of the
-/// last step holds the state at the end of the run and the loads of the step that led there. Positions are
-/// not folded back into a periodic domain.
+/// trajectory.csv has one row per body and sample, doubles as the shortest text that reads back to the same bits;
+/// trajectory.h5 has a dataset of shape (samples, bodies, components) for each quantity, and `step`, `time_s`, `body`.
+/// There is a sample for every `every_steps`-th step, for the first and for the last; that of the last step holds the
+/// state at the end of the run and the loads of the step that led there. Positions are not folded back into a periodic
+/// domain.
 class TrajectoryWriter final : public Observer {
  public:
+  /// @param path         its suffix decides the form
   /// @param every_steps  0: first and last step only
   /// @param sample_from  no samples before this step, except that of the first step
   /// @param end          where to continue the file of a run that was interrupted; absent: starts a new one
   /// @throws StorageError if the file cannot be written
-  TrajectoryWriter(const std::string& path, std::vector<std::string> body_names, double step_s,
+  TrajectoryWriter(const std::string& path, const std::vector<std::string>& body_names, double step_s,
                    std::int64_t every_steps, std::int64_t sample_from = 0, const std::optional<TableEnd>& end = {});
 
   void observe(const StepRecord& record) override;
   void finish(const StepRecord& last) override;
 
-  /// Hands every row so far to the operating system and the disk.
+  /// Hands every sample so far to the operating system and the disk.
   /// @return where the table ends now
-  TableEnd sync() { return file_.sync(); }
+  TableEnd sync() { return file_->sync(); }
 
  private:
-  void add_rows(const StepRecord& record);
+  void add(const StepRecord& record);
 
-  std::vector<std::string> body_names_;
   double step_s_;
   std::int64_t every_steps_;
   std::int64_t sample_from_;
-  std::int64_t last_written_;  ///< −1: no row yet
-  std::string row_;
-  CsvFile file_;
+  std::int64_t last_written_;  ///< −1: no sample yet
+  std::unique_ptr<TrajectoryFile> file_;
 };
 
 }  // namespace copepod::coupler

@@ -159,7 +159,8 @@ std::int64_t field_bytes(const Case& the_case) {
 
 /// What the run directory will hold, at most [bytes].
 ordered_json disk_bytes(const Case& the_case, std::int64_t bodies) {
-  constexpr std::int64_t row_bytes = 400;                            // of trajectory.csv, all digits in use
+  const bool is_text = the_case.output.trajectory_format == TrajectoryFormat::csv;
+  const std::int64_t row_bytes = is_text ? 400 : 176;                // of a body; in text all digits are in use
   const std::int64_t surface_bytes = bodies <= 30 ? 10'000 : 2'600;  // of a body in a frame of bodies.pvd
   constexpr std::int64_t kept_checkpoints = 3;                       // two, and one that is being written
   const OutputCase& output = the_case.output;

@@ -24,15 +24,24 @@ std::optional<TableEnd> end_of(const std::filesystem::path& table, const Coupler
   return found == resumed->tables.end() ? TableEnd{} : found->second;
 }
 
+/// A run that is resumed goes on in the form that it began.
+std::filesystem::path trajectory_of(const LoadedCase& loaded, const RunDirectory& directory,
+                                    const CouplerState* resumed) {
+  const bool is_csv = resumed != nullptr ? resumed->tables.contains(directory.trajectory_csv().filename().string())
+                                         : loaded.content.output.trajectory_format == TrajectoryFormat::csv;
+  return is_csv ? directory.trajectory_csv() : directory.trajectory_hdf5();
+}
+
 }  // namespace
 
 RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
                            const CouplerState* resumed, std::int64_t& step)
     : directory_(directory),
       keeper_(step),
-      trajectory_(directory.trajectory().string(), body_names(loaded.assembly), loaded.content.step_s,
+      trajectory_path_(trajectory_of(loaded, directory, resumed)),
+      trajectory_(trajectory_path_.string(), body_names(loaded.assembly), loaded.content.step_s,
                   loaded.content.output.trajectory_every_steps, loaded.content.output.trajectory_from_step,
-                  end_of(directory.trajectory(), resumed)),
+                  end_of(trajectory_path_, resumed)),
       progress_(events, loaded.content.steps),
       cycles_(groups_of(loaded.content, loaded.assembly)) {
   if (have_cycles(cycles_.groups())) {
@@ -54,7 +63,7 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
 }
 
 TableEnds RunObservers::sync_files() {
-  TableEnds ends{{directory_.trajectory().filename().string(), trajectory_.sync()}};
+  TableEnds ends{{trajectory_path_.filename().string(), trajectory_.sync()}};
   if (bodies_) bodies_->sync();
   if (cycle_table_) ends[directory_.cycles().filename().string()] = cycle_table_->sync();
   return ends;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -49,6 +50,7 @@ class RunObservers {
  private:
   const RunDirectory& directory_;
   StepKeeper keeper_;
+  std::filesystem::path trajectory_path_;
   TrajectoryWriter trajectory_;
   std::optional<BodiesWriter> bodies_;  ///< if asked for
   Progress progress_;

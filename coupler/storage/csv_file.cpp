@@ -16,12 +16,10 @@ std::string csv_field(const std::string& name) {
   return field + "\"";
 }
 
-std::string find_damage(const std::string& path, const TableEnd& end) {
-  try {
-    return checksum_of_start(path, end.bytes).value() == end.checksum ? "" : path + " has changed";
-  } catch (const StorageError&) {
-    return path + " lacks rows that it had";
-  }
+std::optional<Checksum> CsvFile::checksum_of_start(const std::string& path, const TableEnd& end) try {
+  return coupler::checksum_of_start(path, end.bytes);
+} catch (const StorageError&) {
+  return std::nullopt;
 }
 
 namespace {

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,21 +11,9 @@
 #include <Eigen/Core>
 
 #include "storage/checksum.hpp"
+#include "storage/table_end.hpp"
 
 namespace copepod::coupler {
-
-/// Where a table ended at some time, and the checksum of what it held until there.
-struct TableEnd {
-  std::uint64_t bytes = 0;
-  std::uint64_t checksum = 0;
-
-  bool operator==(const TableEnd&) const = default;
-};
-
-using TableEnds = std::map<std::string, TableEnd>;  ///< by name of the file
-
-/// What is wrong with a table that is to be continued from `end`; empty if nothing is.
-std::string find_damage(const std::string& path, const TableEnd& end);
 
 /// A table of a run directory that grows row by row. Only whole lines reach the file, so a run that crashes leaves a
 /// readable one.
@@ -50,6 +37,9 @@ class CsvFile {
   /// The same, and waits for the disk.
   /// @return where the table ends now
   TableEnd sync();
+
+  /// Of what a file holds up to `end`; empty if it ends before, or cannot be read.
+  static std::optional<Checksum> checksum_of_start(const std::string& path, const TableEnd& end);
 
  private:
   void cut_at(std::uint64_t bytes);

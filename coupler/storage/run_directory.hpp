@@ -15,7 +15,8 @@ class RunDirectory {
   [[nodiscard]] const std::filesystem::path& root() const { return root_; }
   [[nodiscard]] std::filesystem::path resolved_case() const { return root_ / "case.yaml"; }
   [[nodiscard]] std::filesystem::path provenance() const { return root_ / "provenance.json"; }
-  [[nodiscard]] std::filesystem::path trajectory() const { return root_ / "trajectory.csv"; }
+  [[nodiscard]] std::filesystem::path trajectory_csv() const { return root_ / "trajectory.csv"; }
+  [[nodiscard]] std::filesystem::path trajectory_hdf5() const { return root_ / "trajectory.h5"; }
   [[nodiscard]] std::filesystem::path bodies() const { return root_ / "bodies.pvd"; }
   [[nodiscard]] std::filesystem::path cycles() const { return root_ / "cycles.csv"; }
   [[nodiscard]] std::filesystem::path checkpoints() const { return root_ / "checkpoints"; }

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from copepod_report.cycles import Cycles, kinematics_so_far, read_cycles
 from copepod_report.run_status import state_of, status_of
-from copepod_report.trajectory import Trajectory
+from copepod_report.trajectory import Trajectory, trajectory_in
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import at, measured, quantity_text
 
@@ -56,16 +56,15 @@ class RunRecord:
         self.label = self.directory.resolve().name  # among other runs of its case
         self.sweep = sweep or Sweep()
         state = state_of(self.directory)
-        needed = ("case.yaml", "summary.json", "trajectory.csv") if state[0] == "finished" else ("case.yaml",)
+        trajectory = trajectory_in(self.directory)
+        needed = ("case.yaml", "summary.json", trajectory.name) if state[0] == "finished" else ("case.yaml",)
         for name in needed:
             if not (self.directory / name).is_file():
                 raise Stop(ExitCode.BAD_CASE, f"{directory} has no {name} (it is not a run). Give run directories.")
         if state[0] == "finished":
             self.summary = read_file(self.directory / "summary.json", _read_summary)
         self.case = read_case(self.directory / "case.yaml")
-        self.trajectory = read_file(
-            self.directory / "trajectory.csv", lambda path: Trajectory(path, may_be_empty=state[0] != "finished")
-        )
+        self.trajectory = read_file(trajectory, lambda path: Trajectory(path, may_be_empty=state[0] != "finished"))
         self.cycles: dict[str, Cycles] = read_file(self.directory / "cycles.csv", read_cycles)
         self.status = status_of(self.directory, self.case, state, int(self.trajectory.steps[-1:].sum()))
         if not self.status.is_finished:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from copepod_report.trajectory import chosen_samples
+
 MOST_FRAMES = 1000
 MOST_SAMPLES = 60000  # frames times bodies: 1.1 MB of text
 _UNITS = (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
@@ -33,9 +35,7 @@ class Samples:
 
     def thinned(self, most: int) -> "Samples":
         """At most `most` samples at equal distances, and the last one."""
-        chosen = np.arange(0, len(self.steps), max(1, math.ceil(len(self.steps) / most)))
-        if len(self.steps) and chosen[-1] != len(self.steps) - 1:
-            chosen = np.append(chosen, len(self.steps) - 1)
+        chosen = chosen_samples(len(self.steps), most)
         arrays = (self.steps, self.time_s, self.position_m, self.orientation_wxyz, self.speed_m_per_s)
         return Samples(self.bodies, *(array[chosen] for array in arrays))
 

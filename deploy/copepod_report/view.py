@@ -14,8 +14,9 @@ from matplotlib.colors import to_hex
 
 from copepod_report import flow
 from copepod_report.run_record import RunRecord
-from copepod_report.scene import Samples, scene_of, slice_of
+from copepod_report.scene import Samples, most_frames, scene_of, slice_of
 from copepod_report.style import DARK, LIGHT, Theme
+from copepod_report.trajectory import chosen_samples
 
 THREE_JS = Path("/usr/share/javascript/three/three.min.js")  # Debian: libjs-three
 _SOURCES = Path(__file__).with_name("view")
@@ -36,13 +37,14 @@ def of_run(run: RunRecord, views: int = 1) -> str:
     trajectory = run.trajectory
     if len(trajectory) == 0:
         return ""
+    shown = chosen_samples(len(trajectory), most_frames(len(trajectory.bodies), views))
     samples = Samples(
         trajectory.bodies,
-        trajectory.steps,
-        trajectory.time_s,
-        trajectory.all_of("position_m"),
-        trajectory.all_of("orientation_wxyz"),
-        np.linalg.norm(trajectory.all_of("velocity_m_per_s"), axis=-1),
+        trajectory.steps[shown],
+        trajectory.time_s[shown],
+        trajectory.some_of("position_m", shown),
+        trajectory.some_of("orientation_wxyz", shown),
+        np.linalg.norm(trajectory.some_of("velocity_m_per_s", shown), axis=-1),
     )
     scene = scene_of(run.name, run.case, run.cell_size_m, samples, views)
     return figure({**scene, "flow": flow_slice(run, scene["box"])})

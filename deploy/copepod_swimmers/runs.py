@@ -35,7 +35,7 @@ class Member:
 
     def last_cycle(self, swimmer: str, quantity: str = "position_m") -> np.ndarray:
         """A quantity of trajectory.csv in the last full cycle, without its end, shape (beads, samples, 3)."""
-        trajectory = Trajectory(self.folder / "trajectory.csv")
+        trajectory = Trajectory(self.folder)
         start, stop = (self.cycles(swimmer)["start_step"][-2:] @ weights for weights in ((0, 1), (-1, 2)))
         window = (trajectory.steps >= start) & (trajectory.steps < stop)
         beads = [body for body in trajectory.bodies if body.startswith(f"{swimmer}.")]

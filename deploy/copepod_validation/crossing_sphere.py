@@ -60,7 +60,7 @@ class Noise:
 
 
 def evaluate(folder: Path, point: Point) -> Noise:
-    trajectory = Trajectory(folder / "trajectory.csv")
+    trajectory = Trajectory(folder)
     force = trajectory.of("sphere")["force_N"][trajectory.steps > _FROM]
     along = np.array(_PATHS[point.path][0])
     along /= np.linalg.norm(along)

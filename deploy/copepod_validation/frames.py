@@ -43,7 +43,7 @@ def case_of(point: Point) -> CaseDict:
 
 def evaluate(folder: Path, point: Point) -> float:
     """Mean force along z [N]."""
-    trajectory = Trajectory(folder / "trajectory.csv")
+    trajectory = Trajectory(folder)
     return float(np.mean(trajectory.of("sphere")["force_N"][trajectory.steps >= _FROM, 2]))
 
 

@@ -48,7 +48,7 @@ def case_of(point: Point) -> CaseDict:
 
 def evaluate(folder: Path, point: Point) -> float:
     """Error of the drag coefficient [%]."""
-    force = float(np.mean(Trajectory(folder / "trajectory.csv").of("sphere")["force_N"][1:, 2]))
+    force = float(np.mean(Trajectory(folder).of("sphere")["force_N"][1:, 2]))
     found = force / (0.5 * _SPEED**2 * np.pi * DIAMETER**2 / 4)
     return 100 * (found / point.coefficient - 1)
 

@@ -107,7 +107,7 @@ def exact_start(point: Point) -> np.ndarray:
 
 def evaluate(folder: Path, point: Point) -> float:
     """Terminal velocity over that without walls; largest deviation of a start, from a third of the steps on [%]."""
-    found = Trajectory(folder / "trajectory.csv").of("sphere")["velocity_m_per_s"][1:, 2] / _SPEED[point.kind]
+    found = Trajectory(folder).of("sphere")["velocity_m_per_s"][1:, 2] / _SPEED[point.kind]
     if point.kind == "terminal":
         return float(found.mean())
     # The force on the fluid accelerates it as a whole.

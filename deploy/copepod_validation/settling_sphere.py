@@ -122,7 +122,7 @@ class Fall:
 
 
 def evaluate(folder: Path, point: Point) -> Fall:
-    trajectory = Trajectory(folder / "trajectory.csv")
+    trajectory = Trajectory(folder)
     motion = trajectory.of("sphere")
     return Fall(
         point.oil,

@@ -54,7 +54,7 @@ class Rotation:
 
 def evaluate(folder: Path, point: Point) -> Rotation:
     """Without the first third of the run, in which the rotation begins."""
-    rate = -Trajectory(folder / "trajectory.csv").of("sphere")["angular_velocity_rad_per_s"][:, 1]
+    rate = -Trajectory(folder).of("sphere")["angular_velocity_rad_per_s"][:, 1]
     angle, start = np.cumsum(rate), len(rate) // 3
     found = rate[start:] / (0.5 * point.rate)
     form = np.ones((len(found), 1))

@@ -148,7 +148,7 @@ def case_of(point: Point) -> CaseDict:
 
 def evaluate(folder: Path, point: Point) -> float:
     """Error of the drag of the free bodies [%]."""
-    trajectory = Trajectory(folder / "trajectory.csv")
+    trajectory = Trajectory(folder)
     force = np.array([trajectory.of(name)["force_N"][:, 2] for name in trajectory.bodies])
     last = float(np.abs(force[:, -100:]).mean())
     velocity = _APPROACH

@@ -55,7 +55,7 @@ class Start:
 
 
 def evaluate(folder: Path, point: Point) -> Start:
-    force = Trajectory(folder / "trajectory.csv").of("sphere")["force_N"][:, 2]
+    force = Trajectory(folder).of("sphere")["force_N"][:, 2]
     nu, impulse = viscosity(point.tau), np.cumsum(force)
     errors = []
     for step in range(200, _STEPS, 50):

@@ -90,7 +90,7 @@ class Drag:
 
 
 def evaluate(folder: Path, point: Point) -> Drag:
-    sample = Trajectory(folder / "trajectory.csv").of("sphere")
+    sample = Trajectory(folder).of("sphere")
     if point.way == "turning":
         load, stokes = sample["torque_N_m"][1:-1, 1], 8 * np.pi * viscosity(1.0) * point.radius**2 * _SPEED
     else:

@@ -1,6 +1,5 @@
 """What a run directory holds, read again and again while the run writes it."""
 
-import csv
 import json
 import os
 from pathlib import Path
@@ -11,107 +10,56 @@ import numpy as np
 from copepod_report.cycles import read_cycles
 from copepod_report.run_status import state_of, status_of
 from copepod_report.scene import Samples, most_frames, scene_of
+from copepod_report.trajectory import COLUMNS, GrowingTrajectory
 from copepod_run.figures import MOST_TABLES
 from copepod_run.progress import figures
 
-_COLUMNS = ("step", "time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s")
-_TRACE_BYTES = 64  # before our place in the file, to see whether it is still the same file
+_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s")
+_PLACES = [COLUMNS.index(name) for name in _COLUMNS]
 
 
 class TrajectoryFollower:
-    """The samples of a growing trajectory.csv, thinned to what a view shows.
+    """The samples of a growing trajectory, thinned to what a view shows."""
 
-    Each update reads only what is new. A run that is resumed shortens the file first: then it is read anew.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, directory: Path) -> None:
+        self._trajectory = GrowingTrajectory(directory)
         self._start_again()
 
     def _start_again(self) -> None:
-        self._offset = 0
-        self._trace = b""
-        self._rest: list[str] = []  # rows of the sample that is not complete
-        self._columns: list[int] = []
-        self._name_column = 0
-        self.bodies: list[str] = []
-        self.count = 0  # complete samples in the file
+        self._restarts = self._trajectory.restarts
         self._every = 1
-        self._kept: list[np.ndarray] = []  # shape (bodies, columns), every `_every`-th
-        self._newest: np.ndarray | None = None
+        self._kept: list[tuple[int, np.ndarray]] = []  # step and values, shape (bodies, columns), every `_every`-th
+        self._newest: tuple[int, np.ndarray] | None = None
+
+    @property
+    def count(self) -> int:
+        """Complete samples in the file."""
+        return self._trajectory.count
 
     def update(self) -> None:
-        """Reads what the file has gained; rows that are not complete wait for the next time."""
-        try:
-            with open(self._path, "rb") as file:
-                if not self._is_same(file):
-                    self._start_again()
-                file.seek(self._offset)
-                received = file.read()
-        except OSError:  # not there yet
-            return
-        complete = received[: received.rfind(b"\n") + 1]
-        self._offset += len(complete)
-        self._trace = (self._trace + complete)[-_TRACE_BYTES:]
-        try:
-            self._take(complete.decode(errors="replace").splitlines())
-        except (ValueError, LookupError):  # not such a table, or another file that begins in the same way
-            self._start_again()
-            raise
+        """Reads what the file has gained."""
+        for sample in self._trajectory.look():
+            if self._restarts != self._trajectory.restarts:
+                self._start_again()
+            is_kept = sample.number % self._every == 0
+            if not (is_kept or sample.is_newest):
+                continue
+            self._newest = (sample.step, sample.values()[:, _PLACES])
+            if is_kept:
+                self._kept.append(self._newest)
+            if len(self._kept) > 2 * most_frames(len(self._trajectory.bodies)):
+                self._kept = self._kept[::2]
+                self._every *= 2
 
     def samples(self) -> Samples | None:
         """All that is kept, and the newest; None before the first."""
         if self._newest is None:
             return None
-        kept = self._kept if self._newest is self._kept[-1] else [*self._kept, self._newest]
+        steps, kept = zip(*(self._kept if self._newest is self._kept[-1] else [*self._kept, self._newest]))
         values = np.array(kept)
-        speed = np.linalg.norm(values[..., 9:12], axis=-1)
-        steps, time_s = values[:, 0, 0].astype(np.int64), values[:, 0, 1]
-        return Samples(self.bodies, steps, time_s, values[..., 2:5], values[..., 5:9], speed)
-
-    def _is_same(self, file: Any) -> bool:
-        file.seek(self._offset - len(self._trace))
-        return file.read(len(self._trace)) == self._trace
-
-    def _take(self, lines: list[str]) -> None:
-        if not self._columns and lines:
-            header = next(csv.reader(lines[:1]))
-            self._columns = [header.index(name) for name in _COLUMNS]
-            self._name_column = header.index("body")
-            lines = lines[1:]
-        rows = self._rest + lines
-        if not self.bodies:
-            self.bodies = self._bodies_of_first_sample(rows)
-        if not self.bodies:
-            self._rest = rows
-            return
-        size = len(self.bodies)
-        whole = len(rows) // size * size
-        for start in range(0, whole, size):
-            self._add(rows[start : start + size], is_newest=start + size == whole)
-        self._rest = rows[whole:]
-
-    def _bodies_of_first_sample(self, rows: list[str]) -> list[str]:
-        """Empty until the next sample has begun."""
-        names: list[str] = []
-        for row in csv.reader(rows):
-            if row[self._name_column] in names:
-                return names
-            names.append(row[self._name_column])
-        return []
-
-    def _add(self, rows: list[str], is_newest: bool) -> None:
-        is_kept = self.count % self._every == 0
-        self.count += 1
-        if not (is_kept or is_newest):
-            return
-        fields = list(csv.reader(rows))
-        self._newest = np.array([[float(row[column]) for column in self._columns] for row in fields])
-        if is_kept:
-            self._kept.append(self._newest)
-        if len(self._kept) > 2 * most_frames(len(self.bodies)):
-            self._kept = self._kept[::2]
-            self._every *= 2
+        speed = np.linalg.norm(values[..., 8:11], axis=-1)
+        time_s, position_m, orientation_wxyz = values[:, 0, 0], values[..., 1:4], values[..., 4:8]
+        return Samples(self._trajectory.bodies, np.array(steps), time_s, position_m, orientation_wxyz, speed)
 
 
 class RunFollower:
@@ -123,7 +71,7 @@ class RunFollower:
         self.case = case
         self.name: str = case.get("case") or directory.resolve().name
         self._cells = cells
-        self._trajectory = TrajectoryFollower(directory / "trajectory.csv")
+        self._trajectory = TrajectoryFollower(directory)
 
     def content(self, known: str = "") -> dict[str, Any]:
         """What the page shows, as JSON; the scene only if it differs from the version that is `known`."""

@@ -79,11 +79,9 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   count_changed_cells();
   links_.fetch(populations_.data(), placement_);
   MomentumSums kept_back{};
-  for (std::size_t place = 0; place < nearby_.bodies().size(); ++place) {
-    const auto body = static_cast<std::size_t>(nearby_.bodies()[place]);
-    (*exchange_momentum_)(populations_.data(), placement_, body, links_.of_body(body), nearby_.returned_mass()[place],
-                          load_sums_[place], kept_back);
-  }
+  for (std::size_t place = 0; place < nearby_.bodies().size(); ++place)
+    (*exchange_momentum_)(populations_.data(), placement_, static_cast<std::size_t>(nearby_.bodies()[place]), place,
+                          links_, nearby_.returned_mass()[place], load_sums_, kept_back);
   for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
   sum_loads(kinematics, loads);
@@ -171,7 +169,7 @@ void LatticeBoltzmann<T>::update(const Box& region) {
       const Box strip{{x, y, region.low[2]}, {x + 1, std::min(y + rows, region.high[1]), region.high[2]}};
       links_.put_back(populations, placement_, strip);
       stream_collide_(populations, layout_, placement_, strip, constants_, has_force_);
-      links_.collect(populations, other(placement_), strip, rows);
+      links_.collect(populations, other(placement_), strip);
     }
 }
 

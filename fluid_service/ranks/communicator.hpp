@@ -13,7 +13,8 @@
 
 namespace copepod::fluid {
 
-/// The ranks of the fluid service. All MPI calls of the project are behind this class.
+/// The ranks of the fluid: processes (MpiCommunicator) or threads (ThreadRanks). All MPI calls of the project are
+/// behind this class.
 ///
 /// Every wait polls with a back-off that soon sleeps, so a waiting rank does not burn its core, and watches
 /// for a failure report: a rank that throws calls `report_failure`, and every other rank's wait then throws
@@ -58,7 +59,7 @@ class Communicator {
   SolverContext& context_;
 };
 
-/// One rank, no messages: for unit tests and in-process use.
+/// One rank, no messages: for a process without others, and for unit tests.
 class SelfCommunicator final : public Communicator {
  public:
   using Communicator::Communicator;

@@ -137,6 +137,8 @@ struct ModelSpecification {
   double time_s = 1.0;
 };
 
+constexpr int most_threads = 1024;  ///< of a body solver
+
 /// Everything that a body solver needs before the first step; SI units.
 struct BodySetup {
   double step_s = 0.0;
@@ -152,6 +154,7 @@ struct BodySetup {
   std::vector<WallSpecification> walls;          ///< for contacts
   ContactSpecification contact;
   ModelSpecification model;     ///< its spheres and capsules are `bodies`, in its order
+  int threads = 1;              ///< in which the solver may compute; results do not depend on it
   std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
 };
 

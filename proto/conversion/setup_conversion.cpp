@@ -176,6 +176,7 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("walls", setup.walls);
   wire("contact", setup.contact);
   wire("model", setup.model);
+  wire("threads", setup.threads, 1);
   wire("trace_directory", setup.trace_directory);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,20 @@
 #include "geometry/rotation.hpp"
 
 namespace copepod {
+
+/// F_B of (B17) for a line d between the ends.
+template <class Vector>  // of three components; plain numbers, so that loops over pairs are vectorised
+Vector pair_force(double value, const Vector& d) {
+  const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  return {value * (d[0] / length), value * (d[1] / length), value * (d[2] / length)};
+}
+
+/// Of a pair force, which then has no direction.
+inline SolverError coinciding_ends(int body_A, int body_B) {
+  return SolverError("the ends of the pair force between bodies " + std::to_string(body_A) + " and " +
+                     std::to_string(body_B) +
+                     " (counted from 0) coincide (it has no direction). Start its ends apart.");
+}
 
 /// Adds the force and the torque about the centre of mass that an actuator of value s exerts on its bodies:
 ///   pair_force              F_B = s e,  F_A = −F_B,  τ = r × F at both ends                              (B17)
@@ -26,8 +41,7 @@ namespace copepod {
 /// @param force_N, torque_N_m           sums to add to, world frame, shape (3, bodies)
 /// @throws SolverError if the ends of a pair coincide (no direction)
 inline void add_actuator_loads(const ActuatorSpecification& actuator, double value, Eigen::Index first,
-                               const Eigen::Matrix3Xd& position_m, const Eigen::Matrix4Xd& orientation_wxyz,
-                               Eigen::Matrix3Xd& force_N, Eigen::Matrix3Xd& torque_N_m) {
+                               const auto& position_m, const auto& orientation_wxyz, auto& force_N, auto& torque_N_m) {
   if (value == 0.0) return;
   const Eigen::Index A = actuator.body_A - first;
   const Eigen::Index B = actuator.body_B - first;
@@ -41,13 +55,8 @@ inline void add_actuator_loads(const ActuatorSpecification& actuator, double val
         r_B_W_m = rotation_matrix(orientation_wxyz.col(B)) * actuator.anchor_B_m;
         d_AB_W_m += r_B_W_m - r_A_W_m;
       }
-      const double length_m = d_AB_W_m.norm();
-      if (length_m == 0.0) {
-        throw SolverError("the ends of the pair force between bodies " + std::to_string(actuator.body_A) + " and " +
-                          std::to_string(actuator.body_B) +
-                          " (counted from 0) coincide (it has no direction). Start its ends apart.");
-      }
-      const Eigen::Vector3d f_B_W_N = value * (d_AB_W_m / length_m);
+      if (d_AB_W_m.isZero(0.0)) throw coinciding_ends(actuator.body_A, actuator.body_B);
+      const Eigen::Vector3d f_B_W_N = pair_force(value, d_AB_W_m);
       force_N.col(A) -= f_B_W_N;
       force_N.col(B) += f_B_W_N;
       if (!anchored) return;

@@ -50,27 +50,24 @@ NearPairs::NearPairs(const std::vector<Shape>& shapes, double reach_m, const std
   }
 }
 
-const std::vector<BodyPair>& NearPairs::at(const Eigen::Matrix3Xd& position_m) {
-  if (moved_beyond_margin(position_m)) {
-    listed_position_m_ = position_m;
-    grid_.find_pairs(position_m, pairs_);
-    std::ranges::sort(pairs_);
-    if (!except_.empty())
-      std::erase_if(pairs_, [this](const BodyPair& pair) { return std::ranges::binary_search(except_, pair); });
-    ++listing_;
-  }
-  return pairs_;
+void NearPairs::list(const Eigen::Matrix3Xd& position_m) {
+  listed_position_m_ = position_m;
+  grid_.find_pairs(position_m, pairs_);
+  std::ranges::sort(pairs_);
+  if (!except_.empty())
+    std::erase_if(pairs_, [this](const BodyPair& pair) { return std::ranges::binary_search(except_, pair); });
+  ++listing_;
 }
 
 /// Turning does not matter: it maps the bounding balls, by which pairs are listed, to themselves.
-bool NearPairs::moved_beyond_margin(const Eigen::Matrix3Xd& position_m) const {
-  if (listed_position_m_.cols() != position_m.cols()) return true;
-  for (std::size_t body = 0; body < margin_m_.size(); ++body) {
+bool NearPairs::hold(const Eigen::Matrix3Xd& position_m, std::size_t first, std::size_t last) const {
+  if (listed_position_m_.cols() != position_m.cols()) return false;
+  for (std::size_t body = first; body < last; ++body) {
     const auto column = static_cast<Eigen::Index>(body);
     const double shift_m2 = (position_m.col(column) - listed_position_m_.col(column)).squaredNorm();
-    if (shift_m2 > margin_m_[body] * margin_m_[body]) return true;
+    if (shift_m2 > margin_m_[body] * margin_m_[body]) return false;
   }
-  return false;
+  return true;
 }
 
 }  // namespace copepod

@@ -30,7 +30,17 @@ class NearPairs {
   /// Every pair of bodies whose bounding balls are less than the reach apart, nearest periodic images taken, and a
   /// few that are further apart. Ascending: bodies that are neighbours in the setup are neighbours in memory.
   /// @param position_m  finite, shape (3, bodies)
-  const std::vector<BodyPair>& at(const Eigen::Matrix3Xd& position_m);
+  const std::vector<BodyPair>& at(const Eigen::Matrix3Xd& position_m) {
+    if (!hold(position_m, 0, margin_m_.size())) list(position_m);
+    return pairs_;
+  }
+
+  /// The same for callers that share the test of all bodies among threads: the pairs listed last, which hold unless one
+  /// of the bodies has moved beyond its margin.
+  [[nodiscard]] const std::vector<BodyPair>& listed() const { return pairs_; }
+  /// Whether they do, as far as the bodies in [first, last) are concerned.
+  [[nodiscard]] bool hold(const Eigen::Matrix3Xd& position_m, std::size_t first, std::size_t last) const;
+  void list(const Eigen::Matrix3Xd& position_m);
 
   /// How often pairs have been listed: the list is the same while this is.
   [[nodiscard]] std::uint64_t listing() const { return listing_; }
@@ -44,8 +54,6 @@ class NearPairs {
   }
 
  private:
-  [[nodiscard]] bool moved_beyond_margin(const Eigen::Matrix3Xd& position_m) const;
-
   std::vector<double> margin_m_;  ///< by which a body may move before the pairs are listed anew
   NeighbourGrid grid_;
   std::vector<BodyPair> pairs_;

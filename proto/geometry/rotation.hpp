@@ -25,20 +25,23 @@ inline Eigen::Vector3d z_axis(const Eigen::Vector4d& q) {
 }
 
 /// Product (0, w) ⊗ q of a vector, taken as a pure quaternion, and a quaternion.
-inline Eigen::Vector4d pure_product(const Eigen::Vector3d& w, const Eigen::Vector4d& q) {
+template <class Vector3, class Vector4>  // plain numbers, so that loops over bodies are vectorised
+Vector4 pure_product(const Vector3& w, const Vector4& q) {
   return {-w[0] * q[1] - w[1] * q[2] - w[2] * q[3], w[0] * q[0] + w[1] * q[3] - w[2] * q[2],
           w[1] * q[0] + w[2] * q[1] - w[0] * q[3], w[2] * q[0] + w[0] * q[2] - w[1] * q[1]};
 }
 
 /// Product p ⊗ q: the rotation q followed by p.
 inline Eigen::Vector4d product(const Eigen::Vector4d& p, const Eigen::Vector4d& q) {
-  return p[0] * q + pure_product(p.tail<3>(), q);
+  return p[0] * q + pure_product(Eigen::Vector3d(p.tail<3>()), q);
 }
 
 /// Rate of change of the orientation,
 ///   dq/dt = 1/2 (0, ω) ⊗ q,   ω in the world frame                                   (B10)
-inline Eigen::Vector4d orientation_rate(const Eigen::Vector3d& w_WB_rad_per_s, const Eigen::Vector4d& q_WB) {
-  return 0.5 * pure_product(w_WB_rad_per_s, q_WB);
+template <class Vector3, class Vector4>
+Vector4 orientation_rate(const Vector3& w_WB_rad_per_s, const Vector4& q_WB) {
+  const Vector4 twice = pure_product(w_WB_rad_per_s, q_WB);
+  return {0.5 * twice[0], 0.5 * twice[1], 0.5 * twice[2], 0.5 * twice[3]};
 }
 
 /// Orientation after turning by the rotation vector `angle_rad` (world frame): q' = exp(θ/2) ⊗ q      (B15)

@@ -1,7 +1,6 @@
 """Results of runs and campaigns as tables, fields and samples, also while a run continues."""
 
 import functools
-import io
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -73,13 +72,12 @@ class Run:
         docs/conventions.md defines them. `run.trajectory.loc["swimmer.B1"]` is one body's.
         """
         pandas = required("pandas")
-        from copepod_report.trajectory import Trajectory
+        from copepod_report.trajectory import COLUMNS, Trajectory, trajectory_in
 
-        table = self._file("trajectory.csv", lambda path: Trajectory(path, may_be_empty=True))
-        columns = [name for name in table.names if name not in ("step", "body")]
+        name = trajectory_in(self.directory).name
+        table = self._file(name, lambda path: Trajectory(path, may_be_empty=True))
         index = pandas.MultiIndex.from_product([table.bodies, table.steps], names=["body", "step"])
-        values = table.columns(columns).swapaxes(0, 1).reshape(len(index), len(columns))
-        return pandas.DataFrame(values, index, columns)
+        return pandas.DataFrame(table.columns().reshape(len(index), len(COLUMNS)), index, COLUMNS)
 
     @functools.cached_property
     def cycles(self) -> "pandas.DataFrame":
@@ -199,36 +197,22 @@ class TrajectoryReader:
     """Reads a trajectory that grows, each sample once."""
 
     def __init__(self, directory: Path) -> None:
-        self._path = directory / "trajectory.csv"
-        self._header = ""
-        self._bytes = 0  # read so far
-        self._rest = ""  # rows of a sample that may be incomplete
+        from copepod_report.trajectory import GrowingTrajectory
+
+        self._trajectory = GrowingTrajectory(directory)
+        self._last_step = -1
 
     def read(self, is_last: bool = False) -> list[Sample]:
-        """New samples; the last of the file only with the next one behind it, or if `is_last`."""
+        """New samples. A run that is resumed computes some again, with the same numbers: they are left out."""
         pandas = required("pandas")
-        rows = self._rest + self._new_lines()
-        if not self._header:
-            self._header, _, rows = rows.partition("\n")
-        if not rows:
-            return []
-        table = pandas.read_csv(io.StringIO(f"{self._header}\n{rows}"), float_precision="round_trip")
-        complete = table if is_last else table[table["step"] != table["step"].iloc[-1]]
-        lines = rows.splitlines(keepends=True)
-        self._rest = "".join(lines[len(complete) :])
-        return [
-            Sample(int(step), bodies["time_s"].iloc[0], bodies.drop(columns="step"))
-            for step, bodies in complete.set_index("body").astype(float).groupby("step", sort=False)
-        ]
+        from copepod_report.trajectory import COLUMNS
 
-    def _new_lines(self) -> str:
-        """Whole lines that have come since; what a resumed run computes again has the same bytes."""
-        try:
-            with open(self._path, "rb") as file:
-                file.seek(self._bytes)
-                content = file.read()
-        except FileNotFoundError:  # not yet
-            return ""
-        content = content[: content.rfind(b"\n") + 1]
-        self._bytes += len(content)
-        return content.decode()
+        found = []
+        for sample in self._trajectory.look(is_last):
+            if sample.step <= self._last_step:
+                continue
+            self._last_step = sample.step
+            index = pandas.Index(self._trajectory.bodies, name="body")
+            bodies = pandas.DataFrame(sample.values(), index, COLUMNS)
+            found.append(Sample(sample.step, bodies["time_s"].iloc[0], bodies))
+        return found

@@ -127,13 +127,13 @@ void start_of_swimmers(benchmark::State& state) {
 BENCHMARK_CAPTURE(step_of_swimmers, runge_kutta_4, Integrator::runge_kutta_4)
     ->Arg(1)
     ->RangeMultiplier(10)
-    ->Range(33, 33333)
+    ->Range(33, 333333)
     ->Unit(benchmark::kMillisecond)
     ->Complexity(benchmark::oN);
 BENCHMARK_CAPTURE(step_of_swimmers, semi_implicit_euler, Integrator::semi_implicit_euler)
     ->Arg(1)
     ->RangeMultiplier(10)
-    ->Range(33, 33333)
+    ->Range(33, 333333)
     ->Unit(benchmark::kMillisecond)
     ->Complexity(benchmark::oN);
 BENCHMARK(substep_of_a_suspension)
@@ -144,7 +144,7 @@ BENCHMARK(substep_of_a_suspension)
     ->Complexity(benchmark::oN);
 BENCHMARK(start_of_swimmers)
     ->RangeMultiplier(10)
-    ->Range(33, 33333)
+    ->Range(33, 333333)
     ->Unit(benchmark::kMillisecond)
     ->Complexity(benchmark::oN);
 

@@ -43,6 +43,10 @@ class SpeedRatios(unittest.TestCase):
     def test_coupling_costs_little(self):
         self.assert_reaches(lambda: measure_coupled((64, 64, 64), 3, 1, steps=400, samples=1)["median_ratio"], 0.6)
 
+    def test_coupling_in_one_process_costs_little_of_a_small_domain(self):
+        measured = {"steps": 1000, "samples": 1, "transport": "in_process"}
+        self.assert_reaches(lambda: measure_coupled((48, 48, 48), 3, 2, **measured)["median_ratio"], 0.75)
+
     def test_a_thousand_bodies_leave_a_fifth_of_the_speed(self):
         measured = {"steps": 60, "samples": 1}
         self.assert_reaches(lambda: measure_coupled((100, 100, 200), 1000, 1, **measured)["median_ratio"], 0.2)

@@ -172,7 +172,7 @@ class Server(WatchTest):
 class Following(WatchTest):
     def test_a_file_that_a_resumed_run_cuts_is_read_anew(self):
         run = GrowingRun(self.folder / "run")
-        follower = TrajectoryFollower(self.folder / "run/trajectory.csv")
+        follower = TrajectoryFollower(self.folder / "run")
         run.write_until(1000)
         follower.update()
         run.ending["trajectory.csv"] = re.sub(r"^(\d+),", r"\g<1>,", run.ending["trajectory.csv"])
@@ -183,7 +183,7 @@ class Following(WatchTest):
 
     def test_long_trajectories_are_thinned_evenly_and_keep_the_newest_sample(self):
         run = GrowingRun(self.folder / "run", steps=60020)
-        follower = TrajectoryFollower(self.folder / "run/trajectory.csv")
+        follower = TrajectoryFollower(self.folder / "run")
         for step in (19990, 60020):
             run.write_until(step)
             follower.update()

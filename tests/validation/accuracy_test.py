@@ -126,7 +126,7 @@ class LightBodies(WholeRunTest):
         case.update(case="light", run={"steps": 2000}, coupling=coupling, output=output)
         (self.folder / "case.yaml").write_text(json.dumps(case))
         run = self.run_of(self.folder / "case.yaml", code=code)
-        return Trajectory(run / "trajectory.csv").of("sphere")["velocity_m_per_s"]
+        return Trajectory(run).of("sphere")["velocity_m_per_s"]
 
     def last_speed(self, density, bodies="own", code=0, **coupling):
         case = light_bodies.case_of(light_bodies.Point("terminal", density, 2 / 3, bodies=bodies))

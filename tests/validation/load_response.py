@@ -44,7 +44,7 @@ def response(radius, tau, boundary, turns, place, steps):
         file.write_text(json.dumps(case), encoding="utf-8")
         command = [ROOT / "deploy/copepod", "run", file, "--out", f"{folder}/run"]
         subprocess.run(command, check=True, capture_output=True)
-        sample = Trajectory(Path(folder, "run/trajectory.csv")).of("sphere")
+        sample = Trajectory(Path(folder, "run")).of("sphere")
     displaced = 4 / 3 * math.pi * radius**3 * (0.4 * radius**2 if turns else 1.0)
     return -sample["torque_N_m" if turns else "force_N"][:steps, 2] / (displaced * speed)
 

@@ -34,7 +34,7 @@ class Ledger:
     """Impulse and work of the last cycle, from every step of it. Sums over a period are as exact as its periodicity."""
 
     def __init__(self, directory, first):
-        trajectory = Trajectory(directory / "trajectory.csv")
+        trajectory = Trajectory(directory)
         window = (trajectory.steps >= first) & (trajectory.steps < first + PERIOD)
         steps = np.flatnonzero(window)
         beads = [trajectory.of(bead) for bead in BEADS]
@@ -93,7 +93,7 @@ class InStokesFlow(SwimmerTest):
         """Power that the run itself reports in cycles.csv, without dampers, against energies at the ends of cycles."""
         settings = (f"output.trajectory={{every_steps: {PERIOD}}}", "swimmers.0.spring.damping_N_s_per_m=0")
         run = self.run_of("validation/stokes_swimmer.yaml", *settings)
-        trajectory, cycles = Trajectory(run / "trajectory.csv"), read_cycles(run / "cycles.csv")["swimmer"]
+        trajectory, cycles = Trajectory(run), read_cycles(run / "cycles.csv")["swimmer"]
         beads = [trajectory.of(bead) for bead in BEADS]
         position, velocity = (np.array([bead[key] for bead in beads]) for key in ("position_m", "velocity_m_per_s"))
         stretch = np.linalg.norm(np.diff(position, axis=0), axis=2) - REST_M
@@ -112,7 +112,7 @@ class InAnyDirection(SwimmerTest):
     def last_cycle(self, *settings):
         """(speed along the arms, speed across, angle between arms and z axis in degrees): last of twelve cycles."""
         run = self.run_of("validation/turned_swimmer.yaml", *settings)
-        trajectory = Trajectory(run / "trajectory.csv")
+        trajectory = Trajectory(run)
         z = np.array([trajectory.of(bead)["position_m"] for bead in BEADS])
         start, end = (int(np.flatnonzero(trajectory.steps == step)[0]) for step in (11 * PERIOD, 12 * PERIOD))
         axis = z[2, start] - z[0, start]

@@ -167,15 +167,18 @@ struct ContactCase {
   std::optional<double> stiffness_N_per_m;  ///< absent: by the rule of checks/contact_setup.hpp
 };
 
+enum class TrajectoryFormat { by_bodies, csv, hdf5 };
+
 struct OutputCase {
-  std::int64_t trajectory_every_steps = 0;  ///< 0: first and last step only
-  std::int64_t trajectory_from_step = 0;    ///< no samples before but the first step
-  std::int64_t bodies_every_steps = 0;      ///< 0: no surfaces of the bodies
-  FieldOutput fields;                       ///< its directory is that of the run
-  std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
-  double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
-  bool wire = false;                        ///< record every message
-  bool trace = false;                       ///< record what each process does when
+  std::int64_t trajectory_every_steps = 0;                           ///< 0: first and last step only
+  std::int64_t trajectory_from_step = 0;                             ///< no samples before but the first step
+  TrajectoryFormat trajectory_format = TrajectoryFormat::by_bodies;  ///< settled once the bodies are known
+  std::int64_t bodies_every_steps = 0;                               ///< 0: no surfaces of the bodies
+  FieldOutput fields;                                                ///< its directory is that of the run
+  std::int64_t checkpoint_every_steps = 0;                           ///< 0: not by steps
+  double checkpoint_every_wall_s = 600.0;                            ///< 0: not by time
+  bool wire = false;                                                 ///< record every message
+  bool trace = false;                                                ///< record what each process does when
 };
 
 /// Whether the fluid's fields are to be written at all.
@@ -190,6 +193,7 @@ struct ServicesCase {
   int fluid_ranks = 1;
   std::vector<std::string> fluid_command;  ///< empty: the service of ours that has the chosen solver
   std::vector<std::string> body_command;
+  int body_threads = 1;
   std::vector<std::string> hosts;     ///< "name" or "name:ranks"; the first has coupler and bodies; empty: this machine
   std::string transport = "ipc";      ///< "ipc", "tcp://host:port" or "in_process"
   double connect_deadline_s = 60.0;   ///< for the Hello of each component
@@ -268,6 +272,10 @@ inline constexpr std::array averaging_names{Choice<LoadAveraging>{"none", LoadAv
 
 enum class SchemeKind { serial_explicit };
 inline constexpr std::array scheme_names{Choice<SchemeKind>{"serial_explicit", SchemeKind::serial_explicit}};
+
+inline constexpr std::array trajectory_format_names{Choice<TrajectoryFormat>{"auto", TrajectoryFormat::by_bodies},
+                                                    Choice<TrajectoryFormat>{"csv", TrajectoryFormat::csv},
+                                                    Choice<TrajectoryFormat>{"hdf5", TrajectoryFormat::hdf5}};
 
 inline constexpr std::array switch_names{Choice<bool>{"true", true}, Choice<bool>{"false", false}};
 

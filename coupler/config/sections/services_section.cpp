@@ -44,6 +44,11 @@ ServicesCase read_services(Reader services) {
   {
     Reader body = services.section("body");
     result.body_command = body.command("command");
+    const std::int64_t threads = body.integer("threads", Range::positive, 1);
+    if (threads > most_threads)
+      body.reject("threads", "is " + std::to_string(threads) + " (at most " + std::to_string(most_threads) +
+                                 "). Use at most the number of cores.");
+    result.body_threads = static_cast<int>(std::min<std::int64_t>(threads, most_threads));
   }
   result.transport = services.text("transport", "ipc");
   if (result.transport != "ipc" && result.transport != in_process_transport &&
@@ -69,7 +74,7 @@ ServicesCase read_services(Reader services) {
 
 nlohmann::ordered_json resolved_services(const ServicesCase& services) {
   return {{"fluid", {{"ranks", services.fluid_ranks}, {"command", services.fluid_command}}},
-          {"body", {{"command", services.body_command}}},
+          {"body", {{"command", services.body_command}, {"threads", services.body_threads}}},
           {"hosts", services.hosts},
           {"transport", services.transport},
           {"connect_deadline_s", services.connect_deadline_s},

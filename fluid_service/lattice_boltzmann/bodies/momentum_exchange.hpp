@@ -6,15 +6,18 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/bodies/boundary_links.hpp"
-#include "lattice_boltzmann/bodies/link_formula.hpp"
 #include "lattice_boltzmann/bodies/thin_films.hpp"
 #include "lattice_boltzmann/kernel/collision.hpp"
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
+#include "lattice_boltzmann/kernel/link_formula.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 
 namespace copepod::fluid {
@@ -82,9 +85,8 @@ inline double along(int direction, const Eigen::Vector3d& u) {
 /// d(e_α·u)/ds along a link whose second cell, x_f − e_α, is covered or beyond a wall: between the two surfaces,
 /// at x_f + q e_α and x_f − q' e_α, the fluid is taken to move as in Couette flow, over a tenth of a link at least,
 /// for surfaces that touch. 0 in front of an open face.
-inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout& layout, const Cell& at,
-                                     const Link& link) {
-  const int alpha = link.direction;
+inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout& layout, const Cell& at, int alpha,
+                                     const Link<double>& link) {
   const auto& e = d3q19::e[alpha];
   const Cell behind = {at[0] - e[0], at[1] - e[1], at[2] - e[2]};
   const Domain& domain = map.domain();
@@ -127,14 +129,18 @@ class MomentumExchange {
   MomentumExchange& operator=(const MomentumExchange&) = delete;
   virtual ~MomentumExchange() = default;
 
-  /// Of one body, which leaves thin films out of its loads.
-  /// @param surface   of the body, on this rank, with the populations after the bulk update; f_ᾱ replaces f̃_α
+  /// Of one body, which leaves thin films out of its loads. What the two bodies on both sides of a film leave out is
+  /// opposite but for what the fluid around the film exerts on both: each receives half of the sum, so that no momentum
+  /// is lost.
+  /// @param links     on this rank, with the populations after the bulk update; f_ᾱ replaces f̃_α
   /// @param returned  mass to be given back, by the weight of the body's links
-  /// @param loads     sums to which this rank's share is added
+  /// @param place     of the body among those near this rank
+  /// @param loads     of these, sums to which this rank's share is added
   /// @param kept_back likewise: momentum that left the fluid, but is not in the loads
   /// @throws SolverError if a population is not finite or absurdly large, naming the cell
-  virtual void operator()(const T* populations, Placement placement, std::size_t body, BodySurface<T>& surface,
-                          double returned, LoadSums& loads, MomentumSums& kept_back) const = 0;
+  virtual void operator()(const T* populations, Placement placement, std::size_t body, std::size_t place,
+                          BoundaryLinks<T>& links, double returned, std::span<LoadSums> loads,
+                          MomentumSums& kept_back) const = 0;
 
  protected:
   MomentumExchange(bool second_cell, bool conserves) : uses_second_cell(second_cell), conserving(conserves) {}
@@ -148,103 +154,217 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         formula_(formula),
         layout_(layout),
         map_(map),
-        films_(films) {}
+        films_(films),
+        exchange_group_(std::get<ExchangeGroup<Formula, T>>(choose_exchange_groups<T>())) {}
 
-  void operator()(const T* populations, Placement placement, std::size_t body_index, BodySurface<T>& surface,
-                  double returned, LoadSums& loads, MomentumSums& kept_back) const override {
+  void operator()(const T* populations, Placement placement, std::size_t body, std::size_t place,
+                  BoundaryLinks<T>& links, double returned, std::span<LoadSums> loads,
+                  MomentumSums& kept_back) const override {
+    const BodySurface& surface = links.of_body(body);
+    const bool by_lanes = is_simple(body);
+    SphereInBlock sphere;
+    if (by_lanes) sphere = in_block(map_.bodies()[body], surface, returned);
+    LaneSums lanes;
+    for (std::size_t g = 0; g < surface.groups.size(); ++g) {
+      if (Formula::uses_second_cell && g + 1 < surface.groups.size())
+        prefetch_second_cells(populations, placement, surface.groups[g + 1]);
+      if (surface.groups[g].used == 0) continue;
+      if (by_lanes && exchange_by_lanes(populations, placement, surface, g, links.populations(), sphere, lanes))
+        continue;
+      exchange_one_by_one(populations, placement, body, place, surface, g, links.populations(), returned, loads,
+                          kept_back);
+    }
+    const auto sum = [](const Lanes<std::int64_t>& values) {
+      return std::accumulate(values.begin(), values.end(), fixed_point::Sum{0});
+    };
+    for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
+    for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
+  }
+
+ private:
+  /// Whether the links of a body are what exchange_group is for: into a sphere, itself or one image of it, whose loads
+  /// no film is left out of.
+  [[nodiscard]] bool is_simple(std::size_t index) const {
+    const LatticeBody& body = map_.bodies()[index];
+    if (body.kind != ShapeKind::sphere || films_.beside(index)) return false;
+    const Domain& domain = map_.domain();
+    const double reach = body.radius + 2.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto cells = static_cast<double>(domain.cells()[axis]);
+      const double x = body.position[axis];
+      if (domain.periodic(axis)) {
+        // The same image from all its cells, which are neither beyond a seam nor nearly half a domain away.
+        const double inside = x - cells * std::floor(x / cells);
+        if (inside < reach || inside > cells - reach || 2.0 * reach > cells - 2.0) return false;
+      } else if (domain.has_mirror(axis) && (x < reach || x > cells - reach)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  [[nodiscard]] SphereInBlock in_block(const LatticeBody& body, const BodySurface& surface, double returned) const {
+    SphereInBlock sphere;
+    sphere.radius = body.radius;
+    sphere.returned = returned;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto low = static_cast<double>(layout_.block().low[axis]);
+      sphere.first_cell[axis] = low + 0.5;
+      sphere.position[axis] = body.position[axis];
+      sphere.velocity[axis] = body.velocity[axis];
+      sphere.angular_velocity[axis] = body.angular_velocity[axis];
+    }
+    const auto group = std::ranges::find_if(surface.groups, [](const CellGroup& g) { return g.used > 0; });
+    if (group == surface.groups.end()) return sphere;
+    const auto lane = std::ranges::find_if(group->directions, [](std::uint32_t d) { return d != 0; });
+    const Cell cell = cell_of(*group, static_cast<std::size_t>(lane - group->directions.begin()));
+    for (int axis = 0; axis < 3; ++axis)
+      if (map_.domain().periodic(axis)) {
+        const auto length = static_cast<double>(map_.domain().cells()[axis]);
+        const double r = (static_cast<double>(cell[axis]) + 0.5) - body.position[axis];
+        sphere.image[axis] = length * std::round(r / length);
+      }
+    return sphere;
+  }
+
+  bool exchange_by_lanes(const T* populations, Placement placement, const BodySurface& surface, std::size_t g,
+                         LinkPopulations<T>& links, const SphereInBlock& sphere, LaneSums& sums) const {
+    const CellGroup& group = surface.groups[g];
+    GroupPopulations<T> values;
+    values.populations = links.crossing.data() + group.first_link;
+    std::array<Lanes<double>, d3q19::directions> behind;
+    if constexpr (Formula::uses_second_cell) {
+      for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+        if ((group.directions[lane] & ~group.second_cells[lane]) != 0) return false;
+        std::size_t link = 0;
+        const Site site = site_of(group, lane);
+        for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1)
+          behind[link++][lane] =
+              static_cast<double>(populations[layout_.entry(site, std::countr_zero(bits), placement)]);
+        for (; link < group.links; ++link) behind[link][lane] = 0.0;
+      }
+      values.inward = links.inward.data() + group.first_link;
+      values.behind = behind.data();
+      values.momentum = &surface.momentum[g];
+    }
+    return exchange_group_(formula_, sphere, group, values, sums);
+  }
+
+  void exchange_one_by_one(const T* populations, Placement placement, std::size_t body_index, std::size_t place_of_body,
+                           const BodySurface& surface, std::size_t g, LinkPopulations<T>& links,
+                           [[maybe_unused]] double returned, std::span<LoadSums> loads, MomentumSums& kept) const {
+    LoadSums& sums = loads[place_of_body];
     using namespace momentum_exchange;
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
+    const CellGroup& group = surface.groups[g];
     const bool beside_films = films_.beside(body_index);
-    LoadSums sums = loads;  // local copies, which need not be stored for every cell
-    MomentumSums kept = kept_back;
-    for (std::size_t i = 0; i < surface.cells.size(); ++i) {
-      const BoundaryCell& cell = surface.cells[i];
-      if (cell.directions == 0) continue;
+    for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+      if (group.directions[lane] == 0) continue;
+      const Cell cell = cell_of(group, lane);
+      Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
       if constexpr (Formula::uses_second_cell)
-        prefetch_second_cells(populations, placement, surface, i + prefetch_distance);
-      const Cell at = position_of(cell);
-      std::int64_t kept_of_cell[3] = {0, 0, 0};
-      // One link, as the body sees it from r in direction `seen`, the n-th of the cell.
-      const auto reflect = [&](int n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
-                               std::int64_t(&force)[3]) __attribute__((always_inline)) {
-        const auto place = cell.first_link + static_cast<std::size_t>(n);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          momentum[static_cast<Eigen::Index>(axis)] = surface.momentum[g][axis][lane];
+      // One link, the n-th of the cell, as the body sees it: from r in direction `seen`.
+      const auto reflect = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
+                               std::int64_t(&force)[3]) {
+        const std::size_t place = group.first_link + n * surface_lanes + lane;
+        T& population = links.crossing[place];
         const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
-        T& population = surface.populations[place];
-        Link link{.direction = alpha,
-                  .leaving = static_cast<double>(population),
-                  .density = 1.0 + surface.excess_density[i],
-                  .e_dot_u_w = along(seen, u)};
+        Link<double> link{.weight = d3q19::weight(alpha),
+                          .leaving = static_cast<double>(population),
+                          .density = 1.0 + group.excess_density[lane],
+                          .e_dot_u_w = along(seen, u),
+                          .wall_distance = 0.5};
+        std::ranges::copy(d3q19::velocity[static_cast<std::size_t>(alpha)], link.e);
         if constexpr (Formula::uses_second_cell) {
-          link.inward = static_cast<double>(surface.inward[place]);
-          link.e_dot_j = along(alpha, surface.momentum[i]);
+          link.inward = static_cast<double>(links.inward[place]);
+          link.e_dot_j = along(alpha, momentum);
         }
         if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, seen);
-        double exact = returning(populations, placement, cell, at, link);
-        if constexpr (Formula::conserving) exact += d3q19::weight(alpha) * returned;
+        double exact = 0.0;
+        if (!Formula::uses_second_cell || ((group.second_cells[lane] >> alpha) & 1U) != 0) {
+          if constexpr (Formula::uses_second_cell)
+            link.behind = static_cast<double>(
+                populations[layout_.entry(site_of(group, lane), alpha, placement)]);  // where it enters x_f
+          exact = formula_.returning(link);
+        } else {
+          // Bounce-back from half-way along the link, where the fluid between the two surfaces moves with
+          //   e_α·u_w + (1/2 − q) d(e_α·u)/ds
+          link.e_dot_u_w += (0.5 - link.wall_distance) * slope_between_surfaces(map_, layout_, cell, alpha, link);
+          exact = BounceBack().returning(link);
+        }
+        if constexpr (Formula::conserving) exact += link.weight * returned;
         population = static_cast<T>(exact);
         const auto stored = static_cast<double>(population);
         const double exchanged = link.leaving + stored;
-        if (!(std::abs(exchanged) < absurd_population)) throw_diverged(at);
-        double resolved = 1.0;
-        if (beside_films)
-          resolved = films_.resolved_share(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
-        const std::int64_t fixed = fixed_point::from_double(resolved * exchanged);
-        for (int axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
-        if (beside_films) {
+        if (!(std::abs(exchanged) < absurd_population)) throw_diverged(cell);
+        ThinFilms::Film film;
+        if (beside_films) film = films_.film(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
+        const std::int64_t fixed = fixed_point::from_double(film.resolved * exchanged);
+        for (std::size_t axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
+        if (film.resolved < 1.0) {
           const std::int64_t unresolved = fixed_point::from_double(exchanged) - fixed;
-          for (int axis = 0; axis < 3; ++axis) kept_of_cell[axis] += e[axis] * unresolved;
+          const std::int64_t half = unresolved / 2;
+          std::int64_t on_other[3] = {0, 0, 0};
+          for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (film.other < 0) {
+              kept[axis] += e[axis] * unresolved;
+            } else {
+              force[axis] += e[axis] * (unresolved - half);
+              on_other[axis] = e[axis] * half;
+            }
+          }
+          // The body itself: through a periodic face.
+          if (film.other >= 0) add(r - film.other_centre, on_other, loads[static_cast<std::size_t>(film.other)]);
         }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - stored;
           for (int axis = 0; axis < 3; ++axis) {
-            const std::int64_t of_absorbed = fixed_point::from_double(resolved * absorbed * u[axis]);
+            const std::int64_t of_absorbed = fixed_point::from_double(film.resolved * absorbed * u[axis]);
             force[axis] -= of_absorbed;
-            kept_of_cell[axis] += of_absorbed;
+            kept[static_cast<std::size_t>(axis)] += of_absorbed;
           }
           sums[mass_component] += fixed_point::from_double(absorbed);
-          sums[weight_component] += fixed_point::from_double(d3q19::weight(alpha));
+          sums[weight_component] += fixed_point::from_double(link.weight);
         }
       };
-      const Eigen::Vector3d r = domain.from_position(body.position, at);
+      const Eigen::Vector3d r = domain.from_position(body.position, cell);
       const Eigen::Vector3d u = body.surface_velocity(r);
-      const std::uint32_t to_images = domain.links_to_images(body.position, r, at, cell.directions);
+      const std::uint32_t to_images = domain.links_to_images(body.position, r, cell, group.directions[lane]);
       std::int64_t force[3] = {0, 0, 0};
-      int n = 0;
-      for (std::uint32_t bits = cell.directions; bits != 0; bits &= bits - 1, ++n) {
+      std::size_t n = 0;
+      for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, ++n) {
         const int alpha = std::countr_zero(bits);
-        if (((to_images >> alpha) & 1U) != 0) [[unlikely]] {
-          const LinkToBody link = domain.link_to_body(body.position, at, alpha);
-          std::int64_t on_image[3] = {0, 0, 0};
-          reflect(n, alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
-          add(link.r, on_image, sums);
-        } else {
+        if (((to_images >> alpha) & 1U) == 0) {
           reflect(n, alpha, alpha, r, u, force);
+          continue;
         }
+        const LinkToBody link = domain.link_to_body(body.position, cell, alpha);
+        std::int64_t on_image[3] = {0, 0, 0};
+        reflect(n, alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
+        add(link.r, on_image, sums);
       }
       add(r, force, sums);
-      if (beside_films || Formula::conserving)
-        for (std::size_t axis = 0; axis < 3; ++axis) kept[axis] += kept_of_cell[axis];
     }
-    loads = sums;
-    kept_back = kept;
   }
 
- private:
-  static constexpr std::size_t prefetch_distance = 4;  ///< second cells are scattered over memory
-
-  void prefetch_second_cells(const T* populations, Placement placement, const BodySurface<T>& surface,
-                             std::size_t place) const {
-    if (place >= surface.cells.size()) return;
-    const BoundaryCell& cell = surface.cells[place];
-    for (std::uint32_t bits = cell.directions & cell.second_cells; bits != 0; bits &= bits - 1)
-      __builtin_prefetch(populations +
-                         layout_.entry(layout_.site(position_of(cell)), std::countr_zero(bits), placement));
-  }
-
-  [[nodiscard]] Cell position_of(const BoundaryCell& cell) const {
+  [[nodiscard]] Cell cell_of(const CellGroup& group, std::size_t lane) const {
     const Cell& low = layout_.block().low;
-    return {low[0] + cell.place[0], low[1] + cell.place[1], low[2] + cell.place[2]};
+    return {low[0] + group.cell[0][lane], low[1] + group.cell[1][lane], low[2] + group.cell[2][lane]};
+  }
+  [[nodiscard]] Site site_of(const CellGroup& group, std::size_t lane) const {
+    return layout_.site(group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]);
+  }
+
+  /// Second cells are scattered over memory. Always inline: gcc drops calls of a function that does nothing but
+  /// prefetch.
+  [[gnu::always_inline]] void prefetch_second_cells(const T* populations, Placement placement,
+                                                    const CellGroup& group) const {
+    for (std::size_t lane = 0; lane < surface_lanes; ++lane)
+      for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1)
+        __builtin_prefetch(populations + layout_.entry(site_of(group, lane), std::countr_zero(bits), placement));
   }
 
   /// Force of a cell's links, and its torque, which is rounded cell by cell.
@@ -257,28 +377,11 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
   }
 
-  /// f_ᾱ(x_f). A formula that needs a second cell where there is none gives way to bounce-back from half-way along the
-  /// link, where the fluid between the two surfaces moves with
-  ///   e_α·u_w + (1/2 − q) d(e_α·u)/ds
-  double returning(const T* populations, Placement placement, const BoundaryCell& boundary, const Cell& at,
-                   Link& link) const {
-    if constexpr (Formula::uses_second_cell) {
-      if (((boundary.second_cells >> link.direction) & 1U) == 0) {
-        Link half_way = link;
-        half_way.e_dot_u_w +=
-            (0.5 - link.wall_distance) * momentum_exchange::slope_between_surfaces(map_, layout_, at, link);
-        return BounceBack().returning(half_way);
-      }
-      link.behind = static_cast<double>(
-          populations[layout_.entry(layout_.site(at), link.direction, placement)]);  // where it enters x_f
-    }
-    return formula_.returning(link);
-  }
-
   Formula formula_;
   const PopulationLayout& layout_;
   const BodyMap& map_;
   const ThinFilms& films_;
+  ExchangeGroup<Formula, T> exchange_group_;
 };
 
 /// With the link formula of a case.

@@ -36,13 +36,23 @@ class ThinFilms {
 
   [[nodiscard]] bool beside(std::size_t body) const { return surfaces_ && !of_body(body).empty(); }
 
-  /// Part of what acts on a point of the body's surface that belongs to its loads.
+  /// The film at a point of a body's surface.
+  struct Film {
+    double resolved = 1.0;  ///< part of what acts there that belongs to the body's loads
+    int other = -1;         ///< on the other side, among the bodies found; −1: a wall or a mirror image
+    Eigen::Vector3d other_centre{0, 0, 0};  ///< of that body or its image, from the body's centre, in cells
+  };
+
+  /// The thinnest one.
   /// @param r  from the body's centre, in cells; of a body that has films beside it
-  [[nodiscard]] double resolved_share(std::size_t body, const Eigen::Vector3d& r) const {
-    double share = 1.0;
-    for (const NearSurface& surface : of_body(body))
-      share = std::min(share, range_.resolved_share(surface.distance_m(setup_.cell_size_m * r)));
-    return share;
+  [[nodiscard]] Film film(std::size_t body, const Eigen::Vector3d& r) const {
+    Film film;
+    for (const NearSurface& surface : of_body(body)) {
+      const double resolved = range_.resolved_share(surface.distance_m(setup_.cell_size_m * r));
+      if (resolved >= film.resolved) continue;
+      film = {resolved, surface.is_mirrored() ? -1 : surface.other, surface.core.centre_W_m / setup_.cell_size_m};
+    }
+    return film;
   }
 
  private:

@@ -51,6 +51,9 @@ class Domain {
   [[nodiscard]] const Face& face(int axis, bool high) const { return faces_[face_index(axis, high)]; }
   [[nodiscard]] bool periodic(int axis) const { return face(axis, false).kind == FaceKind::periodic; }
   [[nodiscard]] bool symmetric(int axis) const { return symmetric_[axis]; }
+  [[nodiscard]] bool has_mirror(int axis) const {
+    return face(axis, false).kind == FaceKind::mirror || face(axis, true).kind == FaceKind::mirror;
+  }
   /// How far moving bodies may reach beyond a face, where contacts hold them.
   [[nodiscard]] double wall_overlap_lu() const { return wall_overlap_lu_; }
   /// Whether a body with its centre there lies on the symmetry plane normal to `axis`, which shows half of

@@ -37,9 +37,8 @@ StreamCollide<T> stream_collide_avx2();
 template <class T>
 StreamCollide<T> stream_collide_avx512();
 
-// The loop around `collide`, compiled once per instruction set (stream_collide_avx512.cpp,
-// stream_collide_avx2.cpp, stream_collide_baseline.cpp). `Isa` is a tag type of the including file: it keeps the
-// instantiations of different instruction sets apart.
+// The loop around `collide`, compiled once per instruction set (avx512.cpp, avx2.cpp, baseline.cpp). `Isa` is a tag
+// type of the including file: it keeps the instantiations of different instruction sets apart.
 
 template <class T, int width>
 using Pack [[gnu::vector_size(sizeof(T) * width)]] = T;

@@ -9,7 +9,7 @@ _PER_RUN = {"session_id", "epoch", "attempt", "protocol_minor"}
 _PER_MESSAGE = {
     "Summary": {"seconds", "ranks"},
     "FluidSetup": {"trace_directory"},
-    "BodySetup": {"trace_directory"},
+    "BodySetup": {"trace_directory", "threads"},
     "FieldOutput": {"directory"},
     "Save": {"path"},
     "Restore": {"path"},

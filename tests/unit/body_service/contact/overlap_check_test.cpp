@@ -19,7 +19,8 @@ std::string reason_at_start(const BodySetup& setup) {
   NearPairs near_pairs(model.shapes(), 0.0, setup.periodic_length_m);
   OverlapCheck check(model, setup.periodic_length_m, near_pairs);
   try {
-    check.check(model.initial_state(), 3);
+    ThreadTeam alone(1);
+    check.check(model.initial_state(), 3, alone);
   } catch (const SolverError& error) {
     EXPECT_EQ(error.step(), 3);
     return error.what();
@@ -114,12 +115,13 @@ TEST(OverlapCheck, CatchesABodyThatComesFromFarAway) {
     NearPairs near_pairs(model.shapes(), 0.0, {});
     OverlapCheck check(model, {}, near_pairs);
     MotionState state = model.initial_state();
+    ThreadTeam alone(1);
     for (double z = start; z > 8.05; z -= 0.1) {
       state.position_m(2, 2) = z * um;
-      ASSERT_NO_THROW(check.check(state, 0)) << "at " << z;
+      ASSERT_NO_THROW(check.check(state, 0, alone)) << "at " << z;
     }
     state.position_m(2, 2) = 7.99 * um;
-    EXPECT_TRUE(contains(reason_of<SolverError>([&] { check.check(state, 0); }), "'target' and 'bullet'"));
+    EXPECT_TRUE(contains(reason_of<SolverError>([&] { check.check(state, 0, alone); }), "'target' and 'bullet'"));
   }
 }
 
@@ -131,16 +133,17 @@ TEST(OverlapCheck, CatchesACapsuleThatTurnsIntoItsNeighbour) {
   NearPairs near_pairs(model.shapes(), 0.0, {});
   OverlapCheck check(model, {}, near_pairs);
   MotionState state = model.initial_state();
+  ThreadTeam alone(1);
   const auto turn_to = [&](double angle) {
     state.orientation_wxyz.col(0) << std::cos(angle / 2), 0, std::sin(angle / 2), 0;
   };
   const double contact_angle = std::numbers::pi / 2 - std::asin(8.0 / 15.0);
   for (double angle = 0.0; angle < contact_angle - 0.01; angle += 0.01) {
     turn_to(angle);
-    ASSERT_NO_THROW(check.check(state, 0)) << "at " << angle;
+    ASSERT_NO_THROW(check.check(state, 0, alone)) << "at " << angle;
   }
   turn_to(contact_angle + 0.01);
-  EXPECT_TRUE(contains(reason_of<SolverError>([&] { check.check(state, 0); }), "'rod' and 'post'"));
+  EXPECT_TRUE(contains(reason_of<SolverError>([&] { check.check(state, 0, alone); }), "'rod' and 'post'"));
 }
 
 }  // namespace

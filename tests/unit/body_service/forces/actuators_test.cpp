@@ -15,13 +15,13 @@ TEST(Actuators, ApplyTheirOwnValuesToTheBodiesOfTheirBlock) {
   BodySetup setup = three_bodies();
   setup.actuators = {actuator_on(0, ActuatorKind::world_force, {0, 0, 1}), pair_force(1, 2),
                      actuator_on(2, ActuatorKind::world_torque, {0, 1, 0})};
-  MotionState state;
+  BlockState state;
   state.resize(2);
   state.position_m << 1, 0, 0, 2, 0, 0;
   state.orientation_wxyz << 1, 1, 0, 0, 0, 0, 0, 0;
-  const Eigen::Matrix3Xd resting = Eigen::Matrix3Xd::Zero(3, 2);
-  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, 2);
-  Eigen::Matrix3Xd torque = Eigen::Matrix3Xd::Zero(3, 2);
+  const BlockVectors resting = BlockVectors::Zero(3, 2);
+  BlockVectors force = BlockVectors::Zero(3, 2);
+  BlockVectors torque = BlockVectors::Zero(3, 2);
   const BodyBlock block{1, 2, {}, {}, {1, 2}};
   Actuators(setup).add_loads({block, state, resting, Eigen::Vector3d(7, 5, 3)}, force, torque);
   const Eigen::Vector3d along = Eigen::Vector3d(-1, 2, 0).normalized();

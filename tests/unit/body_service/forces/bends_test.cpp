@@ -24,11 +24,11 @@ double angle(const Eigen::Matrix3Xd& position_m) {
 Eigen::Matrix3Xd forces(const Eigen::Matrix3Xd& position_m, double rest_angle_rad) {
   BodySetup setup = setup_of({bead("a", {0, 0, 0}), bead("b", {0, 0, 0}), bead("c", {0, 0, 0})}, 1.0);
   setup.bends = {{0, 1, 2, stiffness_N_m, rest_angle_rad}};
-  MotionState state;
+  BlockState state;
   state.resize(3);
   state.position_m = position_m;
-  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, 3);
-  Eigen::Matrix3Xd torque = force;
+  BlockVectors force = BlockVectors::Zero(3, 3);
+  BlockVectors torque = force;
   const BodyBlock block{0, 3, {}, {0}, {}};
   Bends(setup).add_loads({block, state, torque, Eigen::VectorXd()}, force, torque);
   EXPECT_TRUE(torque.isZero(0.0));

@@ -61,10 +61,10 @@ class AnchoredSprings : public testing::Test {
   }
 
   BodySetup setup_;
-  MotionState state_;
-  Eigen::Matrix3Xd angular_velocity_{3, 3};
-  Eigen::Matrix3Xd force_;
-  Eigen::Matrix3Xd torque_;
+  BlockState state_;
+  BlockVectors angular_velocity_{3, 3};
+  BlockVectors force_;
+  BlockVectors torque_;
 };
 
 TEST_F(AnchoredSprings, ConserveMomentumAndAngularMomentum) {
@@ -123,7 +123,7 @@ TEST_F(AnchoredSprings, WithAnchorsAtTheCentresEqualPlainSprings) {
   setup_.springs[0].anchor_A_m.setZero();
   setup_.springs[0].anchor_B_m.setZero();
   add_loads();
-  const Eigen::Matrix3Xd plain = force_;
+  const BlockVectors plain = force_;
   EXPECT_TRUE(torque_.isZero(0.0));
   setup_.springs[0].anchor_A_m = {0, 0, 1e-12};
   force_.setZero();
@@ -133,8 +133,8 @@ TEST_F(AnchoredSprings, WithAnchorsAtTheCentresEqualPlainSprings) {
 
 TEST_F(AnchoredSprings, ActOnTheSameBodiesInABlockThatBeginsLater) {
   add_loads();
-  const Eigen::Matrix3Xd force = force_;
-  const Eigen::Matrix3Xd torque = torque_;
+  const BlockVectors force = force_;
+  const BlockVectors torque = torque_;
   setup_.bodies.insert(setup_.bodies.begin(), bead("before", {9, 9, 9}));
   setup_.springs[0].body_A += 1;
   setup_.springs[0].body_B += 1;
@@ -142,8 +142,8 @@ TEST_F(AnchoredSprings, ActOnTheSameBodiesInABlockThatBeginsLater) {
   torque_.setOnes();
   const BodyBlock block{1, 3, {0}};
   Springs(setup_).add_loads({block, state_, angular_velocity_, Eigen::VectorXd()}, force_, torque_);
-  EXPECT_EQ(force_, (Eigen::Matrix3Xd::Ones(3, 3) + force).eval()) << "added to the sums";
-  EXPECT_EQ(torque_, (Eigen::Matrix3Xd::Ones(3, 3) + torque).eval());
+  EXPECT_EQ(force_, (BlockVectors::Ones(3, 3) + force).eval()) << "added to the sums";
+  EXPECT_EQ(torque_, (BlockVectors::Ones(3, 3) + torque).eval());
 }
 
 TEST(Springs, RefuseWrongBodiesAndNegativeProperties) {

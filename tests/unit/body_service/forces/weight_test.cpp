@@ -26,10 +26,10 @@ TEST(Weight, IsAddedToTheBodiesOfABlock) {
   setup.fluid_density_kg_per_m3 = 1360.0;
   const Weight weight(setup);
   const BodyBlock block{1, 2, {}};
-  const MotionState state;
-  const Eigen::Matrix3Xd resting;
-  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Constant(3, 2, 1e-11);
-  Eigen::Matrix3Xd torque = Eigen::Matrix3Xd::Zero(3, 2);
+  const BlockState state;
+  const BlockVectors resting;
+  BlockVectors force = BlockVectors::Constant(3, 2, 1e-11);
+  BlockVectors torque = BlockVectors::Zero(3, 2);
   weight.add_loads({block, state, resting, Eigen::VectorXd()}, force, torque);
   EXPECT_EQ(force(0, 0), 1e-11);
   EXPECT_DOUBLE_EQ(force(2, 0), 1e-11 - (1e-11 - 1360.0 * volume_m3(setup.bodies[1].shape)) * 9.81);

@@ -124,6 +124,7 @@ const Travels body_travels{
     {"contact.stiffness_N_per_m", {"contact.stiffness_N_per_m=0.25"}},
     {"contact.restitution", {"contact.restitution=0.7"}},
     {"contact.friction", {"contact.friction=0.4"}},
+    {"threads", {"services.body.threads=3"}},
     {"trace_directory", {}},
 };
 

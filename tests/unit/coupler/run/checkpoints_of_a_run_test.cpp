@@ -22,11 +22,11 @@ class CrashedProgram : public Program {
     return contents;
   }
   /// @param settings  more of the command line
-  void expect_the_same_after_crashes(std::vector<std::string> settings) {
+  void expect_the_same_after_crashes(std::vector<std::string> settings, const char* table = "trajectory.csv") {
     settings.insert(settings.end(), checkpoints_every_700.begin(), checkpoints_every_700.end());
     EXPECT_EQ(run(settings), 0) << out.str();
     const json undisturbed = file("summary.json");
-    const std::string trajectory = content_of(out_dir / "trajectory.csv");
+    const std::string trajectory = content_of(out_dir / table);
     const std::string cycles = content_of(out_dir / "cycles.csv");
     const auto bodies = contents_of_bodies();
     EXPECT_EQ(bodies.size(), 27U) << "steps 0, 100, … 2500, and their list";
@@ -45,7 +45,7 @@ class CrashedProgram : public Program {
       EXPECT_EQ(resumed["digest"], undisturbed["digest"]) << crash;
       EXPECT_EQ(resumed["swimmers"], undisturbed["swimmers"]) << crash;
       EXPECT_EQ(resumed["resumed_from_step"], crash / 700 * 700) << crash;
-      EXPECT_EQ(content_of(out_dir / "trajectory.csv"), trajectory) << crash;
+      EXPECT_TRUE(content_of(out_dir / table) == trajectory) << crash;
       EXPECT_EQ(content_of(out_dir / "cycles.csv"), cycles) << crash;
       EXPECT_TRUE(contents_of_bodies() == bodies) << crash;
       EXPECT_EQ(file("provenance.json")["earlier_attempts"][0]["exit_code"], 69);
@@ -54,6 +54,11 @@ class CrashedProgram : public Program {
 };
 
 TEST_F(CrashedProgram, ResumesBitForBit) { expect_the_same_after_crashes({}); }
+
+TEST_F(CrashedProgram, ResumesBitForBitWithATrajectoryInHdf5) {
+  expect_the_same_after_crashes({"--set", "output.trajectory.format=hdf5"}, "trajectory.h5");
+  EXPECT_FALSE(std::filesystem::exists(out_dir / "trajectory.csv"));
+}
 
 TEST_F(CrashedProgram, ResumesBitForBitWithVirtualMasses) {
   expect_the_same_after_crashes({"--set",

@@ -15,7 +15,7 @@ TEST(RunDirectory, MakesItselfAndItsLogs) {
   const TemporaryFolder folder;
   const RunDirectory directory(folder.path("deep/run"));
   EXPECT_TRUE(fs::is_directory(folder.path("deep/run/logs")));
-  EXPECT_TRUE(directory.trajectory().is_absolute());
+  EXPECT_TRUE(directory.trajectory_csv().is_absolute());
 }
 
 }  // namespace

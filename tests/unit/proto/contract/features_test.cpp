@@ -206,6 +206,7 @@ const Names body_essentials{"step_s",
                             "bodies.orientation_wxyz",
                             "bodies.velocity_m_per_s",
                             "bodies.angular_velocity_rad_per_s",
+                            "threads",
                             "trace_directory"};
 
 /// Paths of all fields of a message, those of its nested messages included.

@@ -27,6 +27,7 @@ TEST(SetupBytes, HoldEveryFieldAndReadBackToTheSameBytes) {
   expect_every_field_set(fluid_wire);
   EXPECT_EQ(to_bytes(fluid_setup_from_bytes(to_bytes(fluid))), fluid_wire.SerializeAsString());
   BodySetup body = sample_body_setup();
+  body.threads = 3;
   body.trace_directory = "/trace";
   v1::BodySetup body_wire;
   write(body, body_wire);

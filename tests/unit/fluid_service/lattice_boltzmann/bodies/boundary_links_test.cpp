@@ -1,6 +1,11 @@
 #include "lattice_boltzmann/bodies/boundary_links.hpp"
 
+#include <bit>
+#include <cmath>
+
 #include <gtest/gtest.h>
+
+#include "surface_listing.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -20,7 +25,8 @@ struct Crowd {
     std::vector<LatticeBody> bodies;
     for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, *units);
     map.emplace(*domain, *layout, bodies);
-    links.emplace(*map, *layout, Box{{0, 0, 0}, {16, 20, 18}});
+    links.emplace(*map, *layout, true);
+    populations.resize(static_cast<std::size_t>(layout->values()));
   }
 
   void place(const Eigen::Vector3d& shift) {
@@ -53,7 +59,8 @@ struct Crowd {
   std::optional<Domain> domain;
   std::optional<PopulationLayout> layout;
   std::optional<BodyMap> map;
-  std::optional<BoundaryLinks> links;
+  std::optional<BoundaryLinks<double>> links;
+  std::vector<double> populations;
 };
 
 TEST(BoundaryLinks, AreAllDirectionsFromFluidCellsIntoABodyWhereverItMoves) {
@@ -62,26 +69,79 @@ TEST(BoundaryLinks, AreAllDirectionsFromFluidCellsIntoABodyWhereverItMoves) {
     crowd.place(Eigen::Vector3d(0.31, -0.05, 0.03) * step);
     for (std::int32_t body = 0; body < 3; ++body) {
       std::vector<std::pair<std::int64_t, std::uint32_t>> found;
-      for (const BoundaryCell& cell : crowd.links->of_body(static_cast<std::size_t>(body))) {
-        EXPECT_EQ(crowd.layout->cell(cell.position), cell.site.index);
-        found.emplace_back(cell.site.index, cell.directions);
-      }
+      for (const auto& [index, cell, directions, second_cells] :
+           listing(crowd.links->of_body(static_cast<std::size_t>(body)), *crowd.layout))
+        found.emplace_back(index, directions);
       ASSERT_EQ(found, crowd.expected(body)) << "step " << step << ", body " << body;
       ASSERT_GT(found.size(), 50U);
     }
   }
 }
 
-TEST(BoundaryLinks, CellsOutsideTheInteriorBelongToTheBorder) {
+/// visit(link's place, cell, direction) for all links of all bodies.
+template <class Visit>
+void for_each_link(Crowd& crowd, const Visit& visit) {
+  for (std::size_t body = 0; body < 3; ++body)
+    for (const CellGroup& group : crowd.links->of_body(body).groups)
+      for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+        std::size_t link = group.first_link + lane;
+        for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, link += surface_lanes)
+          visit(link, Cell{group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]}, std::countr_zero(bits));
+      }
+}
+
+// Whether it was fetched when the cell became a boundary cell, or collected after an update: in both placements.
+TEST(BoundaryLinks, HoldThePopulationsOfTheirCellsWhereverTheBodiesMove) {
   Crowd crowd;
-  crowd.links.emplace(*crowd.map, *crowd.layout, Box{{1, 0, 0}, {15, 20, 18}});
-  crowd.place(Eigen::Vector3d::Zero());
-  int border = 0;
-  for (const BoundaryCell& cell : crowd.links->of_body(0)) {
-    EXPECT_EQ(cell.border, cell.position[0] == 0 || cell.position[0] == 15);
-    border += cell.border ? 1 : 0;
+  const Box all{{0, 0, 0}, {16, 20, 18}};
+  for (int step = 0; step < 40; ++step) {
+    const Placement placement = step % 2 == 0 ? Placement::home : Placement::streamed;
+    for (std::size_t i = 0; i < crowd.populations.size(); ++i)
+      crowd.populations[i] = std::sin(static_cast<double>(i + 7 * static_cast<std::size_t>(step)));
+    crowd.links->collect(crowd.populations.data(), placement, all);
+    crowd.place(Eigen::Vector3d(0.31, -0.05, 0.03) * step);
+    crowd.links->fetch(crowd.populations.data(), placement);
+    const LinkPopulations<double>& found = crowd.links->populations();
+    for_each_link(crowd, [&](std::size_t link, const Cell& cell, int alpha) {
+      const auto f = crowd.layout->gather(crowd.populations.data(), crowd.layout->site(cell), placement);
+      ASSERT_EQ(found.crossing[link], f[static_cast<std::size_t>(alpha)]) << step;
+      ASSERT_EQ(found.inward[link], f[static_cast<std::size_t>(d3q19::opposite(alpha))]) << step;
+    });
+    const BodySurface& surface = crowd.links->of_body(0);
+    for (std::size_t g = 0; g < surface.groups.size(); ++g)
+      for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+        const CellGroup& group = surface.groups[g];
+        if (group.directions[lane] == 0) {
+          ASSERT_EQ(group.excess_density[lane], 0.0);
+          for (std::size_t j = 0; j < group.links; ++j)
+            ASSERT_EQ(found.crossing[group.first_link + j * surface_lanes + lane], 0.0);
+          continue;
+        }
+        const Site site = crowd.layout->site(group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]);
+        const Moments<double> m = moments(crowd.layout->gather(crowd.populations.data(), site, placement));
+        ASSERT_EQ(group.excess_density[lane], m.excess_density);
+        for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_EQ(surface.momentum[g][axis][lane], m.momentum[axis]);
+      }
   }
-  EXPECT_GT(border, 0);
+}
+
+TEST(BoundaryLinks, PutWhatReturnsWhereTheUpdateReadsIt) {
+  for (const Placement placement : {Placement::home, Placement::streamed}) {
+    Crowd crowd;
+    crowd.place(Eigen::Vector3d::Zero());
+    crowd.links->fetch(crowd.populations.data(), placement);
+    for (std::size_t i = 0; i < crowd.links->populations().crossing.size(); ++i)
+      crowd.links->populations().crossing[i] = static_cast<double>(i + 1);
+    crowd.links->put_back(crowd.populations.data(), placement, {{0, 0, 0}, {9, 20, 18}});
+    int put = 0;
+    for_each_link(crowd, [&](std::size_t link, const Cell& cell, int alpha) {
+      const std::int64_t read_at = crowd.layout->entry(crowd.layout->site(cell), d3q19::opposite(alpha), placement);
+      const double expected = cell[0] < 9 ? static_cast<double>(link + 1) : 0.0;
+      ASSERT_EQ(crowd.populations[static_cast<std::size_t>(read_at)], expected);
+      put += cell[0] < 9 ? 1 : 0;
+    });
+    EXPECT_GT(put, 100);
+  }
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST(WallDistance, EndsOnTheSurfaceWhereTheLinkFirstMeetsIt) {
     int links = 0;
     for_each_link(body, [&](const Eigen::Vector3d& r, const d3q19::Direction& e) {
       const Eigen::Vector3d link(e[0], e[1], e[2]);
-      const double q = wall_distance(body, r, e);
+      const double q = wall_distance(body, r, d3q19::index_of(e));
       ASSERT_GE(q, 0.0);
       ASSERT_LE(q, 1.0);
       ASSERT_NEAR(distance(body, r + q * link), 0.0, 1e-13);
@@ -101,17 +101,17 @@ TEST(WallDistance, EndsOnTheSurfaceWhereTheLinkFirstMeetsIt) {
 
 TEST(WallDistance, OfKnownLinks) {
   const LatticeBody sphere = body_of(ShapeKind::sphere, 2.0, 0.0, {0, 0, 1});
-  EXPECT_NEAR(wall_distance(sphere, {2.25, 0.0, 0.0}, {-1, 0, 0}), 0.25, 1e-15);
-  EXPECT_NEAR(wall_distance(sphere, {1.75, 1.75, 0.0}, {-1, -1, 0}), 1.75 - std::sqrt(2.0), 1e-15);
+  EXPECT_NEAR(wall_distance(sphere, {2.25, 0.0, 0.0}, d3q19::index_of({-1, 0, 0})), 0.25, 1e-15);
+  EXPECT_NEAR(wall_distance(sphere, {1.75, 1.75, 0.0}, d3q19::index_of({-1, -1, 0})), 1.75 - std::sqrt(2.0), 1e-15);
   const LatticeBody capsule = body_of(ShapeKind::capsule, 2.0, 3.0, {1, 0, 0});
-  EXPECT_NEAR(wall_distance(capsule, {5.75, 0.0, 0.0}, {-1, 0, 0}), 0.75, 1e-15);  // end sphere
-  EXPECT_NEAR(wall_distance(capsule, {1.0, 2.5, 0.0}, {0, -1, 0}), 0.5, 1e-15);    // cylinder
-  EXPECT_NEAR(wall_distance(capsule, {1.0, 2.5, 0.0}, {1, -1, 0}), 0.5, 1e-15);
+  EXPECT_NEAR(wall_distance(capsule, {5.75, 0.0, 0.0}, d3q19::index_of({-1, 0, 0})), 0.75, 1e-15);  // end sphere
+  EXPECT_NEAR(wall_distance(capsule, {1.0, 2.5, 0.0}, d3q19::index_of({0, -1, 0})), 0.5, 1e-15);    // cylinder
+  EXPECT_NEAR(wall_distance(capsule, {1.0, 2.5, 0.0}, d3q19::index_of({1, -1, 0})), 0.5, 1e-15);
 }
 
 TEST(WallDistance, KeepsItsDigitsWhereTheCellTouchesTheSurface) {
   const LatticeBody sphere = body_of(ShapeKind::sphere, 2.0, 0.0, {0, 0, 1});
-  EXPECT_NEAR(wall_distance(sphere, {2.0 + 1e-9, 0.0, 0.0}, {-1, 0, 0}) / 1e-9, 1.0, 1e-6);
+  EXPECT_NEAR(wall_distance(sphere, {2.0 + 1e-9, 0.0, 0.0}, d3q19::index_of({-1, 0, 0})) / 1e-9, 1.0, 1e-6);
 }
 
 }  // namespace

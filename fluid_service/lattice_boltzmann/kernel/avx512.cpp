@@ -1,3 +1,4 @@
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 
 namespace copepod::fluid {
@@ -19,5 +20,13 @@ StreamCollide<T> stream_collide_avx512() {
 
 template StreamCollide<float> stream_collide_avx512<float>();
 template StreamCollide<double> stream_collide_avx512<double>();
+
+template <class T>
+ExchangeGroups<T> exchange_groups_avx512() {
+  return exchange_groups_for<Avx512, T>();
+}
+
+template ExchangeGroups<float> exchange_groups_avx512<float>();
+template ExchangeGroups<double> exchange_groups_avx512<double>();
 
 }  // namespace copepod::fluid

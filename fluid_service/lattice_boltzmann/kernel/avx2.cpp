@@ -1,3 +1,4 @@
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 
 namespace copepod::fluid {
@@ -19,5 +20,13 @@ StreamCollide<T> stream_collide_avx2() {
 
 template StreamCollide<float> stream_collide_avx2<float>();
 template StreamCollide<double> stream_collide_avx2<double>();
+
+template <class T>
+ExchangeGroups<T> exchange_groups_avx2() {
+  return exchange_groups_for<Avx2, T>();
+}
+
+template ExchangeGroups<float> exchange_groups_avx2<float>();
+template ExchangeGroups<double> exchange_groups_avx2<double>();
 
 }  // namespace copepod::fluid

@@ -10,20 +10,26 @@
 
 namespace copepod::fluid {
 
-/// A link from a fluid cell x_f in direction α into a body, lattice units; populations are deviations f − w.
+/// A link from a fluid cell x_f in direction α into a body, lattice units; populations are deviations f − w. `V` is a
+/// number, or a SIMD pack of them: one link each.
+template <class V>
 struct Link {
-  int direction = 0;           ///< α
-  double leaving = 0.0;        ///< f̃_α(x_f)
-  double density = 0.0;        ///< ρ_w, that of the fluid cell
-  double e_dot_u_w = 0.0;      ///< e_α·u_w
-  double wall_distance = 0.5;  ///< q: the surface is at x_f + q e_α
-  double inward = 0.0;         ///< f̃_ᾱ(x_f), which leaves for the second cell
-  double behind = 0.0;         ///< f̃_α(x_f − e_α), which the second cell sends
-  double e_dot_j = 0.0;        ///< e_α·j, j the momentum of x_f
+  V e[3]{};           ///< e_α
+  V weight{};         ///< w_α
+  V leaving{};        ///< f̃_α(x_f)
+  V density{};        ///< ρ_w, that of the fluid cell
+  V e_dot_u_w{};      ///< e_α·u_w
+  V wall_distance{};  ///< q: the surface is at x_f + q e_α
+  V inward{};         ///< f̃_ᾱ(x_f), which leaves for the second cell
+  V behind{};         ///< f̃_α(x_f − e_α), which the second cell sends
+  V e_dot_j{};        ///< e_α·j, j the momentum of x_f
 };
 
 /// w_α ρ_w e_α·u_w, by which a moving surface acts in every formula.
-inline double wall_term(const Link& link) { return d3q19::weight(link.direction) * link.density * link.e_dot_u_w; }
+template <class V>
+[[gnu::always_inline]] inline V wall_term(const Link<V>& link) {
+  return link.weight * link.density * link.e_dot_u_w;
+}
 
 /// What a formula needs, and does, beyond bounce-back.
 struct LinkFormula {
@@ -40,8 +46,9 @@ struct BounceBack {
   static constexpr bool uses_second_cell = false;
   static constexpr bool conserving = false;
 
-  static double returning(const Link& link) {
-    return link.leaving - 6.0 * d3q19::weight(link.direction) * link.density * link.e_dot_u_w;
+  template <class V>
+  [[gnu::always_inline]] static V returning(const Link<V>& link) {
+    return link.leaving - 6.0 * link.weight * link.density * link.e_dot_u_w;
   }
 };
 
@@ -49,19 +56,22 @@ struct BounceBack {
 ///   q < 1/2:  f_ᾱ(x_f) = 2q f̃_α(x_f) + (1 − 2q) f̃_α(x_f − e_α) − 6 w_α ρ_w e_α·u_w
 ///   q ≥ 1/2:  f_ᾱ(x_f) = [f̃_α(x_f) + (2q − 1) f̃_ᾱ(x_f) − 6 w_α ρ_w e_α·u_w] / 2q
 struct Interpolated : LinkFormula {
-  static double returning(const Link& link) {
-    const double twice = 2.0 * link.wall_distance;
-    if (twice < 1.0) return twice * link.leaving + (1.0 - twice) * link.behind - 6.0 * wall_term(link);
-    return (link.leaving + (twice - 1.0) * link.inward - 6.0 * wall_term(link)) / twice;
+  template <class V>
+  [[gnu::always_inline]] static V returning(const Link<V>& link) {
+    const V twice = 2.0 * link.wall_distance;
+    const V before = twice * link.leaving + (1.0 - twice) * link.behind - 6.0 * wall_term(link);
+    const V after = (link.leaving + (twice - 1.0) * link.inward - 6.0 * wall_term(link)) / twice;
+    return twice < 1.0 ? before : after;
   }
 };
 
 /// Central linear interpolation [Ginzburg, Verhaeghe, d'Humières 2008], with TRT at the same place for every τ:
 ///   f_ᾱ(x_f) = f̃_α(x_f) + (1 − 2q)/(1 + 2q) [f̃_α(x_f − e_α) − f̃_ᾱ(x_f)] − 12/(1 + 2q) w_α ρ_w e_α·u_w
 struct CentralLinear : LinkFormula {
-  static double returning(const Link& link) {
-    const double scale = 1.0 / (1.0 + 2.0 * link.wall_distance);
-    const double weight = (1.0 - 2.0 * link.wall_distance) * scale;
+  template <class V>
+  [[gnu::always_inline]] static V returning(const Link<V>& link) {
+    const V scale = 1.0 / (1.0 + 2.0 * link.wall_distance);
+    const V weight = (1.0 - 2.0 * link.wall_distance) * scale;
     return link.leaving + weight * (link.behind - link.inward) - 12.0 * scale * wall_term(link);
   }
 };
@@ -86,17 +96,17 @@ class Parabolic : public LinkFormula {
         per_even_(1.0 / (2.0 * even_time(c) - 1.0)),
         share_(4.0 * std::min(even_time(c), 0.95)) {}
 
-  [[nodiscard]] double returning(const Link& link) const {
-    const auto& e = d3q19::e[link.direction];
-    const double q = link.wall_distance;
-    const double thrice_w = 3.0 * d3q19::weight(link.direction);
-    const double odd_equilibrium = thrice_w * link.e_dot_j;
-    const double source = thrice_w * (e[0] * force_[0] + e[1] * force_[1] + e[2] * force_[2]);
-    const double odd = 0.5 * (link.leaving - link.inward);
-    const double change_and_source = (odd - odd_equilibrium) * per_odd_;
-    const double change = change_and_source - source;
-    const double missing = odd_equilibrium - 0.5 * source + q * (link.leaving - link.behind + change) +
-                           q * q * per_even_ * change_and_source - 3.0 * wall_term(link);
+  template <class V>
+  [[gnu::always_inline]] [[nodiscard]] V returning(const Link<V>& link) const {
+    const V q = link.wall_distance;
+    const V thrice_w = 3.0 * link.weight;
+    const V odd_equilibrium = thrice_w * link.e_dot_j;
+    const V source = thrice_w * (link.e[0] * force_[0] + link.e[1] * force_[1] + link.e[2] * force_[2]);
+    const V odd = 0.5 * (link.leaving - link.inward);
+    const V change_and_source = (odd - odd_equilibrium) * per_odd_;
+    const V change = change_and_source - source;
+    const V missing = odd_equilibrium - 0.5 * source + q * (link.leaving - link.behind + change) +
+                      q * q * per_even_ * change_and_source - 3.0 * wall_term(link);
     return link.behind - 2.0 * (odd + change) + share_ / (1.0 + 2.0 * q) * missing;
   }
 

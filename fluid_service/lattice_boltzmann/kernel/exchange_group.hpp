@@ -1,0 +1,234 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <tuple>
+
+#include "lattice_boltzmann/kernel/link_formula.hpp"
+#include "lattice_boltzmann/kernel/stream_collide.hpp"
+#include "lattice_boltzmann/kernel/surface_cells.hpp"
+
+// Momentum exchange of eight boundary cells of a sphere at once: what MomentumExchange does for most cells, with the
+// same bits. Compiled once per instruction set, like the bulk update, and hence without Eigen.
+
+namespace copepod::fluid {
+
+/// A sphere and where its boundary cells are, lattice units.
+struct SphereInBlock {
+  double first_cell[3]{};  ///< centre of the block's first cell
+  double position[3]{};
+  double image[3]{};  ///< what leads from its centre to the image that the block sees
+  double velocity[3]{};
+  double angular_velocity[3]{};
+  double radius = 0.0;
+  double returned = 0.0;  ///< mass to be given back, by the weight of the links
+};
+
+/// What a group reads, and writes: one value per link and lane, from its first link on.
+template <class T>
+struct GroupPopulations {
+  T* populations = nullptr;
+  const T* inward = nullptr;                               ///< of formulas that use second cells
+  const Lanes<double>* behind = nullptr;                   ///< likewise: f̃_α(x_f − e_α)
+  const std::array<Lanes<double>, 3>* momentum = nullptr;  ///< likewise
+};
+
+/// Sums by lane, as integers: LoadSums and the momentum kept back.
+struct LaneSums {
+  static constexpr std::size_t components = 11;
+  std::array<Lanes<std::int64_t>, components> sums{};
+
+  /// Rounds a number below 2 to a multiple of 2⁻⁵⁰, as fixed_point::from_double does: in [4, 8) these are the doubles.
+  static constexpr double rounder = 6.0;
+  static constexpr double limit = 1.9;
+};
+
+/// Momentum exchange of the cells of a group with a sphere.
+/// @return whether all numbers are small enough for exact sums; if not, nothing has changed
+template <class Formula, class T>
+using ExchangeGroup = bool (*)(const Formula& formula, const SphereInBlock& sphere, const CellGroup& group,
+                               const GroupPopulations<T>& values, LaneSums& sums);
+
+template <class T>
+using ExchangeGroups = std::tuple<ExchangeGroup<BounceBack, T>, ExchangeGroup<Interpolated, T>,
+                                  ExchangeGroup<CentralLinear, T>, ExchangeGroup<Parabolic, T>>;
+
+/// The fastest build that this machine can run.
+template <class T>
+ExchangeGroups<T> choose_exchange_groups();
+
+/// A particular build, for tests; only on machines that can run it (stream_collide_avx512 tells).
+template <class T>
+ExchangeGroups<T> exchange_groups_baseline();
+template <class T>
+ExchangeGroups<T> exchange_groups_avx2();
+template <class T>
+ExchangeGroups<T> exchange_groups_avx512();
+
+template <class Isa, class Formula, class T>
+struct ExchangeGroupLoop {
+  static constexpr std::size_t width = Isa::vector_bytes / sizeof(double);
+  template <class U>
+  struct PackOf {  // a member, which gcc 12 takes as an argument of templates; it mistakes Pack<U, width> for U
+    using Type [[gnu::vector_size(sizeof(U) * width)]] = U;
+  };
+  using V = typename PackOf<double>::Type;
+  using TLanes = typename PackOf<T>::Type;
+  using Bits = typename PackOf<std::int32_t>::Type;
+  using Integers = typename PackOf<std::int64_t>::Type;
+  static constexpr std::size_t components = Formula::conserving ? LaneSums::components : 6;
+
+  /// What a group becomes if its numbers turn out to be small.
+  struct Outcome {
+    std::array<Lanes<T>, d3q19::directions> returning;  ///< by link
+    std::array<Lanes<double>, components> added;
+  };
+
+  static bool run(const Formula& formula, const SphereInBlock& sphere, const CellGroup& group,
+                  const GroupPopulations<T>& values, LaneSums& sums) {
+    Outcome outcome;
+    for (std::size_t lane = 0; lane < surface_lanes; lane += width)
+      if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
+    std::memcpy(values.populations, outcome.returning.data(), group.links * sizeof(Lanes<T>));
+    for (std::size_t c = 0; c < components; ++c)
+      for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
+        const V shifted = load<V>(outcome.added[c].data() + lane) + LaneSums::rounder;
+        Integers bits;
+        std::memcpy(&bits, &shifted, sizeof(bits));
+        const Integers sum = load<Integers>(sums.sums[c].data() + lane) + (bits - bits_of_rounder);
+        std::memcpy(sums.sums[c].data() + lane, &sum, sizeof(sum));
+      }
+    return true;
+  }
+
+ private:
+  static constexpr std::int64_t bits_of_rounder = __builtin_bit_cast(std::int64_t, LaneSums::rounder);
+  /// Directions along the axes, and those with a positive (sign 1) or negative component along one.
+  static constexpr std::int32_t axes = 0x7e;
+  static constexpr std::int32_t along(std::size_t axis, int sign) {
+    std::int32_t result = 0;
+    for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha)
+      if (d3q19::e[alpha][axis] == sign) result |= 1 << alpha;
+    return result;
+  }
+  static_assert(2.0 * d3q19::weight(7) == d3q19::weight(1));
+
+  template <class Vector, class U>
+  [[gnu::always_inline]] static Vector load(const U* values) {
+    typename PackOf<U>::Type packed;
+    std::memcpy(&packed, values, sizeof(packed));
+    return __builtin_convertvector(packed, Vector);
+  }
+
+  [[gnu::always_inline]] static V square_root(const V& x) {
+    double lanes[width];
+    std::memcpy(lanes, &x, sizeof(x));
+    for (double& lane : lanes) lane = __builtin_sqrt(lane);
+    V result;
+    std::memcpy(&result, lanes, sizeof(result));
+    return result;
+  }
+
+  [[gnu::always_inline]] static V rounded(const V& x) { return (x + LaneSums::rounder) - LaneSums::rounder; }
+  [[gnu::always_inline]] static V dot(const V (&a)[3], const V (&b)[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  }
+
+  /// Where links cross the sphere, as entry_into_sphere has it.
+  [[gnu::always_inline]] static V wall_distance(const V& e_dot_r, const V& e_squared, const V& constant) {
+    const V linear = -e_dot_r;
+    const V discriminant = linear * linear - e_squared * constant;
+    const V q = constant / (linear + square_root(discriminant));
+    const Integers misses = (linear <= 0.0) | (constant < 0.0) | (discriminant < 0.0) | ~(q < 1.0);
+    return misses ? V{} + 1.0 : q;
+  }
+
+  /// Of the lanes from `lane` on.
+  [[gnu::always_inline]] static bool exchange(const Formula& formula, const SphereInBlock& sphere,
+                                              const CellGroup& group, const GroupPopulations<T>& values,
+                                              std::size_t lane, Outcome& outcome) {
+    constexpr double small = 0.2;  // 36 of them fit the sums of a cell, below 8 without rounding
+    V r[3];
+    for (std::size_t a = 0; a < 3; ++a)
+      r[a] = (load<V>(group.cell[a].data() + lane) + sphere.first_cell[a]) - sphere.position[a] - sphere.image[a];
+    const double* w = sphere.angular_velocity;
+    const V u[3] = {sphere.velocity[0] + (w[1] * r[2] - w[2] * r[1]), sphere.velocity[1] + (w[2] * r[0] - w[0] * r[2]),
+                    sphere.velocity[2] + (w[0] * r[1] - w[1] * r[0])};
+    const V constant = dot(r, r) - sphere.radius * sphere.radius;
+    Integers good = dot(u, u) < 1.0;
+    V force[3] = {};
+    V kept[3] = {};
+    V mass = {};
+    V weights = {};
+    Bits left = load<Bits>(group.directions.data() + lane);
+    Link<V> link;
+    link.density = 1.0 + load<V>(group.excess_density.data() + lane);
+    for (std::uint32_t j = 0; j < group.links; ++j) {
+      const Bits bit = left & -left;
+      left ^= bit;
+      for (std::size_t a = 0; a < 3; ++a)
+        link.e[a] = __builtin_convertvector(((bit & along(a, -1)) != 0) - ((bit & along(a, 1)) != 0), V);
+      link.weight = __builtin_convertvector(-((bit & axes) != 0) - (bit != 0), V) * d3q19::weight(7);
+      const std::size_t place = j * surface_lanes + lane;
+      link.leaving = load<V>(values.populations + place);
+      link.e_dot_u_w = dot(link.e, u);
+      if constexpr (Formula::uses_second_cell) {
+        link.inward = load<V>(values.inward + place);
+        link.behind = load<V>(values.behind[j].data() + lane);
+        const auto& momentum = *values.momentum;
+        link.e_dot_j = link.e[0] * load<V>(momentum[0].data() + lane) + link.e[1] * load<V>(momentum[1].data() + lane) +
+                       link.e[2] * load<V>(momentum[2].data() + lane);
+      }
+      if constexpr (Formula::uses_wall_distance)
+        link.wall_distance = wall_distance(dot(link.e, r), dot(link.e, link.e), constant);
+      V exact = formula.template returning<V>(link);
+      if constexpr (Formula::conserving) exact = exact + link.weight * sphere.returned;
+      const TLanes stored = __builtin_convertvector(exact, TLanes);
+      std::memcpy(outcome.returning[j].data() + lane, &stored, sizeof(stored));
+      const V returning = __builtin_convertvector(stored, V);
+      const V exchanged = link.leaving + returning;
+      good &= exchanged * exchanged < small * small;
+      const V fixed = rounded(exchanged);
+      for (std::size_t a = 0; a < 3; ++a) force[a] = force[a] + link.e[a] * fixed;
+      if constexpr (Formula::conserving) {
+        const V absorbed = link.leaving - returning;
+        good &= absorbed * absorbed < small * small;
+        for (std::size_t a = 0; a < 3; ++a) {
+          const V of_absorbed = rounded(absorbed * u[a]);
+          force[a] = force[a] - of_absorbed;
+          kept[a] = kept[a] + of_absorbed;
+        }
+        mass = mass + rounded(absorbed);
+        weights = weights + rounded(link.weight);
+      }
+    }
+    const V added[] = {force[0],
+                       force[1],
+                       force[2],
+                       r[1] * force[2] - r[2] * force[1],
+                       r[2] * force[0] - r[0] * force[2],
+                       r[0] * force[1] - r[1] * force[0],
+                       mass,
+                       weights,
+                       kept[0],
+                       kept[1],
+                       kept[2]};
+    for (std::size_t c = 0; c < components; ++c) {
+      good &= added[c] * added[c] < LaneSums::limit * LaneSums::limit;
+      std::memcpy(outcome.added[c].data() + lane, &added[c], sizeof(V));
+    }
+    bool all = true;
+    for (std::size_t l = 0; l < width; ++l) all = all && good[l] != 0;
+    return all;
+  }
+};
+
+/// For every formula.
+template <class Isa, class T>
+ExchangeGroups<T> exchange_groups_for() {
+  return {&ExchangeGroupLoop<Isa, BounceBack, T>::run, &ExchangeGroupLoop<Isa, Interpolated, T>::run,
+          &ExchangeGroupLoop<Isa, CentralLinear, T>::run, &ExchangeGroupLoop<Isa, Parabolic, T>::run};
+}
+
+}  // namespace copepod::fluid
