@@ -9,8 +9,7 @@ namespace copepod::body {
 
 namespace {
 
-/// Calls apply(part, same part) for each of the four parts of a state, of all bodies and of a block; pointers to
-/// members.
+/// Calls apply(part, same part) with pointers to the four members of a state, of all bodies and of a block.
 template <class Apply>
 void for_each_part(const Apply& apply) {
   apply(&MotionState::position_m, &BlockState::position_m);

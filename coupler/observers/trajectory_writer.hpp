@@ -33,8 +33,8 @@ class TrajectoryFile {
 /// trajectory.csv has one row per body and sample, doubles as the shortest text that reads back to the same bits;
 /// trajectory.h5 has a dataset of shape (samples, bodies, components) for each quantity, and `step`, `time_s`, `body`.
 /// There is a sample for every `every_steps`-th step, for the first and for the last; that of the last step holds the
-/// state at the end of the run and the loads of the step that led there. Positions are not folded back into a periodic
-/// domain.
+/// state at the end of the run and the loads of the step that led there. Positions are not folded back into the
+/// periodic domain.
 class TrajectoryWriter final : public Observer {
  public:
   /// @param path         its suffix decides the form

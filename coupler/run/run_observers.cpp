@@ -24,7 +24,7 @@ std::optional<TableEnd> end_of(const std::filesystem::path& table, const Coupler
   return found == resumed->tables.end() ? TableEnd{} : found->second;
 }
 
-/// A run that is resumed goes on in the form that it began.
+/// A resumed run continues in the form in which it began.
 std::filesystem::path trajectory_of(const LoadedCase& loaded, const RunDirectory& directory,
                                     const CouplerState* resumed) {
   const bool is_csv = resumed != nullptr ? resumed->tables.contains(directory.trajectory_csv().filename().string())

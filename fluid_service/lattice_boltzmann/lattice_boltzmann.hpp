@@ -60,7 +60,7 @@ class PhaseTimer {
 /// diverged is a SolverError: from advance within 1024 steps, from fields, save and summarise at once.
 ///
 /// One step, with populations stored in place (lattice/population_layout.hpp):
-///   exchange: tell ranks of the bodies near them -> map these -> refill uncovered cells -> links
+///   exchange: kinematics to the ranks near each body -> map these -> refill uncovered cells -> links
 ///             -> momentum exchange -> sum the loads
 ///   advance:  domain faces, other ranks' populations -> reflected populations -> stream and collide -> collect
 /// Link formulas that use a second cell need other ranks' populations before the momentum exchange.

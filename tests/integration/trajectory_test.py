@@ -1,4 +1,4 @@
-"""trajectory.h5 beside trajectory.csv: the same numbers, while a run writes, after it was killed, and on a full disk."""
+"""trajectory.h5 beside trajectory.csv: the same numbers, while a run writes, once it was killed, on a full disk."""
 
 import importlib.util
 import os
@@ -6,6 +6,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import unittest
 
 import h5py
@@ -152,6 +153,7 @@ class TrajectoryTest(WholeRunTest):
 
     @unittest.skipIf(importlib.util.find_spec("pandas") is None, "pandas is not installed")
     def test_python_package_reads_either_form(self):
+        sys.path.insert(0, str(ROOT / "python"))  # before the generated modules, which are in a package of this name
         import copepod
 
         runs = [copepod.load(self.run_of(VACUUM, f"output.trajectory.format={form}")) for form in ("hdf5", "csv")]

@@ -232,7 +232,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     const CellGroup& group = surface.groups[g];
     GroupPopulations<T> values;
     values.populations = links.crossing.data() + group.first_link;
-    std::array<Lanes<double>, d3q19::directions> behind;
+    std::array<Lanes<double>, d3q19::directions> behind{};
     if constexpr (Formula::uses_second_cell) {
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
         if ((group.directions[lane] & ~group.second_cells[lane]) != 0) return false;
@@ -241,7 +241,6 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1)
           behind[link++][lane] =
               static_cast<double>(populations[layout_.entry(site, std::countr_zero(bits), placement)]);
-        for (; link < group.links; ++link) behind[link][lane] = 0.0;
       }
       values.inward = links.inward.data() + group.first_link;
       values.behind = behind.data();
@@ -310,7 +309,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           std::int64_t on_other[3] = {0, 0, 0};
           for (std::size_t axis = 0; axis < 3; ++axis) {
             if (film.other < 0) {
-              kept[axis] += e[axis] * unresolved;
+              kept[axis] += fixed_point::Sum{e[axis]} * unresolved;
             } else {
               force[axis] += e[axis] * (unresolved - half);
               on_other[axis] = e[axis] * half;
@@ -358,8 +357,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return layout_.site(group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]);
   }
 
-  /// Second cells are scattered over memory. Always inline: gcc drops calls of a function that does nothing but
-  /// prefetch.
+  /// Second cells are scattered over memory. Always inline: gcc drops calls of functions that only prefetch.
   [[gnu::always_inline]] void prefetch_second_cells(const T* populations, Placement placement,
                                                     const CellGroup& group) const {
     for (std::size_t lane = 0; lane < surface_lanes; ++lane)

@@ -56,7 +56,7 @@ bool fits_64_bits(fixed_point::Sum sum) {
 }
 
 void append_loads(std::vector<std::byte>& message, std::int32_t body, const LoadSums& sums) {
-  std::array<std::byte, most_bytes_of_loads> loads;
+  std::array<std::byte, most_bytes_of_loads> loads{};
   std::byte* end = loads.data();
   const bool wide = !std::ranges::all_of(sums, fits_64_bits);
   end = put(end, 2 * std::int64_t{body} + (wide ? 1 : 0));

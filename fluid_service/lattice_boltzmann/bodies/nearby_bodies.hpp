@@ -28,9 +28,7 @@ class NearBlocks {
   /// @param film_reach_lu  surfaces so far from a surface matter to its links
   NearBlocks(const Domain& domain, const BlockPartition& partition, double film_reach_lu);
 
-  /// @param position_lu         of the centre; without a place in the domain it counts as at the nearest cell, and if
-  /// it
-  ///                            is not finite as at the first one
+  /// @param position_lu         of the centre; outside the domain the nearest cell counts, if not finite the first one
   /// @param bounding_radius_lu  of the body
   [[nodiscard]] BlockRange around(const Eigen::Vector3d& position_lu, double bounding_radius_lu) const;
 
@@ -50,7 +48,7 @@ class NearBlocks {
   std::array<std::vector<int>, 3> place_;  ///< of the block, by axis and cell
 };
 
-/// Tells each rank what it needs of the bodies near its block, and brings to rank 0 what the rank finds to act on them.
+/// Sends each rank what it needs of the bodies near its block, and brings to rank 0 what the rank finds to act on them.
 /// A body that leaves a rank is sent there once more, so that it gives up its cells. What a rank sends and receives
 /// depends on the bodies near it, and for the first rank of a group (relays.hpp) on those near the group; only rank 0
 /// has to do with all bodies.
@@ -58,7 +56,7 @@ class NearBlocks {
 /// One step, collective: scatter -> gather -> finish
 class NearbyBodies {
  public:
-  /// @param returns_mass  bodies give mass back, which rank 0 alone can say
+  /// @param returns_mass  bodies give mass back, which only rank 0 has
   NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, const Domain& domain,
                const BlockPartition& partition, bool returns_mass, Communicator& communicator);
 

@@ -58,7 +58,7 @@ using ExchangeGroups = std::tuple<ExchangeGroup<BounceBack, T>, ExchangeGroup<In
 template <class T>
 ExchangeGroups<T> choose_exchange_groups();
 
-/// A particular build, for tests; only on machines that can run it (stream_collide_avx512 tells).
+/// A particular build, for tests; only on machines for which the same build of stream_collide is not null.
 template <class T>
 ExchangeGroups<T> exchange_groups_baseline();
 template <class T>
@@ -87,7 +87,7 @@ struct ExchangeGroupLoop {
 
   static bool run(const Formula& formula, const SphereInBlock& sphere, const CellGroup& group,
                   const GroupPopulations<T>& values, LaneSums& sums) {
-    Outcome outcome;
+    Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
     for (std::size_t lane = 0; lane < surface_lanes; lane += width)
       if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
     std::memcpy(values.populations, outcome.returning.data(), group.links * sizeof(Lanes<T>));

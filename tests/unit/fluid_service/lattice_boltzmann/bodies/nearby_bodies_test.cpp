@@ -178,7 +178,7 @@ class Drift {
   }
 };
 
-/// Every rank: compares what it hears with the definition, and rank 0 the sums.
+/// Every rank: compares what it receives with the definition, and rank 0 the sums.
 void follow_the_drift(Communicator& ranks) {
   const FluidSetup setup = Drift::setup(ranks.size());
   const LatticeUnits units(setup);
