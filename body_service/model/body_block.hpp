@@ -15,10 +15,10 @@ namespace copepod::body {
 struct BodyBlock {
   Eigen::Index first = 0;
   Eigen::Index bodies = 0;
-  bool of_free_spheres = false;  ///< whether nothing but loads and inertia determines how its bodies move and turn
   std::vector<int> springs{};    ///< indices of its springs, ascending
   std::vector<int> bends{};      ///< of its bends
   std::vector<int> actuators{};  ///< of its actuators
+  bool of_free_spheres = false;  ///< whether nothing but loads and inertia determines how its bodies move and turn
 };
 
 /// Cuts the bodies into blocks of about `preferred_bodies`, longer only where what joins bodies prevents a cut.
