@@ -81,7 +81,7 @@ def evaluate(folder: Path, point: Point) -> Noise:
 
 def _work(folder: Path) -> float:
     seconds = json.loads((folder / "summary.json").read_text())["phases_s"].get("fluid", {})
-    at_surface = sum(seconds.get(phase, np.nan) for phase in ("map", "refill", "momentum", "reflect"))
+    at_surface = sum(seconds.get(phase, np.nan) for phase in ("map", "refill", "momentum"))
     return 100 * at_surface / seconds.get("bulk", np.nan)
 
 

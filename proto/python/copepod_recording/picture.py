@@ -19,7 +19,6 @@ _COLOURS = {
     "reduce": "#7d4e57",
     "halo": "#9d4edd",
     "bulk": "#2e6f9e",
-    "reflect": "#5c4d7d",
 }
 _OTHER = "#999999"
 
