@@ -165,7 +165,16 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     SphereInBlock sphere;
     if (by_lanes) sphere = in_block(map_.bodies()[body], surface, returned);
     LaneSums lanes;
+    const auto add_lanes = [&] {
+      const auto sum = [](const Lanes<std::int64_t>& values) {
+        return std::accumulate(values.begin(), values.end(), fixed_point::Sum{0});
+      };
+      for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
+      for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
+      lanes = {};
+    };
     for (std::size_t g = 0; g < surface.groups.size(); ++g) {
+      if (g % LaneSums::most_groups == 0) add_lanes();
       if (Formula::uses_second_cell && g + 1 < surface.groups.size())
         prefetch_second_cells(populations, placement, surface.groups[g + 1]);
       if (surface.groups[g].used == 0) continue;
@@ -174,11 +183,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       exchange_one_by_one(populations, placement, body, place, surface, g, links.populations(), returned, loads,
                           kept_back);
     }
-    const auto sum = [](const Lanes<std::int64_t>& values) {
-      return std::accumulate(values.begin(), values.end(), fixed_point::Sum{0});
-    };
-    for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
-    for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
+    add_lanes();
   }
 
  private:

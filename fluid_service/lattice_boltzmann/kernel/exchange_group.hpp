@@ -42,6 +42,7 @@ struct LaneSums {
   /// Rounds a number below 2 to a multiple of 2⁻⁵⁰, as fixed_point::from_double does: in [4, 8) these are the doubles.
   static constexpr double rounder = 6.0;
   static constexpr double limit = 1.9;
+  static constexpr std::size_t most_groups = 4096;  ///< of which 64 bits surely hold the sums: 2¹² times 2⁵¹
 };
 
 /// Momentum exchange of the cells of a group with a sphere.
