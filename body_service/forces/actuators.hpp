@@ -20,8 +20,8 @@ class Actuators final : public ForceElement {
 
  private:
   struct Drive {
-    int body_A;
-    int body_B;
+    int body_A = 0;
+    int body_B = 0;
     int other = -1;  ///< index in others_; −1: pushes the centres of its bodies apart
   };
 

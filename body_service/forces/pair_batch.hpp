@@ -10,7 +10,7 @@ namespace copepod::body {
 
 /// Some pairs of bodies that push or pull along the line between their centres: gathered, so that loops over them use
 /// vectors of the processor, and scattered one by one, in the order in which they came.
-struct PairBatch {
+struct PairBatch {  // NOLINT(cppcoreguidelines-pro-type-member-init): its arrays are filled up to `size`
   static constexpr int most = 64;
   using Numbers = std::array<double, most>;
 

@@ -67,7 +67,7 @@ void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&
 
 std::size_t Springs::add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const {
   PairBatch pairs;
-  std::array<PairBatch::Numbers, 3> ddot_AB_m_per_s;
+  std::array<PairBatch::Numbers, 3> ddot_AB_m_per_s;  // NOLINT(cppcoreguidelines-pro-type-member-init): likewise
   std::array<SpringLaw, PairBatch::most> laws;
   std::size_t next = from;
   for (; next < stage.block.springs.size() && !pairs.full(); ++next) {

@@ -66,8 +66,8 @@ class Springs final : public ForceElement {
 
  private:
   struct Spring {
-    int body_A;
-    int body_B;
+    int body_A = 0;
+    int body_B = 0;
     SpringLaw law;
     int anchors = -1;  ///< index; −1: both anchors are the centres of mass
   };
