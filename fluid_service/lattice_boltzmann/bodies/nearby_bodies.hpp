@@ -50,7 +50,7 @@ class NearBlocks {
 
 /// Sends each rank what it needs of the bodies near its block, and brings to rank 0 what the rank finds to act on them.
 /// A body that leaves a rank is sent there once more, so that it gives up its cells. What a rank sends and receives
-/// depends on the bodies near it, and for the first rank of a group (relays.hpp) on those near the group; only rank 0
+/// depends on the bodies near it, and for one that relays (relays.hpp) on those near the ranks behind it; only rank 0
 /// has to do with all bodies.
 ///
 /// One step, collective: scatter -> gather -> finish

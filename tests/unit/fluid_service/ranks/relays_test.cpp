@@ -1,12 +1,14 @@
 #include "ranks/relays.hpp"
 
+#include <utility>
+
 #include <gtest/gtest.h>
 
 namespace copepod::fluid {
 namespace {
 
 TEST(Relays, ReachEveryRankOnceAndInRangesThatTheReceiverPassesOn) {
-  for (const int ranks : {1, 2, 31, 32, 33, 64, 65, 200, 1000}) {
+  for (const int ranks : {1, 2, 31, 32, 33, 64, 65, 200, 1024, 1025, 3000}) {
     std::vector<int> reached(static_cast<std::size_t>(ranks), 0);
     for (int rank = 0; rank < ranks; ++rank) {
       int end = rank + 1;
@@ -16,7 +18,7 @@ TEST(Relays, ReachEveryRankOnceAndInRangesThatTheReceiverPassesOn) {
         EXPECT_EQ(relay_before(range.first), rank);
         ++reached[static_cast<std::size_t>(range.first)];
         const auto passed_on = relays_after(range.first, ranks);
-        EXPECT_EQ(range.end, rank > 0 || passed_on.empty() ? range.first + 1 : passed_on.back().end);
+        EXPECT_EQ(range.end, passed_on.empty() ? range.first + 1 : passed_on.back().end);
       }
       if (rank == 0) {
         EXPECT_EQ(end, ranks);
@@ -27,10 +29,18 @@ TEST(Relays, ReachEveryRankOnceAndInRangesThatTheReceiverPassesOn) {
   }
 }
 
-TEST(Relays, GiveNoRankButTheFirstMoreMessagesForMoreRanks) {
-  for (const int ranks : {64, 1000, 100000}) {
-    EXPECT_LE(relays_after(0, ranks).size(), static_cast<std::size_t>(relay_group + ranks / relay_group));
-    for (int rank = 1; rank < ranks; ++rank) ASSERT_LT(relays_after(rank, ranks).size(), std::size_t{relay_group});
+TEST(Relays, AreFewerThanThirtyTwoPerLevelAndNoneForMostRanks) {
+  for (const auto& [ranks, levels] : {std::pair{32, 1U}, {1000, 2U}, {10000, 3U}, {100000, 4U}}) {
+    int relaying = 0;
+    for (int rank = 0; rank < ranks; ++rank) {
+      const auto relays = relays_after(rank, ranks);
+      ASSERT_LE(relays.size(), 31U * levels);
+      relaying += relays.empty() ? 0 : 1;
+      if (rank % 1024 != 0) {
+        ASSERT_LE(relays.size(), 31U);
+      }
+    }
+    EXPECT_LE(relaying, ranks / 32 + 1);
   }
 }
 

@@ -86,7 +86,7 @@ TEST_P(NearBlocksOf, AreAllThatABodyTouchesAndNoneThatIsFarAway) {
   const LatticeUnits units(setup);
   const Domain domain(setup, units);
   const BlockPartition partition(domain.cells(), ranks);
-  const double film_reach = 1.5;
+  const double film_reach = 3.0;  // more than the margin of covered cells
   const NearBlocks near_blocks(domain, partition, film_reach);
   RandomPlaces random(domain);
   int touched = 0;
@@ -205,10 +205,10 @@ void follow_the_drift(Communicator& ranks) {
     std::vector<std::int32_t> expected;
     for (std::int32_t b = 0; b < Drift::bodies; ++b)
       if (hears_of(step, b).contains(ranks.rank())) expected.push_back(b);
-    ASSERT_EQ(nearby.bodies(), expected) << "rank " << ranks.rank() << " step " << step;
+    EXPECT_EQ(nearby.bodies(), expected) << "rank " << ranks.rank() << " step " << step;
     std::vector<LoadSums> loads;
-    for (std::size_t place = 0; place < expected.size(); ++place) {
-      const std::int32_t body = expected[place];
+    for (std::size_t place = 0; place < nearby.bodies().size(); ++place) {
+      const std::int32_t body = nearby.bodies()[place];
       const auto column = static_cast<Eigen::Index>(place);
       EXPECT_EQ(nearby.place_of(body), place);
       EXPECT_EQ(nearby.kinematics().position_m.col(column), all.position_m.col(body));

@@ -1,0 +1,141 @@
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "lattice_boltzmann/bodies/nearby_bodies.hpp"
+
+// What rank 0 does for 10⁵ spheres of radius 2 on 10³ ranks of 10⁶ cells before the others can begin, and after they
+// have ended (docs/results/scaling.md). Time per item is time per record of a body.
+
+namespace {
+
+using namespace copepod;
+using namespace copepod::fluid;
+
+constexpr int size = 1000;
+constexpr int bodies = 100000;
+
+/// Rank 0 without the others: keeps what it is to send, and receives loads of as many bodies from each.
+class LonelyLeader final : public Communicator {
+ public:
+  using Communicator::Communicator;
+  [[nodiscard]] int rank() const override { return 0; }
+  [[nodiscard]] int size() const override { return ::size; }
+  void broadcast(std::span<std::byte>) override {}
+  void sum_to_leader(std::span<std::int64_t>) override {}
+  void sum_to_all(std::span<std::int64_t>) override {}
+  void max_to_all(std::span<std::int64_t>) override {}
+  [[nodiscard]] std::function<void()> start_exchange(std::span<const Message>) override {
+    return [] {};
+  }
+  [[nodiscard]] std::function<void()> start_send(int, std::span<const std::byte> data) override {
+    sent_.push_back(data);
+    return [] {};
+  }
+  void receive(int, std::vector<std::byte>& data) override { data = loads_[next_++ % loads_.size()]; }
+  void report_failure(const FailureReport&) override {}
+
+  /// From each rank that has been sent records: loads of the same bodies.
+  std::int64_t answer_with_loads() {
+    std::int64_t records = 0;
+    loads_.clear();
+    for (const std::span<const std::byte> message : sent_) {
+      std::vector<std::byte>& loads = loads_.emplace_back(sizeof(MomentumSums));
+      for (std::size_t at = 0; at < message.size();) {
+        std::int64_t count = 0;
+        std::memcpy(&count, message.data() + at, sizeof(count));
+        at += sizeof(count);
+        for (std::int64_t i = 0; i < count; ++i, at += 10 * sizeof(double)) {
+          std::int64_t entry[9] = {};
+          std::memcpy(entry, message.data() + at, sizeof(entry[0]));
+          entry[0] *= 2;
+          const auto bytes = std::as_bytes(std::span(entry));
+          loads.insert(loads.end(), bytes.begin(), bytes.end());
+        }
+        records += count;
+      }
+    }
+    return records;
+  }
+  void forget() { sent_.clear(); }
+
+ private:
+  std::vector<std::span<const std::byte>> sent_;
+  std::vector<std::vector<std::byte>> loads_;
+  std::size_t next_ = 0;
+};
+
+/// @param ordered  bodies that are neighbours in space are neighbours in the setup
+class Rank0 {
+ public:
+  explicit Rank0(bool ordered) {
+    std::mt19937 generator(1);
+    std::uniform_real_distribution<double> anywhere(0.0, 1000.0);
+    std::vector<std::pair<int, Eigen::Vector3d>> places(bodies);
+    for (auto& [rank, place] : places) {
+      place = {anywhere(generator), anywhere(generator), anywhere(generator)};
+      rank = partition_.owner({static_cast<int>(place[0]), static_cast<int>(place[1]), static_cast<int>(place[2])});
+    }
+    if (ordered) std::ranges::stable_sort(places, {}, [](const auto& place) { return place.first; });
+    kinematics_.resize(bodies);
+    for (Eigen::Index b = 0; b < bodies; ++b)
+      kinematics_.position_m.col(b) = places[static_cast<std::size_t>(b)].second;
+    kinematics_.velocity_m_per_s.setZero();
+    kinematics_.angular_velocity_rad_per_s.setZero();
+    scatter();
+    records_ = leader_.answer_with_loads();
+    loads_.resize(nearby_.bodies().size());
+  }
+
+  void scatter() {
+    leader_.forget();
+    kinematics_.position_m.row(0).array() += 0.01;
+    nearby_.scatter(kinematics_, {});
+  }
+  void gather() {
+    MomentumSums gained{};
+    benchmark::DoNotOptimize(nearby_.gather(loads_, gained));
+  }
+  [[nodiscard]] std::int64_t records() const { return records_; }
+
+ private:
+  static FluidSetup setup() {
+    FluidSetup result;
+    result.step_s = result.cell_size_m = result.density_kg_per_m3 = 1.0;
+    result.domain_cells = {1000, 1000, 1000};
+    for (Boundary& face : result.boundaries) face.kind = BoundaryKind::periodic;
+    result.bodies.assign(bodies, {ShapeKind::sphere, 2.0, 0.0});
+    return result;
+  }
+
+  SolverContext context_;
+  LonelyLeader leader_{context_};
+  LatticeUnits units_{setup()};
+  Domain domain_{setup(), units_};
+  BlockPartition partition_{domain_.cells(), size};
+  NearbyBodies nearby_{setup(), units_, domain_, partition_, false, leader_};
+  Kinematics kinematics_;
+  std::vector<LoadSums> loads_;
+  std::int64_t records_ = 0;
+};
+
+void scatter(benchmark::State& state) {
+  Rank0 rank(state.range(0) == 1);
+  for (auto _ : state) rank.scatter();
+  state.SetItemsProcessed(state.iterations() * rank.records());
+}
+BENCHMARK(scatter)->Arg(0)->Arg(1)->ArgName("ordered")->Unit(benchmark::kMillisecond);
+
+void gather(benchmark::State& state) {
+  Rank0 rank(state.range(0) == 1);
+  for (auto _ : state) rank.gather();
+  state.SetItemsProcessed(state.iterations() * rank.records());
+}
+BENCHMARK(gather)->Arg(0)->Arg(1)->ArgName("ordered")->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+BENCHMARK_MAIN();
