@@ -211,7 +211,6 @@ Hdf5Table::Hdf5Table(std::string path, std::vector<Hdf5Column> columns, std::str
       columns_(std::move(columns)),
       rows_name_(std::move(rows_name)),
       rows_(rows.size()),
-      name_bytes_(1),
       file_(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {

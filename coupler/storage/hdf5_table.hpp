@@ -100,7 +100,7 @@ class Hdf5Table {
   std::vector<Hdf5Column> columns_;
   std::string rows_name_;
   std::uint64_t rows_;
-  std::uint64_t name_bytes_;  ///< of the name of a row
+  std::uint64_t name_bytes_ = 1;  ///< of the name of a row
   Hdf5Layout layout_;
   std::uint64_t room_ = 1;  ///< groups
   std::uint64_t samples_ = 0;
