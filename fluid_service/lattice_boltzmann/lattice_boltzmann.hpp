@@ -160,6 +160,7 @@ void LatticeBoltzmann<T>::initialise(const Flow& flow) {
       populations_[static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement_))] =
           static_cast<T>(starting_deviation(alpha, local, relaxation_time));
   });
+  links_.forget_populations();
 }
 
 }  // namespace copepod::fluid
