@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "contract/errors.hpp"
@@ -130,12 +131,28 @@ void MpiCommunicator::wait_until(const Poll& poll) {
   }
 }
 
+/// A collective that is given up cannot be taken back: MPI may still write to its buffer, which then stays.
+template <class Start>
+void MpiCommunicator::collective(std::span<std::byte> data, const Start& start) {
+  auto buffer = std::make_unique<std::vector<std::byte>>(data.begin(), data.end());
+  MPI_Request request = start(buffer->data());
+  try {
+    wait(request);
+  } catch (...) {
+    static_cast<void>(buffer.release());
+    throw;
+  }
+  std::ranges::copy(*buffer, data.begin());
+}
+
 void MpiCommunicator::broadcast(std::span<std::byte> data) {
   throw_if_failed();
   if (size_ == 1) return;
-  MPI_Request request = MPI_REQUEST_NULL;
-  check(MPI_Ibcast(data.data(), count_of(data.size()), MPI_BYTE, 0, ranks_, &request), "MPI_Ibcast");
-  wait(request);
+  collective(data, [&](std::byte* buffer) {
+    MPI_Request request = MPI_REQUEST_NULL;
+    check(MPI_Ibcast(buffer, count_of(data.size()), MPI_BYTE, 0, ranks_, &request), "MPI_Ibcast");
+    return request;
+  });
 }
 
 // Unsigned sums: the same bits as signed ones, and defined where digests wrap around.
@@ -144,11 +161,13 @@ void MpiCommunicator::sum_to_leader(std::span<std::int64_t> values) {
   if (size_ == 1) return;
   while (!values.empty()) {
     const auto piece = values.first(std::min(values.size(), largest_sum));
-    MPI_Request request = MPI_REQUEST_NULL;
-    const void* send = rank_ == 0 ? MPI_IN_PLACE : piece.data();
-    check(MPI_Ireduce(send, piece.data(), count_of(piece.size()), MPI_UINT64_T, MPI_SUM, 0, ranks_, &request),
-          "MPI_Ireduce");
-    wait(request);
+    collective(std::as_writable_bytes(piece), [&](std::byte* buffer) {
+      MPI_Request request = MPI_REQUEST_NULL;
+      const void* send = rank_ == 0 ? MPI_IN_PLACE : buffer;
+      check(MPI_Ireduce(send, buffer, count_of(piece.size()), MPI_UINT64_T, MPI_SUM, 0, ranks_, &request),
+            "MPI_Ireduce");
+      return request;
+    });
     values = values.subspan(piece.size());
   }
 }
@@ -156,10 +175,12 @@ void MpiCommunicator::sum_to_leader(std::span<std::int64_t> values) {
 void MpiCommunicator::reduce_to_all(std::span<std::int64_t> values, MPI_Datatype type, MPI_Op operation) {
   throw_if_failed();
   if (size_ == 1) return;
-  MPI_Request request = MPI_REQUEST_NULL;
-  check(MPI_Iallreduce(MPI_IN_PLACE, values.data(), count_of(values.size()), type, operation, ranks_, &request),
-        "MPI_Iallreduce");
-  wait(request);
+  collective(std::as_writable_bytes(values), [&](std::byte* buffer) {
+    MPI_Request request = MPI_REQUEST_NULL;
+    check(MPI_Iallreduce(MPI_IN_PLACE, buffer, count_of(values.size()), type, operation, ranks_, &request),
+          "MPI_Iallreduce");
+    return request;
+  });
 }
 
 void MpiCommunicator::sum_to_all(std::span<std::int64_t> values) { reduce_to_all(values, MPI_UINT64_T, MPI_SUM); }
@@ -238,7 +259,12 @@ void MpiCommunicator::receive(int peer, std::vector<std::byte>& data) {
   data.resize(static_cast<std::size_t>(size));
   MPI_Request request = MPI_REQUEST_NULL;
   check(MPI_Imrecv(data.data(), size, MPI_BYTE, &message, &request), "MPI_Imrecv");
-  wait(request);
+  try {
+    wait(request);
+  } catch (...) {
+    static_cast<void>(std::make_unique<std::vector<std::byte>>(std::move(data)).release());  // as of a collective
+    throw;
+  }
 }
 
 void MpiCommunicator::report_failure(const FailureReport& report) {

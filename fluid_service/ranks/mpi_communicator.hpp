@@ -42,6 +42,9 @@ class MpiCommunicator final : public Communicator {
   class PendingExchange;
 
   void reduce_to_all(std::span<std::int64_t> values, MPI_Datatype type, MPI_Op operation);
+  /// @param start  of the operation on a copy of `data`, which its result replaces
+  template <class Start>
+  void collective(std::span<std::byte> data, const Start& start);
   /// Polls until `request` is complete. @throws PeerFailed if another rank reports a failure meanwhile
   void wait(MPI_Request& request);
   /// The same until poll() is true.
