@@ -298,7 +298,7 @@ class GrowingTrajectory:
         return complete.decode(errors="replace").splitlines()
 
     def _bodies_of_first_sample(self, rows: Sequence[str], is_complete: bool) -> list[str]:
-        """Empty until the next sample has begun, unless there is no next one."""
+        """Empty while the first sample may be incomplete: until the next one has begun or the run has ended."""
         names: list[str] = []
         for row in csv.reader(rows):
             if row[self._columns["body"]] in names:

@@ -32,7 +32,6 @@ class BoundaryLinks {
   /// Gives a cell of this rank links into a body, or takes them from it (no directions).
   void set(std::int32_t body, const Cell& cell, std::uint32_t directions, std::uint32_t second_cells);
 
-  [[nodiscard]] BodySurface& of_body(std::size_t body) { return surfaces_[body]; }
   [[nodiscard]] const BodySurface& of_body(std::size_t body) const { return surfaces_[body]; }
   [[nodiscard]] LinkPopulations<T>& populations() { return links_; }
 
