@@ -30,7 +30,7 @@ void stream_collide(::benchmark::State& state, StreamCollide<T> update, Placemen
   const PopulationLayout layout(box, sizeof(T));
   HugeArray<T> populations(static_cast<std::size_t>(layout.values()));
   for (auto _ : state) {
-    update(populations.data(), layout, placement, box, constants<T>(), false);
+    update(populations.data(), layout, placement, box, constants<T>(), false, nullptr);
     ::benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(state.iterations() * box.volume());

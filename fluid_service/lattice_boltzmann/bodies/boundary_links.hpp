@@ -4,9 +4,11 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "lattice_boltzmann/bodies/body_map.hpp"
+#include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/kernel/surface_cells.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 
@@ -33,41 +35,85 @@ class BoundaryLinks {
   void set(std::int32_t body, const Cell& cell, std::uint32_t directions, std::uint32_t second_cells);
 
   [[nodiscard]] const BodySurface& of_body(std::size_t body) const { return surfaces_[body]; }
-  [[nodiscard]] LinkPopulations<T>& populations() { return links_; }
+  [[nodiscard]] BoundaryValues<T>& values() { return arrays_.values; }
 
+  /// Whether there are boundary cells in a row, counted from the block's low corner.
+  [[nodiscard]] bool any_in_row(std::int64_t x, std::int64_t y) const { return rows_[row(x, y)].cells > 0; }
   /// Puts f_ᾱ of the boundary cells of `region` (indices from the block's low corner) where the bulk update reads it.
   /// @param placement  before the update
   void put_back(T* populations, Placement placement, const Box& region) const;
+  /// Where the update of `region` leaves the moments that `collect` reads.
+  [[nodiscard]] const UpdatedMoments& moments_of(const Box& region);
   /// Reads f̃_α of these cells after their bulk update.
   /// @param placement  after the update
   void collect(const T* populations, Placement placement, const Box& region);
 
  private:
+  /// A row's part of the arrays by link and by cell, with room for more.
+  struct Row {
+    std::uint32_t first_link = 0;
+    std::uint32_t links = 0;
+    std::uint32_t room_for_links = 0;
+    std::uint32_t first_cell = 0;
+    std::uint32_t cells = 0;
+    std::uint32_t room_for_cells = 0;
+  };
+  /// A boundary cell, which is there twice if it lies beside two bodies.
   struct CellInRow {
-    std::int32_t z = 0;  ///< from the block's low corner
     std::uint32_t body = 0;
-    std::uint32_t directions = 0;
     SurfacePlace place;
   };
-  struct LinkInRow {
-    std::int32_t z = 0;          ///< of x_f
-    std::uint32_t link = 0;      ///< its place in LinkPopulations
-    std::uint8_t direction = 0;  ///< α
-    Faces faces = 0;             ///< that x_f lies on
-  };
-  /// What the bulk update of a row has to do with bodies. A cell beside two bodies is there twice.
-  struct Row {
+  /// A link as 2⁷ z + 19 e + α, z of x_f from the block's low corner, e: 1 in the first, 2 in the last cell of the row.
+  using LinkInRow = std::uint32_t;
+  static constexpr int place_bits = 7;
+  static constexpr std::size_t places = 4 * d3q19::directions;
+
+  struct Arrays {
+    BoundaryValues<T> values;
+    std::vector<LinkInRow> links;
+    std::vector<std::int32_t> z;  ///< by cell
     std::vector<CellInRow> cells;
-    std::vector<LinkInRow> links;  ///< those of a cell follow each other
+  };
+  /// Where the populations of a link are, from cell z of its row.
+  struct RowOffsets {
+    std::array<std::int64_t, places> crossing{};
+    std::array<std::int64_t, places> inward{};
   };
 
-  void look_at(const Cell& cell, std::int32_t changed_body);
+  void look_at(const Cell& cell);
   [[nodiscard]] std::size_t row(std::int64_t x, std::int64_t y) const {
     return static_cast<std::size_t>(x * layout_.block().extent(1) + y);
   }
-  /// Where f̃_α is after the update: before it, the update reads f_ᾱ there.
-  [[nodiscard]] std::int64_t location(std::int64_t row_start, const LinkInRow& link, Placement after) const {
-    return row_start + link.z + layout_.locations(link.faces, after)[link.direction];
+  [[nodiscard]] CellGroup& group_of(const CellInRow& cell) { return surfaces_[cell.body].groups[cell.place.group]; }
+  void add(Row& row, const Cell& local, std::uint32_t body, std::uint32_t directions, std::uint32_t second_cells);
+  void remove(Row& row, std::uint32_t cell);
+  void append(Row& row, const Arrays& from, Arrays& to, std::uint32_t links);
+  void compact();
+  /// visit(array of `from`, array of `to`) for the arrays by link, and by cell.
+  template <class Visit>
+  void each_by_link(const Arrays& from, Arrays& to, const Visit& visit) const {
+    visit(from.links, to.links);
+    visit(from.values.crossing, to.values.crossing);
+    if (second_cells_) visit(from.values.inward, to.values.inward);
+  }
+  template <class Visit>
+  void each_by_cell(const Arrays& from, Arrays& to, const Visit& visit) const {
+    visit(from.z, to.z);
+    visit(from.cells, to.cells);
+    visit(from.values.excess_density, to.values.excess_density);
+    if (!second_cells_) return;
+    for (std::size_t axis = 0; axis < 3; ++axis) visit(from.values.momentum[axis], to.values.momentum[axis]);
+  }
+  /// Arrays of no row.
+  [[nodiscard]] Arrays empty_arrays() const {
+    Arrays arrays;
+    each_by_link(arrays, arrays, [](const auto&, auto& array) { array.resize(d3q19::directions); });
+    each_by_cell(arrays, arrays, [](const auto&, auto& array) { array.resize(1); });
+    return arrays;
+  }
+
+  [[nodiscard]] const RowOffsets& offsets(std::int64_t x, std::int64_t y, Placement placement) const {
+    return offsets_[placement == Placement::home ? 0 : 1][layout_.in_row(x, y, 0).faces];
   }
   [[nodiscard]] Moments<double> moments_at(const T* populations, Placement placement, const Site& site) const;
   void read(const T* populations, Placement placement, std::uint32_t body, const SurfacePlace& place);
@@ -76,8 +122,14 @@ class BoundaryLinks {
   const PopulationLayout& layout_;
   bool second_cells_;
   std::vector<BodySurface> surfaces_;
-  LinkPopulations<T> links_;
   std::vector<Row> rows_;  ///< shape (x, y) of the block
+  Arrays arrays_;
+  std::size_t links_in_use_ = 0;
+  std::vector<bool> looked_at_;                                        ///< by cell, during an update
+  static constexpr int faces_along_z = 4;                              ///< the bits of lower faces are those of rows
+  std::array<std::array<RowOffsets, 1 << faces_along_z>, 2> offsets_;  ///< by placement, by faces of the row
+  std::vector<double> moments_;
+  UpdatedMoments updated_;  ///< in moments_
   struct NewCell {
     std::uint32_t body = 0;
     SurfacePlace place;
@@ -91,95 +143,182 @@ BoundaryLinks<T>::BoundaryLinks(const BodyMap& map, const PopulationLayout& layo
       layout_(layout),
       second_cells_(second_cells),
       surfaces_(map.bodies().size()),
-      rows_(surfaces_.empty() ? 0 : static_cast<std::size_t>(layout.block().extent(0) * layout.block().extent(1))) {}
+      rows_(surfaces_.empty() ? 0 : static_cast<std::size_t>(layout.block().extent(0) * layout.block().extent(1))) {
+  arrays_ = empty_arrays();
+  for (const Placement placement : {Placement::home, Placement::streamed})
+    for (Faces of_row = 0; of_row < 1U << faces_along_z; ++of_row)
+      for (Faces ends = 0; ends < 4; ++ends) {
+        const auto& from = layout.locations(of_row | ends << faces_along_z, placement);
+        RowOffsets& to = offsets_[placement == Placement::home ? 0 : 1][of_row];
+        for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha) {
+          to.crossing[ends * d3q19::directions + alpha] = from[alpha];
+          to.inward[ends * d3q19::directions + alpha] =
+              from[static_cast<std::size_t>(d3q19::opposite(static_cast<int>(alpha)))];
+        }
+      }
+}
 
 template <class T>
 void BoundaryLinks<T>::update() {
+  looked_at_.resize(static_cast<std::size_t>(layout_.cells()));
+  std::vector<std::size_t> indices;
   for (const BodyMap::ChangedCell& c : map_.changed()) {
     const std::int64_t index = layout_.cell(c.cell);
     for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
       const auto& e = d3q19::e[alpha];
       const Cell cell = {c.cell[0] + e[0], c.cell[1] + e[1], c.cell[2] + e[2]};
       if (!layout_.block().contains(cell)) continue;
-      // A neighbour inside the same body has no link into it, or has changed itself.
-      if (alpha > 0 && map_.owner(index + layout_.neighbour(alpha)) == c.body + 1) continue;
-      look_at(cell, c.body);
+      const auto neighbour = static_cast<std::size_t>(index + layout_.neighbour(alpha));
+      // A neighbour inside the same body has no links, or has changed itself.
+      if (alpha > 0 && map_.owner(static_cast<std::int64_t>(neighbour)) == c.body + 1) continue;
+      if (looked_at_[neighbour]) continue;
+      looked_at_[neighbour] = true;
+      indices.push_back(neighbour);
+      look_at(cell);
     }
   }
+  for (const std::size_t index : indices) looked_at_[index] = false;
+  if (arrays_.links.size() > 2 * links_in_use_ + 8 * rows_.size()) compact();
 }
 
-/// Links of one cell into every body beside it, and into the one that changed there.
+/// Links of one cell into every body beside it.
 template <class T>
-void BoundaryLinks<T>::look_at(const Cell& cell, std::int32_t changed_body) {
+void BoundaryLinks<T>::look_at(const Cell& cell) {
   const Site site = layout_.site(cell);
-  const std::int64_t index = site.index;
-  const bool solid = map_.owner(index) > BodyMap::fluid;
-  std::uint32_t left = 0;  // directions into bodies that have not been looked at
-  std::uint32_t second_cells = 0;
-  for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
-    const auto& e = d3q19::e[alpha];
-    if (map_.owner(index + layout_.neighbour(alpha)) > BodyMap::fluid)
-      left |= 1U << alpha;
-    else if (site.faces == 0 || map_.domain().canonical({cell[0] + e[0], cell[1] + e[1], cell[2] + e[2]}))
-      second_cells |= 1U << d3q19::opposite(alpha);
-  }
-  const auto directions_into = [&](std::int32_t body) {
-    std::uint32_t directions = 0;
-    for (int alpha = 1; alpha < d3q19::directions; ++alpha)
-      if (map_.owner(index + layout_.neighbour(alpha)) == body + 1) directions |= 1U << alpha;
-    return directions;
+  struct Beside {
+    std::int32_t body;
+    std::uint32_t directions;
   };
-  set(changed_body, cell, solid ? 0 : directions_into(changed_body), second_cells);
-  for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
-    if (((left >> alpha) & 1U) == 0) continue;
-    const std::int32_t body = map_.owner(index + layout_.neighbour(alpha)) - 1;
-    const std::uint32_t directions = directions_into(body);
-    left &= ~directions;
-    if (body != changed_body) set(body, cell, solid ? 0 : directions, second_cells);
+  std::array<Beside, d3q19::directions> bodies{};
+  std::size_t count = 0;
+  std::uint32_t second_cells = 0;
+  const bool solid = map_.owner(site.index) > BodyMap::fluid;
+  for (int alpha = 1; alpha < d3q19::directions && !solid; ++alpha) {
+    const auto& e = d3q19::e[alpha];
+    const std::int32_t owner = map_.owner(site.index + layout_.neighbour(alpha));
+    if (owner > BodyMap::fluid) {
+      const auto end = bodies.begin() + static_cast<std::ptrdiff_t>(count);
+      const auto known = std::find_if(bodies.begin(), end, [&](const Beside& b) { return b.body == owner - 1; });
+      if (known == end) *known = {owner - 1, 0}, ++count;
+      known->directions |= 1U << alpha;
+    } else if (site.faces == 0 || map_.domain().canonical({cell[0] + e[0], cell[1] + e[1], cell[2] + e[2]})) {
+      second_cells |= 1U << d3q19::opposite(alpha);
+    }
   }
+  const std::span<const Beside> beside(bodies.data(), count);
+  const Cell& low = layout_.block().low;
+  Row& in_row = rows_[row(cell[0] - low[0], cell[1] - low[1])];
+  for (std::uint32_t i = in_row.first_cell + in_row.cells; i-- > in_row.first_cell;) {
+    if (arrays_.z[i] != cell[2] - low[2]) continue;
+    const auto body = static_cast<std::int32_t>(arrays_.cells[i].body);
+    if (std::ranges::find(beside, body, &Beside::body) == beside.end()) remove(in_row, i);
+  }
+  for (const auto& [body, directions] : beside) set(body, cell, directions, second_cells);
 }
 
 template <class T>
 void BoundaryLinks<T>::set(std::int32_t body, const Cell& cell, std::uint32_t directions, std::uint32_t second_cells) {
   const auto number = static_cast<std::uint32_t>(body);
   const Cell& low = layout_.block().low;
-  const std::array local = {static_cast<std::int32_t>(cell[0] - low[0]), static_cast<std::int32_t>(cell[1] - low[1]),
-                            static_cast<std::int32_t>(cell[2] - low[2])};
-  BodySurface& surface = surfaces_[number];
+  const Cell local = {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]};
   Row& in_row = rows_[row(local[0], local[1])];
-  const auto known =
-      std::ranges::find_if(in_row.cells, [&](const CellInRow& c) { return c.z == local[2] && c.body == number; });
-  if (known != in_row.cells.end()) {
-    const CellGroup& group = surface.groups[known->place.group];
-    if (known->directions == directions) {
-      surface.groups[known->place.group].second_cells[known->place.lane] = second_cells;
+  for (std::uint32_t i = in_row.first_cell; i < in_row.first_cell + in_row.cells; ++i) {
+    const CellInRow& known = arrays_.cells[i];
+    if (arrays_.z[i] != local[2] || known.body != number) continue;
+    CellGroup& group = group_of(known);
+    if (group.directions[known.place.lane] == directions) {
+      group.second_cells[known.place.lane] = second_cells;
       return;
     }
-    const std::size_t first = group.first_link + known->place.lane;
-    for (std::size_t j = 0; j < group.links; ++j) {
-      links_.crossing[first + j * surface_lanes] = T(0);
-      if (second_cells_) links_.inward[first + j * surface_lanes] = T(0);
-    }
-    const auto link = std::ranges::find(in_row.links, first, &LinkInRow::link);
-    in_row.links.erase(link, link + group.links);
-    surface.remove(known->place);
-    *known = in_row.cells.back();
-    in_row.cells.pop_back();
+    remove(in_row, i);
+    break;
   }
-  if (directions == 0) return;
-  std::size_t links = links_.crossing.size();
-  const SurfacePlace place = surface.add(local, directions, second_cells, links);
-  links_.crossing.resize(links);
-  if (second_cells_) {
-    links_.inward.resize(links);
-    surface.momentum.resize(surface.groups.size());
+  if (directions != 0) add(in_row, local, number, directions, second_cells);
+}
+
+template <class T>
+void BoundaryLinks<T>::add(Row& row, const Cell& local, std::uint32_t body, std::uint32_t directions,
+                           std::uint32_t second_cells) {
+  const auto links = static_cast<std::uint32_t>(std::popcount(directions));
+  if (row.links + links > row.room_for_links || row.cells == row.room_for_cells) append(row, arrays_, arrays_, links);
+  const std::array cell = {static_cast<std::int32_t>(local[0]), static_cast<std::int32_t>(local[1]),
+                           static_cast<std::int32_t>(local[2])};
+  const SurfacePlace place = surfaces_[body].add(cell, directions, second_cells);
+  CellGroup& group = surfaces_[body].groups[place.group];
+  group.moments[place.lane] = row.first_cell + row.cells++;
+  group.first_link[place.lane] = row.first_link + row.links;
+  row.links += links;
+  links_in_use_ += links;
+  arrays_.z[group.moments[place.lane]] = cell[2];
+  arrays_.cells[group.moments[place.lane]] = {body, place};
+  const Faces ends = layout_.site(local[0], local[1], local[2]).faces >> faces_along_z;
+  LinkInRow* link = arrays_.links.data() + group.first_link[place.lane];
+  for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1)
+    *link++ = static_cast<LinkInRow>(cell[2]) << place_bits |
+              (ends * d3q19::directions + static_cast<LinkInRow>(std::countr_zero(bits)));
+  new_cells_.push_back({body, place});
+}
+
+/// Cells and links after it in the row move up.
+template <class T>
+void BoundaryLinks<T>::remove(Row& row, std::uint32_t cell) {
+  const CellInRow removed = arrays_.cells[cell];
+  const std::uint32_t first_link = group_of(removed).first_link[removed.place.lane];
+  const std::uint32_t links = group_of(removed).links;
+  surfaces_[removed.body].remove(removed.place);
+  each_by_link(arrays_, arrays_, [&](const auto&, auto& array) {
+    std::copy_n(array.begin() + first_link + links, row.first_link + row.links - first_link - links,
+                array.begin() + first_link);
+  });
+  each_by_cell(arrays_, arrays_, [&](const auto&, auto& array) {
+    std::copy_n(array.begin() + cell + 1, row.first_cell + row.cells - cell - 1, array.begin() + cell);
+  });
+  row.links -= links;
+  --row.cells;
+  links_in_use_ -= links;
+  for (std::uint32_t i = cell; i < row.first_cell + row.cells; ++i) {
+    const CellInRow& moved = arrays_.cells[i];
+    CellGroup& group = group_of(moved);
+    group.first_link[moved.place.lane] -= links;
+    --group.moments[moved.place.lane];
   }
-  const Faces faces = layout_.site(cell).faces;
-  in_row.cells.push_back({local[2], number, directions, place});
-  std::uint32_t link = surface.groups[place.group].first_link + place.lane;
-  for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1, link += surface_lanes)
-    in_row.links.push_back({local[2], link, static_cast<std::uint8_t>(std::countr_zero(bits)), faces});
-  new_cells_.push_back({number, place});
+}
+
+/// Appends a row to arrays, those in which it is or others, with room for so many more links and some.
+template <class T>
+void BoundaryLinks<T>::append(Row& row, const Arrays& from, Arrays& to, std::uint32_t links) {
+  const Row before = row;
+  row.first_link = static_cast<std::uint32_t>(to.links.size());
+  row.first_cell = static_cast<std::uint32_t>(to.cells.size());
+  row.room_for_links = row.links + links + row.links / 4 + 8;
+  row.room_for_cells = row.cells + row.cells / 4 + 4;
+  each_by_link(from, to, [&](const auto& old, auto& array) {
+    array.resize(array.size() + row.room_for_links);
+    std::copy_n(old.begin() + before.first_link, row.links, array.begin() + row.first_link);
+  });
+  each_by_cell(from, to, [&](const auto& old, auto& array) {
+    array.resize(array.size() + row.room_for_cells);
+    std::copy_n(old.begin() + before.first_cell, row.cells, array.begin() + row.first_cell);
+  });
+  for (std::uint32_t i = row.first_cell; i < row.first_cell + row.cells; ++i) {
+    const CellInRow& moved = to.cells[i];
+    CellGroup& group = group_of(moved);
+    group.first_link[moved.place.lane] += row.first_link - before.first_link;
+    group.moments[moved.place.lane] = i;
+  }
+}
+
+/// Puts rows next to each other again, in their order, which is that of the bulk update.
+template <class T>
+void BoundaryLinks<T>::compact() {
+  Arrays compacted = empty_arrays();
+  for (Row& row : rows_) {
+    if (row.cells > 0)
+      append(row, arrays_, compacted, 0);
+    else
+      row = {};
+  }
+  arrays_ = std::move(compacted);
 }
 
 /// The same bits for a cell and its mirror image.
@@ -195,19 +334,21 @@ inline Moments<double> BoundaryLinks<T>::moments_at(const T* populations, Placem
 
 template <class T>
 void BoundaryLinks<T>::read(const T* populations, Placement placement, std::uint32_t body, const SurfacePlace& place) {
-  BodySurface& surface = surfaces_[body];
-  CellGroup& group = surface.groups[place.group];
+  const CellGroup& group = surfaces_[body].groups[place.group];
+  const std::uint32_t directions = group.directions[place.lane];
+  if (directions == 0) return;  // the lane is free again
+  BoundaryValues<T>& values = arrays_.values;
   const Site site = layout_.site(group.cell[0][place.lane], group.cell[1][place.lane], group.cell[2][place.lane]);
   const Moments<double> m = moments_at(populations, placement, site);
-  group.excess_density[place.lane] = m.excess_density;
-  std::size_t link = group.first_link + place.lane;
-  for (std::uint32_t bits = group.directions[place.lane]; bits != 0; bits &= bits - 1, link += surface_lanes) {
+  values.excess_density[group.moments[place.lane]] = m.excess_density;
+  std::uint32_t link = group.first_link[place.lane];
+  for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1, ++link) {
     const int alpha = std::countr_zero(bits);
-    links_.crossing[link] = populations[layout_.location(site, alpha, placement)];
-    if (second_cells_) links_.inward[link] = populations[layout_.location(site, d3q19::opposite(alpha), placement)];
+    values.crossing[link] = populations[layout_.location(site, alpha, placement)];
+    if (second_cells_) values.inward[link] = populations[layout_.location(site, d3q19::opposite(alpha), placement)];
   }
   if (!second_cells_) return;
-  for (std::size_t axis = 0; axis < 3; ++axis) surface.momentum[place.group][axis][place.lane] = m.momentum[axis];
+  for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis][group.moments[place.lane]] = m.momentum[axis];
 }
 
 template <class T>
@@ -221,7 +362,7 @@ void BoundaryLinks<T>::fetch(const T* populations, Placement placement) {
       for (int alpha = 0; alpha < d3q19::directions; ++alpha)
         __builtin_prefetch(populations + layout_.location(site, alpha, placement));
     }
-    read(populations, placement, new_cells_[i].body, new_cells_[i].place);  // nothing where the lane is free again
+    read(populations, placement, new_cells_[i].body, new_cells_[i].place);
   }
   new_cells_.clear();
 }
@@ -230,45 +371,57 @@ template <class T>
 void BoundaryLinks<T>::forget_populations() {
   new_cells_.clear();
   for (const Row& row : rows_)
-    for (const CellInRow& cell : row.cells) new_cells_.push_back({cell.body, cell.place});
+    for (std::uint32_t i = row.first_cell; i < row.first_cell + row.cells; ++i)
+      new_cells_.push_back({arrays_.cells[i].body, arrays_.cells[i].place});
 }
 
 template <class T>
 void BoundaryLinks<T>::put_back(T* populations, Placement placement, const Box& region) const {
-  const T* const returning = links_.crossing.data();
   for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
     for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
-      const std::int64_t start = layout_.cell(x, y, 0);
-      for (const LinkInRow& link : rows_[row(x, y)].links)
-        if (region.contains_along(2, link.z))
-          populations[location(start, link, other(placement))] = returning[link.link];
+      const Row& in_row = rows_[row(x, y)];
+      const auto& to = offsets(x, y, other(placement)).crossing;
+      T* const first = populations + layout_.cell(x, y, 0);
+      for (std::uint32_t i = in_row.first_link; i < in_row.first_link + in_row.links; ++i) {
+        const LinkInRow link = arrays_.links[i];
+        const std::int64_t z = link >> place_bits;
+        if (region.contains_along(2, z)) first[z + to[link % (1U << place_bits)]] = arrays_.values.crossing[i];
+      }
     }
 }
 
 template <class T>
+const UpdatedMoments& BoundaryLinks<T>::moments_of(const Box& region) {
+  const auto cells = static_cast<std::size_t>(region.volume());
+  moments_.resize(std::max(moments_.size(), 4 * cells));
+  updated_.excess_density = moments_.data();
+  if (second_cells_)
+    for (std::size_t axis = 0; axis < 3; ++axis) updated_.momentum[axis] = moments_.data() + (axis + 1) * cells;
+  return updated_;
+}
+
+template <class T>
 void BoundaryLinks<T>::collect(const T* populations, Placement placement, const Box& region) {
-  T* const crossing = links_.crossing.data();
+  BoundaryValues<T>& values = arrays_.values;
+  std::int64_t first_cell = -region.low[2];
   for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
-    for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
+    for (std::int64_t y = region.low[1]; y < region.high[1]; ++y, first_cell += region.extent(2)) {
       const Row& in_row = rows_[row(x, y)];
-      const std::int64_t start = layout_.cell(x, y, 0);
-      for (const LinkInRow& link : in_row.links) {
-        if (!region.contains_along(2, link.z)) continue;
-        crossing[link.link] = populations[location(start, link, placement)];
-        if (second_cells_)
-          links_.inward[link.link] =
-              populations[start + link.z +
-                          layout_.locations(link.faces,
-                                            placement)[static_cast<std::size_t>(d3q19::opposite(link.direction))]];
+      const RowOffsets& from = offsets(x, y, placement);
+      const T* const first = populations + layout_.cell(x, y, 0);
+      for (std::uint32_t i = in_row.first_link; i < in_row.first_link + in_row.links; ++i) {
+        const LinkInRow link = arrays_.links[i];
+        const std::int64_t z = link >> place_bits;
+        if (!region.contains_along(2, z)) continue;
+        values.crossing[i] = first[z + from.crossing[link % (1U << place_bits)]];
+        if (second_cells_) values.inward[i] = first[z + from.inward[link % (1U << place_bits)]];
       }
-      for (const CellInRow& cell : in_row.cells) {
-        if (!region.contains_along(2, cell.z)) continue;
-        const Moments<double> m = moments_at(populations, placement, layout_.site(x, y, cell.z));
-        BodySurface& surface = surfaces_[cell.body];
-        surface.groups[cell.place.group].excess_density[cell.place.lane] = m.excess_density;
+      for (std::uint32_t i = in_row.first_cell; i < in_row.first_cell + in_row.cells; ++i) {
+        const std::int64_t z = arrays_.z[i];
+        if (!region.contains_along(2, z)) continue;
+        values.excess_density[i] = updated_.excess_density[first_cell + z];
         if (!second_cells_) continue;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          surface.momentum[cell.place.group][axis][cell.place.lane] = m.momentum[axis];
+        for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis][i] = updated_.momentum[axis][first_cell + z];
       }
     }
 }

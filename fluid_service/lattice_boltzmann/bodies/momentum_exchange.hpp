@@ -160,10 +160,10 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   void operator()(const T* populations, Placement placement, std::size_t body, std::size_t place,
                   BoundaryLinks<T>& links, double returned, std::span<LoadSums> loads,
                   MomentumSums& kept_back) const override {
-    const BodySurface& surface = links.of_body(body);
+    const std::vector<CellGroup>& groups = links.of_body(body).groups;
     const bool by_lanes = is_simple(body);
     SphereInBlock sphere;
-    if (by_lanes) sphere = in_block(map_.bodies()[body], surface, returned);
+    if (by_lanes) sphere = in_block(map_.bodies()[body], groups, returned);
     LaneSums lanes;
     const auto add_lanes = [&] {
       const auto sum = [](const Lanes<std::int64_t>& values) {
@@ -173,15 +173,14 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
       lanes = {};
     };
-    for (std::size_t g = 0; g < surface.groups.size(); ++g) {
+    for (std::size_t g = 0; g < groups.size(); ++g) {
       if (g % LaneSums::most_groups == 0) add_lanes();
-      if (Formula::uses_second_cell && g + 1 < surface.groups.size())
-        prefetch_second_cells(populations, placement, surface.groups[g + 1]);
-      if (surface.groups[g].used == 0) continue;
-      if (by_lanes && exchange_by_lanes(populations, placement, surface, g, links.populations(), sphere, lanes))
-        continue;
-      exchange_one_by_one(populations, placement, body, place, surface, g, links.populations(), returned, loads,
-                          kept_back);
+      if (g + groups_ahead < groups.size()) prefetch(links.values(), groups[g + groups_ahead]);
+      if (Formula::uses_second_cell && g + 1 < groups.size())
+        prefetch_second_cells(populations, placement, groups[g + 1]);
+      if (groups[g].used == 0) continue;
+      if (by_lanes && exchange_by_lanes(populations, placement, groups[g], links.values(), sphere, lanes)) continue;
+      exchange_one_by_one(populations, placement, body, place, groups[g], links.values(), returned, loads, kept_back);
     }
     add_lanes();
   }
@@ -208,7 +207,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return true;
   }
 
-  [[nodiscard]] SphereInBlock in_block(const LatticeBody& body, const BodySurface& surface, double returned) const {
+  [[nodiscard]] SphereInBlock in_block(const LatticeBody& body, const std::vector<CellGroup>& groups,
+                                       double returned) const {
     SphereInBlock sphere;
     sphere.radius = body.radius;
     sphere.returned = returned;
@@ -219,8 +219,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       sphere.velocity[axis] = body.velocity[axis];
       sphere.angular_velocity[axis] = body.angular_velocity[axis];
     }
-    const auto group = std::ranges::find_if(surface.groups, [](const CellGroup& g) { return g.used > 0; });
-    if (group == surface.groups.end()) return sphere;
+    const auto group = std::ranges::find_if(groups, [](const CellGroup& g) { return g.used > 0; });
+    if (group == groups.end()) return sphere;
     const auto lane = std::ranges::find_if(group->directions, [](std::uint32_t d) { return d != 0; });
     const Cell cell = cell_of(*group, static_cast<std::size_t>(lane - group->directions.begin()));
     for (int axis = 0; axis < 3; ++axis)
@@ -232,11 +232,11 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return sphere;
   }
 
-  bool exchange_by_lanes(const T* populations, Placement placement, const BodySurface& surface, std::size_t g,
-                         LinkPopulations<T>& links, const SphereInBlock& sphere, LaneSums& sums) const {
-    const CellGroup& group = surface.groups[g];
+  bool exchange_by_lanes(const T* populations, Placement placement, const CellGroup& group, BoundaryValues<T>& boundary,
+                         const SphereInBlock& sphere, LaneSums& sums) const {
     GroupPopulations<T> values;
-    values.populations = links.crossing.data() + group.first_link;
+    values.crossing = boundary.crossing.data();
+    values.excess_density = boundary.excess_density.data();
     std::array<Lanes<double>, d3q19::directions> behind{};
     if constexpr (Formula::uses_second_cell) {
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
@@ -247,21 +247,20 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           behind[link++][lane] =
               static_cast<double>(populations[layout_.entry(site, std::countr_zero(bits), placement)]);
       }
-      values.inward = links.inward.data() + group.first_link;
+      values.inward = boundary.inward.data();
       values.behind = behind.data();
-      values.momentum = &surface.momentum[g];
+      for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis] = boundary.momentum[axis].data();
     }
     return exchange_group_(formula_, sphere, group, values, sums);
   }
 
   void exchange_one_by_one(const T* populations, Placement placement, std::size_t body_index, std::size_t place_of_body,
-                           const BodySurface& surface, std::size_t g, LinkPopulations<T>& links,
-                           [[maybe_unused]] double returned, std::span<LoadSums> loads, MomentumSums& kept) const {
+                           const CellGroup& group, BoundaryValues<T>& boundary, [[maybe_unused]] double returned,
+                           std::span<LoadSums> loads, MomentumSums& kept) const {
     LoadSums& sums = loads[place_of_body];
     using namespace momentum_exchange;
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
-    const CellGroup& group = surface.groups[g];
     const bool beside_films = films_.beside(body_index);
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
       if (group.directions[lane] == 0) continue;
@@ -269,21 +268,21 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
       if constexpr (Formula::uses_second_cell)
         for (std::size_t axis = 0; axis < 3; ++axis)
-          momentum[static_cast<Eigen::Index>(axis)] = surface.momentum[g][axis][lane];
+          momentum[static_cast<Eigen::Index>(axis)] = boundary.momentum[axis][group.moments[lane]];
       // One link, the n-th of the cell, as the body sees it: from r in direction `seen`.
       const auto reflect = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
                                std::int64_t(&force)[3]) {
-        const std::size_t place = group.first_link + n * surface_lanes + lane;
-        T& population = links.crossing[place];
+        const std::size_t place = group.first_link[lane] + n;
+        T& population = boundary.crossing[place];
         const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
         Link<double> link{.weight = d3q19::weight(alpha),
                           .leaving = static_cast<double>(population),
-                          .density = 1.0 + group.excess_density[lane],
+                          .density = 1.0 + boundary.excess_density[group.moments[lane]],
                           .e_dot_u_w = along(seen, u),
                           .wall_distance = 0.5};
         std::ranges::copy(d3q19::velocity[static_cast<std::size_t>(alpha)], link.e);
         if constexpr (Formula::uses_second_cell) {
-          link.inward = static_cast<double>(links.inward[place]);
+          link.inward = static_cast<double>(boundary.inward[place]);
           link.e_dot_j = along(alpha, momentum);
         }
         if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, seen);
@@ -360,6 +359,16 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   }
   [[nodiscard]] Site site_of(const CellGroup& group, std::size_t lane) const {
     return layout_.site(group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]);
+  }
+
+  static constexpr std::size_t groups_ahead = 4;
+
+  /// The rows of a body are scattered over memory. Always inline: gcc drops calls of functions that only prefetch.
+  [[gnu::always_inline]] static void prefetch(const BoundaryValues<T>& boundary, const CellGroup& group) {
+    for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+      __builtin_prefetch(boundary.crossing.data() + group.first_link[lane], 1);
+      __builtin_prefetch(boundary.excess_density.data() + group.moments[lane]);
+    }
   }
 
   /// Second cells are scattered over memory. Always inline: gcc drops calls of functions that only prefetch.

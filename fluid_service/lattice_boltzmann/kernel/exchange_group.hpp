@@ -25,13 +25,14 @@ struct SphereInBlock {
   double returned = 0.0;  ///< mass to be given back, by the weight of the links
 };
 
-/// What a group reads, and writes: one value per link and lane, from its first link on.
+/// What a group reads, and writes: BoundaryValues, and what its second cells send.
 template <class T>
 struct GroupPopulations {
-  T* populations = nullptr;
-  const T* inward = nullptr;                               ///< of formulas that use second cells
-  const Lanes<double>* behind = nullptr;                   ///< likewise: f̃_α(x_f − e_α)
-  const std::array<Lanes<double>, 3>* momentum = nullptr;  ///< likewise
+  T* crossing = nullptr;
+  const T* inward = nullptr;  ///< of formulas that use second cells
+  const double* excess_density = nullptr;
+  std::array<const double*, 3> momentum{};  ///< likewise
+  const Lanes<double>* behind = nullptr;    ///< likewise: f̃_α(x_f − e_α), by link of the group's cells
 };
 
 /// Sums by lane, as integers: LoadSums and the momentum kept back.
@@ -76,7 +77,6 @@ struct ExchangeGroupLoop {
   };
   using V = typename PackOf<double>::Type;
   using TLanes = typename PackOf<T>::Type;
-  using Bits = typename PackOf<std::int32_t>::Type;
   using Integers = typename PackOf<std::int64_t>::Type;
   static constexpr std::size_t components = Formula::conserving ? LaneSums::components : 6;
 
@@ -91,7 +91,10 @@ struct ExchangeGroupLoop {
     Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
     for (std::size_t lane = 0; lane < surface_lanes; lane += width)
       if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
-    std::memcpy(values.populations, outcome.returning.data(), group.links * sizeof(Lanes<T>));
+    for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+      T* const crossing = values.crossing + group.first_link[lane];
+      for (std::uint32_t j = 0; j < group.links; ++j) crossing[j] = outcome.returning[j][lane];
+    }
     for (std::size_t c = 0; c < components; ++c)
       for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
         const V shifted = load<V>(outcome.added[c].data() + lane) + LaneSums::rounder;
@@ -106,9 +109,9 @@ struct ExchangeGroupLoop {
  private:
   static constexpr std::int64_t bits_of_rounder = __builtin_bit_cast(std::int64_t, LaneSums::rounder);
   /// Directions along the axes, and those with a positive (sign 1) or negative component along one.
-  static constexpr std::int32_t axes = 0x7e;
-  static constexpr std::int32_t along(std::size_t axis, int sign) {
-    std::int32_t result = 0;
+  static constexpr std::int64_t axes = 0x7e;
+  static constexpr std::int64_t along(std::size_t axis, int sign) {
+    std::int64_t result = 0;
     for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha)
       if (d3q19::e[alpha][axis] == sign) result |= 1 << alpha;
     return result;
@@ -120,6 +123,14 @@ struct ExchangeGroupLoop {
     typename PackOf<U>::Type packed;
     std::memcpy(&packed, values, sizeof(packed));
     return __builtin_convertvector(packed, Vector);
+  }
+
+  /// From places that are the same for all links, but for the distance from one to the next.
+  template <class U>
+  [[gnu::always_inline]] static V gather(const U* values, const std::uint32_t* places) {
+    U lanes[width];
+    for (std::size_t l = 0; l < width; ++l) lanes[l] = values[places[l]];
+    return load<V>(lanes);
   }
 
   [[gnu::always_inline]] static V square_root(const V& x) {
@@ -162,24 +173,30 @@ struct ExchangeGroupLoop {
     V kept[3] = {};
     V mass = {};
     V weights = {};
-    Bits left = load<Bits>(group.directions.data() + lane);
+    Integers left = load<Integers>(group.directions.data() + lane);
     Link<V> link;
-    link.density = 1.0 + load<V>(group.excess_density.data() + lane);
+    const std::uint32_t* const first = group.first_link.data() + lane;
+    const std::uint32_t* const moments = group.moments.data() + lane;
+    link.density = 1.0 + gather(values.excess_density, moments);
+    [[maybe_unused]] V momentum[3];
+    if constexpr (Formula::uses_second_cell)
+      for (std::size_t a = 0; a < 3; ++a) momentum[a] = gather(values.momentum[a], moments);
     for (std::uint32_t j = 0; j < group.links; ++j) {
-      const Bits bit = left & -left;
+      const Integers bit = left & -left;
       left ^= bit;
-      for (std::size_t a = 0; a < 3; ++a)
-        link.e[a] = __builtin_convertvector(((bit & along(a, -1)) != 0) - ((bit & along(a, 1)) != 0), V);
-      link.weight = __builtin_convertvector(-((bit & axes) != 0) - (bit != 0), V) * d3q19::weight(7);
-      const std::size_t place = j * surface_lanes + lane;
-      link.leaving = load<V>(values.populations + place);
+      const V zero{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        link.e[a] = (bit & along(a, 1)) != 0 ? zero + 1.0 : zero;
+        link.e[a] = (bit & along(a, -1)) != 0 ? zero - 1.0 : link.e[a];
+      }
+      link.weight = bit != 0 ? zero + d3q19::weight(7) : zero;
+      link.weight = (bit & axes) != 0 ? zero + d3q19::weight(1) : link.weight;
+      link.leaving = gather(values.crossing + j, first);
       link.e_dot_u_w = dot(link.e, u);
       if constexpr (Formula::uses_second_cell) {
-        link.inward = load<V>(values.inward + place);
+        link.inward = gather(values.inward + j, first);
         link.behind = load<V>(values.behind[j].data() + lane);
-        const auto& momentum = *values.momentum;
-        link.e_dot_j = link.e[0] * load<V>(momentum[0].data() + lane) + link.e[1] * load<V>(momentum[1].data() + lane) +
-                       link.e[2] * load<V>(momentum[2].data() + lane);
+        link.e_dot_j = dot(link.e, momentum);
       }
       if constexpr (Formula::uses_wall_distance)
         link.wall_distance = wall_distance(dot(link.e, r), dot(link.e, link.e), constant);

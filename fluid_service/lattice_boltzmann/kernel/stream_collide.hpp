@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <string>
 #include <type_traits>
@@ -9,15 +11,22 @@
 
 namespace copepod::fluid {
 
+/// Moments of the cells of a region after its update, cell by cell, z fastest.
+struct UpdatedMoments {
+  double* excess_density = nullptr;
+  std::array<double*, 3> momentum{};  ///< null: not asked for
+};
+
 /// Updates the cells of `region` (indices from the block's low corner) by one step: stream, collide, store.
 /// Solid cells are updated like fluid ones: no fluid cell ever reads what they produce, since every link into
 /// a solid cell is overwritten before the step (boundary/, bodies/), and the loop stays free of branches.
 ///
 /// Every cell is computed by the same sequence of IEEE operations whether it falls into the vector body or
 /// the remainder, and whatever the instruction set: no contraction to fused multiply-adds.
+/// @param moments  receives those of the cells; null: nobody needs them
 template <class T>
 using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
-                               const CollisionConstants<T>& constants, bool has_force);
+                               const CollisionConstants<T>& constants, bool has_force, const UpdatedMoments* moments);
 
 /// The fastest build of the kernel that this machine can run.
 template <class T>
@@ -61,9 +70,38 @@ struct StreamCollideLoop {
     for (const auto& populations_of_row : row) __builtin_prefetch(populations_of_row + z, 1);
   }
 
-  template <bool streamed, bool has_force, class U>
+  /// In double, whatever the kernel computes with.
+  template <class U>
+  [[gnu::always_inline]] static void store_moments(const U (&g)[d3q19::directions], const UpdatedMoments& updated,
+                                                   std::int64_t cell) {
+    constexpr int cells = sizeof(U) / sizeof(T);
+    constexpr int at_once = std::min<int>(cells, Isa::vector_bytes / static_cast<int>(sizeof(double)));
+    using Source = std::conditional_t<at_once == 1, T, Pack<T, at_once>>;
+    using Result = std::conditional_t<at_once == 1, double, Pack<double, at_once>>;
+    for (int first = 0; first < cells; first += at_once) {
+      Result populations[d3q19::directions];
+#pragma GCC unroll 19
+      for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+        Source source;
+        std::memcpy(&source, reinterpret_cast<const T*>(&g[alpha]) + first, sizeof(source));
+        if constexpr (at_once == 1)
+          populations[alpha] = static_cast<double>(source);
+        else
+          populations[alpha] = __builtin_convertvector(source, Result);
+      }
+      const Moments<Result> m = moments(populations);
+      std::memcpy(updated.excess_density + cell + first, &m.excess_density, sizeof(Result));
+      if (!updated.momentum[0]) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        std::memcpy(updated.momentum[axis] + cell + first, &m.momentum[axis], sizeof(Result));
+    }
+  }
+
+  /// @param cell  place of cell z in `moments`
+  template <bool streamed, bool has_force, bool has_moments, class U>
   [[gnu::always_inline]] static void update(T* const (&row)[d3q19::directions], std::int64_t z,
-                                            const CollisionConstants<T>& constants) {
+                                            const CollisionConstants<T>& constants, const UpdatedMoments* moments,
+                                            std::int64_t cell) {
     U g[d3q19::directions];
     // Home: the slot that receives α afterwards holds ᾱ now. Streamed: the other way round.
 #pragma GCC unroll 19
@@ -73,18 +111,22 @@ struct StreamCollideLoop {
 #pragma GCC unroll 19
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
+    if constexpr (has_moments) store_moments(g, *moments, cell);
   }
 
   /// From cell z of a row to its end: in packs of w cells, what is left in narrower ones, then cell by cell.
-  template <int w, bool streamed, bool has_force>
+  template <int w, bool streamed, bool has_force, bool has_moments>
   [[gnu::always_inline]] static void finish_row(T* const (&row)[d3q19::directions], std::int64_t z, std::int64_t length,
-                                                const CollisionConstants<T>& constants) {
+                                                const CollisionConstants<T>& constants, const UpdatedMoments* moments,
+                                                std::int64_t first_cell) {
     using V = std::conditional_t<w == 1, T, Pack<T, w>>;
     for (; z + w <= length; z += w) {
       if (w == width && z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
-      update<streamed, has_force, V>(row, z, constants);
+      update<streamed, has_force, has_moments, V>(row, z, constants, moments, first_cell + z);
     }
-    if constexpr (w > 1) finish_row<(w > narrowest ? w / 2 : 1), streamed, has_force>(row, z, length, constants);
+    if constexpr (w > 1)
+      finish_row<(w > narrowest ? w / 2 : 1), streamed, has_force, has_moments>(row, z, length, constants, moments,
+                                                                                first_cell);
   }
 
   /// Slots of a row's end cells that are not in line with the row's others are put there for the time of its
@@ -110,12 +152,13 @@ struct StreamCollideLoop {
     if (region.high[2] == last + 1 && last > 0) move(layout.site(x, y, last));
   }
 
-  template <bool streamed, bool has_force>
+  template <bool streamed, bool has_force, bool has_moments>
   static void rows(T* populations, const PopulationLayout& layout, const Box& region,
-                   const CollisionConstants<T>& constants) {
+                   const CollisionConstants<T>& constants, const UpdatedMoments* moments) {
     const std::int64_t length = region.extent(2);
+    std::int64_t first_cell = 0;
     for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
-      for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
+      for (std::int64_t y = region.low[1]; y < region.high[1]; ++y, first_cell += length) {
         const Site middle = layout.in_row(x, y, region.low[2]);
         Row row;
 #pragma GCC unroll 19
@@ -123,18 +166,23 @@ struct StreamCollideLoop {
           row[alpha] = populations + (streamed ? middle.index + layout.slot(alpha)
                                                : layout.location(middle, alpha, Placement::streamed));
         if constexpr (!streamed) move_row_ends<true>(populations, layout, region, x, y);
-        finish_row<width, streamed, has_force>(row, 0, length, constants);
+        finish_row<width, streamed, has_force, has_moments>(row, 0, length, constants, moments, first_cell);
         if constexpr (!streamed) move_row_ends<false>(populations, layout, region, x, y);
       }
   }
 
   static void run(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
-                  const CollisionConstants<T>& constants, bool has_force) {
-    const bool streamed = placement == Placement::streamed;
-    if (streamed && has_force) return rows<true, true>(populations, layout, region, constants);
-    if (streamed) return rows<true, false>(populations, layout, region, constants);
-    if (has_force) return rows<false, true>(populations, layout, region, constants);
-    return rows<false, false>(populations, layout, region, constants);
+                  const CollisionConstants<T>& constants, bool has_force, const UpdatedMoments* moments) {
+    const auto with = [&](auto streamed, auto force, auto kept) {
+      rows<streamed.value, force.value, kept.value>(populations, layout, region, constants, moments);
+    };
+    const auto either = [](bool choice, const auto& call) {
+      choice ? call(std::true_type()) : call(std::false_type());
+    };
+    either(placement == Placement::streamed, [&](auto streamed) {
+      either(has_force,
+             [&](auto force) { either(moments != nullptr, [&](auto kept) { with(streamed, force, kept); }); });
+    });
   }
 };
 

@@ -84,8 +84,8 @@ void for_each_link(Crowd& crowd, const Visit& visit) {
   for (std::size_t body = 0; body < 3; ++body)
     for (const CellGroup& group : crowd.links->of_body(body).groups)
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-        std::size_t link = group.first_link + lane;
-        for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, link += surface_lanes)
+        std::size_t link = group.first_link[lane];
+        for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, ++link)
           visit(link, Cell{group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]}, std::countr_zero(bits));
       }
 }
@@ -98,10 +98,20 @@ TEST(BoundaryLinks, HoldThePopulationsOfTheirCellsWhereverTheBodiesMove) {
     const Placement placement = step % 2 == 0 ? Placement::home : Placement::streamed;
     for (std::size_t i = 0; i < crowd.populations.size(); ++i)
       crowd.populations[i] = std::sin(static_cast<double>(i + 7 * static_cast<std::size_t>(step)));
+    const UpdatedMoments& updated = crowd.links->moments_of(all);
+    std::size_t next = 0;
+    for (std::int64_t x = 0; x < 16; ++x)
+      for (std::int64_t y = 0; y < 20; ++y)
+        for (std::int64_t z = 0; z < 18; ++z, ++next) {
+          const Moments<double> m =
+              moments(crowd.layout->gather(crowd.populations.data(), crowd.layout->site(x, y, z), placement));
+          updated.excess_density[next] = m.excess_density;
+          for (std::size_t axis = 0; axis < 3; ++axis) updated.momentum[axis][next] = m.momentum[axis];
+        }
     crowd.links->collect(crowd.populations.data(), placement, all);
     crowd.place(Eigen::Vector3d(0.31, -0.05, 0.03) * step);
     crowd.links->fetch(crowd.populations.data(), placement);
-    const LinkPopulations<double>& found = crowd.links->populations();
+    const BoundaryValues<double>& found = crowd.links->values();
     for_each_link(crowd, [&](std::size_t link, const Cell& cell, int alpha) {
       const auto f = crowd.layout->gather(crowd.populations.data(), crowd.layout->site(cell), placement);
       ASSERT_EQ(found.crossing[link], f[static_cast<std::size_t>(alpha)]) << step;
@@ -111,16 +121,16 @@ TEST(BoundaryLinks, HoldThePopulationsOfTheirCellsWhereverTheBodiesMove) {
     for (std::size_t g = 0; g < surface.groups.size(); ++g)
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
         const CellGroup& group = surface.groups[g];
+        const std::uint32_t place = group.moments[lane];
         if (group.directions[lane] == 0) {
-          ASSERT_EQ(group.excess_density[lane], 0.0);
-          for (std::size_t j = 0; j < group.links; ++j)
-            ASSERT_EQ(found.crossing[group.first_link + j * surface_lanes + lane], 0.0);
+          ASSERT_EQ(found.excess_density[place], 0.0);
+          for (std::size_t j = 0; j < group.links; ++j) ASSERT_EQ(found.crossing[group.first_link[lane] + j], 0.0);
           continue;
         }
         const Site site = crowd.layout->site(group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]);
         const Moments<double> m = moments(crowd.layout->gather(crowd.populations.data(), site, placement));
-        ASSERT_EQ(group.excess_density[lane], m.excess_density);
-        for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_EQ(surface.momentum[g][axis][lane], m.momentum[axis]);
+        ASSERT_EQ(found.excess_density[place], m.excess_density);
+        for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_EQ(found.momentum[axis][place], m.momentum[axis]);
       }
   }
 }
@@ -130,8 +140,8 @@ TEST(BoundaryLinks, PutWhatReturnsWhereTheUpdateReadsIt) {
     Crowd crowd;
     crowd.place(Eigen::Vector3d::Zero());
     crowd.links->fetch(crowd.populations.data(), placement);
-    for (std::size_t i = 0; i < crowd.links->populations().crossing.size(); ++i)
-      crowd.links->populations().crossing[i] = static_cast<double>(i + 1);
+    for (std::size_t i = 0; i < crowd.links->values().crossing.size(); ++i)
+      crowd.links->values().crossing[i] = static_cast<double>(i + 1);
     crowd.links->put_back(crowd.populations.data(), placement, {{0, 0, 0}, {9, 20, 18}});
     int put = 0;
     for_each_link(crowd, [&](std::size_t link, const Cell& cell, int alpha) {

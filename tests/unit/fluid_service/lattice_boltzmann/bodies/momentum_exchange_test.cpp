@@ -420,19 +420,25 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   CellGroup group;
   group.links = 3;
   group.used = 7;
-  std::vector<T> crossing(3 * surface_lanes);
+  constexpr std::size_t head = d3q19::directions;
+  std::vector<T> crossing(head + 3 * surface_lanes);
   std::vector<T> inward(crossing.size());
   std::array<Lanes<double>, d3q19::directions> behind{};
-  std::array<Lanes<double>, 3> momentum{};
+  std::vector<double> excess_density(1 + surface_lanes);
+  std::array momentum = {excess_density, excess_density, excess_density};
   for (std::size_t lane = 0; lane < 7; ++lane) {
     const auto x = static_cast<double>(lane);
-    for (std::size_t axis = 0; axis < 3; ++axis) momentum[axis][lane] = 0.01 * std::sin(x + static_cast<double>(axis));
+    const std::size_t place = (3 * lane) % 7;
+    group.moments[lane] = static_cast<std::uint32_t>(1 + place);
+    group.first_link[lane] = static_cast<std::uint32_t>(head + 3 * place);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      momentum[axis][1 + place] = 0.01 * std::sin(x + static_cast<double>(axis));
     group.directions[lane] = (1U << (1 + lane)) | (1U << (9 + lane)) | (1U << 17);
-    group.excess_density[lane] = 0.001 * std::cos(x);
+    excess_density[1 + place] = 0.001 * std::cos(x);
     for (std::size_t j = 0; j < 3; ++j) {
       const double y = x + 10.0 * static_cast<double>(j);
-      crossing[j * surface_lanes + lane] = static_cast<T>(0.01 * std::sin(y));
-      inward[j * surface_lanes + lane] = static_cast<T>(0.01 * std::cos(y));
+      crossing[group.first_link[lane] + j] = static_cast<T>(0.01 * std::sin(y));
+      inward[group.first_link[lane] + j] = static_cast<T>(0.01 * std::cos(y));
       behind[j][lane] = 0.01 * std::sin(2.0 * y);
     }
   }
@@ -451,13 +457,14 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   const auto outcome = [&](const auto& exchange, const auto& formula) {
     std::vector<T> populations = crossing;
     GroupPopulations<T> values;
-    values.populations = populations.data();
+    values.crossing = populations.data();
     values.inward = inward.data();
     values.behind = behind.data();
-    values.momentum = &momentum;
+    values.excess_density = excess_density.data();
+    for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis] = momentum[axis].data();
     LaneSums sums;
     EXPECT_TRUE(exchange(formula, sphere, group, values, sums));
-    EXPECT_EQ(populations[2 * surface_lanes + 7], T(0));  // of the free lane
+    for (std::size_t j = 0; j < head; ++j) EXPECT_EQ(populations[j], T(0));  // of the free lane
     return std::pair(populations, sums.sums);
   };
   const auto all = [&](const fluid::ExchangeGroups<T>& groups) {

@@ -28,7 +28,8 @@ std::vector<T> two_steps(StreamCollide<T> update, const std::vector<Box>& region
   std::vector<T> values = random_populations<T>(layout);
   const auto constants = collision_constants<T>(CollisionKind::trt, 0.7, force);
   for (const Placement placement : {Placement::home, Placement::streamed})
-    for (const Box& region : regions) update(values.data(), layout, placement, region, constants, !force.isZero(0.0));
+    for (const Box& region : regions)
+      update(values.data(), layout, placement, region, constants, !force.isZero(0.0), nullptr);
   return values;
 }
 
@@ -56,6 +57,32 @@ TYPED_TEST(StreamCollideKernel, GivesTheSameBitsInVectorBodyAndRemainder) {
   const std::vector<Box> pieces = {{{0, 0, 0}, {5, 4, 3}}, {{0, 0, 3}, {2, 4, 29}}, {{2, 0, 3}, {5, 4, 29}}};
   const auto update = choose_stream_collide<TypeParam>().update;
   EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero()), two_steps(update, pieces, Eigen::Vector3d::Zero()));
+}
+
+TYPED_TEST(StreamCollideKernel, LeavesTheMomentsOfTheCellsItUpdated) {
+  const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 29}}, sizeof(TypeParam));
+  const Box region{{1, 0, 2}, {4, 3, 29}};
+  const auto cells = static_cast<std::size_t>(region.volume());
+  const auto constants = collision_constants<TypeParam>(CollisionKind::trt, 0.7, Eigen::Vector3d::Zero());
+  for (const auto update :
+       {stream_collide_baseline<TypeParam>(), stream_collide_avx2<TypeParam>(), stream_collide_avx512<TypeParam>()}) {
+    if (update == nullptr) continue;
+    std::vector<TypeParam> values = random_populations<TypeParam>(layout);
+    for (const Placement placement : {Placement::home, Placement::streamed}) {
+      std::vector<double> moments_found(4 * cells);
+      double* const found = moments_found.data();
+      const UpdatedMoments updated = {found, {found + cells, found + 2 * cells, found + 3 * cells}};
+      update(values.data(), layout, placement, region, constants, false, &updated);
+      std::size_t i = 0;
+      for (std::int64_t x = 1; x < 4; ++x)
+        for (std::int64_t y = 0; y < 3; ++y)
+          for (std::int64_t z = 2; z < 29; ++z, ++i) {
+            const Moments<double> m = moments(layout.gather(values.data(), layout.site(x, y, z), other(placement)));
+            ASSERT_EQ(updated.excess_density[i], m.excess_density);
+            for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_EQ(updated.momentum[axis][i], m.momentum[axis]);
+          }
+    }
+  }
 }
 
 TEST(Collision, LeavesAnEquilibriumAsItIs) {
