@@ -265,6 +265,8 @@ TEST(ThinFilms, AreNotBetweenBodiesThatOverlapAtAJointWhicheverBodiesAreLookedAt
   FluidSetup setup;
   setup.cell_size_m = 1.0;
   setup.film_thickness_m = 1.5;
+  setup.domain_cells = {40, 40, 40};
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
   setup.bodies.assign(3, {ShapeKind::sphere, 3.0, 0.0});
   setup.jointed = {{1, 2}};
   Kinematics kinematics;
