@@ -259,8 +259,8 @@ suspensions are {misses} % too slow: the 5 % that were aimed at are missed.
   2002] is 0.73 and 0.56 at φ = 0.05 and 0.1, where (1 − φ)^4.65 is 0.79 and 0.61. Why k is smaller here than Yin and
   Koch found is not known; other arrangements at the start have not been computed.
 
-At φ = 0.3, with films and without, spheres enclose single cells of fluid in which mass piles up until the run ends with
-an error.
+At φ = 0.3, with films and without, mass piles up in cells between spheres that have few neighbours in the fluid, or
+none, until the run ends with an error.
 
 """
 
