@@ -15,6 +15,7 @@
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
+#include "geometry/near_pairs.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -400,6 +401,7 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, cons
   FluidSetup setup = static_cast<const FluidSetup&>(the_case.fluid);
   setup.step_s = the_case.step_s;
   for (const BodySpecification& body : assembly.bodies) setup.bodies.push_back(body.shape);
+  setup.jointed = jointed_pairs(assembly.joints);
   constexpr double of_a_cell = 0.25;  // contacts are soft
   if (the_case.contact) setup.wall_overlap_m = of_a_cell * setup.cell_size_m;
   setup.fields = the_case.output.fields;

@@ -32,10 +32,7 @@ Matrix6 mirroring(const std::array<bool, 3>& mirrored) {
 }  // namespace
 
 Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, double roughness_m)
-    : fluid_(fluid),
-      bodies_(bodies),
-      limits_{roughness_m, bodies.contact.stiffness_N_per_m > 0.0},
-      jointed_(jointed_pairs(bodies.joints)) {
+    : fluid_(fluid), bodies_(bodies), limits_{roughness_m, bodies.contact.stiffness_N_per_m > 0.0} {
   if (!(fluid.film_thickness_m > 0.0)) return;
   surfaces_.emplace(fluid, FilmRange(fluid).high_m);
   response_.resize(bodies.bodies.size());
@@ -103,10 +100,7 @@ void Lubrication::find_films() {
   for (std::size_t body = 0; body < motion_.size(); ++body) {
     const Shape& shape = fluid_.bodies[body];
     for (const NearSurface& surface : surfaces_->of_body(body)) {
-      if (surface.is_body() && !surface.is_mirrored()) {
-        if (surface.other < static_cast<int>(body)) continue;  // done
-        if (std::ranges::binary_search(jointed_, BodyPair{static_cast<int>(body), surface.other})) continue;
-      }
+      if (surface.is_body() && !surface.is_mirrored() && surface.other < static_cast<int>(body)) continue;  // done
       const Eigen::Vector3d axis = z_axis(moved_.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
       const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
       find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, limits_, contacts_);

@@ -24,9 +24,9 @@ namespace copepod::coupler {
 /// which is at once where no body has several. So films of any thickness are stable, and a body under a constant load
 /// approaches a surface at the right velocity whatever the step. Where a film gets thinner or thicker by more than a
 /// tenth within a step, the step is divided, and the loads are the mean of its parts: a body that hits a surface loses
-/// what theory demands, whatever the step (C22). Averaging does not apply to films. Bodies with a joint have no film
-/// between them; to its films with others a jointed body has its own mass alone. Where contacts are resolved, films
-/// resist the approach of surfaces until they touch, and their separation from then on.
+/// what theory demands, whatever the step (C22). Averaging does not apply to films. Bodies that overlap at a joint have
+/// no film between them; to its films a jointed body has its own mass alone. Where contacts are resolved, films resist
+/// the approach of surfaces until they touch, and their separation from then on.
 class Lubrication {
  public:
   /// No films.
@@ -72,7 +72,6 @@ class Lubrication {
   FluidSetup fluid_;
   BodySetup bodies_;
   FilmLimits limits_;
-  std::vector<BodyPair> jointed_;
   std::optional<NearSurfaces> surfaces_;
   std::vector<FilmContact> contacts_;
   Kinematics moved_;               ///< of all bodies, as far as the step is done

@@ -83,6 +83,7 @@ struct FluidSetup {
   double film_thickness_m = 0.0;  ///< loads leave out what films that are thinner exert; 0: nothing is left out
   double wall_overlap_m = 0.0;    ///< how far moving bodies may reach beyond a face: contacts are soft
   std::vector<Shape> bodies;      ///< shapes, in the order of Kinematics and Loads
+  std::vector<BodyPair> jointed;  ///< pairs with a joint: they may overlap, and have no film then
   FieldOutput fields;
   std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
 };

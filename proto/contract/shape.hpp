@@ -1,8 +1,11 @@
 #pragma once
 
 #include <numbers>
+#include <utility>
 
 namespace copepod {
+
+using BodyPair = std::pair<int, int>;  ///< indices, the lower one first
 
 enum class ShapeKind { sphere, capsule };
 

@@ -64,6 +64,11 @@ void describe(auto& wire, Is<FieldOutput> auto& fields) {
   wire("compression", fields.compression);
 }
 
+void describe(auto& wire, Is<BodyPair> auto& pair) {
+  wire("body_A", pair.first);
+  wire("body_B", pair.second);
+}
+
 void describe(auto& wire, Is<FluidSetup> auto& setup) {
   wire("kind", setup.kind);
   wire("step_s", setup.step_s);
@@ -83,6 +88,7 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
   wire("film_thickness_m", setup.film_thickness_m);
   wire("wall_overlap_m", setup.wall_overlap_m);
   wire("bodies", setup.bodies);
+  wire("jointed", setup.jointed);
   wire("fields", setup.fields);
   wire("trace_directory", setup.trace_directory);
 }
@@ -342,6 +348,11 @@ void check(const FluidSetup& setup) {
   if (setup.no_slip_plane > 5) {
     throw MalformedMessage("no_slip_plane is face " + std::to_string(setup.no_slip_plane) +
                            ", a domain has faces 0 to 5");
+  }
+  for (const auto& [A, B] : setup.jointed) {
+    if (A >= B || static_cast<std::size_t>(B) >= setup.bodies.size())
+      throw MalformedMessage("a joint joins bodies " + std::to_string(A) + " and " + std::to_string(B) + " of " +
+                             std::to_string(setup.bodies.size()));
   }
   check(setup.fields);
 }

@@ -37,6 +37,7 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
       length_m_(length_of_domain_m(setup)),
       near_pairs_(setup.bodies, reach_m, periodic_length_m(setup)),
       surfaces_(setup.bodies.size()) {
+  std::ranges::sort(setup_.jointed);
   for (std::size_t face = 0; face < 6; ++face)
     mirror_[face] =
         setup.boundaries[face].kind == BoundaryKind::free_slip || (face % 2 == 1 && setup.symmetry_planes[face / 2]);
@@ -71,6 +72,7 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
   const double radius_m = setup_.bodies[static_cast<std::size_t>(body)].radius_m;
   const CoreSegment original = core(other, kinematics);
   const Eigen::Vector3d centre_m = kinematics.position_m.col(body);
+  const bool jointed = std::ranges::binary_search(setup_.jointed, BodyPair(std::minmax({body, other})));
   for (unsigned axes = other == body ? 1 : 0; axes < 8; ++axes) {
     NearSurface surface{.other = other, .core = original};
     surface.radius_m = setup_.bodies[static_cast<std::size_t>(other)].radius_m;
@@ -87,8 +89,9 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
     }
     if (!exists) continue;
     surface.core.centre_W_m = near_pairs_.nearest_image_m(surface.core.centre_W_m - centre_m);
-    if (segment_distance_m(own, surface.core) - radius_m - surface.radius_m < reach_m_)
-      surfaces_[static_cast<std::size_t>(body)].push_back(surface);
+    const double gap_m = segment_distance_m(own, surface.core) - radius_m - surface.radius_m;
+    const bool one_surface = jointed && axes == 0 && gap_m < 1e-3 * setup_.cell_size_m;
+    if (gap_m < reach_m_ && !one_surface) surfaces_[static_cast<std::size_t>(body)].push_back(surface);
   }
 }
 

@@ -47,7 +47,8 @@ struct NearSurface {
 };
 
 /// The surfaces that are near each body of a fluid. Mirrors are symmetry planes and faces with free slip; of a body
-/// longer than half a periodic domain only the image with the nearest centre is seen.
+/// longer than half a periodic domain only the image with the nearest centre is seen. Two bodies that a
+/// joint holds in touch, or lets overlap, are not near each other.
 class NearSurfaces {
  public:
   /// @param reach_m  surfaces that are further apart are left out

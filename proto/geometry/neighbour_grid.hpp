@@ -2,14 +2,13 @@
 
 #include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
-namespace copepod {
+#include "contract/shape.hpp"
 
-using BodyPair = std::pair<int, int>;  ///< indices, the lower one first
+namespace copepod {
 
 /// Finds all pairs of balls that intersect, in time linear in their number.
 ///

@@ -29,6 +29,9 @@ class ThinFilms {
       FluidSetup part = setup_;
       part.bodies.clear();
       for (const std::int32_t body : bodies) part.bodies.push_back(setup_.bodies[static_cast<std::size_t>(body)]);
+      part.jointed.clear();
+      for (const auto& [A, B] : setup_.jointed)
+        if (const auto a = place_of(A), b = place_of(B); a && b) part.jointed.emplace_back(*a, *b);
       surfaces_.emplace(part, range_.high_m);
     }
     surfaces_->find(kinematics);
@@ -57,8 +60,14 @@ class ThinFilms {
 
  private:
   [[nodiscard]] const std::vector<NearSurface>& of_body(std::size_t body) const {
-    const auto found = std::ranges::lower_bound(bodies_, static_cast<std::int32_t>(body));
-    return surfaces_->of_body(static_cast<std::size_t>(found - bodies_.begin()));
+    return surfaces_->of_body(static_cast<std::size_t>(*place_of(static_cast<int>(body))));
+  }
+
+  /// Of a body among those that are looked at.
+  [[nodiscard]] std::optional<int> place_of(int body) const {
+    const auto found = std::ranges::lower_bound(bodies_, body);
+    if (found == bodies_.end() || *found != body) return std::nullopt;
+    return static_cast<int>(found - bodies_.begin());
   }
 
   FluidSetup setup_;

@@ -38,6 +38,9 @@ def check_setup(setup):
     if hasattr(setup, "fields"):
         _check_fields(setup.fields)
         _check_cells(setup.domain_cells)
+        for pair in setup.jointed:
+            if not pair.body_A < pair.body_B < len(setup.bodies):
+                raise _refused(f"a joint is on bodies {pair.body_A} and {pair.body_B} of {len(setup.bodies)}")
     if hasattr(setup, "springs"):
         _check_bodies(setup)
 

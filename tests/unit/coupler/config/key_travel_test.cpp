@@ -50,6 +50,8 @@ const Travels fluid_travels{
     {"precision", {"fluid.precision=double"}},
     {"film_thickness_m", {"lubrication.cut_off_cells=auto"}},
     {"wall_overlap_m", {"fluid.symmetry_planes=[]", "fluid.cell_size_m=1.05e-6"}},
+    {"jointed.body_A", {"joints.0.bodies=[swimmer.B1, swimmer.B3]"}},
+    {"jointed.body_B", {"joints.0.bodies=[ball, swimmer.B3]"}},
     {"bodies.kind", {"bodies.0.shape=capsule"}},
     {"bodies.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},

@@ -74,13 +74,11 @@ const double decades = std::log(10.0);
 
 double difference(double at_thin, double at_thick) { return at_thin - at_thick; }
 
-TEST(Lubrication, HasNoFilmBetweenJointedBodiesThatMayOverlap) {
+TEST(Lubrication, HasNoFilmBetweenBodiesThatOverlapAtAJoint) {
   Bodies bodies({sphere, sphere, sphere});
-  bodies.kinematics.position_m.row(2) << 30.0, 50.0 - gap_m, 70.0;
+  bodies.kinematics.position_m.row(2) << 31.0, 50.0 - gap_m, 70.0;
   bodies.kinematics.velocity_m_per_s(2, 2) = -1.0;
-  bodies.setup.joints.resize(1);
-  bodies.setup.joints[0].body_A = 1;
-  bodies.setup.joints[0].body_B = 0;
+  bodies.fluid.jointed = {{0, 1}};
   const Loads loads = bodies.loads();
   EXPECT_EQ(loads.force_N.col(0).norm(), 0.0);
   EXPECT_GT(loads.force_N(2, 2), 0.0);

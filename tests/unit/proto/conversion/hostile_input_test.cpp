@@ -230,6 +230,14 @@ std::string refusal_of(const FluidSetup& setup) {
   return "taken";
 }
 
+TEST(HostileInput, JointsOfBodiesThatAreNotTwoInOrderAreRefused) {
+  for (const BodyPair& pair : {BodyPair{0, 2}, {1, 1}, {1, 0}, {-1, 0}}) {
+    FluidSetup setup = sample_fluid_setup();
+    setup.jointed = {pair};
+    EXPECT_NE(refusal_of(setup), "taken") << pair.first << " and " << pair.second;
+  }
+}
+
 TEST(HostileInput, FieldOutputOfNoStepsIsRefused) {
   const auto refusal = [](std::int64_t every, std::int64_t start, std::int64_t stop, std::int64_t sampled) {
     FluidSetup setup = sample_fluid_setup();

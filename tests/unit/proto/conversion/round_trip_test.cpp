@@ -136,6 +136,7 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
   EXPECT_EQ(received.bodies[1].kind, ShapeKind::capsule);
   EXPECT_EQ(received.bodies[1].radius_m, 4e-6);
   EXPECT_EQ(received.bodies[1].length_m, 8e-6);
+  EXPECT_EQ(received.jointed, sent.jointed);
   EXPECT_EQ(received.fields.directory, sent.fields.directory);
   EXPECT_EQ(received.fields.every_steps, 100);
   EXPECT_EQ(received.fields.mean_start, 5);

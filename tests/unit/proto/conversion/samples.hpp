@@ -61,6 +61,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.film_thickness_m = 1.0 / 13;
   setup.wall_overlap_m = 1.0 / 17;
   setup.bodies = {{ShapeKind::sphere, 4e-6, 0}, {ShapeKind::capsule, 4e-6, 8e-6}};
+  setup.jointed = {{0, 1}};
   setup.fields = {"/runs/a/fields",    100, 5, 50, 2, {FieldQuantity::pressure, FieldQuantity::velocity},
                   {3, 4, 0, 0, 5, 50}, 1};
   return setup;

@@ -71,6 +71,22 @@ TEST(NearSurfaces, AreThoseOfImagesInMirrors) {
   EXPECT_FALSE(surfaces.of_body(0)[1].mirrored[2]);
 }
 
+TEST(NearSurfaces, OfBodiesThatOverlapAtAJointAreTheirImagesInMirrorsOnly) {
+  FluidSetup setup = box(3, BoundaryKind::free_slip);
+  setup.jointed = {{1, 2}, {0, 1}};  // in any order
+  NearSurfaces surfaces(setup, 1.0);
+  surfaces.find(at({{6.5, 10, 10}, {10, 10, 10}, {10, 14 - 1e-12, 10}}));
+  for (std::size_t body = 0; body < 3; ++body) EXPECT_TRUE(surfaces.of_body(body).empty()) << body;
+  surfaces.find(at({{6, 10, 2}, {8, 10, 2}, {10, 10, 10}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 2U);
+  EXPECT_TRUE(surfaces.of_body(0)[0].mirrored[2]);
+  EXPECT_EQ(surfaces.of_body(0)[1].other, 1);
+  EXPECT_TRUE(surfaces.of_body(0)[1].mirrored[2]);
+  surfaces.find(at({{5.5, 10, 10}, {10, 10, 10}, {10, 15, 10}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 1U) << "they are apart";
+  EXPECT_EQ(surfaces.of_body(0)[0].other, 1);
+}
+
 TEST(NearSurfaces, OfACapsuleBesideAMirrorTurnWithTheImage) {
   FluidSetup setup = box(1, BoundaryKind::free_slip);
   setup.bodies[0] = {ShapeKind::capsule, 1.0, 4.0};

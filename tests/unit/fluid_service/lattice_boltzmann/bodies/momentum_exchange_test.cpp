@@ -261,6 +261,25 @@ TEST(MomentumExchange, SharesWhatAFilmLeavesOutBetweenTheTwoBodies) {
   EXPECT_LT((box.torque(1) - Eigen::Vector3d(-1.0, 0.0, 3.4).cross(half)).norm(), 1e-14);
 }
 
+TEST(ThinFilms, AreNotBetweenBodiesThatOverlapAtAJointWhicheverBodiesAreLookedAt) {
+  FluidSetup setup;
+  setup.cell_size_m = 1.0;
+  setup.film_thickness_m = 1.5;
+  setup.domain_cells = {40, 40, 40};
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
+  setup.bodies.assign(3, {ShapeKind::sphere, 3.0, 0.0});
+  setup.jointed = {{1, 2}};
+  Kinematics kinematics;
+  kinematics.resize(2);
+  kinematics.position_m << 0, 5, 0, 0, 0, 0;
+  kinematics.orientation_wxyz << 1, 1, 0, 0, 0, 0, 0, 0;
+  ThinFilms films(setup);
+  films.find({0, 1}, kinematics);
+  EXPECT_TRUE(films.beside(0) && films.beside(1));
+  films.find({1, 2}, kinematics);
+  EXPECT_FALSE(films.beside(1) || films.beside(2));
+}
+
 // e·u_w with u_w = U + Ω × r = (0.01, 0.02 · 4.3, 0) in the plane of the link, ρ_w = 1.25.
 TEST(MomentumExchange, UsesTheVelocityOfTheSurfaceAndTheDensityOfTheCell) {
   Box16 box;
