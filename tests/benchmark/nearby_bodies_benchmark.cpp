@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <random>
 #include <vector>
@@ -19,24 +20,15 @@ constexpr int size = 1000;
 constexpr int bodies = 100000;
 
 /// Rank 0 without the others: keeps what it is to send, and receives loads of as many bodies from each.
-class LonelyLeader final : public Communicator {
+class LonelyLeader final : public SelfCommunicator {
  public:
-  using Communicator::Communicator;
-  [[nodiscard]] int rank() const override { return 0; }
+  using SelfCommunicator::SelfCommunicator;
   [[nodiscard]] int size() const override { return ::size; }
-  void broadcast(std::span<std::byte>) override {}
-  void sum_to_leader(std::span<std::int64_t>) override {}
-  void sum_to_all(std::span<std::int64_t>) override {}
-  void max_to_all(std::span<std::int64_t>) override {}
-  [[nodiscard]] std::function<void()> start_exchange(std::span<const Message>) override {
-    return [] {};
-  }
   [[nodiscard]] std::function<void()> start_send(int, std::span<const std::byte> data) override {
     sent_.push_back(data);
     return [] {};
   }
   void receive(int, std::vector<std::byte>& data) override { data = loads_[next_++ % loads_.size()]; }
-  void report_failure(const FailureReport&) override {}
 
   /// From each rank that has been sent records: loads of the same bodies.
   std::int64_t answer_with_loads() {
@@ -48,12 +40,13 @@ class LonelyLeader final : public Communicator {
         std::int64_t count = 0;
         std::memcpy(&count, message.data() + at, sizeof(count));
         at += sizeof(count);
-        for (std::int64_t i = 0; i < count; ++i, at += 10 * sizeof(double)) {
-          std::int64_t entry[9] = {};
-          std::memcpy(entry, message.data() + at, sizeof(entry[0]));
-          entry[0] *= 2;
-          const auto bytes = std::as_bytes(std::span(entry));
-          loads.insert(loads.end(), bytes.begin(), bytes.end());
+        for (std::int64_t i = 0; i < count; ++i, at += sizeof(std::int32_t) + 9 * sizeof(double)) {
+          std::uint32_t body = 0;
+          std::memcpy(&body, message.data() + at, sizeof(body));
+          std::array<std::byte, sizeof(body) + 6 * sizeof(std::int64_t)> entry{};
+          body *= 2;
+          std::memcpy(entry.data(), &body, sizeof(body));
+          loads.insert(loads.end(), entry.begin(), entry.end());
         }
         records += count;
       }
