@@ -123,7 +123,8 @@ NearbyBodies::NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, c
       returns_mass_(returns_mass),
       record_bytes_(sizeof(std::int32_t) + (9 + (has_capsules_ ? 4 : 0) + (returns_mass ? 1 : 0)) * sizeof(double)),
       components_(returns_mass ? load_components : mass_component),
-      relays_(relays_after(communicator.rank(), communicator.size())) {
+      behind_(ranks_behind(communicator.rank(), communicator.size())),
+      relays_(relays_after(behind_)) {
   for (const Shape& shape : setup.bodies) bounding_radius_lu_.push_back(units.length_lu(bounding_radius_m(shape)));
   if (communicator.rank() != 0) return;
   near_.resize(setup.bodies.size());
@@ -157,13 +158,12 @@ void NearbyBodies::scatter(const Kinematics& kinematics, std::span<const double>
     communicator_.receive(relay_before(communicator_.rank()), records_);
     find_sections();
   }
-  const auto start = [this](int rank) {
-    return section_starts_[static_cast<std::size_t>(rank - communicator_.rank())];
-  };
-  for (const RankRange& relay : relays_) {
-    for (int rank = relay.first; leads && rank < relay.end; ++rank) write_section(rank, kinematics, returned_mass);
+  for (const Relay& relay : relays_) {
+    for (std::size_t place = relay.first; leads && place < relay.end; ++place)
+      write_section(place, kinematics, returned_mass);
+    const std::size_t start = section_starts_[relay.first];
     sends_.push_back(communicator_.start_send(
-        relay.first, std::span(records_).subspan(start(relay.first), start(relay.end) - start(relay.first))));
+        relay.rank, std::span(records_).subspan(start, section_starts_[relay.end] - start)));
   }
   if (leads) write_section(0, kinematics, returned_mass);
   take_own_section();
@@ -192,15 +192,17 @@ void NearbyBodies::update_lists(const Eigen::Matrix3Xd& position_m) {
     stays_m_[b] = {units_.position_m(stays_lu.min()), units_.position_m(stays_lu.max())};
   }
   section_starts_.assign(1, 0);
-  for (const auto& list : listed_)
-    section_starts_.push_back(section_starts_.back() + sizeof(std::uint64_t) + list.size() * record_bytes_);
+  for (const int rank : behind_)
+    section_starts_.push_back(section_starts_.back() + sizeof(std::uint64_t) +
+                              listed_[static_cast<std::size_t>(rank)].size() * record_bytes_);
   records_.resize(section_starts_.back());
 }
 
-void NearbyBodies::write_section(int rank, const Kinematics& kinematics, std::span<const double> returned_mass) {
+void NearbyBodies::write_section(std::size_t place, const Kinematics& kinematics,
+                                 std::span<const double> returned_mass) {
   constexpr std::size_t ahead = 8;
-  const auto& list = listed_[static_cast<std::size_t>(rank)];
-  std::byte* to = records_.data() + section_starts_[static_cast<std::size_t>(rank)];
+  const auto& list = listed_[static_cast<std::size_t>(behind_[place])];
+  std::byte* to = records_.data() + section_starts_[place];
   to = put(to, std::uint64_t{list.size()});
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::int32_t soon = list[std::min(i + ahead, list.size() - 1)];
@@ -260,8 +262,8 @@ std::span<const LoadSums> NearbyBodies::gather(std::span<const LoadSums> loads, 
     else if (loads[place] != LoadSums{})
       append_loads(bodies_[place], loads[place]);
   }
-  for (const RankRange& relay : relays_) {
-    communicator_.receive(relay.first, received_);
+  for (const Relay& relay : relays_) {
+    communicator_.receive(relay.rank, received_);
     add_loads(received_, gained);
   }
   if (leads) return total_;

@@ -92,7 +92,7 @@ class NearbyBodies {
 
  private:
   void update_lists(const Eigen::Matrix3Xd& position_m);
-  void write_section(int rank, const Kinematics& kinematics, std::span<const double> returned_mass);
+  void write_section(std::size_t place, const Kinematics& kinematics, std::span<const double> returned_mass);
   std::byte* write_record(std::byte* to, const Kinematics& kinematics, std::int32_t body,
                           std::span<const double> returned_mass) const;
   void find_sections();
@@ -108,7 +108,8 @@ class NearbyBodies {
   bool returns_mass_;
   std::size_t record_bytes_;
   std::size_t components_;  ///< of loads, that are of use on rank 0
-  std::vector<RankRange> relays_;
+  std::vector<int> behind_;  ///< this rank and those that it relays to
+  std::vector<Relay> relays_;
 
   // On rank 0: which blocks each body is near, and where its centre may be before they are others [m]; by rank, the
   // bodies it is sent; rank and body where this is for the last time.
@@ -116,7 +117,7 @@ class NearbyBodies {
   std::vector<Eigen::AlignedBox3d> stays_m_;
   std::vector<std::vector<std::int32_t>> listed_;
   std::vector<std::pair<int, std::int32_t>> leaving_;
-  // For each rank from this one to the last that it relays to: number of records, records.
+  // For each rank of behind_: number of records, records.
   std::vector<std::byte> records_;
   std::vector<std::size_t> section_starts_;
 
