@@ -162,8 +162,8 @@ void NearbyBodies::scatter(const Kinematics& kinematics, std::span<const double>
     for (std::size_t place = relay.first; leads && place < relay.end; ++place)
       write_section(place, kinematics, returned_mass);
     const std::size_t start = section_starts_[relay.first];
-    sends_.push_back(communicator_.start_send(
-        relay.rank, std::span(records_).subspan(start, section_starts_[relay.end] - start)));
+    sends_.push_back(
+        communicator_.start_send(relay.rank, std::span(records_).subspan(start, section_starts_[relay.end] - start)));
   }
   if (leads) write_section(0, kinematics, returned_mass);
   take_own_section();
@@ -181,8 +181,7 @@ void NearbyBodies::update_lists(const Eigen::Matrix3Xd& position_m) {
   for (std::int32_t body = 0; body < std::ssize(near_); ++body) {
     const auto b = static_cast<std::size_t>(body);
     if (stays_m_[b].contains(position_m.col(body))) continue;
-    const auto [now, stays_lu] =
-        near_blocks_.around(units_.position_lu(position_m.col(body)), bounding_radius_lu_[b]);
+    const auto [now, stays_lu] = near_blocks_.around(units_.position_lu(position_m.col(body)), bounding_radius_lu_[b]);
     near_blocks_.for_each_rank(now, near_[b], [&](int rank) {
       auto& list = listed_[static_cast<std::size_t>(rank)];
       list.insert(place_in(list, body), body);

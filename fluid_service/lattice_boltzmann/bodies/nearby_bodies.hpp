@@ -107,7 +107,7 @@ class NearbyBodies {
   bool has_capsules_;
   bool returns_mass_;
   std::size_t record_bytes_;
-  std::size_t components_;  ///< of loads, that are of use on rank 0
+  std::size_t components_;   ///< of loads, that are of use on rank 0
   std::vector<int> behind_;  ///< this rank and those that it relays to
   std::vector<Relay> relays_;
 
