@@ -2,6 +2,7 @@
 #include <array>
 #include <cstring>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -9,7 +10,8 @@
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
 
 // What rank 0 does for 10⁵ spheres of radius 2 on 10³ ranks of 10⁶ cells (docs/results/scaling.md): it sends their
-// states, adds up their loads, and reports these in SI units. Items are records; of the report, bodies.
+// states and adds up their loads, items are records; and a whole exchange, with the report in SI units and the bodies
+// near rank 0, items are bodies.
 
 namespace {
 
@@ -57,27 +59,44 @@ class LonelyLeader final : public SelfCommunicator {
 
  private:
   std::vector<std::span<const std::byte>> sent_;
-  std::vector<std::vector<std::byte>> loads_;
+  std::vector<std::vector<std::byte>> loads_{std::vector<std::byte>(sizeof(MomentumSums))};
   std::size_t next_ = 0;
 };
 
+FluidSetup setup() {
+  FluidSetup result;
+  result.step_s = result.cell_size_m = result.density_kg_per_m3 = 1.0;
+  result.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
+  result.domain_cells = {1000, 1000, 1000};
+  for (Boundary& face : result.boundaries) face.kind = BoundaryKind::periodic;
+  result.bodies.assign(bodies, {ShapeKind::sphere, 2.0, 0.0});
+  return result;
+}
+
 /// @param ordered  bodies that are neighbours in space are neighbours in the setup
+Kinematics spread(bool ordered) {
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> anywhere(0.0, 1000.0);
+  const BlockPartition partition({1000, 1000, 1000}, size);
+  std::vector<std::pair<int, Eigen::Vector3d>> places(bodies);
+  for (auto& [rank, place] : places) {
+    place = {anywhere(generator), anywhere(generator), anywhere(generator)};
+    rank = partition.owner({static_cast<int>(place[0]), static_cast<int>(place[1]), static_cast<int>(place[2])});
+  }
+  if (ordered) std::ranges::stable_sort(places, {}, [](const auto& place) { return place.first; });
+  Kinematics kinematics;
+  kinematics.resize(bodies);
+  for (Eigen::Index b = 0; b < bodies; ++b) kinematics.position_m.col(b) = places[static_cast<std::size_t>(b)].second;
+  kinematics.velocity_m_per_s.setZero();
+  kinematics.angular_velocity_rad_per_s.setZero();
+  return kinematics;
+}
+
+void drift(Kinematics& kinematics) { kinematics.position_m.row(0).array() += 0.01; }
+
 class Rank0 {
  public:
-  explicit Rank0(bool ordered) {
-    std::mt19937 generator(1);
-    std::uniform_real_distribution<double> anywhere(0.0, 1000.0);
-    std::vector<std::pair<int, Eigen::Vector3d>> places(bodies);
-    for (auto& [rank, place] : places) {
-      place = {anywhere(generator), anywhere(generator), anywhere(generator)};
-      rank = partition_.owner({static_cast<int>(place[0]), static_cast<int>(place[1]), static_cast<int>(place[2])});
-    }
-    if (ordered) std::ranges::stable_sort(places, {}, [](const auto& place) { return place.first; });
-    kinematics_.resize(bodies);
-    for (Eigen::Index b = 0; b < bodies; ++b)
-      kinematics_.position_m.col(b) = places[static_cast<std::size_t>(b)].second;
-    kinematics_.velocity_m_per_s.setZero();
-    kinematics_.angular_velocity_rad_per_s.setZero();
+  explicit Rank0(bool ordered) : kinematics_(spread(ordered)) {
     scatter();
     records_ = leader_.answer_with_loads();
     loads_.resize(nearby_.bodies().size());
@@ -85,7 +104,7 @@ class Rank0 {
 
   void scatter() {
     leader_.forget();
-    kinematics_.position_m.row(0).array() += 0.01;
+    drift(kinematics_);
     nearby_.scatter(kinematics_, {});
   }
   void gather() {
@@ -95,15 +114,6 @@ class Rank0 {
   [[nodiscard]] std::int64_t records() const { return records_; }
 
  private:
-  static FluidSetup setup() {
-    FluidSetup result;
-    result.step_s = result.cell_size_m = result.density_kg_per_m3 = 1.0;
-    result.domain_cells = {1000, 1000, 1000};
-    for (Boundary& face : result.boundaries) face.kind = BoundaryKind::periodic;
-    result.bodies.assign(bodies, {ShapeKind::sphere, 2.0, 0.0});
-    return result;
-  }
-
   SolverContext context_;
   LonelyLeader leader_{context_};
   LatticeUnits units_{setup()};
@@ -129,32 +139,23 @@ void gather(benchmark::State& state) {
 }
 BENCHMARK(gather)->Arg(0)->Arg(1)->ArgName("ordered")->Unit(benchmark::kMillisecond);
 
-/// Of bodies between cell centres, in a fluid with next to no cells: loads of rank 0 itself, and in SI units.
-void report(benchmark::State& state) {
-  FluidSetup setup;
-  setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
-  setup.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
-  setup.domain_cells = {8, 8, 8};
-  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
-  setup.bodies.assign(bodies, {ShapeKind::sphere, 0.1, 0.0});
+void exchange(benchmark::State& state) {
   SolverContext context;
-  SelfCommunicator self(context);
-  LatticeBoltzmann<double> fluid(setup, self);
-  Kinematics kinematics;
-  kinematics.resize(bodies);
-  for (auto* columns : {&kinematics.position_m, &kinematics.velocity_m_per_s, &kinematics.angular_velocity_rad_per_s})
-    columns->setZero();
+  LonelyLeader leader(context);
+  LatticeBoltzmann<double> fluid(setup(), leader);
+  Kinematics kinematics = spread(state.range(0) == 1);
   Loads loads;
-  double before_s = 0.0;
-  for (auto _ : state) {
+  const auto step = [&] {
+    leader.forget();
+    drift(kinematics);
     fluid.exchange(kinematics, loads);
-    const double now_s = fluid.summarise().seconds.at("reduce");
-    state.SetIterationTime(now_s - before_s);
-    before_s = now_s;
-  }
+  };
+  step();
+  leader.answer_with_loads();
+  for (auto _ : state) step();
   state.SetItemsProcessed(state.iterations() * bodies);
 }
-BENCHMARK(report)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(exchange)->Arg(0)->Arg(1)->ArgName("ordered")->Unit(benchmark::kMillisecond);
 
 }  // namespace
 
