@@ -15,7 +15,7 @@ using Grid = std::array<int, 3>;
 
 /// Time that rank 0 needs for a body, in cell updates: it sends its state and adds up its loads
 /// (docs/results/scaling.md has the measurement).
-constexpr std::int64_t cells_per_body = 9;
+constexpr std::int64_t cells_per_body = 10;
 
 /// Time of one step of the largest block, in tenths of a cell update.
 ///

@@ -53,8 +53,8 @@ TEST(BlockPartition, GivesTheFirstRankFewerCellsByWhatAllBodiesCostIt) {
     return result;
   };
   EXPECT_EQ(extents(0), (std::vector<std::int64_t>{100, 100, 100, 100}));
-  EXPECT_EQ(extents(177), extents(0));                                          // less than a layer of 40 × 40 cells
-  EXPECT_EQ(extents(7112), (std::vector<std::int64_t>{70, 110, 110, 110}));     // 40 layers
+  EXPECT_EQ(extents(159), extents(0));                                          // less than a layer of 40 × 40 cells
+  EXPECT_EQ(extents(6400), (std::vector<std::int64_t>{70, 110, 110, 110}));     // 40 layers
   EXPECT_EQ(extents(10000000), (std::vector<std::int64_t>{1, 133, 133, 133}));  // no block is empty
 }
 
