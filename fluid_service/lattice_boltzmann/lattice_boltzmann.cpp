@@ -25,7 +25,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       communicator_(communicator),
       units_(setup),
       domain_(setup, units_),
-      partition_(domain_.cells(), communicator.size()),
+      partition_(domain_.cells(), communicator.size(), setup.bodies.size()),
       layout_(partition_.block(communicator.rank()), sizeof(T),
               origin_rule(domain_, partition_.block(communicator.rank()))),
       populations_(static_cast<std::size_t>(layout_.values())),

@@ -39,7 +39,7 @@ std::int64_t bytes_of_block(const Box& block, const Domain& domain, int number_b
 
 std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks) {
   const Domain domain(setup, LatticeUnits(setup));
-  const BlockPartition partition(domain.cells(), ranks);
+  const BlockPartition partition(domain.cells(), ranks, setup.bodies.size());
   const int number_bytes = setup.precision == Precision::single_precision ? sizeof(float) : sizeof(double);
   const bool writes_fields = setup.fields.every_steps > 0 || setup.fields.mean_stop > 0;
   std::int64_t largest = 0;

@@ -13,6 +13,10 @@ namespace {
 
 using Grid = std::array<int, 3>;
 
+/// Time that rank 0 needs for a body, in cell updates: it sends its state and adds up its loads
+/// (docs/results/scaling.md has the measurement).
+constexpr std::int64_t cells_per_body = 10;
+
 /// Time of one step of the largest block, in tenths of a cell update.
 ///
 /// Packing, copying and unpacking one face cell costs 0.8 cell updates normal to x, 1.3 normal to y and 7
@@ -65,26 +69,35 @@ CaseError no_grid(const Cell& cells, int ranks) {
 
 }  // namespace
 
-BlockPartition::BlockPartition(const Cell& cells, int ranks) : cells_(cells) {
+BlockPartition::BlockPartition(const Cell& cells, int ranks, std::size_t bodies) : cells_(cells) {
   const auto grid = cheapest_grid(cells, ranks);
   if (!grid) throw no_grid(cells, ranks);
   grid_ = *grid;
+  // Along the axis with most blocks, which share what the first one has less.
+  const auto axis = std::ranges::max_element(grid_) - grid_.begin();
+  if (grid_[axis] == 1) return;
+  const std::int64_t blocks = grid_[axis];
+  const std::int64_t layer = cells[(axis + 1) % 3] * cells[(axis + 2) % 3] * blocks / ranks;
+  less_[axis] = std::min(cells_per_body * static_cast<std::int64_t>(bodies) / std::max(layer, std::int64_t{1}),
+                         (cells[axis] - blocks) / (blocks - 1));
 }
 
-// Block i of p along n cells is [⌊i n / p⌋, ⌊(i + 1) n / p⌋): extents differ by at most one.
+// Block i of p along n cells that begin at d is [⌊i (n + d) / p⌋, ⌊(i + 1) (n + d) / p⌋): extents differ by at most
+// one, but for the first, which is shorter by d and has a cell if d ≤ (n − p) / (p − 1).
 Box BlockPartition::block(int rank) const {
   const std::array<std::int64_t, 3> place = {rank / (grid_[1] * grid_[2]), rank / grid_[2] % grid_[1], rank % grid_[2]};
   Box box;
   for (int axis = 0; axis < 3; ++axis) {
-    box.low[axis] = place[axis] * cells_[axis] / grid_[axis];
-    box.high[axis] = (place[axis] + 1) * cells_[axis] / grid_[axis];
+    const std::int64_t end = cells_[axis] + less_[axis];
+    box.low[axis] = std::max(std::int64_t{0}, place[axis] * end / grid_[axis] - less_[axis]);
+    box.high[axis] = (place[axis] + 1) * end / grid_[axis] - less_[axis];
   }
   return box;
 }
 
-// The block of cell c is the largest i with ⌊i n / p⌋ ≤ c, that is i ≤ ((c + 1) p − 1) / n.
+// The block of cell c, counted from d, is the largest i with ⌊i (n + d) / p⌋ ≤ c: i ≤ ((c + 1) p − 1) / (n + d).
 int BlockPartition::place(int axis, std::int64_t index) const {
-  return static_cast<int>(((index + 1) * grid_[axis] - 1) / cells_[axis]);
+  return static_cast<int>(((index + less_[axis] + 1) * grid_[axis] - 1) / (cells_[axis] + less_[axis]));
 }
 
 int BlockPartition::owner(const Cell& cell) const {

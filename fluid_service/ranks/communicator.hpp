@@ -60,7 +60,7 @@ class Communicator {
 };
 
 /// One rank, no messages: for a process without others, and for unit tests.
-class SelfCommunicator final : public Communicator {
+class SelfCommunicator : public Communicator {
  public:
   using Communicator::Communicator;
   [[nodiscard]] int rank() const override { return 0; }

@@ -1,14 +1,17 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
-#include "lattice_boltzmann/bodies/nearby_bodies.hpp"
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
 
-// What rank 0 does for 10⁵ spheres of radius 2 on 10³ ranks of 10⁶ cells before the others can begin, and after they
-// have ended (docs/results/scaling.md). Time per item is time per record of a body.
+// What rank 0 does for 10⁵ spheres of radius 2 on 10³ ranks of 10⁶ cells (docs/results/scaling.md): it sends their
+// states and adds up their loads, items are records; and a whole exchange, with the report in SI units and the bodies
+// near rank 0, items are bodies.
 
 namespace {
 
@@ -19,24 +22,15 @@ constexpr int size = 1000;
 constexpr int bodies = 100000;
 
 /// Rank 0 without the others: keeps what it is to send, and receives loads of as many bodies from each.
-class LonelyLeader final : public Communicator {
+class LonelyLeader final : public SelfCommunicator {
  public:
-  using Communicator::Communicator;
-  [[nodiscard]] int rank() const override { return 0; }
+  using SelfCommunicator::SelfCommunicator;
   [[nodiscard]] int size() const override { return ::size; }
-  void broadcast(std::span<std::byte>) override {}
-  void sum_to_leader(std::span<std::int64_t>) override {}
-  void sum_to_all(std::span<std::int64_t>) override {}
-  void max_to_all(std::span<std::int64_t>) override {}
-  [[nodiscard]] std::function<void()> start_exchange(std::span<const Message>) override {
-    return [] {};
-  }
   [[nodiscard]] std::function<void()> start_send(int, std::span<const std::byte> data) override {
     sent_.push_back(data);
     return [] {};
   }
   void receive(int, std::vector<std::byte>& data) override { data = loads_[next_++ % loads_.size()]; }
-  void report_failure(const FailureReport&) override {}
 
   /// From each rank that has been sent records: loads of the same bodies.
   std::int64_t answer_with_loads() {
@@ -48,12 +42,13 @@ class LonelyLeader final : public Communicator {
         std::int64_t count = 0;
         std::memcpy(&count, message.data() + at, sizeof(count));
         at += sizeof(count);
-        for (std::int64_t i = 0; i < count; ++i, at += 10 * sizeof(double)) {
-          std::int64_t entry[9] = {};
-          std::memcpy(entry, message.data() + at, sizeof(entry[0]));
-          entry[0] *= 2;
-          const auto bytes = std::as_bytes(std::span(entry));
-          loads.insert(loads.end(), bytes.begin(), bytes.end());
+        for (std::int64_t i = 0; i < count; ++i, at += sizeof(std::int32_t) + 9 * sizeof(double)) {
+          std::uint32_t body = 0;
+          std::memcpy(&body, message.data() + at, sizeof(body));
+          std::array<std::byte, sizeof(body) + 6 * sizeof(std::int64_t)> entry{};
+          body *= 2;
+          std::memcpy(entry.data(), &body, sizeof(body));
+          loads.insert(loads.end(), entry.begin(), entry.end());
         }
         records += count;
       }
@@ -64,27 +59,44 @@ class LonelyLeader final : public Communicator {
 
  private:
   std::vector<std::span<const std::byte>> sent_;
-  std::vector<std::vector<std::byte>> loads_;
+  std::vector<std::vector<std::byte>> loads_{std::vector<std::byte>(sizeof(MomentumSums))};
   std::size_t next_ = 0;
 };
 
+FluidSetup setup() {
+  FluidSetup result;
+  result.step_s = result.cell_size_m = result.density_kg_per_m3 = 1.0;
+  result.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
+  result.domain_cells = {1000, 1000, 1000};
+  for (Boundary& face : result.boundaries) face.kind = BoundaryKind::periodic;
+  result.bodies.assign(bodies, {ShapeKind::sphere, 2.0, 0.0});
+  return result;
+}
+
 /// @param ordered  bodies that are neighbours in space are neighbours in the setup
+Kinematics spread(bool ordered) {
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> anywhere(0.0, 1000.0);
+  const BlockPartition partition({1000, 1000, 1000}, size);
+  std::vector<std::pair<int, Eigen::Vector3d>> places(bodies);
+  for (auto& [rank, place] : places) {
+    place = {anywhere(generator), anywhere(generator), anywhere(generator)};
+    rank = partition.owner({static_cast<int>(place[0]), static_cast<int>(place[1]), static_cast<int>(place[2])});
+  }
+  if (ordered) std::ranges::stable_sort(places, {}, [](const auto& place) { return place.first; });
+  Kinematics kinematics;
+  kinematics.resize(bodies);
+  for (Eigen::Index b = 0; b < bodies; ++b) kinematics.position_m.col(b) = places[static_cast<std::size_t>(b)].second;
+  kinematics.velocity_m_per_s.setZero();
+  kinematics.angular_velocity_rad_per_s.setZero();
+  return kinematics;
+}
+
+void drift(Kinematics& kinematics) { kinematics.position_m.row(0).array() += 0.01; }
+
 class Rank0 {
  public:
-  explicit Rank0(bool ordered) {
-    std::mt19937 generator(1);
-    std::uniform_real_distribution<double> anywhere(0.0, 1000.0);
-    std::vector<std::pair<int, Eigen::Vector3d>> places(bodies);
-    for (auto& [rank, place] : places) {
-      place = {anywhere(generator), anywhere(generator), anywhere(generator)};
-      rank = partition_.owner({static_cast<int>(place[0]), static_cast<int>(place[1]), static_cast<int>(place[2])});
-    }
-    if (ordered) std::ranges::stable_sort(places, {}, [](const auto& place) { return place.first; });
-    kinematics_.resize(bodies);
-    for (Eigen::Index b = 0; b < bodies; ++b)
-      kinematics_.position_m.col(b) = places[static_cast<std::size_t>(b)].second;
-    kinematics_.velocity_m_per_s.setZero();
-    kinematics_.angular_velocity_rad_per_s.setZero();
+  explicit Rank0(bool ordered) : kinematics_(spread(ordered)) {
     scatter();
     records_ = leader_.answer_with_loads();
     loads_.resize(nearby_.bodies().size());
@@ -92,7 +104,7 @@ class Rank0 {
 
   void scatter() {
     leader_.forget();
-    kinematics_.position_m.row(0).array() += 0.01;
+    drift(kinematics_);
     nearby_.scatter(kinematics_, {});
   }
   void gather() {
@@ -102,15 +114,6 @@ class Rank0 {
   [[nodiscard]] std::int64_t records() const { return records_; }
 
  private:
-  static FluidSetup setup() {
-    FluidSetup result;
-    result.step_s = result.cell_size_m = result.density_kg_per_m3 = 1.0;
-    result.domain_cells = {1000, 1000, 1000};
-    for (Boundary& face : result.boundaries) face.kind = BoundaryKind::periodic;
-    result.bodies.assign(bodies, {ShapeKind::sphere, 2.0, 0.0});
-    return result;
-  }
-
   SolverContext context_;
   LonelyLeader leader_{context_};
   LatticeUnits units_{setup()};
@@ -135,6 +138,24 @@ void gather(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * rank.records());
 }
 BENCHMARK(gather)->Arg(0)->Arg(1)->ArgName("ordered")->Unit(benchmark::kMillisecond);
+
+void exchange(benchmark::State& state) {
+  SolverContext context;
+  LonelyLeader leader(context);
+  LatticeBoltzmann<double> fluid(setup(), leader);
+  Kinematics kinematics = spread(state.range(0) == 1);
+  Loads loads;
+  const auto step = [&] {
+    leader.forget();
+    drift(kinematics);
+    fluid.exchange(kinematics, loads);
+  };
+  step();
+  leader.answer_with_loads();
+  for (auto _ : state) step();
+  state.SetItemsProcessed(state.iterations() * bodies);
+}
+BENCHMARK(exchange)->Arg(0)->Arg(1)->ArgName("ordered")->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

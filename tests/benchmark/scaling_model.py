@@ -3,20 +3,21 @@
 
     tests/benchmark/scaling_model.py [--samples N]
 
-Model of one step of a rank with n cells, f face cells towards other ranks, m messages and B bodies on P ranks:
+Model of one step with n cells per rank, f face cells towards other ranks, m messages and B bodies on P ranks:
 
-    T = n / r + c f + m a + (ceil(log2 P) + 2 L) a + 2 k o + max(88 B s, 72 B t) / b + B s w + B t v
+    T = c f + m a + (ceil(log2 P) + 2 L) a + 2 k o + max(n' / r + 84 B s / 32 b, n0 / r + W)
+    W = max(B s w, 84 B s / b) + 68 B s / b + B s v + B u
 
 r: cell updates per second of a rank whose neighbours compute as well; c: seconds per face cell (five values packed,
-moved, unpacked); a: latency of a message. What follows is the bodies' work of rank 0, for which the others wait: the
-order to all, a tree; records and loads, over L levels of relays each way; k messages sent and as many received on
-the way to the last rank, each of which occupies its relay for o; and their contents. A record has 88 bytes and a
-load 72 (fluid_service/.../nearby_bodies.hpp), and a body goes to s ranks and comes from t. w and v are what rank 0
-computes for a record and for loads (build/bin/nearby_bodies_benchmark). Groups of ranks are served one after the
-other, so that the loads of one arrive while the records of another leave; `without overlap` adds both instead. r is
-measured with two halves of a domain, computed at the same time by ranks that do not communicate; c f + m a is fitted
-to the additional time of two communicating ranks. b, the bandwidth of a network, a and o cannot be measured on one
-machine; they are assumed.
+moved, unpacked); a: latency of a message. What follows is due to the bodies: the order to all, a tree; records and
+loads, over L levels of relays each way; k messages sent and as many received on the way to the last rank, each of which
+occupies its relay for o. Rank 0 has n0 cells and the work W: it writes a record of 84 bytes for each of the s ranks
+near a body, in w, while those before it leave; it receives 68 bytes of loads from each, adds them up in v, and reports
+them in SI units in u (build/bin/nearby_bodies_benchmark). Nothing of W overlaps with its cells. The other ranks have
+n' cells; n0 is that of fluid_service/ranks/block_partition.cpp. Relays are in the layer of rank 0 and have n0 cells, so
+that only their own sending, 1/32 of all records, is waited for by those with n'. r is measured with two halves of a
+domain, computed at the same time by ranks that do not communicate; c f + m a is fitted to the additional time of two
+communicating ranks. b, the bandwidth of a network, a and o cannot be measured on one machine; they are assumed.
 """
 
 import argparse
@@ -39,8 +40,13 @@ NETWORK_LATENCY_S = 2e-6  # an assumption
 MESSAGE_OVERHEAD_S = 0.5e-6  # of a message that is sent or received, an assumption
 RELAY_BASE = 32  # fluid_service/ranks/relays.hpp
 RADIUS_CELLS = 2
-RECORD_S = 86e-9  # processor time by nearby_bodies_benchmark, bodies in random order
-LOAD_S = 73e-9  # likewise
+MARGIN_CELLS = 0.6  # fluid_service/.../nearby_bodies.cpp, as what follows: the larger formats, of conserving formulas
+RECORD_BYTES = 84
+LOAD_BYTES = 68
+CELLS_PER_BODY = 10  # fluid_service/ranks/block_partition.cpp
+RECORD_S = 19e-9  # processor time by nearby_bodies_benchmark, bodies in random order
+LOAD_S = 20e-9  # likewise
+REPORT_S = 35e-9  # likewise: what a whole exchange takes for a body beyond both
 SHAPES = ((4, 4, 4), (8, 32, 32), (16, 64, 64), (8, 128, 128), (32, 64, 64), (64, 64, 64), (100, 100, 200))
 
 
@@ -67,25 +73,31 @@ def fit(rows):
     return solution
 
 
+def relay_levels(ranks):
+    levels, reached = 0, 1
+    while reached < ranks:
+        levels += 1
+        reached += RELAY_BASE**levels
+    return levels
+
+
 def step_s(cells, ranks, bodies, cell_s, face_s):
-    """Seconds of the model for cubic blocks with neighbours on all sides: cells, halo, messages of bodies, the same if
-    records and loads do not overlap, and the work of rank 0 for bodies. D3Q19 exchanges with 18 neighbours."""
-    if ranks == 1:
-        return cells * cell_s, 0.0, 0.0, 0.0, 0.0
-    face_cells = 6 * round(cells ** (2 / 3))
-    halo = face_cells * max(face_s, DOUBLE_VALUES / NETWORK_B_PER_S) + 18 * NETWORK_LATENCY_S
-
-    def ranks_of_a_body(margin_cells):
-        return (1 + 2 * (RADIUS_CELLS + margin_cells) / cells ** (1 / 3)) ** 3
-
-    levels = math.ceil(math.log(ranks, RELAY_BASE))
-    messages = (RELAY_BASE - 1) * levels
-    fixed = (math.ceil(math.log2(ranks)) + 2 * levels) * NETWORK_LATENCY_S + 2 * messages * MESSAGE_OVERHEAD_S
-    sent, received = bodies * ranks_of_a_body(2), bodies * ranks_of_a_body(1)
-    records = 88 * sent / NETWORK_B_PER_S
-    loads = 72 * received / NETWORK_B_PER_S
-    work = sent * RECORD_S + received * LOAD_S
-    return cells * cell_s, halo, fixed + max(records, loads), fixed + records + loads, work
+    """Seconds of the model for cubic blocks with neighbours on all sides: halo; latencies and messages of bodies; work
+    of rank 0; the step; the step if all ranks had as many cells. D3Q19 exchanges with 18 neighbours."""
+    side = cells ** (1 / 3)
+    halo = 6 * round(side**2) * max(face_s, DOUBLE_VALUES / NETWORK_B_PER_S) + 18 * NETWORK_LATENCY_S
+    levels = relay_levels(ranks)
+    messages = 2 * RELAY_BASE * levels * MESSAGE_OVERHEAD_S
+    messages += (math.ceil(math.log2(ranks)) + 2 * levels) * NETWORK_LATENCY_S
+    near = bodies * (1 + 2 * (RADIUS_CELLS + MARGIN_CELLS) / side) ** 3
+    records_s = RECORD_BYTES * near / NETWORK_B_PER_S
+    work = max(near * RECORD_S, records_s) + LOAD_BYTES * near / NETWORK_B_PER_S + near * LOAD_S + bodies * REPORT_S
+    blocks = round(ranks ** (1 / 3))
+    fewer = min(CELLS_PER_BODY * bodies // round(side**2), blocks * (side - 1) // (blocks - 1))
+    first = cells * (1 + (1 - blocks) * fewer / (blocks * side))
+    others = cells * (1 + fewer / (blocks * side))
+    step = halo + messages + max(others * cell_s + records_s / RELAY_BASE, first * cell_s + work)
+    return halo, messages, work, step, halo + messages + cells * cell_s + work
 
 
 def print_model(cell_s, face_s):
@@ -94,18 +106,22 @@ def print_model(cell_s, face_s):
         f"{1e6 * MESSAGE_OVERHEAD_S} µs per message; bodies with a radius of {RADIUS_CELLS} cells.\n"
     )
     print(
-        "| ranks | cells per rank | bodies | cells, ms | halo, ms | messages, ms | cells' share | without overlap "
-        "| work of rank 0, ms | share with it |\n"
-        "|---|---|---|---|---|---|---|---|---|---|"
+        "| ranks | cells per rank | bodies | cells, ms | halo, ms | messages, ms | work of rank 0, ms | cells' share "
+        "| with equal blocks |\n"
+        "|---|---|---|---|---|---|---|---|---|"
     )
-    for cells, bodies in ((100**3, 3), (32**3, 3), (100**3, 1000), (100**3, 100000)):
-        for ranks in (1000, 10000, 100000):
-            of_cells, halo, overlapped, apart, work = step_s(cells, ranks, bodies, cell_s, face_s)
-            print(
-                f"| {ranks} | {cells} | {bodies} | {1e3 * of_cells:.3f} | {1e3 * halo:.3f} | {1e3 * overlapped:.3f} "
-                f"| {of_cells / (of_cells + halo + overlapped):.2f} | {of_cells / (of_cells + halo + apart):.2f} "
-                f"| {1e3 * work:.3f} | {of_cells / (of_cells + halo + overlapped + work):.2f} |"
-            )
+    cases = [
+        (side**3, ranks, bodies)
+        for side, bodies in ((100, 3), (32, 3), (100, 1000), (100, 100000))
+        for ranks in (1000, 10000, 100000)
+    ]
+    cases += [(side**3, 1000, 100000) for side in (80, 90, 95, 120, 150)]
+    for cells, ranks, bodies in cases:
+        halo, messages, work, step, with_equal_blocks = step_s(cells, ranks, bodies, cell_s, face_s)
+        print(
+            f"| {ranks} | {cells} | {bodies} | {1e3 * cells * cell_s:.3f} | {1e3 * halo:.3f} | {1e3 * messages:.3f} "
+            f"| {1e3 * work:.3f} | {cells * cell_s / step:.2f} | {cells * cell_s / with_equal_blocks:.2f} |"
+        )
 
 
 def main():

@@ -15,8 +15,9 @@ namespace copepod::fluid {
 
 namespace {
 
-/// A body covers a cell if its centre lies inside, of the block or its ghosts: at most one cell and a half beyond it.
-constexpr double cells_beyond_block = 2.0;
+/// A body covers a cell of the block or its ghosts if the cell's centre lies inside: half a cell beyond the block at
+/// most, where also links end; and some more than rounding.
+constexpr double cells_beyond_block = 0.6;
 
 double film_reach_lu(const FluidSetup& setup) {
   return setup.film_thickness_m > 0.0 ? FilmRange(setup).high_m / setup.cell_size_m : 0.0;
@@ -48,57 +49,69 @@ const std::byte* take_column(const std::byte* from, Columns& columns, Eigen::Ind
   return from + size;
 }
 
-// Loads of a body in a message: 2 · body, and its sums as 64-bit integers; or 2 · body + 1, and all of 128 bits.
-constexpr std::size_t most_bytes_of_loads = sizeof(std::int64_t) + sizeof(LoadSums);
-
 bool fits_64_bits(fixed_point::Sum sum) {
   return sum >= std::numeric_limits<std::int64_t>::min() && sum <= std::numeric_limits<std::int64_t>::max();
-}
-
-void append_loads(std::vector<std::byte>& message, std::int32_t body, const LoadSums& sums) {
-  std::array<std::byte, most_bytes_of_loads> loads{};
-  std::byte* end = loads.data();
-  const bool wide = !std::ranges::all_of(sums, fits_64_bits);
-  end = put(end, 2 * std::int64_t{body} + (wide ? 1 : 0));
-  for (const fixed_point::Sum sum : sums) end = wide ? put(end, sum) : put(end, static_cast<std::int64_t>(sum));
-  message.insert(message.end(), loads.data(), end);
 }
 
 }  // namespace
 
 NearBlocks::NearBlocks(const Domain& domain, const BlockPartition& partition, double film_reach_lu)
     : domain_(domain), grid_(partition.grid()), margin_lu_(cells_beyond_block + film_reach_lu) {
-  for (int axis = 0; axis < 3; ++axis)
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double>& starts = starts_[axis];
     for (std::int64_t index = 0; index < domain.cells()[axis]; ++index)
-      place_[axis].push_back(partition.place(axis, index));
+      if (partition.place(axis, index) == std::ssize(starts)) starts.push_back(static_cast<double>(index));
+    starts.push_back(static_cast<double>(domain.cells()[axis]));
+    if (domain.periodic(axis)) continue;
+    starts.front() = -std::numeric_limits<double>::infinity();
+    starts.back() = std::numeric_limits<double>::infinity();
+  }
 }
 
-BlockRange NearBlocks::around(const Eigen::Vector3d& position_lu, double bounding_radius_lu) const {
-  BlockRange range;
+NearBlocks::Found NearBlocks::around(const Eigen::Vector3d& position_lu, double bounding_radius_lu) const {
+  constexpr double rounding = 1e-6;  // more than that of a position in cells
+  Found found;
+  BlockRange& range = found.blocks;
   if (!position_lu.allFinite()) {
     range.count = {1, 1, 1};
-    return range;
+    return found;
   }
   const double half = bounding_radius_lu + margin_lu_;
   for (int axis = 0; axis < 3; ++axis) {
     const auto cells = static_cast<double>(domain_.cells()[axis]);
-    double low = std::floor(position_lu[axis] - half);
-    double high = std::floor(position_lu[axis] + half);
-    range.count[axis] = grid_[axis];
+    const double low = position_lu[axis] - half;
+    const double high = position_lu[axis] + half;
+    double low_image = 0.0;
+    double high_image = 0.0;
     if (domain_.periodic(axis)) {
-      if (high - low + 1.0 >= cells) continue;
-      low -= cells * std::floor(low / cells);
-      high -= cells * std::floor(high / cells);
+      if (high - low >= cells - 2.0) {
+        range.count[axis] = grid_[axis];
+        found.stays_lu.min()[axis] = -std::numeric_limits<double>::infinity();
+        found.stays_lu.max()[axis] = std::numeric_limits<double>::infinity();
+        continue;
+      }
+      low_image = cells * std::floor(low / cells);
+      high_image = cells * std::floor(high / cells);
     }
-    const auto place = [&](double cell) {
-      return place_[axis][static_cast<std::size_t>(std::clamp(cell, 0.0, cells - 1.0))];
+    const std::vector<double>& starts = starts_[axis];
+    const auto place = [&](double at) {
+      const auto after = std::ranges::upper_bound(starts, at) - starts.begin();
+      return std::clamp(static_cast<int>(after) - 1, 0, grid_[axis] - 1);
     };
-    range.first[axis] = place(low);
-    const int steps = place(high) - range.first[axis];
+    const int first = place(low - low_image);
+    const int last = place(high - high_image);
+    range.first[axis] = first;
     // Around the end it may come back to the block in which it began.
-    range.count[axis] = std::min(grid_[axis], low <= high ? steps + 1 : steps + 1 + grid_[axis]);
+    const int steps = last - first + (low - low_image <= high - high_image ? 0 : grid_[axis]);
+    range.count[axis] = std::min(grid_[axis], steps + 1);
+    const auto end_of = [&](int block) { return starts[static_cast<std::size_t>(block) + 1]; };
+    const auto start_of = [&](int block) { return starts[static_cast<std::size_t>(block)]; };
+    found.stays_lu.min()[axis] =
+        std::max(start_of(first) + low_image + half, start_of(last) + high_image - half) + rounding;
+    found.stays_lu.max()[axis] =
+        std::min(end_of(first) + low_image + half, end_of(last) + high_image - half) - rounding;
   }
-  return range;
+  return found;
 }
 
 NearbyBodies::NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, const Domain& domain,
@@ -108,12 +121,15 @@ NearbyBodies::NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, c
       near_blocks_(domain, partition, film_reach_lu(setup)),
       has_capsules_(std::ranges::any_of(setup.bodies, [](const Shape& s) { return s.kind == ShapeKind::capsule; })),
       returns_mass_(returns_mass),
-      record_bytes_(sizeof(std::int64_t) + (9 + (has_capsules_ ? 4 : 0) + (returns_mass ? 1 : 0)) * sizeof(double)),
-      relays_(relays_after(communicator.rank(), communicator.size())) {
+      record_bytes_(sizeof(std::int32_t) + (9 + (has_capsules_ ? 4 : 0) + (returns_mass ? 1 : 0)) * sizeof(double)),
+      components_(returns_mass ? load_components : mass_component),
+      behind_(ranks_behind(communicator.rank(), communicator.size())),
+      relays_(relays_after(behind_)) {
   for (const Shape& shape : setup.bodies) bounding_radius_lu_.push_back(units.length_lu(bounding_radius_m(shape)));
   if (communicator.rank() != 0) return;
-  before_.resize(setup.bodies.size());
-  now_.resize(setup.bodies.size());
+  near_.resize(setup.bodies.size());
+  stays_m_.resize(setup.bodies.size());
+  listed_.resize(static_cast<std::size_t>(communicator.size()));
   total_.resize(setup.bodies.size());
 }
 
@@ -135,54 +151,70 @@ void NearbyBodies::scatter(const Kinematics& kinematics, std::span<const double>
                       std::to_string(bodies) + "). Send all bodies in the order of the setup.");
   if (bodies == 0) return;
   finish();
-  if (communicator_.rank() == 0) {
-    write_records(kinematics, returned_mass);
+  const bool leads = communicator_.rank() == 0;
+  if (leads) {
+    update_lists(kinematics.position_m);
   } else {
     communicator_.receive(relay_before(communicator_.rank()), records_);
+    find_sections();
   }
-  find_sections();
-  const auto start = [this](int rank) {
-    return section_starts_[static_cast<std::size_t>(rank - communicator_.rank())];
-  };
-  for (const RankRange& relay : relays_)
-    sends_.push_back(communicator_.start_send(
-        relay.first, std::span(records_).subspan(start(relay.first), start(relay.end) - start(relay.first))));
+  for (const Relay& relay : relays_) {
+    for (std::size_t place = relay.first; leads && place < relay.end; ++place)
+      write_section(place, kinematics, returned_mass);
+    const std::size_t start = section_starts_[relay.first];
+    sends_.push_back(
+        communicator_.start_send(relay.rank, std::span(records_).subspan(start, section_starts_[relay.end] - start)));
+  }
+  if (leads) write_section(0, kinematics, returned_mass);
   take_own_section();
 }
 
-template <class Visit>
-void NearbyBodies::for_each_rank_of(std::size_t body, const Visit& visit) const {
-  near_blocks_.for_each_rank(now_[body], {}, visit);
-  if (before_[body] != now_[body]) near_blocks_.for_each_rank(before_[body], now_[body], visit);
-}
-
-void NearbyBodies::write_records(const Kinematics& kinematics, std::span<const double> returned_mass) {
-  std::vector<std::uint64_t> count(static_cast<std::size_t>(communicator_.size()), 0);
-  for (std::size_t body = 0; body < now_.size(); ++body) {
-    now_[body] = near_blocks_.around(units_.position_lu(kinematics.position_m.col(static_cast<Eigen::Index>(body))),
-                                     bounding_radius_lu_[body]);
-    for_each_rank_of(body, [&](int rank) { ++count[static_cast<std::size_t>(rank)]; });
+void NearbyBodies::update_lists(const Eigen::Matrix3Xd& position_m) {
+  const auto place_in = [](std::vector<std::int32_t>& list, std::int32_t body) {
+    return std::ranges::lower_bound(list, body);
+  };
+  for (const auto& [rank, body] : leaving_) {
+    auto& list = listed_[static_cast<std::size_t>(rank)];
+    list.erase(place_in(list, body));
   }
-  std::size_t bytes = 0;
-  for (const std::uint64_t records : count) bytes += sizeof(std::uint64_t) + records * record_bytes_;
-  records_.resize(bytes);
-  std::vector<std::byte*> next;
-  std::byte* section = records_.data();
-  for (const std::uint64_t records : count) {
-    next.push_back(put(section, records));
-    section = next.back() + records * record_bytes_;
-  }
-  for (std::size_t body = 0; body < now_.size(); ++body)
-    for_each_rank_of(body, [&](int rank) {
-      std::byte*& to = next[static_cast<std::size_t>(rank)];
-      to = write_record(to, kinematics, static_cast<Eigen::Index>(body), returned_mass);
+  leaving_.clear();
+  for (std::int32_t body = 0; body < std::ssize(near_); ++body) {
+    const auto b = static_cast<std::size_t>(body);
+    if (stays_m_[b].contains(position_m.col(body))) continue;
+    const auto [now, stays_lu] = near_blocks_.around(units_.position_lu(position_m.col(body)), bounding_radius_lu_[b]);
+    near_blocks_.for_each_rank(now, near_[b], [&](int rank) {
+      auto& list = listed_[static_cast<std::size_t>(rank)];
+      list.insert(place_in(list, body), body);
     });
-  before_.swap(now_);
+    near_blocks_.for_each_rank(near_[b], now, [&](int rank) { leaving_.emplace_back(rank, body); });
+    near_[b] = now;
+    stays_m_[b] = {units_.position_m(stays_lu.min()), units_.position_m(stays_lu.max())};
+  }
+  section_starts_.assign(1, 0);
+  for (const int rank : behind_)
+    section_starts_.push_back(section_starts_.back() + sizeof(std::uint64_t) +
+                              listed_[static_cast<std::size_t>(rank)].size() * record_bytes_);
+  records_.resize(section_starts_.back());
 }
 
-std::byte* NearbyBodies::write_record(std::byte* to, const Kinematics& kinematics, Eigen::Index body,
+void NearbyBodies::write_section(std::size_t place, const Kinematics& kinematics,
+                                 std::span<const double> returned_mass) {
+  constexpr std::size_t ahead = 8;
+  const auto& list = listed_[static_cast<std::size_t>(behind_[place])];
+  std::byte* to = records_.data() + section_starts_[place];
+  to = put(to, std::uint64_t{list.size()});
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::int32_t soon = list[std::min(i + ahead, list.size() - 1)];
+    __builtin_prefetch(kinematics.position_m.col(soon).data());
+    __builtin_prefetch(kinematics.velocity_m_per_s.col(soon).data());
+    __builtin_prefetch(kinematics.angular_velocity_rad_per_s.col(soon).data());
+    to = write_record(to, kinematics, list[i], returned_mass);
+  }
+}
+
+std::byte* NearbyBodies::write_record(std::byte* to, const Kinematics& kinematics, std::int32_t body,
                                       std::span<const double> returned_mass) const {
-  to = put(to, std::int64_t{body});
+  to = put(to, body);
   to = put_column(to, kinematics.position_m, body);
   if (has_capsules_) to = put_column(to, kinematics.orientation_wxyz, body);
   to = put_column(to, kinematics.velocity_m_per_s, body);
@@ -209,9 +241,7 @@ void NearbyBodies::take_own_section() {
   returned_mass_.assign(records, 0.0);
   for (std::size_t place = 0; place < records; ++place) {
     const auto column = static_cast<Eigen::Index>(place);
-    std::int64_t body = 0;
-    from = take(from, body);
-    bodies_[place] = static_cast<std::int32_t>(body);
+    from = take(from, bodies_[place]);
     from = take_column(from, kinematics_.position_m, column);
     if (has_capsules_) from = take_column(from, kinematics_.orientation_wxyz, column);
     from = take_column(from, kinematics_.velocity_m_per_s, column);
@@ -229,16 +259,26 @@ std::span<const LoadSums> NearbyBodies::gather(std::span<const LoadSums> loads, 
     if (leads)
       total_[static_cast<std::size_t>(bodies_[place])] = loads[place];
     else if (loads[place] != LoadSums{})
-      append_loads(loads_, bodies_[place], loads[place]);
+      append_loads(bodies_[place], loads[place]);
   }
-  for (const RankRange& relay : relays_) {
-    communicator_.receive(relay.first, received_);
+  for (const Relay& relay : relays_) {
+    communicator_.receive(relay.rank, received_);
     add_loads(received_, gained);
   }
   if (leads) return total_;
   put(loads_.data(), gained);
   sends_.push_back(communicator_.start_send(relay_before(communicator_.rank()), loads_));
   return {};
+}
+
+/// 2 · body, and its sums as 64-bit integers; or 2 · body + 1, and all of 128 bits.
+void NearbyBodies::append_loads(std::int32_t body, const LoadSums& sums) {
+  std::array<std::byte, sizeof(std::uint32_t) + sizeof(LoadSums)> loads{};
+  const auto used = std::span(sums).first(components_);
+  const bool wide = !std::ranges::all_of(used, fits_64_bits);
+  std::byte* end = put(loads.data(), 2 * static_cast<std::uint32_t>(body) + (wide ? 1U : 0U));
+  for (const fixed_point::Sum sum : used) end = wide ? put(end, sum) : put(end, static_cast<std::int64_t>(sum));
+  loads_.insert(loads_.end(), loads.data(), end);
 }
 
 /// Rank 0 adds up the loads of a body, relays pass on what they receive.
@@ -251,15 +291,27 @@ void NearbyBodies::add_loads(std::span<const std::byte> message, MomentumSums& g
     loads_.insert(loads_.end(), from, end);
     return;
   }
-  while (from != end) {
-    std::int64_t body_and_width = 0;
-    from = take(from, body_and_width);
-    for (fixed_point::Sum& sum : total_[static_cast<std::size_t>(body_and_width / 2)]) {
-      fixed_point::Sum wide = 0;
-      std::int64_t narrow = 0;
-      from = body_and_width % 2 == 1 ? take(from, wide) : take(from, narrow);
-      sum += body_and_width % 2 == 1 ? wide : narrow;
+  const auto add = [&]<class Value>(LoadSums& total, Value value) {
+    for (std::size_t i = 0; i < components_; ++i) {
+      from = take(from, value);
+      total[i] += value;
     }
+  };
+  const auto ahead = static_cast<std::ptrdiff_t>(8 * (sizeof(std::uint32_t) + components_ * sizeof(std::int64_t)));
+  while (from != end) {
+    std::uint32_t body_and_width = 0;
+    if (end - from > ahead) {
+      take(from + ahead, body_and_width);  // of another entry, if those between are narrow
+      const LoadSums* const soon = total_.data() + std::min<std::size_t>(body_and_width / 2, total_.size() - 1);
+      __builtin_prefetch(soon, 1);
+      __builtin_prefetch(&soon->back(), 1);
+    }
+    from = take(from, body_and_width);
+    LoadSums& total = total_[body_and_width / 2];
+    if (body_and_width % 2 == 1)
+      add(total, fixed_point::Sum{});
+    else
+      add(total, std::int64_t{});
   }
 }
 

@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
+
+#include <Eigen/Geometry>
 
 #include "lattice_boltzmann/bodies/momentum_exchange.hpp"
 #include "lattice_boltzmann/boundary/domain.hpp"
@@ -25,12 +28,17 @@ struct BlockRange {
 /// The blocks that a body may have to do with: those with cells within its bounding ball or up to a margin from it.
 class NearBlocks {
  public:
+  struct Found {
+    BlockRange blocks;
+    Eigen::AlignedBox3d stays_lu;  ///< while the centre is in there they are the same
+  };
+
   /// @param film_reach_lu  surfaces so far from a surface matter to its links
   NearBlocks(const Domain& domain, const BlockPartition& partition, double film_reach_lu);
 
   /// @param position_lu         of the centre; outside the domain the nearest cell counts, if not finite the first one
   /// @param bounding_radius_lu  of the body
-  [[nodiscard]] BlockRange around(const Eigen::Vector3d& position_lu, double bounding_radius_lu) const;
+  [[nodiscard]] Found around(const Eigen::Vector3d& position_lu, double bounding_radius_lu) const;
 
   /// visit(rank) for those of `range` that are not in `except`.
   template <class Visit>
@@ -45,13 +53,13 @@ class NearBlocks {
   const Domain& domain_;
   std::array<int, 3> grid_;
   double margin_lu_;
-  std::array<std::vector<int>, 3> place_;  ///< of the block, by axis and cell
+  std::array<std::vector<double>, 3> starts_;  ///< of blocks along an axis, and the end; −∞ and ∞ if not periodic
 };
 
 /// Sends each rank what it needs of the bodies near its block, and brings to rank 0 what the rank finds to act on them.
 /// A body that leaves a rank is sent there once more, so that it gives up its cells. What a rank sends and receives
 /// depends on the bodies near it, and for one that relays (relays.hpp) on those near the ranks behind it; only rank 0
-/// has to do with all bodies.
+/// has to do with all bodies. It keeps the list of each rank, and searches only where a body comes near other ranks.
 ///
 /// One step, collective: scatter -> gather -> finish
 class NearbyBodies {
@@ -83,13 +91,13 @@ class NearbyBodies {
   void finish();
 
  private:
-  void write_records(const Kinematics& kinematics, std::span<const double> returned_mass);
-  template <class Visit>
-  void for_each_rank_of(std::size_t body, const Visit& visit) const;
-  std::byte* write_record(std::byte* to, const Kinematics& kinematics, Eigen::Index body,
+  void update_lists(const Eigen::Matrix3Xd& position_m);
+  void write_section(std::size_t place, const Kinematics& kinematics, std::span<const double> returned_mass);
+  std::byte* write_record(std::byte* to, const Kinematics& kinematics, std::int32_t body,
                           std::span<const double> returned_mass) const;
   void find_sections();
   void take_own_section();
+  void append_loads(std::int32_t body, const LoadSums& sums);
   void add_loads(std::span<const std::byte> message, MomentumSums& gained);
 
   Communicator& communicator_;
@@ -99,12 +107,17 @@ class NearbyBodies {
   bool has_capsules_;
   bool returns_mass_;
   std::size_t record_bytes_;
-  std::vector<RankRange> relays_;
+  std::size_t components_;   ///< of loads, that are of use on rank 0
+  std::vector<int> behind_;  ///< this rank and those that it relays to
+  std::vector<Relay> relays_;
 
-  // Of the last step, on rank 0: where each body was near, and in this one.
-  std::vector<BlockRange> before_;
-  std::vector<BlockRange> now_;
-  // For each rank from this one to the last that it relays to: number of records, records.
+  // On rank 0: which blocks each body is near, and where its centre may be before they are others [m]; by rank, the
+  // bodies it is sent; rank and body where this is for the last time.
+  std::vector<BlockRange> near_;
+  std::vector<Eigen::AlignedBox3d> stays_m_;
+  std::vector<std::vector<std::int32_t>> listed_;
+  std::vector<std::pair<int, std::int32_t>> leaving_;
+  // For each rank of behind_: number of records, records.
   std::vector<std::byte> records_;
   std::vector<std::size_t> section_starts_;
 

@@ -14,6 +14,7 @@ class LatticeUnits {
 
   /// x_lu = x / Δx
   [[nodiscard]] Eigen::Vector3d position_lu(const Eigen::Vector3d& x_m) const { return x_m / cell_m_; }
+  [[nodiscard]] Eigen::Vector3d position_m(const Eigen::Vector3d& x_lu) const { return x_lu * cell_m_; }
   [[nodiscard]] double length_lu(double length_m) const { return length_m / cell_m_; }
   /// u_lu = u Δt / Δx
   [[nodiscard]] Eigen::Vector3d velocity_lu(const Eigen::Vector3d& u_m_per_s) const {

@@ -89,7 +89,8 @@ class CountingCommunicator final : public Communicator {
 constexpr std::int64_t width = 16;  ///< of a rank's cube
 constexpr int bodies_per_rank = 8;
 
-/// A chain of cubes with the same spheres in each.
+/// A chain of cubes with the same spheres in each, two cells or more from where blocks end: that of rank 0 is shorter
+/// than the others.
 FluidSetup chain_of_cubes(int ranks, MovingBoundary moving_boundary) {
   FluidSetup setup;
   setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
@@ -112,7 +113,7 @@ Kinematics drifting(std::int64_t step, int ranks) {
   kinematics.orientation_wxyz.row(0).setOnes();
   for (int b = 0; b < kinematics.bodies(); ++b) {
     const int in_cube = b % bodies_per_rank;
-    for (int axis = 0; axis < 3; ++axis) kinematics.position_m(axis, b) = ((in_cube >> axis) & 1) == 0 ? 4.2 : 12.2;
+    for (int axis = 0; axis < 3; ++axis) kinematics.position_m(axis, b) = ((in_cube >> axis) & 1) == 0 ? 4.2 : 10.2;
     kinematics.position_m(0, b) +=
         static_cast<double>(width) * static_cast<double>(b / bodies_per_rank) + 0.01 * static_cast<double>(step);
   }

@@ -12,8 +12,8 @@ namespace copepod::fluid {
 namespace {
 
 /// Checks that the blocks cover every cell exactly once and that `owner` agrees with `block`.
-void expect_exact_cover(const Cell& cells, int ranks) {
-  const BlockPartition partition(cells, ranks);
+void expect_exact_cover(const Cell& cells, int ranks, std::size_t bodies = 0) {
+  const BlockPartition partition(cells, ranks, bodies);
   ASSERT_EQ(partition.ranks(), ranks);
   std::vector<int> covered(static_cast<std::size_t>(cells[0] * cells[1] * cells[2]), 0);
   for (int rank = 0; rank < ranks; ++rank) {
@@ -41,6 +41,21 @@ std::string message_of(const Cell& cells, int ranks) {
 TEST(BlockPartition, CoversEveryCellExactlyOnceForEveryRankCount) {
   for (int ranks = 1; ranks <= 40; ++ranks) expect_exact_cover({41, 7, 5}, ranks);
   for (int ranks = 1; ranks <= 12; ++ranks) expect_exact_cover({5, 4, 13}, ranks);
+  for (const std::size_t bodies : {1U, 10U, 100U, 100000U})
+    for (int ranks = 1; ranks <= 40; ++ranks) expect_exact_cover({41, 7, 5}, ranks, bodies);
+}
+
+TEST(BlockPartition, GivesTheFirstRankFewerCellsByWhatAllBodiesCostIt) {
+  const auto extents = [](std::size_t bodies) {
+    const BlockPartition partition({400, 40, 40}, 4, bodies);
+    std::vector<std::int64_t> result;
+    for (int rank = 0; rank < 4; ++rank) result.push_back(partition.block(rank).extent(0));
+    return result;
+  };
+  EXPECT_EQ(extents(0), (std::vector<std::int64_t>{100, 100, 100, 100}));
+  EXPECT_EQ(extents(159), extents(0));                                          // less than a layer of 40 × 40 cells
+  EXPECT_EQ(extents(6400), (std::vector<std::int64_t>{70, 110, 110, 110}));     // 40 layers
+  EXPECT_EQ(extents(10000000), (std::vector<std::int64_t>{1, 133, 133, 133}));  // no block is empty
 }
 
 TEST(BlockPartition, CutsPrimesAlongAnAxisThatIsLongEnough) {

@@ -1,5 +1,6 @@
 #include "ranks/relays.hpp"
 
+#include <numeric>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -7,40 +8,51 @@
 namespace copepod::fluid {
 namespace {
 
-TEST(Relays, ReachEveryRankOnceAndInRangesThatTheReceiverPassesOn) {
-  for (const int ranks : {1, 2, 31, 32, 33, 64, 65, 200, 1024, 1025, 3000}) {
-    std::vector<int> reached(static_cast<std::size_t>(ranks), 0);
-    for (int rank = 0; rank < ranks; ++rank) {
-      int end = rank + 1;
-      for (const RankRange& range : relays_after(rank, ranks)) {
-        EXPECT_EQ(range.first, end);  // they follow each other, so that what they need lies side by side
-        end = range.end;
-        EXPECT_EQ(relay_before(range.first), rank);
-        ++reached[static_cast<std::size_t>(range.first)];
-        const auto passed_on = relays_after(range.first, ranks);
-        EXPECT_EQ(range.end, passed_on.empty() ? range.first + 1 : passed_on.back().end);
-      }
-      if (rank == 0) {
-        EXPECT_EQ(end, ranks);
-      }
-    }
-    EXPECT_EQ(reached[0], 0);
-    for (int rank = 1; rank < ranks; ++rank) EXPECT_EQ(reached[static_cast<std::size_t>(rank)], 1) << rank;
+constexpr int numbers[] = {1, 2, 32, 33, 34, 65, 200, 1057, 1058, 3000, 34000};
+
+TEST(Relays, ReachEveryRankOnce) {
+  for (const int ranks : numbers) {
+    std::vector<int> reached = ranks_behind(0, ranks);
+    std::ranges::sort(reached);
+    std::vector<int> all(static_cast<std::size_t>(ranks));
+    std::iota(all.begin(), all.end(), 0);
+    EXPECT_EQ(reached, all);
   }
 }
 
-TEST(Relays, AreFewerThanThirtyTwoPerLevelAndNoneForMostRanks) {
-  for (const auto& [ranks, levels] : {std::pair{32, 1U}, {1000, 2U}, {10000, 3U}, {100000, 4U}}) {
-    int relaying = 0;
-    for (int rank = 0; rank < ranks; ++rank) {
-      const auto relays = relays_after(rank, ranks);
-      ASSERT_LE(relays.size(), 31U * levels);
-      relaying += relays.empty() ? 0 : 1;
-      if (rank % 1024 != 0) {
-        ASSERT_LE(relays.size(), 31U);
+TEST(Relays, ReceiveInOnePieceWhatTheyPassOn) {
+  for (const int ranks : numbers)
+    for (int rank = 0; rank < std::min(ranks, 200); ++rank) {
+      const std::vector<int> behind = ranks_behind(rank, ranks);
+      ASSERT_EQ(behind.front(), rank);
+      std::size_t end = 1;
+      for (const Relay& relay : relays_after(behind)) {
+        EXPECT_EQ(relay_before(relay.rank), rank);
+        EXPECT_EQ(relay.first, end);
+        end = relay.end;
+        const auto begin = behind.begin();
+        const std::vector<int> piece(begin + static_cast<std::ptrdiff_t>(relay.first),
+                                     begin + static_cast<std::ptrdiff_t>(relay.end));
+        EXPECT_EQ(piece, ranks_behind(relay.rank, ranks));
       }
+      EXPECT_EQ(end, behind.size());
     }
-    EXPECT_LE(relaying, ranks / 32 + 1);
+}
+
+TEST(Relays, AreTheFirstRanksAndSendToThirtyTwoEach) {
+  for (const int ranks : numbers)
+    for (int rank = 0; rank < ranks; ++rank) {
+      const auto relays = relays_after(ranks_behind(rank, ranks));
+      ASSERT_LE(relays.size(), 32U);
+      ASSERT_EQ(relays.empty(), rank > (ranks - 2) / 32 || ranks == 1);
+    }
+}
+
+TEST(Relays, PassOnAFewTimesOnly) {
+  for (const auto& [ranks, levels] : {std::pair{33, 1}, {1057, 2}, {33825, 3}, {100000, 4}}) {
+    int level = 0;
+    for (int rank = ranks - 1; rank != 0; rank = relay_before(rank)) ++level;
+    EXPECT_EQ(level, levels);
   }
 }
 

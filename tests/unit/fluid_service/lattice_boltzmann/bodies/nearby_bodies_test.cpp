@@ -96,7 +96,7 @@ TEST_P(NearBlocksOf, AreAllThatABodyTouchesAndNoneThatIsFarAway) {
       body.position = random.position();
       body.axis = random.direction();
       std::vector<int> near;
-      near_blocks.for_each_rank(near_blocks.around(body.position, body.radius + body.half_length), {},
+      near_blocks.for_each_rank(near_blocks.around(body.position, body.radius + body.half_length).blocks, {},
                                 [&](int rank) { near.push_back(rank); });
       EXPECT_EQ(std::set<int>(near.begin(), near.end()).size(), near.size()) << "a block is listed twice";
       for (int rank = 0; rank < ranks; ++rank) {
@@ -131,7 +131,7 @@ TEST(NearBlocks, HaveAPlaceForABodyThatHasNone) {
   const NearBlocks near_blocks(domain, partition, 0.0);
   const auto ranks_near = [&](double x, double y, double z) {
     int count = 0;
-    near_blocks.for_each_rank(near_blocks.around({x, y, z}, 1.0), {}, [&](int rank) {
+    near_blocks.for_each_rank(near_blocks.around({x, y, z}, 1.0).blocks, {}, [&](int rank) {
       EXPECT_GE(rank, 0);
       EXPECT_LT(rank, 4);
       ++count;
@@ -188,7 +188,7 @@ void follow_the_drift(Communicator& ranks) {
   NearbyBodies nearby(setup, units, domain, partition, true, ranks);
   const auto near = [&](const Kinematics& kinematics, std::int32_t body) {
     std::set<int> result;
-    near_blocks.for_each_rank(near_blocks.around(kinematics.position_m.col(body), 1.25), {},
+    near_blocks.for_each_rank(near_blocks.around(kinematics.position_m.col(body), 1.25).blocks, {},
                               [&](int rank) { result.insert(rank); });
     return result;
   };
