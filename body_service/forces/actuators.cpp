@@ -50,7 +50,9 @@ void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVector
 
 std::size_t Actuators::add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const {
   PairBatch pairs;
-  PairBatch::Numbers values;
+  PairBatch::Numbers values;       // NOLINT(cppcoreguidelines-pro-type-member-init): filled up to pairs.size
+  const auto position_m = components(stage.state.position_m);
+  const auto first = static_cast<int>(stage.block.first);
   std::size_t next = from;
   for (; next < stage.block.actuators.size() && !pairs.full(); ++next) {
     const int index = stage.block.actuators[next];
@@ -59,15 +61,13 @@ std::size_t Actuators::add_unanchored(const Stage& stage, std::size_t from, Bloc
     const double value = stage.actuation[index];
     if (value == 0.0) continue;
     values[pairs.size] = value;
-    pairs.add(drive.body_A - stage.block.first, drive.body_B - stage.block.first, stage.state.position_m);
-    if (pairs.coincide(pairs.size - 1)) throw coinciding_ends(drive.body_A, drive.body_B);
+    pairs.add(drive.body_A - first, drive.body_B - first, position_m);
   }
   for (int pair = 0; pair < pairs.size; ++pair) {
-    const auto force_B_N =
-        pair_force(values[pair], std::array{pairs.d_AB_m[0][pair], pairs.d_AB_m[1][pair], pairs.d_AB_m[2][pair]});
+    const auto force_B_N = pair_force(values[pair], PairBatch::at(pairs.d_AB_m, pair));
     for (int i = 0; i < 3; ++i) pairs.force_A_N[i][pair] = -force_B_N[i];
   }
-  for (int pair = 0; pair < pairs.size; ++pair) pairs.add_force(pair, force_N);
+  pairs.add_forces(force_N, [&](int pair) { throw coinciding_ends(first + pairs.ends_A[pair], first + pairs.ends_B[pair]); });
   return next;
 }
 

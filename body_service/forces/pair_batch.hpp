@@ -16,29 +16,38 @@ struct PairBatch {  // NOLINT(cppcoreguidelines-pro-type-member-init): its array
 
   [[nodiscard]] bool full() const { return size == most; }
 
-  /// @param A, B  columns of `position_m`
-  void add(Eigen::Index A, Eigen::Index B, const BlockVectors& position_m) {
+  /// @param A, B      columns
+  /// @param position_m  components
+  void add(int A, int B, const std::array<const double*, 3>& position_m) {
     ends_A[size] = A;
     ends_B[size] = B;
-    for (int i = 0; i < 3; ++i) d_AB_m[i][size] = position_m(i, B) - position_m(i, A);
+    for (int i = 0; i < 3; ++i) d_AB_m[i][size] = position_m[i][B] - position_m[i][A];
     ++size;
   }
 
-  [[nodiscard]] bool coincide(int pair) const {
-    return d_AB_m[0][pair] == 0.0 && d_AB_m[1][pair] == 0.0 && d_AB_m[2][pair] == 0.0;
+  /// Vector number `pair` of three arrays.
+  static std::array<double, 3> at(const std::array<Numbers, 3>& vectors, int pair) {
+    return {vectors[0][pair], vectors[1][pair], vectors[2][pair]};
   }
 
-  /// Adds force number `pair` to its end A, and its negative to end B.
-  void add_force(int pair, BlockVectors& force_N) const {
-    for (int i = 0; i < 3; ++i) {
-      force_N(i, ends_A[pair]) += force_A_N[i][pair];
-      force_N(i, ends_B[pair]) -= force_A_N[i][pair];
+  /// Adds the forces to the ends A, and their negatives to the ends B.
+  /// @param coincide  is called with the number of a pair whose ends coincide: its force is not a number
+  template <class Coincide>
+  void add_forces(BlockVectors& force_N, const Coincide& coincide) const {
+    const auto force = components(force_N);
+    for (int pair = 0; pair < size; ++pair) {
+      const auto f_N = at(force_A_N, pair);
+      if (f_N[0] != f_N[0] && at(d_AB_m, pair) == std::array{0.0, 0.0, 0.0}) coincide(pair);
+      for (int i = 0; i < 3; ++i) {
+        force[i][ends_A[pair]] += f_N[i];
+        force[i][ends_B[pair]] -= f_N[i];
+      }
     }
   }
 
   int size = 0;
-  std::array<Eigen::Index, most> ends_A;
-  std::array<Eigen::Index, most> ends_B;
+  std::array<int, most> ends_A;
+  std::array<int, most> ends_B;
   std::array<Numbers, 3> d_AB_m;  ///< from A to B
   std::array<Numbers, 3> force_A_N;
 };

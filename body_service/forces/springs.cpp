@@ -68,26 +68,31 @@ void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&
 std::size_t Springs::add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const {
   PairBatch pairs;
   std::array<PairBatch::Numbers, 3> ddot_AB_m_per_s;  // NOLINT(cppcoreguidelines-pro-type-member-init): likewise
-  std::array<SpringLaw, PairBatch::most> laws;
+  std::array<PairBatch::Numbers, 3> laws;             // NOLINT(cppcoreguidelines-pro-type-member-init)
+  const auto position_m = components(stage.state.position_m);
+  const auto velocity_m_per_s = components(stage.state.velocity_m_per_s);
+  const auto first = static_cast<int>(stage.block.first);
   std::size_t next = from;
   for (; next < stage.block.springs.size() && !pairs.full(); ++next) {
     const Spring& spring = springs_[static_cast<std::size_t>(stage.block.springs[next])];
     if (spring.anchors >= 0) break;
-    const Eigen::Index A = spring.body_A - stage.block.first;
-    const Eigen::Index B = spring.body_B - stage.block.first;
+    const int A = spring.body_A - first;
+    const int B = spring.body_B - first;
     const int pair = pairs.size;
-    pairs.add(A, B, stage.state.position_m);
-    if (pairs.coincide(pair)) fail(spring);
-    for (int i = 0; i < 3; ++i)
-      ddot_AB_m_per_s[i][pair] = stage.state.velocity_m_per_s(i, B) - stage.state.velocity_m_per_s(i, A);
-    laws[pair] = spring.law;
+    pairs.add(A, B, position_m);
+    for (int i = 0; i < 3; ++i) ddot_AB_m_per_s[i][pair] = velocity_m_per_s[i][B] - velocity_m_per_s[i][A];
+    laws[0][pair] = spring.law.stiffness_N_per_m;
+    laws[1][pair] = spring.law.damping_N_s_per_m;
+    laws[2][pair] = spring.law.rest_length_m;
   }
   for (int pair = 0; pair < pairs.size; ++pair) {
-    const auto at = [pair](const auto& of) { return std::array{of[0][pair], of[1][pair], of[2][pair]}; };
-    const auto force_N_of = spring_force(laws[pair], at(pairs.d_AB_m), at(ddot_AB_m_per_s));
+    const auto force_N_of = spring_force(SpringLaw{laws[0][pair], laws[1][pair], laws[2][pair]},
+                                         PairBatch::at(pairs.d_AB_m, pair), PairBatch::at(ddot_AB_m_per_s, pair));
     for (int i = 0; i < 3; ++i) pairs.force_A_N[i][pair] = force_N_of[i];
   }
-  for (int pair = 0; pair < pairs.size; ++pair) pairs.add_force(pair, force_N);
+  pairs.add_forces(force_N, [&](int pair) {
+    fail(springs_[static_cast<std::size_t>(stage.block.springs[from + static_cast<std::size_t>(pair)])]);
+  });
   return next;
 }
 
