@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
-#include "forces/pair_batch.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {
@@ -46,54 +45,39 @@ Springs::Springs(const BodySetup& setup) {
 }
 
 void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
-  const Eigen::Index first = stage.block.first;
-  const std::vector<int>& springs = stage.block.springs;
-  for (std::size_t next = 0; next < springs.size();) {
-    const auto index = static_cast<std::size_t>(springs[next]);
-    if (springs_[index].anchors < 0) {
-      next = add_unanchored(stage, next, force_N);
+  const BodyBlock& block = stage.block;
+  const auto v = components(stage.state.velocity_m_per_s);
+  const auto e = components(stage.lines.direction);
+  const auto force = components(force_N);
+  for (std::size_t i = 0; i < block.springs.size(); ++i) {
+    const auto index = static_cast<std::size_t>(block.springs[i]);
+    const int line = block.spring_lines[i];
+    if (line < 0) {
+      add_anchored(index, stage, force_N, torque_N_m);
       continue;
     }
-    const Eigen::Index A = springs_[index].body_A - first;
-    const Eigen::Index B = springs_[index].body_B - first;
-    const Pull anchored = pull(index, first, stage.state, stage.angular_velocity_rad_per_s);
-    force_N.col(A) += anchored.f_A_W_N;
-    force_N.col(B) -= anchored.f_A_W_N;
-    torque_N_m.col(A) += anchored.r_A_W_m.cross(anchored.f_A_W_N);
-    torque_N_m.col(B) -= anchored.r_B_W_m.cross(anchored.f_A_W_N);
-    ++next;
+    const Spring& spring = springs_[index];
+    const double length_m = stage.lines.length_m[line];
+    if (length_m == 0.0) fail(spring);
+    const auto [A, B] = block.lines[static_cast<std::size_t>(line)];
+    const double tension = tension_N(spring.law, length_m, std::array{e[0][line], e[1][line], e[2][line]},
+                                     std::array{v[0][B] - v[0][A], v[1][B] - v[1][A], v[2][B] - v[2][A]});
+    for (std::size_t k = 0; k < 3; ++k) {
+      force[k][A] += tension * e[k][line];
+      force[k][B] -= tension * e[k][line];
+    }
   }
 }
 
-std::size_t Springs::add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const {
-  PairBatch pairs;
-  std::array<PairBatch::Numbers, 3> ddot_AB_m_per_s;  // NOLINT(cppcoreguidelines-pro-type-member-init): likewise
-  std::array<PairBatch::Numbers, 3> laws;             // NOLINT(cppcoreguidelines-pro-type-member-init)
-  const auto position_m = components(stage.state.position_m);
-  const auto velocity_m_per_s = components(stage.state.velocity_m_per_s);
-  const auto first = static_cast<int>(stage.block.first);
-  std::size_t next = from;
-  for (; next < stage.block.springs.size() && !pairs.full(); ++next) {
-    const Spring& spring = springs_[static_cast<std::size_t>(stage.block.springs[next])];
-    if (spring.anchors >= 0) break;
-    const int A = spring.body_A - first;
-    const int B = spring.body_B - first;
-    const int pair = pairs.size;
-    pairs.add(A, B, position_m);
-    for (int i = 0; i < 3; ++i) ddot_AB_m_per_s[i][pair] = velocity_m_per_s[i][B] - velocity_m_per_s[i][A];
-    laws[0][pair] = spring.law.stiffness_N_per_m;
-    laws[1][pair] = spring.law.damping_N_s_per_m;
-    laws[2][pair] = spring.law.rest_length_m;
-  }
-  for (int pair = 0; pair < pairs.size; ++pair) {
-    const auto force_N_of = spring_force(SpringLaw{laws[0][pair], laws[1][pair], laws[2][pair]},
-                                         PairBatch::at(pairs.d_AB_m, pair), PairBatch::at(ddot_AB_m_per_s, pair));
-    for (int i = 0; i < 3; ++i) pairs.force_A_N[i][pair] = force_N_of[i];
-  }
-  pairs.add_forces(force_N, [&](int pair) {
-    fail(springs_[static_cast<std::size_t>(stage.block.springs[from + static_cast<std::size_t>(pair)])]);
-  });
-  return next;
+void Springs::add_anchored(std::size_t index, const Stage& stage, BlockVectors& force_N,
+                           BlockVectors& torque_N_m) const {
+  const Eigen::Index A = springs_[index].body_A - stage.block.first;
+  const Eigen::Index B = springs_[index].body_B - stage.block.first;
+  const Pull anchored = pull(index, stage.block.first, stage.state, stage.angular_velocity_rad_per_s);
+  force_N.col(A) += anchored.f_A_W_N;
+  force_N.col(B) -= anchored.f_A_W_N;
+  torque_N_m.col(A) += anchored.r_A_W_m.cross(anchored.f_A_W_N);
+  torque_N_m.col(B) -= anchored.r_B_W_m.cross(anchored.f_A_W_N);
 }
 
 Springs::Pull Springs::pull(std::size_t index, Eigen::Index first, const BlockState& state,

@@ -69,7 +69,8 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   auto& torque_N_m = rate.angular_momentum_N_m_s;
 
   model_.angular_velocities_rad_per_s(block, state, work.angular_velocity_rad_per_s);
-  const Stage stage{block, state, work.angular_velocity_rad_per_s, applied.actuation.col(node)};
+  work.lines.measure(block, state.position_m);
+  const Stage stage{block, state, work.angular_velocity_rad_per_s, work.lines, applied.actuation.col(node)};
   // The drive is summed by itself: what it adds to a bead between two arms has no rounding of the loads in it.
   force_N.leftCols(bodies).setZero();
   torque_N_m.leftCols(bodies).setZero();

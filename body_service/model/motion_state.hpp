@@ -39,7 +39,8 @@ using BlockState = MotionArrays<Eigen::RowMajor>;
 template <class Columns>
 auto components(Columns& columns) {
   std::array<decltype(columns.data()), Columns::RowsAtCompileTime> begins;
-  for (std::size_t i = 0; i < begins.size(); ++i) begins[i] = &columns(static_cast<Eigen::Index>(i), 0);
+  for (std::size_t i = 0; i < begins.size(); ++i)
+    begins[i] = columns.data() + static_cast<Eigen::Index>(i) * columns.outerStride();
   return begins;
 }
 

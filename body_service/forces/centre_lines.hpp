@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include "model/body_block.hpp"
+#include "model/motion_state.hpp"
+
+namespace copepod::body {
+
+/// Lengths and directions of the lines of a block (BodyBlock::lines), measured once per stage for springs and drive.
+struct CentreLines {
+  /// @param position_m  column 0 is body block.first
+  void measure(const BodyBlock& block, const BlockVectors& position_m) {
+    const auto lines = static_cast<Eigen::Index>(block.lines.size());
+    if (length_m.size() < lines) {
+      length_m.resize(lines);
+      direction.resize(3, lines);
+    }
+    if (lines == 0) return;
+    const auto [x, y, z] = components(direction);
+    const auto p = components(position_m);
+    for (Eigen::Index i = 0; i < lines; ++i) {
+      const auto [A, B] = block.lines[static_cast<std::size_t>(i)];
+      x[i] = p[0][B] - p[0][A];
+      y[i] = p[1][B] - p[1][A];
+      z[i] = p[2][B] - p[2][A];
+    }
+    double* const length = length_m.data();
+    for (Eigen::Index i = 0; i < lines; ++i) {  // by itself, so that it uses vectors
+      length[i] = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+      x[i] /= length[i];
+      y[i] /= length[i];
+      z[i] /= length[i];
+    }
+  }
+
+  Eigen::VectorXd length_m;  ///< 0: the ends coincide, and there is no direction
+  BlockVectors direction;    ///< from the first end to the second
+};
+
+}  // namespace copepod::body
