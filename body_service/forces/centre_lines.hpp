@@ -1,11 +1,10 @@
 #pragma once
 
-#include <cmath>
-
 #include <Eigen/Core>
 
 #include "model/body_block.hpp"
 #include "model/motion_state.hpp"
+#include "model/vector_loops.hpp"
 
 namespace copepod::body {
 
@@ -27,13 +26,7 @@ struct CentreLines {
       y[i] = p[1][B] - p[1][A];
       z[i] = p[2][B] - p[2][A];
     }
-    double* const length = length_m.data();
-    for (Eigen::Index i = 0; i < lines; ++i) {  // by itself, so that it uses vectors
-      length[i] = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
-      x[i] /= length[i];
-      y[i] /= length[i];
-      z[i] /= length[i];
-    }
+    normalise_vectors(block.lines.size(), {x, y, z}, length_m.data());
   }
 
   Eigen::VectorXd length_m;  ///< 0: the ends coincide, and there is no direction

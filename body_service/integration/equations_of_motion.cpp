@@ -1,14 +1,13 @@
 #include "integration/equations_of_motion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "constraints/motion_constraint.hpp"
 #include "forces/bends.hpp"
 #include "forces/springs.hpp"
 #include "forces/weight.hpp"
-#include "geometry/rotation.hpp"
+#include "model/vector_loops.hpp"
 
 namespace copepod::body {
 
@@ -20,20 +19,6 @@ std::vector<std::unique_ptr<const ForceElement>> make_force_elements(const BodyS
   elements.push_back(std::make_unique<Springs>(setup));
   elements.push_back(std::make_unique<Bends>(setup));
   return elements;
-}
-
-/// dq/dt of the bodies of a block; without __restrict the compiler uses no vectors.
-void set_orientation_rates(Eigen::Index bodies, const std::array<const double*, 3>& w,
-                           const std::array<const double*, 4>& q, double* __restrict rate_w, double* __restrict rate_x,
-                           double* __restrict rate_y, double* __restrict rate_z) {
-  for (Eigen::Index i = 0; i < bodies; ++i) {
-    const auto rate =
-        orientation_rate(std::array{w[0][i], w[1][i], w[2][i]}, std::array{q[0][i], q[1][i], q[2][i], q[3][i]});
-    rate_w[i] = rate[0];
-    rate_x[i] = rate[1];
-    rate_y[i] = rate[2];
-    rate_z[i] = rate[3];
-  }
 }
 
 }  // namespace
@@ -85,8 +70,8 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
   force_N.leftCols(bodies).array().rowwise() *= model_.inverse_masses_per_kg().segment(block.first, bodies).array();
   const auto [w, x, y, z] = components(rate.orientation_wxyz);
-  set_orientation_rates(bodies, components(std::as_const(work.angular_velocity_rad_per_s)),
-                        components(state.orientation_wxyz), w, x, y, z);
+  orientation_rates(static_cast<std::size_t>(bodies), components(std::as_const(work.angular_velocity_rad_per_s)),
+                    components(state.orientation_wxyz), w, x, y, z);
 }
 
 void EquationsOfMotion::constrain(const BodyBlock& block, BlockVectors& force_N, BlockVectors& torque_N_m) const {

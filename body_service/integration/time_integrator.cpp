@@ -4,6 +4,7 @@
 
 #include "contract/errors.hpp"
 #include "geometry/rotation.hpp"
+#include "model/vector_loops.hpp"
 
 namespace copepod::body {
 
@@ -32,14 +33,22 @@ void extrapolate(const BlockState& start, Eigen::Index bodies, double factor, co
   });
 }
 
-/// The same, and sum += weight · rate, one after the other while a component is in the cache.
+/// The same, and sum += weight · rate.
 void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState& start, Eigen::Index bodies,
                                 double factor, const BlockState& rate, BlockState& to) {
   for_each_part([&](auto, auto part) {
     for (Eigen::Index i = 0; i < (sum.*part).rows(); ++i) {
-      const auto rate_of = (rate.*part).row(i).head(bodies);
-      (sum.*part).row(i).head(bodies) += weight * rate_of;
-      (to.*part).row(i).head(bodies) = (start.*part).row(i).head(bodies) + factor * rate_of;
+      body::accumulate_and_extrapolate(static_cast<std::size_t>(bodies), weight, factor, &(start.*part)(i, 0),
+                                 &(rate.*part)(i, 0), &(sum.*part)(i, 0), &(to.*part)(i, 0));
+    }
+  });
+}
+
+/// to += factor · (a + b), for the first `bodies` columns.
+void add_scaled_sum(Eigen::Index bodies, double factor, const BlockState& a, const BlockState& b, BlockState& to) {
+  for_each_part([&](auto, auto part) {
+    for (Eigen::Index i = 0; i < (to.*part).rows(); ++i) {
+      body::add_scaled_sum(static_cast<std::size_t>(bodies), factor, &(a.*part)(i, 0), &(b.*part)(i, 0), &(to.*part)(i, 0));
     }
   });
 }
@@ -49,22 +58,6 @@ void store_block(const BlockState& work, const BodyBlock& block, MotionState& st
   for_each_part([&](auto of_state, auto of_work) {
     (state.*of_state).middleCols(block.first, block.bodies) = (work.*of_work).leftCols(block.bodies);
   });
-}
-
-/// Brings the quaternions of the first `bodies` columns back to unit length, from which a step leaves them by its
-/// error.
-void normalise_orientations(Eigen::Index bodies, BlockState& state) {
-  // Within rounding of unit length nothing is gained, and a body that does not turn must keep its bits.
-  constexpr double rounding = 2e-15;
-  const auto [w, x, y, z] = components(state.orientation_wxyz);
-  for (Eigen::Index i = 0; i < bodies; ++i) {
-    const double squared_norm = (w[i] * w[i] + y[i] * y[i]) + (x[i] * x[i] + z[i] * z[i]);
-    const double factor = std::abs(squared_norm - 1.0) > rounding ? 1.0 / std::sqrt(squared_norm) : 1.0;
-    w[i] *= factor;
-    x[i] *= factor;
-    y[i] *= factor;
-    z[i] *= factor;
-  }
 }
 
 /// Semi-implicit Euler, the paper's integrator: velocities with the loads at the start of the step, positions
@@ -93,7 +86,7 @@ class SemiImplicitEuler final : public TimeIntegrator {
       const Eigen::Vector3d w_WB = work.equations.angular_velocity_rad_per_s.col(i);
       end.orientation_wxyz.col(i) = rotated(step_s * w_WB, end.orientation_wxyz.col(i));
     }
-    normalise_orientations(bodies, end);
+    normalise_orientations(static_cast<std::size_t>(bodies), components(end.orientation_wxyz));
     store_block(end, block, state);
   }
 
@@ -132,11 +125,8 @@ class RungeKutta4 final : public TimeIntegrator {
     evaluate(middle, work.stage, work.rate);  // k₃
     accumulate_and_extrapolate(work.rate_sum, 2.0, work.start, block.bodies, h, work.rate, work.stage);
     evaluate(end, work.stage, work.rate);  // k₄
-    for_each_part([&](auto, auto part) {
-      (work.start.*part).leftCols(block.bodies) +=
-          h / 6.0 * ((work.rate_sum.*part).leftCols(block.bodies) + (work.rate.*part).leftCols(block.bodies));
-    });
-    normalise_orientations(block.bodies, work.start);
+    add_scaled_sum(block.bodies, h / 6.0, work.rate_sum, work.rate, work.start);
+    normalise_orientations(static_cast<std::size_t>(block.bodies), components(work.start.orientation_wxyz));
     store_block(work.start, block, state);
   }
 
