@@ -29,7 +29,6 @@ Actuators::Actuators(const BodySetup& setup) : actuators_(setup.actuators) {
 
 void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
   const BodyBlock& block = stage.block;
-  const auto e = components(stage.lines.direction);
   const auto force = components(force_N);
   for (std::size_t i = 0; i < block.actuators.size(); ++i) {
     const int index = block.actuators[i];
@@ -41,13 +40,10 @@ void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVector
                          stage.state.orientation_wxyz, force_N, torque_N_m);
       continue;
     }
-    const auto [A, B] = block.lines[static_cast<std::size_t>(line)];
+    const std::array<int, 2>& ends = block.lines[static_cast<std::size_t>(line)];
     if (stage.lines.length_m[line] == 0.0)
-      throw coinciding_ends(static_cast<int>(block.first) + A, static_cast<int>(block.first) + B);
-    for (std::size_t k = 0; k < 3; ++k) {
-      force[k][A] -= value * e[k][line];
-      force[k][B] += value * e[k][line];
-    }
+      throw coinciding_ends(static_cast<int>(block.first) + ends[0], static_cast<int>(block.first) + ends[1]);
+    pull_together(ends, -value, stage.lines.unit_vector(line), force);
   }
 }
 

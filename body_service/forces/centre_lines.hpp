@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include <Eigen/Core>
 
 #include "model/body_block.hpp"
@@ -29,8 +32,24 @@ struct CentreLines {
     normalise_vectors(block.lines.size(), {x, y, z}, length_m.data());
   }
 
+  [[nodiscard]] std::array<double, 3> unit_vector(Eigen::Index line) const {
+    return {direction(0, line), direction(1, line), direction(2, line)};
+  }
+
   Eigen::VectorXd length_m;  ///< 0: the ends coincide, and there is no direction
   BlockVectors direction;    ///< from the first end to the second
 };
+
+/// Adds the forces that pull the ends of a line together.
+/// @param e        unit vector from the first end to the second
+/// @param force_N  components of the sums
+inline void pull_together(const std::array<int, 2>& ends, double tension_N, const std::array<double, 3>& e,
+                          const std::array<double*, 3>& force_N) {
+  const std::array pull_N{tension_N * e[0], tension_N * e[1], tension_N * e[2]};
+  for (std::size_t k = 0; k < 3; ++k) {
+    force_N[k][ends[0]] += pull_N[k];
+    force_N[k][ends[1]] -= pull_N[k];
+  }
+}
 
 }  // namespace copepod::body
