@@ -39,7 +39,7 @@ void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState
   for_each_part([&](auto, auto part) {
     for (Eigen::Index i = 0; i < (sum.*part).rows(); ++i) {
       body::accumulate_and_extrapolate(static_cast<std::size_t>(bodies), weight, factor, &(start.*part)(i, 0),
-                                 &(rate.*part)(i, 0), &(sum.*part)(i, 0), &(to.*part)(i, 0));
+                                       &(rate.*part)(i, 0), &(sum.*part)(i, 0), &(to.*part)(i, 0));
     }
   });
 }
@@ -48,7 +48,8 @@ void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState
 void add_scaled_sum(Eigen::Index bodies, double factor, const BlockState& a, const BlockState& b, BlockState& to) {
   for_each_part([&](auto, auto part) {
     for (Eigen::Index i = 0; i < (to.*part).rows(); ++i) {
-      body::add_scaled_sum(static_cast<std::size_t>(bodies), factor, &(a.*part)(i, 0), &(b.*part)(i, 0), &(to.*part)(i, 0));
+      body::add_scaled_sum(static_cast<std::size_t>(bodies), factor, &(a.*part)(i, 0), &(b.*part)(i, 0),
+                           &(to.*part)(i, 0));
     }
   });
 }
