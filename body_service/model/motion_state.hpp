@@ -38,7 +38,7 @@ using BlockState = MotionArrays<Eigen::RowMajor>;
 /// that it stays there.
 template <class Columns>
 auto components(Columns& columns) {
-  std::array<decltype(columns.data()), Columns::RowsAtCompileTime> begins;
+  std::array<decltype(columns.data()), Columns::RowsAtCompileTime> begins{};
   for (std::size_t i = 0; i < begins.size(); ++i)
     begins[i] = columns.data() + static_cast<Eigen::Index>(i) * columns.outerStride();
   return begins;
