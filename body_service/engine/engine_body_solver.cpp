@@ -47,7 +47,8 @@ EngineBodySolver::EngineBodySolver(std::string_view engine, const MakeEngineWorl
 void EngineBodySolver::add_forces(const AppliedLoads& applied) {
   const auto motion = as_motion_state<BlockState>(state_);
   const BlockVectors angular_velocity_rad_per_s = state_.angular_velocity_rad_per_s;
-  const Stage stage{all_, motion, angular_velocity_rad_per_s, applied.actuation.col(0)};
+  lines_.measure(all_, motion.position_m);
+  const Stage stage{all_, motion, angular_velocity_rad_per_s, lines_, applied.actuation.col(0)};
   BlockVectors force_N = applied.hydrodynamic.force_N;
   BlockVectors torque_N_m = applied.hydrodynamic.torque_N_m;
   drive_.add_loads(stage, force_N, torque_N_m);

@@ -52,6 +52,7 @@ class EngineBodySolver final : public BodySolver {
   Bends bends_;
   Springs springs_;
   BodyBlock all_;  ///< bodies
+  CentreLines lines_;
   std::int64_t substeps_;
   std::unique_ptr<EngineWorld> world_;
   Kinematics state_;

@@ -1,17 +1,15 @@
 #include "forces/actuators.hpp"
 
-#include <array>
 #include <cmath>
 #include <string>
 
 #include "contract/errors.hpp"
 #include "contract/number_text.hpp"
-#include "forces/pair_batch.hpp"
 #include "geometry/actuator_loads.hpp"
 
 namespace copepod::body {
 
-Actuators::Actuators(const BodySetup& setup) {
+Actuators::Actuators(const BodySetup& setup) : actuators_(setup.actuators) {
   const auto exists = [&](int body) { return body >= 0 && body < static_cast<int>(setup.bodies.size()); };
   for (std::size_t i = 0; i < setup.actuators.size(); ++i) {
     const ActuatorSpecification& actuator = setup.actuators[i];
@@ -26,49 +24,27 @@ Actuators::Actuators(const BodySetup& setup) {
       throw CaseError(name + " has a direction of length " + rounded_text(actuator.direction.norm()) +
                       " (it must be a unit vector). Divide it by its norm.");
     }
-    drives_.push_back({actuator.body_A, actuator.body_B});
-    if (pair && actuator.anchor_A_m.isZero(0.0) && actuator.anchor_B_m.isZero(0.0)) continue;
-    drives_.back().other = static_cast<int>(others_.size());
-    others_.push_back(actuator);
   }
 }
 
 void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
-  const std::vector<int>& actuators = stage.block.actuators;
-  for (std::size_t next = 0; next < actuators.size();) {
-    const int index = actuators[next];
-    const int other = drives_[static_cast<std::size_t>(index)].other;
-    if (other < 0) {
-      next = add_unanchored(stage, next, force_N);
-      continue;
-    }
-    add_actuator_loads(others_[static_cast<std::size_t>(other)], stage.actuation[index], stage.block.first,
-                       stage.state.position_m, stage.state.orientation_wxyz, force_N, torque_N_m);
-    ++next;
-  }
-}
-
-std::size_t Actuators::add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const {
-  PairBatch pairs;
-  PairBatch::Numbers values;
-  std::size_t next = from;
-  for (; next < stage.block.actuators.size() && !pairs.full(); ++next) {
-    const int index = stage.block.actuators[next];
-    const Drive& drive = drives_[static_cast<std::size_t>(index)];
-    if (drive.other >= 0) break;
+  const BodyBlock& block = stage.block;
+  const auto force = components(force_N);
+  for (std::size_t i = 0; i < block.actuators.size(); ++i) {
+    const int index = block.actuators[i];
+    const int line = block.actuator_lines[i];
     const double value = stage.actuation[index];
     if (value == 0.0) continue;
-    values[pairs.size] = value;
-    pairs.add(drive.body_A - stage.block.first, drive.body_B - stage.block.first, stage.state.position_m);
-    if (pairs.coincide(pairs.size - 1)) throw coinciding_ends(drive.body_A, drive.body_B);
+    if (line < 0) {
+      add_actuator_loads(actuators_[static_cast<std::size_t>(index)], value, block.first, stage.state.position_m,
+                         stage.state.orientation_wxyz, force_N, torque_N_m);
+      continue;
+    }
+    const std::array<int, 2>& ends = block.lines[static_cast<std::size_t>(line)];
+    if (stage.lines.length_m[line] == 0.0)
+      throw coinciding_ends(static_cast<int>(block.first) + ends[0], static_cast<int>(block.first) + ends[1]);
+    pull_together(ends, -value, stage.lines.unit_vector(line), force);
   }
-  for (int pair = 0; pair < pairs.size; ++pair) {
-    const auto force_B_N =
-        pair_force(values[pair], std::array{pairs.d_AB_m[0][pair], pairs.d_AB_m[1][pair], pairs.d_AB_m[2][pair]});
-    for (int i = 0; i < 3; ++i) pairs.force_A_N[i][pair] = -force_B_N[i];
-  }
-  for (int pair = 0; pair < pairs.size; ++pair) pairs.add_force(pair, force_N);
-  return next;
 }
 
 }  // namespace copepod::body

@@ -19,18 +19,7 @@ class Actuators final : public ForceElement {
   void add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const override;
 
  private:
-  struct Drive {
-    int body_A = 0;
-    int body_B = 0;
-    int other = -1;  ///< index in others_; −1: pushes the centres of its bodies apart
-  };
-
-  /// The same for pair forces of the block between centres, from number `from` on, as many as fit together.
-  /// @return number of the actuator after them
-  std::size_t add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const;
-
-  std::vector<Drive> drives_;
-  std::vector<ActuatorSpecification> others_;
+  std::vector<ActuatorSpecification> actuators_;
 };
 
 }  // namespace copepod::body

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "forces/centre_lines.hpp"
 #include "model/body_block.hpp"
 #include "model/motion_state.hpp"
 
@@ -12,6 +13,7 @@ struct Stage {
   const BodyBlock& block;
   const BlockState& state;                         ///< column 0 is body block.first
   const BlockVectors& angular_velocity_rad_per_s;  ///< same columns, world frame
+  const CentreLines& lines;                        ///< of the block, measured
   Eigen::Ref<const Eigen::VectorXd> actuation;     ///< value of every actuator of the case [N] or [N m]
 };
 

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
-#include "forces/pair_batch.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {
@@ -46,49 +45,36 @@ Springs::Springs(const BodySetup& setup) {
 }
 
 void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
-  const Eigen::Index first = stage.block.first;
-  const std::vector<int>& springs = stage.block.springs;
-  for (std::size_t next = 0; next < springs.size();) {
-    const auto index = static_cast<std::size_t>(springs[next]);
-    if (springs_[index].anchors < 0) {
-      next = add_unanchored(stage, next, force_N);
+  const BodyBlock& block = stage.block;
+  const auto v = components(stage.state.velocity_m_per_s);
+  const auto force = components(force_N);
+  for (std::size_t i = 0; i < block.springs.size(); ++i) {
+    const auto index = static_cast<std::size_t>(block.springs[i]);
+    const int line = block.spring_lines[i];
+    if (line < 0) {
+      add_anchored(index, stage, force_N, torque_N_m);
       continue;
     }
-    const Eigen::Index A = springs_[index].body_A - first;
-    const Eigen::Index B = springs_[index].body_B - first;
-    const Pull anchored = pull(index, first, stage.state, stage.angular_velocity_rad_per_s);
-    force_N.col(A) += anchored.f_A_W_N;
-    force_N.col(B) -= anchored.f_A_W_N;
-    torque_N_m.col(A) += anchored.r_A_W_m.cross(anchored.f_A_W_N);
-    torque_N_m.col(B) -= anchored.r_B_W_m.cross(anchored.f_A_W_N);
-    ++next;
+    const Spring& spring = springs_[index];
+    const double length_m = stage.lines.length_m[line];
+    if (length_m == 0.0) fail(spring);
+    const std::array<int, 2>& ends = block.lines[static_cast<std::size_t>(line)];
+    const auto [A, B] = ends;
+    const auto e = stage.lines.unit_vector(line);
+    const std::array ddot_AB_m_per_s{v[0][B] - v[0][A], v[1][B] - v[1][A], v[2][B] - v[2][A]};
+    pull_together(ends, tension_N(spring.law, length_m, e, ddot_AB_m_per_s), e, force);
   }
 }
 
-std::size_t Springs::add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const {
-  PairBatch pairs;
-  std::array<PairBatch::Numbers, 3> ddot_AB_m_per_s;  // NOLINT(cppcoreguidelines-pro-type-member-init): likewise
-  std::array<SpringLaw, PairBatch::most> laws;
-  std::size_t next = from;
-  for (; next < stage.block.springs.size() && !pairs.full(); ++next) {
-    const Spring& spring = springs_[static_cast<std::size_t>(stage.block.springs[next])];
-    if (spring.anchors >= 0) break;
-    const Eigen::Index A = spring.body_A - stage.block.first;
-    const Eigen::Index B = spring.body_B - stage.block.first;
-    const int pair = pairs.size;
-    pairs.add(A, B, stage.state.position_m);
-    if (pairs.coincide(pair)) fail(spring);
-    for (int i = 0; i < 3; ++i)
-      ddot_AB_m_per_s[i][pair] = stage.state.velocity_m_per_s(i, B) - stage.state.velocity_m_per_s(i, A);
-    laws[pair] = spring.law;
-  }
-  for (int pair = 0; pair < pairs.size; ++pair) {
-    const auto at = [pair](const auto& of) { return std::array{of[0][pair], of[1][pair], of[2][pair]}; };
-    const auto force_N_of = spring_force(laws[pair], at(pairs.d_AB_m), at(ddot_AB_m_per_s));
-    for (int i = 0; i < 3; ++i) pairs.force_A_N[i][pair] = force_N_of[i];
-  }
-  for (int pair = 0; pair < pairs.size; ++pair) pairs.add_force(pair, force_N);
-  return next;
+void Springs::add_anchored(std::size_t index, const Stage& stage, BlockVectors& force_N,
+                           BlockVectors& torque_N_m) const {
+  const Eigen::Index A = springs_[index].body_A - stage.block.first;
+  const Eigen::Index B = springs_[index].body_B - stage.block.first;
+  const Pull anchored = pull(index, stage.block.first, stage.state, stage.angular_velocity_rad_per_s);
+  force_N.col(A) += anchored.f_A_W_N;
+  force_N.col(B) -= anchored.f_A_W_N;
+  torque_N_m.col(A) += anchored.r_A_W_m.cross(anchored.f_A_W_N);
+  torque_N_m.col(B) -= anchored.r_B_W_m.cross(anchored.f_A_W_N);
 }
 
 Springs::Pull Springs::pull(std::size_t index, Eigen::Index first, const BlockState& state,

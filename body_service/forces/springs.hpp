@@ -18,6 +18,16 @@ struct SpringLaw {
   double rest_length_m = 0.0;
 };
 
+/// Force with which a spring and damper pull their ends together [N]: k (|d| − l₀) + γ ḋ·e of (B6)
+/// @param e                  unit vector along it, world frame
+/// @param ddot_AB_W_m_per_s  velocity of end B less that of end A, world frame [m/s]
+template <class Vector>
+double tension_N(const SpringLaw& law, double length_m, const Vector& e, const Vector& ddot_AB_W_m_per_s) {
+  const Vector& u = ddot_AB_W_m_per_s;
+  return law.stiffness_N_per_m * (length_m - law.rest_length_m) +
+         law.damping_N_s_per_m * (u[0] * e[0] + u[1] * e[1] + u[2] * e[2]);
+}
+
 /// Force of a spring and damper on its end A, along the line between its ends:
 ///   F_A = (k (|d| − l₀) + γ ḋ·e) e,   d = A to B, e = d/|d|             [paper, eqs. (5), (6)]     (B6)
 /// The paper's swimmers move on a line, where its vectors Δx and Δu have this one component. Off a line the
@@ -26,15 +36,12 @@ struct SpringLaw {
 /// @param d_AB_W_m          from end A to end B, world frame [m]
 /// @param ddot_AB_W_m_per_s  its rate of change [m/s]
 /// @return force on A, world frame [N]; B receives the negative. NaN if the ends coincide (no direction).
-template <class Vector = Eigen::Vector3d>  // or plain numbers, so that loops over springs are vectorised
-Vector spring_force(const SpringLaw& law, const Vector& d_AB_W_m, const Vector& ddot_AB_W_m_per_s) {
-  const Vector& d = d_AB_W_m;
-  const Vector& u = ddot_AB_W_m_per_s;
+inline Eigen::Vector3d spring_force(const SpringLaw& law, const Eigen::Vector3d& d_AB_W_m,
+                                    const Eigen::Vector3d& ddot_AB_W_m_per_s) {
+  const Eigen::Vector3d& d = d_AB_W_m;
   const double length_m = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  const Vector e{d[0] / length_m, d[1] / length_m, d[2] / length_m};
-  const double tension_N = law.stiffness_N_per_m * (length_m - law.rest_length_m) +
-                           law.damping_N_s_per_m * (u[0] * e[0] + u[1] * e[1] + u[2] * e[2]);
-  return {tension_N * e[0], tension_N * e[1], tension_N * e[2]};
+  const Eigen::Vector3d e = d / length_m;
+  return tension_N(law, length_m, e, ddot_AB_W_m_per_s) * e;
 }
 
 /// All springs of a case.
@@ -76,9 +83,7 @@ class Springs final : public ForceElement {
     Eigen::Vector3d B_m = Eigen::Vector3d::Zero();
   };
 
-  /// The same for springs of the block between centres, from number `from` on, as many as fit together.
-  /// @return number of the spring after them
-  std::size_t add_unanchored(const Stage& stage, std::size_t from, BlockVectors& force_N) const;
+  void add_anchored(std::size_t index, const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const;
   [[noreturn]] void fail(const Spring& spring) const;
 
   std::vector<Spring> springs_;

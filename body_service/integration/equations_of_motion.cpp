@@ -1,13 +1,13 @@
 #include "integration/equations_of_motion.hpp"
 
 #include <algorithm>
-#include <array>
+#include <utility>
 
 #include "constraints/motion_constraint.hpp"
 #include "forces/bends.hpp"
 #include "forces/springs.hpp"
 #include "forces/weight.hpp"
-#include "geometry/rotation.hpp"
+#include "model/vector_loops.hpp"
 
 namespace copepod::body {
 
@@ -54,7 +54,8 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   auto& torque_N_m = rate.angular_momentum_N_m_s;
 
   model_.angular_velocities_rad_per_s(block, state, work.angular_velocity_rad_per_s);
-  const Stage stage{block, state, work.angular_velocity_rad_per_s, applied.actuation.col(node)};
+  work.lines.measure(block, state.position_m);
+  const Stage stage{block, state, work.angular_velocity_rad_per_s, work.lines, applied.actuation.col(node)};
   // The drive is summed by itself: what it adds to a bead between two arms has no rounding of the loads in it.
   force_N.leftCols(bodies).setZero();
   torque_N_m.leftCols(bodies).setZero();
@@ -68,13 +69,9 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   if (!block.of_free_spheres) constrain(block, force_N, torque_N_m);
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
   force_N.leftCols(bodies).array().rowwise() *= model_.inverse_masses_per_kg().segment(block.first, bodies).array();
-  for (Eigen::Index i = 0; i < bodies; ++i) {
-    const auto& w = work.angular_velocity_rad_per_s;
-    const auto& q = state.orientation_wxyz;
-    const auto q_rate =
-        orientation_rate(std::array{w(0, i), w(1, i), w(2, i)}, std::array{q(0, i), q(1, i), q(2, i), q(3, i)});
-    for (int k = 0; k < 4; ++k) rate.orientation_wxyz(k, i) = q_rate[k];
-  }
+  const auto [w, x, y, z] = components(rate.orientation_wxyz);
+  orientation_rates(static_cast<std::size_t>(bodies), components(std::as_const(work.angular_velocity_rad_per_s)),
+                    components(state.orientation_wxyz), w, x, y, z);
 }
 
 void EquationsOfMotion::constrain(const BodyBlock& block, BlockVectors& force_N, BlockVectors& torque_N_m) const {

@@ -27,6 +27,7 @@ class EquationsOfMotion {
     BlockVectors hydrodynamic_force_N;
     BlockVectors hydrodynamic_torque_N_m;
     BlockVectors angular_velocity_rad_per_s;
+    CentreLines lines;
     Joints::Work joints;
   };
 

@@ -4,6 +4,7 @@
 
 #include "contract/errors.hpp"
 #include "geometry/rotation.hpp"
+#include "model/vector_loops.hpp"
 
 namespace copepod::body {
 
@@ -25,27 +26,39 @@ void copy_block(const MotionState& state, const BodyBlock& block, BlockState& wo
   });
 }
 
-/// stage = start + factor · rate, for the first `bodies` columns.
-void extrapolate(const BlockState& start, Eigen::Index bodies, double factor, const BlockState& rate,
-                 BlockState& stage) {
+/// to = start + factor · rate, for the first `bodies` columns.
+void extrapolate(const BlockState& start, Eigen::Index bodies, double factor, const BlockState& rate, BlockState& to) {
   for_each_part([&](auto, auto part) {
-    (stage.*part).leftCols(bodies) = (start.*part).leftCols(bodies) + factor * (rate.*part).leftCols(bodies);
+    (to.*part).leftCols(bodies) = (start.*part).leftCols(bodies) + factor * (rate.*part).leftCols(bodies);
   });
 }
 
-/// sum += factor · rate, for the first `bodies` columns.
-void accumulate(BlockState& sum, Eigen::Index bodies, double factor, const BlockState& rate) {
-  for_each_part([&](auto, auto part) { (sum.*part).leftCols(bodies) += factor * (rate.*part).leftCols(bodies); });
+/// The same, and sum += weight · rate.
+void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState& start, Eigen::Index bodies,
+                                double factor, const BlockState& rate, BlockState& to) {
+  for_each_part([&](auto, auto part) {
+    for (Eigen::Index i = 0; i < (sum.*part).rows(); ++i) {
+      body::accumulate_and_extrapolate(static_cast<std::size_t>(bodies), weight, factor, &(start.*part)(i, 0),
+                                       &(rate.*part)(i, 0), &(sum.*part)(i, 0), &(to.*part)(i, 0));
+    }
+  });
 }
 
-/// Brings the quaternions of a block back to unit length, from which a step leaves them by its error.
-void normalise_orientations(const BodyBlock& block, MotionState& state) {
-  // Within rounding of unit length nothing is gained, and a body that does not turn must keep its bits.
-  constexpr double rounding = 2e-15;
-  for (Eigen::Index body = block.first; body < block.first + block.bodies; ++body) {
-    const double squared_norm = state.orientation_wxyz.col(body).squaredNorm();
-    if (std::abs(squared_norm - 1.0) > rounding) state.orientation_wxyz.col(body) *= 1.0 / std::sqrt(squared_norm);
-  }
+/// to += factor · (a + b), for the first `bodies` columns.
+void add_scaled_sum(Eigen::Index bodies, double factor, const BlockState& a, const BlockState& b, BlockState& to) {
+  for_each_part([&](auto, auto part) {
+    for (Eigen::Index i = 0; i < (to.*part).rows(); ++i) {
+      body::add_scaled_sum(static_cast<std::size_t>(bodies), factor, &(a.*part)(i, 0), &(b.*part)(i, 0),
+                           &(to.*part)(i, 0));
+    }
+  });
+}
+
+/// Copies the front of a work array to the columns of a block.
+void store_block(const BlockState& work, const BodyBlock& block, MotionState& state) {
+  for_each_part([&](auto of_state, auto of_work) {
+    (state.*of_state).middleCols(block.first, block.bodies) = (work.*of_work).leftCols(block.bodies);
+  });
 }
 
 /// Semi-implicit Euler, the paper's integrator: velocities with the loads at the start of the step, positions
@@ -65,19 +78,17 @@ class SemiImplicitEuler final : public TimeIntegrator {
     equations_.begin(block, applied, work.equations);
     equations_.evaluate(block, applied, 0, work.start, work.rate, work.equations);
 
-    auto velocity = state.velocity_m_per_s.middleCols(block.first, bodies);
-    velocity += step_s * work.rate.velocity_m_per_s.leftCols(bodies);
-    state.position_m.middleCols(block.first, bodies) += step_s * velocity;
-    state.angular_momentum_N_m_s.middleCols(block.first, bodies) +=
-        step_s * work.rate.angular_momentum_N_m_s.leftCols(bodies);
+    BlockState& end = work.start;
+    end.velocity_m_per_s.leftCols(bodies) += step_s * work.rate.velocity_m_per_s.leftCols(bodies);
+    end.position_m.leftCols(bodies) += step_s * end.velocity_m_per_s.leftCols(bodies);
+    end.angular_momentum_N_m_s.leftCols(bodies) += step_s * work.rate.angular_momentum_N_m_s.leftCols(bodies);
+    equations_.model().angular_velocities_rad_per_s(block, end, work.equations.angular_velocity_rad_per_s);
     for (Eigen::Index i = 0; i < bodies; ++i) {
-      const Eigen::Index body = block.first + i;
-      const Eigen::Vector4d q_WB = work.start.orientation_wxyz.col(i);
-      const Eigen::Vector3d w_WB =
-          equations_.model().angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(body));
-      state.orientation_wxyz.col(body) = rotated(step_s * w_WB, q_WB);
+      const Eigen::Vector3d w_WB = work.equations.angular_velocity_rad_per_s.col(i);
+      end.orientation_wxyz.col(i) = rotated(step_s * w_WB, end.orientation_wxyz.col(i));
     }
-    normalise_orientations(block, state);
+    normalise_orientations(static_cast<std::size_t>(bodies), components(end.orientation_wxyz));
+    store_block(end, block, state);
   }
 
  private:
@@ -111,20 +122,13 @@ class RungeKutta4 final : public TimeIntegrator {
 
     extrapolate(work.start, block.bodies, 0.5 * h, work.rate_sum, work.stage);
     evaluate(middle, work.stage, work.rate);  // k₂
-    accumulate(work.rate_sum, block.bodies, 2.0, work.rate);
-
-    extrapolate(work.start, block.bodies, 0.5 * h, work.rate, work.stage);
+    accumulate_and_extrapolate(work.rate_sum, 2.0, work.start, block.bodies, 0.5 * h, work.rate, work.stage);
     evaluate(middle, work.stage, work.rate);  // k₃
-    accumulate(work.rate_sum, block.bodies, 2.0, work.rate);
-
-    extrapolate(work.start, block.bodies, h, work.rate, work.stage);
+    accumulate_and_extrapolate(work.rate_sum, 2.0, work.start, block.bodies, h, work.rate, work.stage);
     evaluate(end, work.stage, work.rate);  // k₄
-    accumulate(work.rate_sum, block.bodies, 1.0, work.rate);
-
-    for_each_part([&](auto of_state, auto part) {
-      (state.*of_state).middleCols(block.first, block.bodies) += h / 6.0 * (work.rate_sum.*part).leftCols(block.bodies);
-    });
-    normalise_orientations(block, state);
+    add_scaled_sum(block.bodies, h / 6.0, work.rate_sum, work.rate, work.start);
+    normalise_orientations(static_cast<std::size_t>(block.bodies), components(work.start.orientation_wxyz));
+    store_block(work.start, block, state);
   }
 
  private:

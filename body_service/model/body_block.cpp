@@ -6,6 +6,40 @@
 
 namespace copepod::body {
 
+namespace {
+
+bool joins_centres(const SpringSpecification& spring) {
+  return spring.anchor_A_m.isZero(0.0) && spring.anchor_B_m.isZero(0.0);
+}
+
+bool joins_centres(const ActuatorSpecification& actuator) {
+  return actuator.kind == ActuatorKind::pair_force && actuator.anchor_A_m.isZero(0.0) &&
+         actuator.anchor_B_m.isZero(0.0);
+}
+
+void find_lines(const BodySetup& setup, BodyBlock& block) {
+  const auto first = static_cast<int>(block.first);
+  const auto ends = [first](const auto& element) { return std::array{element.body_A - first, element.body_B - first}; };
+  const auto collect = [&](const auto& elements, const std::vector<int>& indices) {
+    for (const int index : indices)
+      if (joins_centres(elements[index])) block.lines.push_back(ends(elements[index]));
+  };
+  collect(setup.springs, block.springs);
+  collect(setup.actuators, block.actuators);
+  std::ranges::sort(block.lines);
+  block.lines.erase(std::unique(block.lines.begin(), block.lines.end()), block.lines.end());
+  const auto number = [&](const auto& elements, const std::vector<int>& indices, std::vector<int>& lines) {
+    for (const int index : indices) {
+      const auto line = std::ranges::lower_bound(block.lines, ends(elements[index]));
+      lines.push_back(joins_centres(elements[index]) ? static_cast<int>(line - block.lines.begin()) : -1);
+    }
+  };
+  number(setup.springs, block.springs, block.spring_lines);
+  number(setup.actuators, block.actuators, block.actuator_lines);
+}
+
+}  // namespace
+
 std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index preferred_bodies) {
   const auto bodies = static_cast<int>(setup.bodies.size());
   // reach[i]: the last body that is joined to body i or, further down, to one before it.
@@ -51,6 +85,7 @@ std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index p
   distribute(setup.springs, &BodyBlock::springs);
   distribute(setup.bends, &BodyBlock::bends);
   distribute(setup.actuators, &BodyBlock::actuators);
+  for (BodyBlock& block : blocks) find_lines(setup, block);
   return blocks;
 }
 

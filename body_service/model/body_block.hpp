@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,7 +19,11 @@ struct BodyBlock {
   std::vector<int> springs{};    ///< indices of its springs, ascending
   std::vector<int> bends{};      ///< of its bends
   std::vector<int> actuators{};  ///< of its actuators
-  bool of_free_spheres = false;  ///< whether nothing but loads and inertia determines how its bodies move and turn
+  /// Bodies, counted from `first`, whose centres springs or pair forces join, each two once.
+  std::vector<std::array<int, 2>> lines{};
+  std::vector<int> spring_lines{};    ///< the line of each of its springs; −1: it has anchors elsewhere
+  std::vector<int> actuator_lines{};  ///< of each of its actuators; −1: it is not a force between two centres
+  bool of_free_spheres = false;       ///< whether nothing but loads and inertia determines how its bodies move and turn
 };
 
 /// Cuts the bodies into blocks of about `preferred_bodies`, longer only where what joins bodies prevents a cut.

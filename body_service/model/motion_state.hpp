@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include <Eigen/Core>
 
 namespace copepod::body {
@@ -31,5 +33,15 @@ using MotionState = MotionArrays<Eigen::ColMajor>;
 /// Vectors of the bodies of a block: component by component, so that loops over bodies use vectors of the processor.
 using BlockVectors = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
 using BlockState = MotionArrays<Eigen::RowMajor>;
+
+/// Where each component of a block's vectors or quaternions begins. Loops take it beforehand: the compiler cannot see
+/// that it stays there.
+template <class Columns>
+auto components(Columns& columns) {
+  std::array<decltype(columns.data()), Columns::RowsAtCompileTime> begins{};
+  for (std::size_t i = 0; i < begins.size(); ++i)
+    begins[i] = columns.data() + static_cast<Eigen::Index>(i) * columns.outerStride();
+  return begins;
+}
 
 }  // namespace copepod::body

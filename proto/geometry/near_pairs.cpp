@@ -1,6 +1,7 @@
 #include "geometry/near_pairs.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace copepod {
@@ -24,6 +25,23 @@ std::vector<double> ball_radii_m(const std::vector<Shape>& shapes, double reach_
   radii.reserve(shapes.size());
   for (const Shape& shape : shapes) radii.push_back(bounding_radius_m(shape) + 0.5 * reach_m + margin_m[radii.size()]);
   return radii;
+}
+
+/// Sorts pairs of neighbours in time linear in their number: by the lower body by counting, then the few of each body.
+/// @param sorted  overwritten
+void sort_pairs(const std::vector<BodyPair>& pairs, std::size_t bodies, std::vector<BodyPair>& sorted) {
+  std::vector<std::ptrdiff_t> end(bodies + 1);  // of the pairs of each body; while they are filled in, the next place
+  for (const BodyPair& pair : pairs) ++end[static_cast<std::size_t>(pair.first) + 1];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  sorted.resize(pairs.size());
+  for (const BodyPair& pair : pairs)
+    sorted[static_cast<std::size_t>(end[static_cast<std::size_t>(pair.first)]++)] = pair;
+  auto from = sorted.begin();
+  for (std::size_t body = 0; body < bodies; ++body) {
+    const auto to = sorted.begin() + end[body];
+    std::sort(from, to);
+    from = to;
+  }
 }
 
 }  // namespace
@@ -52,8 +70,8 @@ NearPairs::NearPairs(const std::vector<Shape>& shapes, double reach_m, const std
 
 void NearPairs::list(const Eigen::Matrix3Xd& position_m) {
   listed_position_m_ = position_m;
-  grid_.find_pairs(position_m, pairs_);
-  std::ranges::sort(pairs_);
+  grid_.find_pairs(position_m, found_);
+  sort_pairs(found_, margin_m_.size(), pairs_);
   if (!except_.empty())
     std::erase_if(pairs_, [this](const BodyPair& pair) { return std::ranges::binary_search(except_, pair); });
   ++listing_;

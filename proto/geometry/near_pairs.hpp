@@ -56,6 +56,7 @@ class NearPairs {
  private:
   std::vector<double> margin_m_;  ///< by which a body may move before the pairs are listed anew
   NeighbourGrid grid_;
+  std::vector<BodyPair> found_;  ///< in the order of the grid
   std::vector<BodyPair> pairs_;
   std::vector<BodyPair> except_;  ///< lower body first, ascending
   std::uint64_t listing_ = 0;

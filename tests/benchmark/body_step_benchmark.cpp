@@ -44,10 +44,12 @@ BodySetup swarm(int swimmers, Integrator integrator) {
   return setup;
 }
 
+/// Arguments: swimmers, threads.
 void step_of_swimmers(benchmark::State& state, Integrator integrator) {
   const auto swimmers = static_cast<int>(state.range(0));
   const Eigen::Index bodies = 3 * swimmers;
-  const BodySetup setup = swarm(swimmers, integrator);
+  BodySetup setup = swarm(swimmers, integrator);
+  setup.threads = static_cast<int>(state.range(1));
   body::RigidBodySolver solver(setup);
   AppliedLoads applied;
   applied.hydrodynamic.resize(bodies);
@@ -61,7 +63,6 @@ void step_of_swimmers(benchmark::State& state, Integrator integrator) {
     applied.hydrodynamic.step = next.step;
     benchmark::DoNotOptimize(next.position_m.data());
   }
-  state.SetComplexityN(bodies);
   const auto steps = static_cast<double>(state.iterations());
   for (const auto& [phase, seconds] : solver.summarise().seconds) {
     state.counters[phase + "_ms"] = 1e3 * seconds / steps;
@@ -125,17 +126,13 @@ void start_of_swimmers(benchmark::State& state) {
 }
 
 BENCHMARK_CAPTURE(step_of_swimmers, runge_kutta_4, Integrator::runge_kutta_4)
-    ->Arg(1)
-    ->RangeMultiplier(10)
-    ->Range(33, 333333)
-    ->Unit(benchmark::kMillisecond)
-    ->Complexity(benchmark::oN);
+    ->ArgsProduct({{1, 100, 1000, 10000, 100000, 333333}, {1, 2}})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(step_of_swimmers, semi_implicit_euler, Integrator::semi_implicit_euler)
-    ->Arg(1)
-    ->RangeMultiplier(10)
-    ->Range(33, 333333)
-    ->Unit(benchmark::kMillisecond)
-    ->Complexity(benchmark::oN);
+    ->ArgsProduct({{1, 100, 1000, 10000, 100000, 333333}, {1, 2}})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(substep_of_a_suspension)
     ->Arg(1000)
     ->Arg(10000)

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import zmq
+from zmq.utils.monitor import recv_monitor_message
 
 from copepod_component.errors import Refused
 from copepod_component.messages import Damaged, from_frame, message_name, to_frame, with_checksum
@@ -48,8 +49,10 @@ class Lanes:
         self._socket.rcvhwm = self._socket.sndhwm = 0
         self._socket.router_mandatory = 1
         self._socket.router_handover = 1
+        self._monitor = self._socket.get_monitor_socket(zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED)
         self._socket.bind(endpoint)
         self._peers = {}
+        self._connections = 0
 
     def receive(self, seconds):
         """The next message, or None. A peer is known by the lane that its Hello names."""
@@ -77,10 +80,21 @@ class Lanes:
         return True
 
     @property
+    def connected(self):
+        """Whether a connection is open. Once it is closed, all that came through it can be received."""
+        while self._monitor.poll(0):
+            event = recv_monitor_message(self._monitor)["event"]
+            self._connections += 1 if event == zmq.EVENT_ACCEPTED else -1
+        return self._connections > 0
+
+    @property
     def closed(self):
         return self._socket.closed
 
     def close(self):
+        if not self._socket.closed:
+            self._socket.disable_monitor()
+            self._monitor.close(linger=0)
         self._socket.close()
 
 
@@ -212,6 +226,7 @@ class Conversation:
                 self._collect(0)
             if time.monotonic() > deadline:
                 raise Silence(f"no end of the process within {patience_s:g} s")
+        self._collect_rest()
         return code
 
     def has_mail(self):
@@ -239,9 +254,20 @@ class Conversation:
                 continue
             code = self.process.exit_code()
             if code is not None and not self._collect(_SLICE_S):
+                self._collect_rest()
+                if done():
+                    return
                 raise Violation(self.describe_end(code, what))
             if time.monotonic() > deadline:
                 raise Silence(f"nothing within {self.subject.patience_s:g} s instead of {what}")
+
+    def _collect_rest(self):
+        """What a process that has ended sent before: on a busy machine its last messages may take their time."""
+        deadline = time.monotonic() + self.subject.patience_s
+        while not self._lanes.closed and self._lanes.connected and time.monotonic() < deadline:
+            self._collect(_SLICE_S)
+        while not self._lanes.closed and self._collect(0):
+            pass
 
     def _collect(self, seconds):
         """Takes one message, and pings when it is time; False if there was none."""

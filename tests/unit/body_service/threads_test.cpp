@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <unistd.h>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -139,6 +142,26 @@ TEST(Threads, ChangeNoBitOfASwarm) {
       const BodySetup setup = swarm(integrator, contacts);
       const std::uint64_t of_one = digest_after(setup, 1, 20);
       for (const int threads : {2, 3, 7}) EXPECT_EQ(digest_after(setup, threads, 20), of_one) << threads << " threads";
+    }
+  }
+}
+
+TEST(Threads, OfAnotherNumberResumeWithTheSameBits) {
+  const auto file = std::filesystem::temp_directory_path() / ("threads_" + std::to_string(::getpid()));
+  for (const bool contacts : {false, true}) {
+    BodySetup setup = swarm(Integrator::runge_kutta_4, contacts);
+    const std::uint64_t undisturbed = digest_after(setup, 1, 20);
+    for (const auto& [before, after] : {std::pair(1, 3), std::pair(2, 1), std::pair(3, 2)}) {
+      setup.threads = before;
+      RigidBodySolver first(setup);
+      advance(first, 10, load, static_cast<Eigen::Index>(setup.actuators.size()));
+      first.save(file);
+      setup.threads = after;
+      RigidBodySolver second(setup);
+      second.restore(file);
+      std::filesystem::remove(file);
+      advance(second, 10, load, static_cast<Eigen::Index>(setup.actuators.size()));
+      EXPECT_EQ(second.summarise().digest, undisturbed) << before << " threads, then " << after;
     }
   }
 }

@@ -22,8 +22,10 @@ TEST(Actuators, ApplyTheirOwnValuesToTheBodiesOfTheirBlock) {
   const BlockVectors resting = BlockVectors::Zero(3, 2);
   BlockVectors force = BlockVectors::Zero(3, 2);
   BlockVectors torque = BlockVectors::Zero(3, 2);
-  const BodyBlock block{1, 2, {}, {}, {1, 2}};
-  Actuators(setup).add_loads({block, state, resting, Eigen::Vector3d(7, 5, 3)}, force, torque);
+  const BodyBlock block = independent_blocks(setup, 1).at(1);
+  CentreLines lines;
+  lines.measure(block, state.position_m);
+  Actuators(setup).add_loads({block, state, resting, lines, Eigen::Vector3d(7, 5, 3)}, force, torque);
   const Eigen::Vector3d along = Eigen::Vector3d(-1, 2, 0).normalized();
   EXPECT_TRUE(force.col(0).isApprox(-5.0 * along));
   EXPECT_EQ(force.col(1), -force.col(0));

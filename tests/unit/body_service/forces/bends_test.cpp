@@ -30,7 +30,7 @@ Eigen::Matrix3Xd forces(const Eigen::Matrix3Xd& position_m, double rest_angle_ra
   BlockVectors force = BlockVectors::Zero(3, 3);
   BlockVectors torque = force;
   const BodyBlock block{0, 3, {}, {0}, {}};
-  Bends(setup).add_loads({block, state, torque, Eigen::VectorXd()}, force, torque);
+  Bends(setup).add_loads({block, state, torque, CentreLines(), Eigen::VectorXd()}, force, torque);
   EXPECT_TRUE(torque.isZero(0.0));
   return force;
 }

@@ -56,8 +56,10 @@ class AnchoredSprings : public testing::Test {
   }
 
   void add_loads() {
-    const BodyBlock block{0, 3, {0}};
-    Springs(setup_).add_loads({block, state_, angular_velocity_, Eigen::VectorXd()}, force_, torque_);
+    const std::vector<BodyBlock> blocks = independent_blocks(setup_, 1);  // that of the springs is the last
+    CentreLines lines;
+    lines.measure(blocks.back(), state_.position_m);
+    Springs(setup_).add_loads({blocks.back(), state_, angular_velocity_, lines, Eigen::VectorXd()}, force_, torque_);
   }
 
   BodySetup setup_;
@@ -131,6 +133,25 @@ TEST_F(AnchoredSprings, WithAnchorsAtTheCentresEqualPlainSprings) {
   EXPECT_TRUE(force_.isApprox(plain, 1e-10));
 }
 
+TEST_F(AnchoredSprings, WithoutAnchorsActOnWhatTheLineBetweenTheirBodiesIsFor) {
+  // The line 0-2 serves two springs, the line 2-1 another one; each must act on its own bodies in its own direction.
+  setup_.springs = {{0, 2, 3.0, 0.5, 0.7}, {2, 1, 2.0, 0.1, 0.3}, {0, 2, 1.0, 0.0, 0.2}};
+  add_loads();
+  BlockVectors expected = BlockVectors::Zero(3, 3);
+  for (const SpringSpecification& spring : setup_.springs) {
+    const auto between = [&](const BlockVectors& vectors) -> Eigen::Vector3d {
+      return vectors.col(spring.body_B) - vectors.col(spring.body_A);
+    };
+    const Eigen::Vector3d force =
+        spring_force({spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m},
+                     between(state_.position_m), between(state_.velocity_m_per_s));
+    expected.col(spring.body_A) += force;
+    expected.col(spring.body_B) -= force;
+  }
+  EXPECT_EQ(force_, expected);
+  EXPECT_TRUE(torque_.isZero(0.0));
+}
+
 TEST_F(AnchoredSprings, ActOnTheSameBodiesInABlockThatBeginsLater) {
   add_loads();
   const BlockVectors force = force_;
@@ -140,8 +161,7 @@ TEST_F(AnchoredSprings, ActOnTheSameBodiesInABlockThatBeginsLater) {
   setup_.springs[0].body_B += 1;
   force_.setOnes();
   torque_.setOnes();
-  const BodyBlock block{1, 3, {0}};
-  Springs(setup_).add_loads({block, state_, angular_velocity_, Eigen::VectorXd()}, force_, torque_);
+  add_loads();
   EXPECT_EQ(force_, (BlockVectors::Ones(3, 3) + force).eval()) << "added to the sums";
   EXPECT_EQ(torque_, (BlockVectors::Ones(3, 3) + torque).eval());
 }

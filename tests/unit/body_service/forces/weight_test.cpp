@@ -30,7 +30,7 @@ TEST(Weight, IsAddedToTheBodiesOfABlock) {
   const BlockVectors resting;
   BlockVectors force = BlockVectors::Constant(3, 2, 1e-11);
   BlockVectors torque = BlockVectors::Zero(3, 2);
-  weight.add_loads({block, state, resting, Eigen::VectorXd()}, force, torque);
+  weight.add_loads({block, state, resting, CentreLines(), Eigen::VectorXd()}, force, torque);
   EXPECT_EQ(force(0, 0), 1e-11);
   EXPECT_DOUBLE_EQ(force(2, 0), 1e-11 - (1e-11 - 1360.0 * volume_m3(setup.bodies[1].shape)) * 9.81);
   EXPECT_EQ(force(2, 1), 1e-11 + weight.force_N()(2, 2));

@@ -58,6 +58,19 @@ TEST(BodyBlock, KeepsTogetherWhatBendsAndPairForcesJoin) {
   EXPECT_EQ(blocks[2].actuators, std::vector<int>{0});
 }
 
+TEST(BodyBlock, HasOneLineForSpringAndPairForceBetweenTheSameCentres) {
+  BodySetup setup = joined(6, {between(4, 5), between(3, 4), between(4, 5), between(4, 3)});
+  setup.springs[2].anchor_B_m = {0, 0, 1};
+  setup.actuators.resize(2);
+  for (ActuatorSpecification& actuator : setup.actuators) actuator.body_A = 3;
+  setup.actuators[0].kind = ActuatorKind::world_force;
+  setup.actuators[1].body_B = 4;
+  const auto block = independent_blocks(setup, 1).at(3);
+  EXPECT_EQ(block.lines, (std::vector<std::array<int, 2>>{{0, 1}, {1, 0}, {1, 2}}));
+  EXPECT_EQ(block.spring_lines, (std::vector<int>{2, 0, -1, 1}));
+  EXPECT_EQ(block.actuator_lines, (std::vector<int>{-1, 0}));
+}
+
 TEST(BodyBlock, CoversBodiesWithoutSprings) {
   const auto blocks = independent_blocks(joined(10, {}), 4);
   ASSERT_EQ(blocks.size(), 3U);

@@ -25,6 +25,26 @@ TEST(NearPairs, AreNeighboursOnlyHoweverManyBodiesThereAre) {
   }
 }
 
+TEST(NearPairs, AscendWhereverTheBodiesAre) {
+  // Balls and capsules scattered over a plane: the grid finds their pairs level by level and cell by cell.
+  std::vector<Shape> shapes;
+  Eigen::Matrix3Xd centres = Eigen::Matrix3Xd::Zero(3, 300);
+  for (int i = 0; i < 300; ++i) {
+    shapes.push_back(i % 5 == 0 ? Shape{ShapeKind::capsule, 4.0, 20.0} : ball);
+    centres(0, i) = 37 * i % 101;
+    centres(1, i) = 53 * i % 97;
+  }
+  std::vector<BodyPair> expected;
+  for (int A = 0; A < 300; ++A) {
+    for (int B = A + 1; B < 300; ++B) {
+      const double reach = bounding_radius_m(shapes[A]) + bounding_radius_m(shapes[B]) + 2.0;  // with both margins
+      if ((centres.col(A) - centres.col(B)).norm() < reach) expected.emplace_back(A, B);
+    }
+  }
+  EXPECT_GT(expected.size(), 2000U);
+  EXPECT_EQ(NearPairs(shapes, 0.0, {}).at(centres), expected);
+}
+
 TEST(NearPairs, LeaveOutBodiesThatCannotComeNearBeforeThePairsAreListedAnew) {
   const auto centres = row(5, 10.1);  // the margins of two balls add up to 2
   EXPECT_TRUE(NearPairs(balls(5), 0.0, {}).at(centres).empty());
