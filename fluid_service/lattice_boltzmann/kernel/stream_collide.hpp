@@ -23,7 +23,7 @@ struct UpdatedMoments {
 ///
 /// Every cell is computed by the same sequence of IEEE operations whether it falls into the vector body or
 /// the remainder, and whatever the instruction set: no contraction to fused multiply-adds.
-/// @param moments  receives those of the cells; null: nobody needs them
+/// @param moments  receives those of the cells; null: not needed
 template <class T>
 using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
                                const CollisionConstants<T>& constants, bool has_force, const UpdatedMoments* moments);
