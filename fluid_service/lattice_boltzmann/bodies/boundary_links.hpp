@@ -66,7 +66,7 @@ class BoundaryLinks {
   /// A link as 2⁷ z + 19 e + α, z of x_f from the block's low corner, e: 1 in the first, 2 in the last cell of the row.
   using LinkInRow = std::uint32_t;
   static constexpr int place_bits = 7;
-  static constexpr std::size_t places = 4 * d3q19::directions;
+  static constexpr int places = 4 * d3q19::directions;
 
   struct Arrays {
     BoundaryValues<T> values;
@@ -150,10 +150,10 @@ BoundaryLinks<T>::BoundaryLinks(const BodyMap& map, const PopulationLayout& layo
       for (Faces ends = 0; ends < 4; ++ends) {
         const auto& from = layout.locations(of_row | ends << faces_along_z, placement);
         RowOffsets& to = offsets_[placement == Placement::home ? 0 : 1][of_row];
+        const auto first = static_cast<std::size_t>(ends * d3q19::directions);
         for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha) {
-          to.crossing[ends * d3q19::directions + alpha] = from[alpha];
-          to.inward[ends * d3q19::directions + alpha] =
-              from[static_cast<std::size_t>(d3q19::opposite(static_cast<int>(alpha)))];
+          to.crossing[first + alpha] = from[alpha];
+          to.inward[first + alpha] = from[static_cast<std::size_t>(d3q19::opposite(static_cast<int>(alpha)))];
         }
       }
 }

@@ -173,7 +173,7 @@ struct ExchangeGroupLoop {
     V kept[3] = {};
     V mass = {};
     V weights = {};
-    Integers left = load<Integers>(group.directions.data() + lane);
+    auto left = load<Integers>(group.directions.data() + lane);
     Link<V> link;
     const std::uint32_t* const first = group.first_link.data() + lane;
     const std::uint32_t* const moments = group.moments.data() + lane;

@@ -57,6 +57,9 @@ struct StreamCollideLoop {
   static constexpr int width = Isa::vector_bytes / static_cast<int>(sizeof(T));
   static constexpr int narrowest = 16 / static_cast<int>(sizeof(T));
 
+  template <int w>
+  using Cells = std::conditional_t<w == 1, T, Pack<T, w>>;
+
   /// The 19 slots of a row's first cell; slot α is read as direction α or ᾱ (Placement).
   using Row = T * [d3q19::directions];
 
@@ -71,14 +74,13 @@ struct StreamCollideLoop {
   }
 
   /// In double, whatever the kernel computes with.
-  template <class U>
-  [[gnu::always_inline]] static void store_moments(const U (&g)[d3q19::directions], const UpdatedMoments& updated,
-                                                   std::int64_t cell) {
-    constexpr int cells = sizeof(U) / sizeof(T);
-    constexpr int at_once = std::min<int>(cells, Isa::vector_bytes / static_cast<int>(sizeof(double)));
-    using Source = std::conditional_t<at_once == 1, T, Pack<T, at_once>>;
+  template <int w>
+  [[gnu::always_inline]] static void store_moments(const Cells<w> (&g)[d3q19::directions],
+                                                   const UpdatedMoments& updated, std::int64_t cell) {
+    constexpr int at_once = std::min<int>(w, Isa::vector_bytes / static_cast<int>(sizeof(double)));
+    using Source = Cells<at_once>;
     using Result = std::conditional_t<at_once == 1, double, Pack<double, at_once>>;
-    for (int first = 0; first < cells; first += at_once) {
+    for (int first = 0; first < w; first += at_once) {
       Result populations[d3q19::directions];
 #pragma GCC unroll 19
       for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
@@ -98,10 +100,11 @@ struct StreamCollideLoop {
   }
 
   /// @param cell  place of cell z in `moments`
-  template <bool streamed, bool has_force, bool has_moments, class U>
+  template <int w, bool streamed, bool has_force, bool has_moments>
   [[gnu::always_inline]] static void update(T* const (&row)[d3q19::directions], std::int64_t z,
                                             const CollisionConstants<T>& constants, const UpdatedMoments* moments,
                                             std::int64_t cell) {
+    using U = Cells<w>;
     U g[d3q19::directions];
     // Home: the slot that receives α afterwards holds ᾱ now. Streamed: the other way round.
 #pragma GCC unroll 19
@@ -111,7 +114,7 @@ struct StreamCollideLoop {
 #pragma GCC unroll 19
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
-    if constexpr (has_moments) store_moments(g, *moments, cell);
+    if constexpr (has_moments) store_moments<w>(g, *moments, cell);
   }
 
   /// From cell z of a row to its end: in packs of w cells, what is left in narrower ones, then cell by cell.
@@ -119,10 +122,9 @@ struct StreamCollideLoop {
   [[gnu::always_inline]] static void finish_row(T* const (&row)[d3q19::directions], std::int64_t z, std::int64_t length,
                                                 const CollisionConstants<T>& constants, const UpdatedMoments* moments,
                                                 std::int64_t first_cell) {
-    using V = std::conditional_t<w == 1, T, Pack<T, w>>;
     for (; z + w <= length; z += w) {
       if (w == width && z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
-      update<streamed, has_force, has_moments, V>(row, z, constants, moments, first_cell + z);
+      update<w, streamed, has_force, has_moments>(row, z, constants, moments, first_cell + z);
     }
     if constexpr (w > 1)
       finish_row<(w > narrowest ? w / 2 : 1), streamed, has_force, has_moments>(row, z, length, constants, moments,
