@@ -147,10 +147,10 @@ BoundaryLinks<T>::BoundaryLinks(const BodyMap& map, const PopulationLayout& layo
   arrays_ = empty_arrays();
   for (const Placement placement : {Placement::home, Placement::streamed})
     for (Faces of_row = 0; of_row < 1U << faces_along_z; ++of_row)
-      for (Faces ends = 0; ends < 4; ++ends) {
-        const auto& from = layout.locations(of_row | ends << faces_along_z, placement);
+      for (std::size_t ends = 0; ends < 4; ++ends) {
+        const auto& from = layout.locations(of_row | static_cast<Faces>(ends) << faces_along_z, placement);
         RowOffsets& to = offsets_[placement == Placement::home ? 0 : 1][of_row];
-        const auto first = static_cast<std::size_t>(ends * d3q19::directions);
+        const std::size_t first = ends * from.size();
         for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha) {
           to.crossing[first + alpha] = from[alpha];
           to.inward[first + alpha] = from[static_cast<std::size_t>(d3q19::opposite(static_cast<int>(alpha)))];
