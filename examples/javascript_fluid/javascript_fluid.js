@@ -80,8 +80,9 @@ const sessionOf = ({ session_id, epoch }) => ({ session_id, epoch });
 const isOf = (session, { session_id, epoch }) => session?.session_id.equals(session_id) && session.epoch.equals(epoch);
 
 // ---- Limits
-const ANY = 0; // of the field output, which this fluid does not announce
-const LENGTHS = { boundaries: 6, orientation_wxyz: 4, quantities: ANY, region_cells: ANY }; // else 3, of each body
+const ANY = 0; // of joints and the field output, which this fluid does not use
+// Others have 3 for each body.
+const LENGTHS = { boundaries: 6, orientation_wxyz: 4, jointed: ANY, quantities: ANY, region_cells: ANY };
 
 function checkFields(message, bodies = 1) {
   for (const { name, type, repeated, resolvedType } of message.$type.fieldsArray.map((field) => field.resolve())) {
