@@ -36,7 +36,7 @@ struct CentreLines {
     return {direction(0, line), direction(1, line), direction(2, line)};
   }
 
-  Eigen::VectorXd length_m;  ///< 0: the ends coincide, and there is no direction
+  Eigen::VectorXd length_m;  ///< 0: the ends coincide, the direction is undefined
   BlockVectors direction;    ///< from the first end to the second
 };
 

@@ -29,10 +29,11 @@ struct SphereInBlock {
 template <class T>
 struct GroupPopulations {
   T* crossing = nullptr;
-  const T* inward = nullptr;  ///< of formulas that use second cells
   const double* excess_density = nullptr;
-  std::array<const double*, 3> momentum{};  ///< likewise
-  const Lanes<double>* behind = nullptr;    ///< likewise: f̃_α(x_f − e_α), by link of the group's cells
+  // Of formulas that use second cells:
+  const T* inward = nullptr;
+  std::array<const double*, 3> momentum{};
+  const Lanes<double>* behind = nullptr;  ///< f̃_α(x_f − e_α), by link of the group's cells
 };
 
 /// Sums by lane, as integers: LoadSums and the momentum kept back.

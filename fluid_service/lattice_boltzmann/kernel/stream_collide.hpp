@@ -175,16 +175,12 @@ struct StreamCollideLoop {
 
   static void run(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
                   const CollisionConstants<T>& constants, bool has_force, const UpdatedMoments* moments) {
-    const auto with = [&](auto streamed, auto force, auto kept) {
-      rows<streamed.value, force.value, kept.value>(populations, layout, region, constants, moments);
-    };
-    const auto either = [](bool choice, const auto& call) {
-      choice ? call(std::true_type()) : call(std::false_type());
-    };
-    either(placement == Placement::streamed, [&](auto streamed) {
-      either(has_force,
-             [&](auto force) { either(moments != nullptr, [&](auto kept) { with(streamed, force, kept); }); });
-    });
+    static constexpr std::array all = {&rows<false, false, false>, &rows<false, false, true>, &rows<false, true, false>,
+                                       &rows<false, true, true>,   &rows<true, false, false>, &rows<true, false, true>,
+                                       &rows<true, true, false>,   &rows<true, true, true>};
+    const std::size_t choice =
+        (placement == Placement::streamed ? 4U : 0U) + (has_force ? 2U : 0U) + (moments != nullptr ? 1U : 0U);
+    all[choice](populations, layout, region, constants, moments);
   }
 };
 
