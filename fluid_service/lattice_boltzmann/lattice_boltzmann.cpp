@@ -155,33 +155,11 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, std::span<c
   }
 }
 
-/// Rows beside bodies in strips that fit into a core's cache: what the bodies put in place is still there when the
-/// update reads it, and so is what the update leaves when the links collect it.
 template <class T>
 void LatticeBoltzmann<T>::update(const Box& region) {
-  constexpr std::int64_t strip_bytes = 128 << 10;
-  const std::int64_t row_bytes = d3q19::directions * static_cast<std::int64_t>(sizeof(T)) * region.extent(2);
-  const std::int64_t rows = std::max<std::int64_t>(1, strip_bytes / std::max<std::int64_t>(row_bytes, 1));
-  T* const populations = populations_.data();
-  const auto update = [&](const Box& cells, const UpdatedMoments* moments) {
-    stream_collide_(populations, layout_, placement_, cells, constants_, has_force_, moments);
-  };
-  if (setup_.bodies.empty()) return update(region, nullptr);
-  for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
-    for (std::int64_t y = region.low[1]; y < region.high[1];) {
-      const bool beside_bodies = links_.any_in_row(x, y);
-      Box strip{{x, y, region.low[2]}, {x + 1, y + 1, region.high[2]}};
-      const std::int64_t end = beside_bodies ? std::min(y + rows, region.high[1]) : region.high[1];
-      while (strip.high[1] < end && links_.any_in_row(x, strip.high[1]) == beside_bodies) ++strip.high[1];
-      y = strip.high[1];
-      if (!beside_bodies) {
-        update(strip, nullptr);
-        continue;
-      }
-      links_.put_back(populations, placement_, strip);
-      update(strip, &links_.moments_of(strip));
-      links_.collect(populations, other(placement_), strip);
-    }
+  const RowsBesideBodies<T> rows = links_.rows();
+  stream_collide_(populations_.data(), layout_, placement_, region, constants_, has_force_,
+                  setup_.bodies.empty() ? nullptr : &rows);
 }
 
 template <class T>

@@ -21,7 +21,7 @@ STEPS = (4, 24)
 
 LINE = re.compile(r"^\s+([0-9a-f]+):\t(\S+)\s*(.*)$")
 FUNCTION = re.compile(
-    r"^[0-9a-f]+ <(.*StreamCollideLoop<.*(Avx2|Avx512), (float|double)>::rows<(true|false), (true|false), false>.*)>:$"
+    r"^[0-9a-f]+ <(.*StreamCollideLoop<.*(Avx2|Avx512), (float|double)>::rows<(true|false), (true|false)>.*)>:$"
 )
 CLASSES = (
     ("arithmetic", re.compile(r"v(add|sub|mul)p[sd]")),

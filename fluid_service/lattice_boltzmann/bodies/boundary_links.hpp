@@ -37,57 +37,31 @@ class BoundaryLinks {
   [[nodiscard]] const BodySurface& of_body(std::size_t body) const { return surfaces_[body]; }
   [[nodiscard]] BoundaryValues<T>& values() { return arrays_.values; }
 
-  /// Whether there are boundary cells in a row, counted from the block's low corner.
-  [[nodiscard]] bool any_in_row(std::int64_t x, std::int64_t y) const { return rows_[row(x, y)].cells > 0; }
-  /// Puts f_ᾱ of the boundary cells of `region` (indices from the block's low corner) where the bulk update reads it.
-  /// @param placement  before the update
-  void put_back(T* populations, Placement placement, const Box& region) const;
-  /// Where the update of `region` leaves the moments that `collect` reads.
-  [[nodiscard]] const UpdatedMoments& moments_of(const Box& region);
-  /// Reads f̃_α of these cells after their bulk update.
-  /// @param placement  after the update
-  void collect(const T* populations, Placement placement, const Box& region);
+  /// For the bulk update, which puts f_ᾱ of boundary cells where it reads it, and collects f̃_α and moments.
+  [[nodiscard]] RowsBesideBodies<T> rows();
 
  private:
-  /// A row's part of the arrays by link and by cell, with room for more.
-  struct Row {
-    std::uint32_t first_link = 0;
-    std::uint32_t links = 0;
-    std::uint32_t room_for_links = 0;
-    std::uint32_t first_cell = 0;
-    std::uint32_t cells = 0;
-    std::uint32_t room_for_cells = 0;
-  };
   /// A boundary cell, which is there twice if it lies beside two bodies.
   struct CellInRow {
     std::uint32_t body = 0;
     SurfacePlace place;
   };
-  /// A link as 2⁷ z + 19 e + α, z of x_f from the block's low corner, e: 1 in the first, 2 in the last cell of the row.
-  using LinkInRow = std::uint32_t;
-  static constexpr int place_bits = 7;
-  static constexpr int places = 4 * d3q19::directions;
-
   struct Arrays {
     BoundaryValues<T> values;
     std::vector<LinkInRow> links;
     std::vector<std::int32_t> z;  ///< by cell
     std::vector<CellInRow> cells;
   };
-  /// Where the populations of a link are, from cell z of its row.
-  struct RowOffsets {
-    std::array<std::int64_t, places> crossing{};
-    std::array<std::int64_t, places> inward{};
-  };
-
   void look_at(const Cell& cell);
   [[nodiscard]] std::size_t row(std::int64_t x, std::int64_t y) const {
     return static_cast<std::size_t>(x * layout_.block().extent(1) + y);
   }
   [[nodiscard]] CellGroup& group_of(const CellInRow& cell) { return surfaces_[cell.body].groups[cell.place.group]; }
-  void add(Row& row, const Cell& local, std::uint32_t body, std::uint32_t directions, std::uint32_t second_cells);
-  void remove(Row& row, std::uint32_t cell);
-  void append(Row& row, const Arrays& from, Arrays& to, std::uint32_t links);
+  void add(BoundaryRow& row, const Cell& local, std::uint32_t body, std::uint32_t directions,
+           std::uint32_t second_cells);
+  void remove(BoundaryRow& row, std::uint32_t cell);
+  void move(BoundaryRow& row, std::uint32_t cell, std::int32_t cells, std::uint32_t link, std::int32_t links);
+  void append(BoundaryRow& row, const Arrays& from, Arrays& to, std::uint32_t links);
   void compact();
   /// visit(array of `from`, array of `to`) for the arrays by link, and by cell.
   template <class Visit>
@@ -112,9 +86,6 @@ class BoundaryLinks {
     return arrays;
   }
 
-  [[nodiscard]] const RowOffsets& offsets(std::int64_t x, std::int64_t y, Placement placement) const {
-    return offsets_[placement == Placement::home ? 0 : 1][layout_.in_row(x, y, 0).faces];
-  }
   [[nodiscard]] Moments<double> moments_at(const T* populations, Placement placement, const Site& site) const;
   void read(const T* populations, Placement placement, std::uint32_t body, const SurfacePlace& place);
 
@@ -122,19 +93,11 @@ class BoundaryLinks {
   const PopulationLayout& layout_;
   bool second_cells_;
   std::vector<BodySurface> surfaces_;
-  std::vector<Row> rows_;  ///< shape (x, y) of the block
+  std::vector<BoundaryRow> rows_;  ///< shape (x, y) of the block
   Arrays arrays_;
   std::size_t links_in_use_ = 0;
-  std::vector<bool> looked_at_;                                        ///< by cell, during an update
-  static constexpr int faces_along_z = 4;                              ///< the bits of lower faces are those of rows
-  std::array<std::array<RowOffsets, 1 << faces_along_z>, 2> offsets_;  ///< by placement, by faces of the row
-  std::vector<double> moments_;
-  UpdatedMoments updated_;  ///< in moments_
-  struct NewCell {
-    std::uint32_t body = 0;
-    SurfacePlace place;
-  };
-  std::vector<NewCell> new_cells_;  ///< since the last fetch
+  std::vector<bool> looked_at_;       ///< by cell, during an update
+  std::vector<CellInRow> new_cells_;  ///< since the last fetch
 };
 
 template <class T>
@@ -145,17 +108,6 @@ BoundaryLinks<T>::BoundaryLinks(const BodyMap& map, const PopulationLayout& layo
       surfaces_(map.bodies().size()),
       rows_(surfaces_.empty() ? 0 : static_cast<std::size_t>(layout.block().extent(0) * layout.block().extent(1))) {
   arrays_ = empty_arrays();
-  for (const Placement placement : {Placement::home, Placement::streamed})
-    for (Faces of_row = 0; of_row < 1U << faces_along_z; ++of_row)
-      for (std::size_t ends = 0; ends < 4; ++ends) {
-        const auto& from = layout.locations(of_row | static_cast<Faces>(ends) << faces_along_z, placement);
-        RowOffsets& to = offsets_[placement == Placement::home ? 0 : 1][of_row];
-        const std::size_t first = ends * from.size();
-        for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha) {
-          to.crossing[first + alpha] = from[alpha];
-          to.inward[first + alpha] = from[static_cast<std::size_t>(d3q19::opposite(static_cast<int>(alpha)))];
-        }
-      }
 }
 
 template <class T>
@@ -207,7 +159,7 @@ void BoundaryLinks<T>::look_at(const Cell& cell) {
   }
   const std::span<const Beside> beside(bodies.data(), count);
   const Cell& low = layout_.block().low;
-  Row& in_row = rows_[row(cell[0] - low[0], cell[1] - low[1])];
+  BoundaryRow& in_row = rows_[row(cell[0] - low[0], cell[1] - low[1])];
   for (std::uint32_t i = in_row.first_cell + in_row.cells; i-- > in_row.first_cell;) {
     if (arrays_.z[i] != cell[2] - low[2]) continue;
     const auto body = static_cast<std::int32_t>(arrays_.cells[i].body);
@@ -221,7 +173,7 @@ void BoundaryLinks<T>::set(std::int32_t body, const Cell& cell, std::uint32_t di
   const auto number = static_cast<std::uint32_t>(body);
   const Cell& low = layout_.block().low;
   const Cell local = {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]};
-  Row& in_row = rows_[row(local[0], local[1])];
+  BoundaryRow& in_row = rows_[row(local[0], local[1])];
   for (std::uint32_t i = in_row.first_cell; i < in_row.first_cell + in_row.cells; ++i) {
     const CellInRow& known = arrays_.cells[i];
     if (arrays_.z[i] != local[2] || known.body != number) continue;
@@ -236,58 +188,76 @@ void BoundaryLinks<T>::set(std::int32_t body, const Cell& cell, std::uint32_t di
   if (directions != 0) add(in_row, local, number, directions, second_cells);
 }
 
+/// Cells of a row from `cell` on, and links from `link` on, move by so many places.
 template <class T>
-void BoundaryLinks<T>::add(Row& row, const Cell& local, std::uint32_t body, std::uint32_t directions,
+void BoundaryLinks<T>::move(BoundaryRow& row, std::uint32_t cell, std::int32_t cells, std::uint32_t link,
+                            std::int32_t links) {
+  const auto move = [](auto& array, std::uint32_t from, std::uint32_t end, std::int32_t by) {
+    const auto first = array.begin() + from;
+    const auto last = array.begin() + end;
+    if (by < 0)
+      std::copy(first, last, first + by);
+    else
+      std::copy_backward(first, last, last + by);
+  };
+  const std::uint32_t end = row.first_cell + row.cells;
+  each_by_link(arrays_, arrays_,
+               [&](const auto&, auto& array) { move(array, link, row.first_link + row.links, links); });
+  each_by_cell(arrays_, arrays_, [&](const auto&, auto& array) { move(array, cell, end, cells); });
+  const auto by = [](std::uint32_t& place, std::int32_t distance) {
+    place = static_cast<std::uint32_t>(static_cast<std::int32_t>(place) + distance);
+  };
+  by(row.links, links);
+  by(row.cells, cells);
+  links_in_use_ += static_cast<std::size_t>(static_cast<std::ptrdiff_t>(links));
+  const auto moved_by = static_cast<std::uint32_t>(cells);
+  for (std::uint32_t i = cell; i < end; ++i) {
+    const CellInRow& moved = arrays_.cells[i + moved_by];
+    CellGroup& group = group_of(moved);
+    by(group.first_link[moved.place.lane], links);
+    by(group.moments[moved.place.lane], cells);
+  }
+}
+
+template <class T>
+void BoundaryLinks<T>::add(BoundaryRow& row, const Cell& local, std::uint32_t body, std::uint32_t directions,
                            std::uint32_t second_cells) {
   const auto links = static_cast<std::uint32_t>(std::popcount(directions));
   if (row.links + links > row.room_for_links || row.cells == row.room_for_cells) append(row, arrays_, arrays_, links);
   const std::array cell = {static_cast<std::int32_t>(local[0]), static_cast<std::int32_t>(local[1]),
                            static_cast<std::int32_t>(local[2])};
+  std::uint32_t place_of_cell = row.first_cell + row.cells;
+  std::uint32_t first_link = row.first_link + row.links;
+  while (place_of_cell > row.first_cell && arrays_.z[place_of_cell - 1] > cell[2]) {
+    const CellInRow& later = arrays_.cells[--place_of_cell];
+    first_link = group_of(later).first_link[later.place.lane];
+  }
+  move(row, place_of_cell, 1, first_link, static_cast<std::int32_t>(links));
   const SurfacePlace place = surfaces_[body].add(cell, directions, second_cells);
   CellGroup& group = surfaces_[body].groups[place.group];
-  group.moments[place.lane] = row.first_cell + row.cells++;
-  group.first_link[place.lane] = row.first_link + row.links;
-  row.links += links;
-  links_in_use_ += links;
-  arrays_.z[group.moments[place.lane]] = cell[2];
-  arrays_.cells[group.moments[place.lane]] = {body, place};
-  const Faces ends = layout_.site(local[0], local[1], local[2]).faces >> faces_along_z;
-  LinkInRow* link = arrays_.links.data() + group.first_link[place.lane];
+  group.moments[place.lane] = place_of_cell;
+  group.first_link[place.lane] = first_link;
+  arrays_.z[place_of_cell] = cell[2];
+  arrays_.cells[place_of_cell] = {body, place};
+  LinkInRow* link = arrays_.links.data() + first_link;
   for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1)
-    *link++ = static_cast<LinkInRow>(cell[2]) << place_bits |
-              (ends * d3q19::directions + static_cast<LinkInRow>(std::countr_zero(bits)));
+    *link++ = static_cast<LinkInRow>(cell[2]) << direction_bits | static_cast<LinkInRow>(std::countr_zero(bits));
   new_cells_.push_back({body, place});
 }
 
-/// Cells and links after it in the row move up.
 template <class T>
-void BoundaryLinks<T>::remove(Row& row, std::uint32_t cell) {
+void BoundaryLinks<T>::remove(BoundaryRow& row, std::uint32_t cell) {
   const CellInRow removed = arrays_.cells[cell];
-  const std::uint32_t first_link = group_of(removed).first_link[removed.place.lane];
-  const std::uint32_t links = group_of(removed).links;
+  const CellGroup& group = group_of(removed);
+  const std::uint32_t end_of_links = group.first_link[removed.place.lane] + group.links;
   surfaces_[removed.body].remove(removed.place);
-  each_by_link(arrays_, arrays_, [&](const auto&, auto& array) {
-    std::copy_n(array.begin() + first_link + links, row.first_link + row.links - first_link - links,
-                array.begin() + first_link);
-  });
-  each_by_cell(arrays_, arrays_, [&](const auto&, auto& array) {
-    std::copy_n(array.begin() + cell + 1, row.first_cell + row.cells - cell - 1, array.begin() + cell);
-  });
-  row.links -= links;
-  --row.cells;
-  links_in_use_ -= links;
-  for (std::uint32_t i = cell; i < row.first_cell + row.cells; ++i) {
-    const CellInRow& moved = arrays_.cells[i];
-    CellGroup& group = group_of(moved);
-    group.first_link[moved.place.lane] -= links;
-    --group.moments[moved.place.lane];
-  }
+  move(row, cell + 1, -1, end_of_links, -static_cast<std::int32_t>(group.links));
 }
 
 /// Appends a row to arrays, those in which it is or others, with room for so many more links and some.
 template <class T>
-void BoundaryLinks<T>::append(Row& row, const Arrays& from, Arrays& to, std::uint32_t links) {
-  const Row before = row;
+void BoundaryLinks<T>::append(BoundaryRow& row, const Arrays& from, Arrays& to, std::uint32_t links) {
+  const BoundaryRow before = row;
   row.first_link = static_cast<std::uint32_t>(to.links.size());
   row.first_cell = static_cast<std::uint32_t>(to.cells.size());
   row.room_for_links = row.links + links + row.links / 4 + 8;
@@ -312,7 +282,7 @@ void BoundaryLinks<T>::append(Row& row, const Arrays& from, Arrays& to, std::uin
 template <class T>
 void BoundaryLinks<T>::compact() {
   Arrays compacted = empty_arrays();
-  for (Row& row : rows_) {
+  for (BoundaryRow& row : rows_) {
     if (row.cells > 0)
       append(row, arrays_, compacted, 0);
     else
@@ -370,60 +340,22 @@ void BoundaryLinks<T>::fetch(const T* populations, Placement placement) {
 template <class T>
 void BoundaryLinks<T>::forget_populations() {
   new_cells_.clear();
-  for (const Row& row : rows_)
-    for (std::uint32_t i = row.first_cell; i < row.first_cell + row.cells; ++i)
-      new_cells_.push_back({arrays_.cells[i].body, arrays_.cells[i].place});
+  for (const BoundaryRow& row : rows_)
+    for (std::uint32_t i = row.first_cell; i < row.first_cell + row.cells; ++i) new_cells_.push_back(arrays_.cells[i]);
 }
 
 template <class T>
-void BoundaryLinks<T>::put_back(T* populations, Placement placement, const Box& region) const {
-  for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
-    for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
-      const Row& in_row = rows_[row(x, y)];
-      const auto& to = offsets(x, y, other(placement)).crossing;
-      T* const first = populations + layout_.cell(x, y, 0);
-      for (std::uint32_t i = in_row.first_link; i < in_row.first_link + in_row.links; ++i) {
-        const LinkInRow link = arrays_.links[i];
-        const std::int64_t z = link >> place_bits;
-        if (region.contains_along(2, z)) first[z + to[link % (1U << place_bits)]] = arrays_.values.crossing[i];
-      }
-    }
-}
-
-template <class T>
-const UpdatedMoments& BoundaryLinks<T>::moments_of(const Box& region) {
-  const auto cells = static_cast<std::size_t>(region.volume());
-  moments_.resize(std::max(moments_.size(), 4 * cells));
-  updated_.excess_density = moments_.data();
-  if (second_cells_)
-    for (std::size_t axis = 0; axis < 3; ++axis) updated_.momentum[axis] = moments_.data() + (axis + 1) * cells;
-  return updated_;
-}
-
-template <class T>
-void BoundaryLinks<T>::collect(const T* populations, Placement placement, const Box& region) {
+RowsBesideBodies<T> BoundaryLinks<T>::rows() {
   BoundaryValues<T>& values = arrays_.values;
-  std::int64_t first_cell = -region.low[2];
-  for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
-    for (std::int64_t y = region.low[1]; y < region.high[1]; ++y, first_cell += region.extent(2)) {
-      const Row& in_row = rows_[row(x, y)];
-      const RowOffsets& from = offsets(x, y, placement);
-      const T* const first = populations + layout_.cell(x, y, 0);
-      for (std::uint32_t i = in_row.first_link; i < in_row.first_link + in_row.links; ++i) {
-        const LinkInRow link = arrays_.links[i];
-        const std::int64_t z = link >> place_bits;
-        if (!region.contains_along(2, z)) continue;
-        values.crossing[i] = first[z + from.crossing[link % (1U << place_bits)]];
-        if (second_cells_) values.inward[i] = first[z + from.inward[link % (1U << place_bits)]];
-      }
-      for (std::uint32_t i = in_row.first_cell; i < in_row.first_cell + in_row.cells; ++i) {
-        const std::int64_t z = arrays_.z[i];
-        if (!region.contains_along(2, z)) continue;
-        values.excess_density[i] = updated_.excess_density[first_cell + z];
-        if (!second_cells_) continue;
-        for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis][i] = updated_.momentum[axis][first_cell + z];
-      }
-    }
+  RowsBesideBodies<T> result{.rows = rows_.data(),
+                             .links = arrays_.links.data(),
+                             .z = arrays_.z.data(),
+                             .crossing = values.crossing.data(),
+                             .excess_density = values.excess_density.data()};
+  if (!second_cells_) return result;
+  result.inward = values.inward.data();
+  for (std::size_t axis = 0; axis < 3; ++axis) result.momentum[axis] = values.momentum[axis].data();
+  return result;
 }
 
 }  // namespace copepod::fluid

@@ -7,15 +7,10 @@
 #include <type_traits>
 
 #include "lattice_boltzmann/kernel/collision.hpp"
+#include "lattice_boltzmann/kernel/surface_cells.hpp"
 #include "lattice_boltzmann/lattice/population_layout.hpp"
 
 namespace copepod::fluid {
-
-/// Moments of the cells of a region after its update, cell by cell, z fastest.
-struct UpdatedMoments {
-  double* excess_density = nullptr;
-  std::array<double*, 3> momentum{};  ///< null: not asked for
-};
 
 /// Updates the cells of `region` (indices from the block's low corner) by one step: stream, collide, store.
 /// Solid cells are updated like fluid ones: no fluid cell ever reads what they produce, since every link into
@@ -23,10 +18,14 @@ struct UpdatedMoments {
 ///
 /// Every cell is computed by the same sequence of IEEE operations whether it falls into the vector body or
 /// the remainder, and whatever the instruction set: no contraction to fused multiply-adds.
-/// @param moments  receives those of the cells; null: not needed
+///
+/// Rows beside bodies are updated in pieces of a few cache lines: what returns along links is put where the update of
+/// a piece reads it while its lines arrive, and what leaves is collected while they are in the cache.
+/// @param beside_bodies  boundary cells of the block; null: there are none
 template <class T>
 using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
-                               const CollisionConstants<T>& constants, bool has_force, const UpdatedMoments* moments);
+                               const CollisionConstants<T>& constants, bool has_force,
+                               const RowsBesideBodies<T>* beside_bodies);
 
 /// The fastest build of the kernel that this machine can run.
 template <class T>
@@ -73,10 +72,19 @@ struct StreamCollideLoop {
     for (const auto& populations_of_row : row) __builtin_prefetch(populations_of_row + z, 1);
   }
 
-  /// In double, whatever the kernel computes with.
+  /// Cells that are updated between putting back and collecting: lines are asked for as far ahead.
+  static constexpr std::int64_t piece = prefetch_lines * values_per_line;
+
+  /// Moments of a piece after its update, in double whatever the kernel computes with.
+  struct UpdatedMoments {
+    double excess_density[piece];
+    double momentum[3][piece];
+    bool with_momentum = false;
+  };
+
   template <int w>
-  [[gnu::always_inline]] static void store_moments(const Cells<w> (&g)[d3q19::directions],
-                                                   const UpdatedMoments& updated, std::int64_t cell) {
+  [[gnu::always_inline]] static void store_moments(const Cells<w> (&g)[d3q19::directions], UpdatedMoments& updated,
+                                                   std::int64_t cell) {
     constexpr int at_once = std::min<int>(w, Isa::vector_bytes / static_cast<int>(sizeof(double)));
     using Source = Cells<at_once>;
     using Result = std::conditional_t<at_once == 1, double, Pack<double, at_once>>;
@@ -93,16 +101,16 @@ struct StreamCollideLoop {
       }
       const Moments<Result> m = moments(populations);
       std::memcpy(updated.excess_density + cell + first, &m.excess_density, sizeof(Result));
-      if (!updated.momentum[0]) continue;
+      if (!updated.with_momentum) continue;
       for (std::size_t axis = 0; axis < 3; ++axis)
         std::memcpy(updated.momentum[axis] + cell + first, &m.momentum[axis], sizeof(Result));
     }
   }
 
-  /// @param cell  place of cell z in `moments`
-  template <int w, bool streamed, bool has_force, bool has_moments>
+  /// @param cell  place of cell z in `updated`, which is null where moments are not needed
+  template <int w, bool streamed, bool has_force, class Updated>
   [[gnu::always_inline]] static void update(T* const (&row)[d3q19::directions], std::int64_t z,
-                                            const CollisionConstants<T>& constants, const UpdatedMoments* moments,
+                                            const CollisionConstants<T>& constants, Updated updated,
                                             std::int64_t cell) {
     using U = Cells<w>;
     U g[d3q19::directions];
@@ -114,21 +122,64 @@ struct StreamCollideLoop {
 #pragma GCC unroll 19
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
-    if constexpr (has_moments) store_moments<w>(g, *moments, cell);
+    if constexpr (!std::is_null_pointer_v<Updated>) store_moments<w>(g, *updated, cell);
   }
 
-  /// From cell z of a row to its end: in packs of w cells, what is left in narrower ones, then cell by cell.
-  template <int w, bool streamed, bool has_force, bool has_moments>
-  [[gnu::always_inline]] static void finish_row(T* const (&row)[d3q19::directions], std::int64_t z, std::int64_t length,
-                                                const CollisionConstants<T>& constants, const UpdatedMoments* moments,
-                                                std::int64_t first_cell) {
-    for (; z + w <= length; z += w) {
+  /// From cell z to cell `end`: in packs of w cells, what is left in narrower ones, then cell by cell.
+  template <int w, bool streamed, bool has_force, class Updated>
+  [[gnu::always_inline]] static void update_cells(T* const (&row)[d3q19::directions], std::int64_t first,
+                                                  std::int64_t z, std::int64_t end,
+                                                  const CollisionConstants<T>& constants, Updated updated) {
+    for (; z + w <= end; z += w) {
       if (w == width && z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
-      update<w, streamed, has_force, has_moments>(row, z, constants, moments, first_cell + z);
+      update<w, streamed, has_force>(row, z, constants, updated, z - first);
     }
     if constexpr (w > 1)
-      finish_row<(w > narrowest ? w / 2 : 1), streamed, has_force, has_moments>(row, z, length, constants, moments,
-                                                                                first_cell);
+      update_cells<(w > narrowest ? w / 2 : 1), streamed, has_force>(row, first, z, end, constants, updated);
+  }
+
+  /// @param low  z of the first cell
+  template <bool streamed, bool has_force>
+  [[gnu::noinline]] static void row_beside_bodies(T* const (&row)[d3q19::directions], std::int64_t low,
+                                                  std::int64_t length, const CollisionConstants<T>& constants,
+                                                  const RowsBesideBodies<T>& beside, const BoundaryRow& of_row) {
+    // Where f̃_α will be after the update, f_ᾱ is before it.
+    T* crossing_at[d3q19::directions];
+    const T* inward_at[d3q19::directions];
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+      crossing_at[streamed ? d3q19::opposite(alpha) : alpha] = row[alpha] - low;
+      inward_at[streamed ? alpha : d3q19::opposite(alpha)] = row[alpha] - low;
+    }
+    std::uint32_t link = of_row.first_link;
+    std::uint32_t cell = of_row.first_cell;
+    const std::uint32_t last_link = link + of_row.links;
+    const std::uint32_t last_cell = cell + of_row.cells;
+    while (link < last_link && z_of(beside.links[link]) < low) ++link;
+    while (cell < last_cell && beside.z[cell] < low) ++cell;
+    UpdatedMoments updated;
+    updated.with_momentum = beside.momentum[0] != nullptr;
+    for (std::int64_t first = 0; first < length; first += piece) {
+      const std::int64_t end = std::min(first + piece, length);
+      if (cell == last_cell || beside.z[cell] >= low + end) {
+        update_cells<width, streamed, has_force>(row, first, first, end, constants, nullptr);
+        continue;
+      }
+      const std::uint32_t first_link = link;
+      for (; link < last_link && z_of(beside.links[link]) < low + end; ++link)
+        crossing_at[direction_of(beside.links[link])][z_of(beside.links[link])] = beside.crossing[link];
+      update_cells<width, streamed, has_force>(row, first, first, end, constants, &updated);
+      for (std::uint32_t i = first_link; i < link; ++i) {
+        const LinkInRow of = beside.links[i];
+        beside.crossing[i] = crossing_at[direction_of(of)][z_of(of)];
+        if (beside.inward) beside.inward[i] = inward_at[direction_of(of)][z_of(of)];
+      }
+      for (; cell < last_cell && beside.z[cell] < low + end; ++cell) {
+        const std::int64_t place = beside.z[cell] - low - first;
+        beside.excess_density[cell] = updated.excess_density[place];
+        if (!updated.with_momentum) continue;
+        for (std::size_t axis = 0; axis < 3; ++axis) beside.momentum[axis][cell] = updated.momentum[axis][place];
+      }
+    }
   }
 
   /// Slots of a row's end cells that are not in line with the row's others are put there for the time of its
@@ -154,13 +205,12 @@ struct StreamCollideLoop {
     if (region.high[2] == last + 1 && last > 0) move(layout.site(x, y, last));
   }
 
-  template <bool streamed, bool has_force, bool has_moments>
+  template <bool streamed, bool has_force>
   static void rows(T* populations, const PopulationLayout& layout, const Box& region,
-                   const CollisionConstants<T>& constants, const UpdatedMoments* moments) {
+                   const CollisionConstants<T>& constants, const RowsBesideBodies<T>* beside_bodies) {
     const std::int64_t length = region.extent(2);
-    std::int64_t first_cell = 0;
     for (std::int64_t x = region.low[0]; x < region.high[0]; ++x)
-      for (std::int64_t y = region.low[1]; y < region.high[1]; ++y, first_cell += length) {
+      for (std::int64_t y = region.low[1]; y < region.high[1]; ++y) {
         const Site middle = layout.in_row(x, y, region.low[2]);
         Row row;
 #pragma GCC unroll 19
@@ -168,19 +218,21 @@ struct StreamCollideLoop {
           row[alpha] = populations + (streamed ? middle.index + layout.slot(alpha)
                                                : layout.location(middle, alpha, Placement::streamed));
         if constexpr (!streamed) move_row_ends<true>(populations, layout, region, x, y);
-        finish_row<width, streamed, has_force, has_moments>(row, 0, length, constants, moments, first_cell);
+        const BoundaryRow* const of_row =
+            beside_bodies ? beside_bodies->rows + (x * layout.block().extent(1) + y) : nullptr;
+        if (of_row && of_row->cells > 0)
+          row_beside_bodies<streamed, has_force>(row, region.low[2], length, constants, *beside_bodies, *of_row);
+        else
+          update_cells<width, streamed, has_force>(row, 0, 0, length, constants, nullptr);
         if constexpr (!streamed) move_row_ends<false>(populations, layout, region, x, y);
       }
   }
 
   static void run(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
-                  const CollisionConstants<T>& constants, bool has_force, const UpdatedMoments* moments) {
-    static constexpr std::array all = {&rows<false, false, false>, &rows<false, false, true>, &rows<false, true, false>,
-                                       &rows<false, true, true>,   &rows<true, false, false>, &rows<true, false, true>,
-                                       &rows<true, true, false>,   &rows<true, true, true>};
-    const std::size_t choice =
-        (placement == Placement::streamed ? 4U : 0U) + (has_force ? 2U : 0U) + (moments != nullptr ? 1U : 0U);
-    all[choice](populations, layout, region, constants, moments);
+                  const CollisionConstants<T>& constants, bool has_force, const RowsBesideBodies<T>* beside_bodies) {
+    const auto chosen = placement == Placement::streamed ? (has_force ? &rows<true, true> : &rows<true, false>)
+                                                         : (has_force ? &rows<false, true> : &rows<false, false>);
+    chosen(populations, layout, region, constants, beside_bodies);
   }
 };
 

@@ -27,6 +27,34 @@ struct CellGroup {
   std::uint32_t used = 0;                     ///< lanes
 };
 
+/// A row's part of the arrays by link and by cell, which are in the order of z there, with room for more.
+struct BoundaryRow {
+  std::uint32_t first_link = 0;
+  std::uint32_t links = 0;
+  std::uint32_t room_for_links = 0;
+  std::uint32_t first_cell = 0;
+  std::uint32_t cells = 0;
+  std::uint32_t room_for_cells = 0;
+};
+
+/// A link of a row: 2⁵ z + α, z of x_f from the block's low corner.
+using LinkInRow = std::uint32_t;
+inline constexpr int direction_bits = 5;
+constexpr std::int64_t z_of(LinkInRow link) { return link >> direction_bits; }
+constexpr std::uint32_t direction_of(LinkInRow link) { return link % (1U << direction_bits); }
+
+/// Boundary cells as the bulk update goes through them: BoundaryValues, and where they are.
+template <class T>
+struct RowsBesideBodies {
+  const BoundaryRow* rows = nullptr;  ///< shape (x, y) of the block
+  const LinkInRow* links = nullptr;
+  const std::int32_t* z = nullptr;  ///< by cell, from the block's low corner
+  T* crossing = nullptr;
+  T* inward = nullptr;  ///< null, as the momentum, if no link formula uses second cells
+  double* excess_density = nullptr;
+  std::array<double*, 3> momentum{};
+};
+
 /// A cell in BodySurface.
 struct SurfacePlace {
   std::uint32_t group = 0;

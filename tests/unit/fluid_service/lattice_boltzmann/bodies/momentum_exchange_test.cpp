@@ -159,7 +159,13 @@ struct Box16 {
                                                                         of_cells, 0.0, all_sums, kept_back);
     sums = all_sums[0];
     returned = populations;
-    of_cells.put_back(returned.data(), Placement::home, {{0, 0, 0}, {16, 16, 16}});
+    const RowsBesideBodies<double> rows = of_cells.rows();
+    for (std::int64_t row = 0; row < 16 * 16; ++row)
+      for (std::uint32_t i = rows.rows[row].first_link; i < rows.rows[row].first_link + rows.rows[row].links; ++i) {
+        const int leaving = static_cast<int>(direction_of(rows.links[i]));
+        const Site site = layout->site(row / 16, row % 16, z_of(rows.links[i]));
+        returned[static_cast<std::size_t>(layout->location(site, leaving, Placement::streamed))] = rows.crossing[i];
+      }
   }
   /// With links of one cell only.
   void exchange(const Cell& cell, std::uint32_t directions, MovingBoundary formula = MovingBoundary::bounce_back,

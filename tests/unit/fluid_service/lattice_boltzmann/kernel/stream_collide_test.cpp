@@ -59,28 +59,83 @@ TYPED_TEST(StreamCollideKernel, GivesTheSameBitsInVectorBodyAndRemainder) {
   EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero()), two_steps(update, pieces, Eigen::Vector3d::Zero()));
 }
 
-TYPED_TEST(StreamCollideKernel, LeavesTheMomentsOfTheCellsItUpdated) {
-  const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 29}}, sizeof(TypeParam));
-  const Box region{{1, 0, 2}, {4, 3, 29}};
-  const auto cells = static_cast<std::size_t>(region.volume());
+/// Two links of every third cell of a block's rows but the first one.
+template <class T>
+struct BoundaryCells {
+  explicit BoundaryCells(const Box& block) : rows(static_cast<std::size_t>(block.extent(0) * block.extent(1))) {
+    for (std::size_t row = 1; row < rows.size(); ++row) {
+      rows[row] = {.first_link = static_cast<std::uint32_t>(links.size()),
+                   .first_cell = static_cast<std::uint32_t>(z.size())};
+      for (std::int64_t at = static_cast<std::int64_t>(row) % 3; at < block.extent(2); at += 3) {
+        for (const std::uint32_t alpha : {1U + static_cast<std::uint32_t>(at) % 9U, 18U})
+          links.push_back(static_cast<LinkInRow>(at) << direction_bits | alpha), ++rows[row].links;
+        z.push_back(static_cast<std::int32_t>(at)), ++rows[row].cells;
+      }
+    }
+    for (std::size_t i = 0; i < links.size(); ++i) crossing.push_back(static_cast<T>(0.01 * std::sin(i)));
+    inward.resize(links.size());
+    for (auto& component : moments_of_cells) component.resize(z.size());
+  }
+  RowsBesideBodies<T> view() {
+    auto& m = moments_of_cells;
+    return {rows.data(),
+            links.data(),
+            z.data(),
+            crossing.data(),
+            inward.data(),
+            m[3].data(),
+            {m[0].data(), m[1].data(), m[2].data()}};
+  }
+
+  std::vector<BoundaryRow> rows;
+  std::vector<LinkInRow> links;
+  std::vector<std::int32_t> z;
+  std::vector<T> crossing;
+  std::vector<T> inward;
+  std::array<std::vector<double>, 4> moments_of_cells;  ///< momentum, excess density
+};
+
+TYPED_TEST(StreamCollideKernel, PutsBackWhatReturnsAndCollectsWhatLeaves) {
+  const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 157}}, sizeof(TypeParam));
+  const Box region{{1, 0, 2}, {4, 3, 156}};
   const auto constants = collision_constants<TypeParam>(CollisionKind::trt, 0.7, Eigen::Vector3d::Zero());
   for (const auto update :
        {stream_collide_baseline<TypeParam>(), stream_collide_avx2<TypeParam>(), stream_collide_avx512<TypeParam>()}) {
     if (update == nullptr) continue;
-    std::vector<TypeParam> values = random_populations<TypeParam>(layout);
+    std::vector<TypeParam> found = random_populations<TypeParam>(layout);
+    std::vector<TypeParam> expected = found;
     for (const Placement placement : {Placement::home, Placement::streamed}) {
-      std::vector<double> moments_found(4 * cells);
-      double* const found = moments_found.data();
-      const UpdatedMoments updated = {found, {found + cells, found + 2 * cells, found + 3 * cells}};
-      update(values.data(), layout, placement, region, constants, false, &updated);
-      std::size_t i = 0;
-      for (std::int64_t x = 1; x < 4; ++x)
-        for (std::int64_t y = 0; y < 3; ++y)
-          for (std::int64_t z = 2; z < 29; ++z, ++i) {
-            const Moments<double> m = moments(layout.gather(values.data(), layout.site(x, y, z), other(placement)));
-            ASSERT_EQ(updated.excess_density[i], m.excess_density);
-            for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_EQ(updated.momentum[axis][i], m.momentum[axis]);
+      BoundaryCells<TypeParam> cells(layout.block());
+      const std::vector<TypeParam> before = cells.crossing;
+      const auto for_each_link = [&](const auto& visit) {
+        for (std::size_t row = 0; row < cells.rows.size(); ++row)
+          for (std::uint32_t i = cells.rows[row].first_link; i < cells.rows[row].first_link + cells.rows[row].links;
+               ++i) {
+            const Cell cell = {static_cast<std::int64_t>(row) / 4, static_cast<std::int64_t>(row) % 4,
+                               z_of(cells.links[i])};
+            visit(i, layout.site(cell), static_cast<int>(direction_of(cells.links[i])), region.contains(cell));
           }
+      };
+      for_each_link([&](std::size_t i, const Site& site, int alpha, bool inside) {
+        const std::int64_t read_at = layout.entry(site, d3q19::opposite(alpha), placement);
+        if (inside) expected[static_cast<std::size_t>(read_at)] = cells.crossing[i];
+      });
+      const RowsBesideBodies<TypeParam> view = cells.view();
+      update(found.data(), layout, placement, region, constants, false, &view);
+      update(expected.data(), layout, placement, region, constants, false, nullptr);
+      ASSERT_EQ(found, expected);
+      for_each_link([&](std::size_t i, const Site& site, int alpha, bool inside) {
+        const auto f = [&](int direction) {
+          return expected[static_cast<std::size_t>(layout.location(site, direction, other(placement)))];
+        };
+        ASSERT_EQ(cells.crossing[i], inside ? f(alpha) : before[i]);
+        ASSERT_EQ(cells.inward[i], inside ? f(d3q19::opposite(alpha)) : TypeParam(0));
+        const Moments<double> m = moments(layout.gather(expected.data(), site, other(placement)));
+        const std::size_t cell = i / 2;
+        ASSERT_EQ(cells.moments_of_cells[3][cell], inside ? m.excess_density : 0.0);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          ASSERT_EQ(cells.moments_of_cells[axis][cell], inside ? m.momentum[axis] : 0.0);
+      });
     }
   }
 }
