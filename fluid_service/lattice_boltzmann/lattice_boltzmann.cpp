@@ -62,7 +62,6 @@ void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
 template <class T>
 void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   timer_.start();
-  if (communicator_.rank() == 0) mapped_ = kinematics;
   map_bodies(kinematics);
   timer_.book(Phase::map);
   load_sums_.assign(nearby_.bodies().size(), LoadSums{});
@@ -114,42 +113,40 @@ std::vector<double> LatticeBoltzmann<T>::returned_mass() const {
 
 template <class T>
 void LatticeBoltzmann<T>::sum_loads(const Kinematics& kinematics, Loads& loads) {
-  const std::span<const LoadSums> sums = nearby_.gather(load_sums_, gained_momentum_);
+  nearby_.gather(load_sums_, gained_momentum_);
   if (communicator_.rank() != 0) return;
   for (std::size_t axis = 0; axis < 3; ++axis)
     momentum_.gained[static_cast<Eigen::Index>(axis)] += fixed_point::to_double(gained_momentum_[axis]);
-  report_loads(kinematics, sums, loads);
+  report_loads(kinematics, loads);
   if (!exchange_momentum_->conserving) return;
   for (Eigen::Index b = 0; b < absorbed_mass_.cols(); ++b) {
-    const LoadSums& of_body = sums[static_cast<std::size_t>(b)];
-    absorbed_mass_(0, b) += fixed_point::to_double(of_body[mass_component]);
-    absorbed_mass_(1, b) = fixed_point::to_double(of_body[weight_component]);
+    absorbed_mass_(0, b) += total_lu(b, mass_component);
+    absorbed_mass_(1, b) = total_lu(b, weight_component);
   }
 }
 
 /// Sums to SI units, for whole bodies.
 template <class T>
-void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, std::span<const LoadSums> load_sums,
-                                       Loads& loads) {
+void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& loads) {
+  const LatticeUnits units = units_;  // a copy: its factors are computed once, whatever the loads overwrite
   loads.step = kinematics.step;
   loads.resize(kinematics.bodies());
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
-    const Eigen::Vector3d position_lu = units_.position_lu(kinematics.position_m.col(b));
     WholeBody whole;
     double images = 1.0;
     for (int plane = 0; plane < 3; ++plane) {
-      if (domain_.cut_by_symmetry_plane(position_lu, plane))
+      if (!domain_.symmetric(plane)) continue;
+      if (domain_.cut_by_symmetry_plane(units.position_lu(kinematics.position_m.col(b)), plane))
         whole.cut(static_cast<std::size_t>(plane));
-      else if (domain_.symmetric(plane))
+      else
         images *= 2.0;
     }
-    const LoadSums& sums = load_sums[static_cast<std::size_t>(b)];
     Eigen::Vector3d force_lu;
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
-      force_lu[axis] = fixed_point::to_double(sums[i]) * whole.force[i];
-      loads.force_N(axis, b) = units_.force_N(force_lu[axis]);
-      loads.torque_N_m(axis, b) = units_.torque_N_m(fixed_point::to_double(sums[3 + i]) * whole.torque[i]);
+      force_lu[axis] = total_lu(b, i) * whole.force[i];
+      loads.force_N(axis, b) = units.force_N(force_lu[axis]);
+      loads.torque_N_m(axis, b) = units.torque_N_m(total_lu(b, 3 + i) * whole.torque[i]);
     }
     momentum_.exchanged += images * force_lu.norm();
   }
@@ -347,7 +344,7 @@ void LatticeBoltzmann<T>::save(const std::string& path) {
     for_each_population(piece, placement_, [&](std::size_t location) { *next++ = populations_[location]; });
   };
   save_populations<T>(path, communicator_, {layout_digest(setup_), domain_.cells(), step_}, layout_.block(), get,
-                      {mapped_, absorbed_mass_, output_.mean(), output_.sampling(), momentum_});
+                      {nearby_.all_kinematics(), absorbed_mass_, output_.mean(), output_.sampling(), momentum_});
 }
 
 template <class T>
@@ -366,8 +363,7 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
   output_.restore(step_, state.sampling, std::move(state.mean));
   absorbed_mass_ = state.absorbed_mass;
   momentum_ = state.momentum;
-  if (communicator_.rank() == 0) mapped_ = std::move(state.kinematics);
-  map_bodies(mapped_);
+  map_bodies(state.kinematics);
   nearby_.finish();
   map_.accept_fresh_cells();
   links_.forget_populations();

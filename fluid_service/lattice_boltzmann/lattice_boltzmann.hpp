@@ -89,7 +89,10 @@ class LatticeBoltzmann final : public FluidSolver {
   /// Mass that each body gives back in this step, by the weight of its links; on rank 0.
   [[nodiscard]] std::vector<double> returned_mass() const;
   void sum_loads(const Kinematics& kinematics, Loads& loads);
-  void report_loads(const Kinematics& kinematics, std::span<const LoadSums> sums, Loads& loads);
+  void report_loads(const Kinematics& kinematics, Loads& loads);
+  [[nodiscard]] double total_lu(Eigen::Index body, std::size_t component) const {
+    return fixed_point::to_double(nearby_.total(static_cast<std::size_t>(body), component));
+  }
   void receive_halo();
   void update(const Box& region);
   /// visit(index into populations_) for the cells of a piece (x, y, z), z fastest, and their 19 directions.
@@ -134,7 +137,6 @@ class LatticeBoltzmann final : public FluidSolver {
   // On rank 0, of all bodies:
   Eigen::Matrix2Xd absorbed_mass_;  ///< by body: mass absorbed and not yet given back, weight of its links
   MomentumBalance momentum_;        ///< of the computed domain, up to the last exchange
-  Kinematics mapped_;               ///< of the last exchange; a restart maps it again first
   Placement placement_ = Placement::home;
   std::int64_t step_ = 0;  ///< steps completed
   PhaseTimer timer_;

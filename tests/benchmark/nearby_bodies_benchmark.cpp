@@ -45,7 +45,8 @@ class LonelyLeader final : public SelfCommunicator {
         for (std::int64_t i = 0; i < count; ++i, at += sizeof(std::int32_t) + 9 * sizeof(double)) {
           std::uint32_t body = 0;
           std::memcpy(&body, message.data() + at, sizeof(body));
-          std::array<std::byte, sizeof(body) + 6 * sizeof(std::int64_t)> entry{};
+          std::array<std::byte, sizeof(body) + 6 * sizeof(std::int64_t)> entry;
+          entry.fill(std::byte{1});  // any load but 0
           body *= 2;
           std::memcpy(entry.data(), &body, sizeof(body));
           loads.insert(loads.end(), entry.begin(), entry.end());
@@ -109,7 +110,8 @@ class Rank0 {
   }
   void gather() {
     MomentumSums gained{};
-    benchmark::DoNotOptimize(nearby_.gather(loads_, gained));
+    nearby_.gather(loads_, gained);
+    benchmark::DoNotOptimize(nearby_.total(0, 0));
   }
   [[nodiscard]] std::int64_t records() const { return records_; }
 

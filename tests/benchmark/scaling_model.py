@@ -44,9 +44,9 @@ MARGIN_CELLS = 0.6  # fluid_service/.../nearby_bodies.cpp, as what follows: the 
 RECORD_BYTES = 84
 LOAD_BYTES = 68
 CELLS_PER_BODY = 10  # fluid_service/ranks/block_partition.cpp
-RECORD_S = 11e-9  # processor time by nearby_bodies_benchmark, bodies in random order
-LOAD_S = 17e-9  # likewise
-REPORT_S = 59e-9  # likewise: what a whole exchange takes for a body beyond both
+RECORD_S = 17e-9  # processor time by nearby_bodies_benchmark, bodies in random order
+LOAD_S = 13e-9  # likewise
+REPORT_S = 32e-9  # likewise: what a whole exchange takes for a body beyond both
 SHAPES = ((4, 4, 4), (8, 32, 32), (16, 64, 64), (8, 128, 128), (32, 64, 64), (64, 64, 64), (100, 100, 200))
 
 

@@ -130,7 +130,6 @@ NearbyBodies::NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, c
   near_.resize(setup.bodies.size());
   stays_m_.resize(setup.bodies.size());
   listed_.resize(static_cast<std::size_t>(communicator.size()));
-  total_.resize(setup.bodies.size());
 }
 
 std::size_t NearbyBodies::place_of(std::int32_t body) const {
@@ -149,6 +148,7 @@ void NearbyBodies::scatter(const Kinematics& kinematics, std::span<const double>
   if (communicator_.rank() == 0 && kinematics.bodies() != bodies)
     throw SolverError("kinematics of " + std::to_string(kinematics.bodies()) + " bodies (the setup named " +
                       std::to_string(bodies) + "). Send all bodies in the order of the setup.");
+  kinematics_.step = kinematics.step;
   if (bodies == 0) return;
   finish();
   const bool leads = communicator_.rank() == 0;
@@ -240,35 +240,69 @@ void NearbyBodies::take_own_section() {
   kinematics_.resize(static_cast<Eigen::Index>(records));
   returned_mass_.assign(records, 0.0);
   for (std::size_t place = 0; place < records; ++place) {
-    const auto column = static_cast<Eigen::Index>(place);
     from = take(from, bodies_[place]);
-    from = take_column(from, kinematics_.position_m, column);
-    if (has_capsules_) from = take_column(from, kinematics_.orientation_wxyz, column);
-    from = take_column(from, kinematics_.velocity_m_per_s, column);
-    from = take_column(from, kinematics_.angular_velocity_rad_per_s, column);
-    if (returns_mass_) from = take(from, returned_mass_[place]);
+    from = take_record(from, kinematics_, static_cast<Eigen::Index>(place), returned_mass_[place]);
   }
 }
 
-std::span<const LoadSums> NearbyBodies::gather(std::span<const LoadSums> loads, MomentumSums& gained) {
-  if (bounding_radius_lu_.empty()) return total_;
+/// Reads what follows the number of the body.
+const std::byte* NearbyBodies::take_record(const std::byte* from, Kinematics& kinematics, Eigen::Index column,
+                                           double& returned_mass) const {
+  from = take_column(from, kinematics.position_m, column);
+  if (has_capsules_) from = take_column(from, kinematics.orientation_wxyz, column);
+  from = take_column(from, kinematics.velocity_m_per_s, column);
+  from = take_column(from, kinematics.angular_velocity_rad_per_s, column);
+  return returns_mass_ ? take(from, returned_mass) : from;
+}
+
+Kinematics NearbyBodies::all_kinematics() const {
+  Kinematics all;
+  all.step = kinematics_.step;
+  if (communicator_.rank() != 0) return all;
+  all.resize(std::ssize(near_));
+  all.orientation_wxyz.colwise() = Eigen::Vector4d::UnitX();
+  for (std::size_t place = 0; place + 1 < section_starts_.size(); ++place) {
+    const std::byte* from = records_.data() + section_starts_[place] + sizeof(std::uint64_t);
+    const std::byte* const end = records_.data() + section_starts_[place + 1];
+    double returned_mass = 0.0;
+    for (std::int32_t body = 0; from != end;) {
+      from = take(from, body);
+      from = take_record(from, all, body, returned_mass);
+    }
+  }
+  return all;
+}
+
+void NearbyBodies::gather(std::span<const LoadSums> loads, MomentumSums& gained) {
+  if (bounding_radius_lu_.empty()) return;
   const bool leads = communicator_.rank() == 0;
-  std::ranges::fill(total_, LoadSums{});
+  total_low_.assign(near_.size() * components_, 0);
+  total_high_.clear();
   loads_.resize(sizeof(MomentumSums));
   for (std::size_t place = 0; place < bodies_.size(); ++place) {
-    if (leads)
-      total_[static_cast<std::size_t>(bodies_[place])] = loads[place];
-    else if (loads[place] != LoadSums{})
-      append_loads(bodies_[place], loads[place]);
+    const auto body = static_cast<std::size_t>(bodies_[place]);
+    for (std::size_t i = 0; leads && i < components_; ++i) add_to_total(body * components_ + i, loads[place][i]);
+    if (!leads && loads[place] != LoadSums{}) append_loads(bodies_[place], loads[place]);
   }
   for (const Relay& relay : relays_) {
     communicator_.receive(relay.rank, received_);
     add_loads(received_, gained);
   }
-  if (leads) return total_;
+  if (leads) return;
   put(loads_.data(), gained);
   sends_.push_back(communicator_.start_send(relay_before(communicator_.rank()), loads_));
-  return {};
+}
+
+inline void NearbyBodies::add_to_total(std::size_t at, fixed_point::Sum value) {
+  const auto low = static_cast<std::int64_t>(value);
+  auto high = static_cast<std::int64_t>((value - low) >> 64);
+  if (__builtin_add_overflow(total_low_[at], low, &total_low_[at])) high += low > 0 ? 1 : -1;
+  if (high != 0) add_to_high(at, high);
+}
+
+[[gnu::cold]] void NearbyBodies::add_to_high(std::size_t at, std::int64_t value) {
+  total_high_.resize(total_low_.size());
+  total_high_[at] += value;
 }
 
 /// 2 · body, and its sums as 64-bit integers; or 2 · body + 1, and all of 128 bits.
@@ -291,10 +325,10 @@ void NearbyBodies::add_loads(std::span<const std::byte> message, MomentumSums& g
     loads_.insert(loads_.end(), from, end);
     return;
   }
-  const auto add = [&]<class Value>(LoadSums& total, Value value) {
+  const auto add = [&]<class Value>(std::size_t at, Value value) {
     for (std::size_t i = 0; i < components_; ++i) {
       from = take(from, value);
-      total[i] += value;
+      add_to_total(at + i, value);
     }
   };
   const auto ahead = static_cast<std::ptrdiff_t>(8 * (sizeof(std::uint32_t) + components_ * sizeof(std::int64_t)));
@@ -302,16 +336,17 @@ void NearbyBodies::add_loads(std::span<const std::byte> message, MomentumSums& g
     std::uint32_t body_and_width = 0;
     if (end - from > ahead) {
       take(from + ahead, body_and_width);  // of another entry, if those between are narrow
-      const LoadSums* const soon = total_.data() + std::min<std::size_t>(body_and_width / 2, total_.size() - 1);
+      const std::int64_t* const soon =
+          &total_low_[std::min<std::size_t>(body_and_width / 2, near_.size() - 1) * components_];
       __builtin_prefetch(soon, 1);
-      __builtin_prefetch(&soon->back(), 1);
+      __builtin_prefetch(soon + components_ - 1, 1);
     }
     from = take(from, body_and_width);
-    LoadSums& total = total_[body_and_width / 2];
+    const std::size_t at = body_and_width / 2 * components_;
     if (body_and_width % 2 == 1)
-      add(total, fixed_point::Sum{});
+      add(at, fixed_point::Sum{});
     else
-      add(total, std::int64_t{});
+      add(at, std::int64_t{});
   }
 }
 

@@ -73,6 +73,8 @@ class NearbyBodies {
   /// @throws SolverError for another number of bodies than that of the setup
   void scatter(const Kinematics& kinematics, std::span<const double> returned_mass);
 
+  /// On rank 0: what was last scattered, read from the messages. Orientations only if the setup has a capsule.
+  [[nodiscard]] Kinematics all_kinematics() const;
   /// The bodies near this rank, ascending.
   [[nodiscard]] const std::vector<std::int32_t>& bodies() const { return bodies_; }
   /// Of these bodies. Orientations only if the setup has a capsule.
@@ -84,8 +86,12 @@ class NearbyBodies {
 
   /// @param loads   of this rank, by place in bodies()
   /// @param gained  of this rank; on return, on rank 0: of all ranks
-  /// @return on rank 0: sums over all ranks, by body of the setup; elsewhere nothing
-  std::span<const LoadSums> gather(std::span<const LoadSums> loads, MomentumSums& gained);
+  void gather(std::span<const LoadSums> loads, MomentumSums& gained);
+  /// On rank 0: what was gathered from all ranks, of a body of the setup.
+  [[nodiscard]] fixed_point::Sum total(std::size_t body, std::size_t component) const {
+    const std::size_t at = body * components_ + component;
+    return total_low_[at] + (total_high_.empty() ? 0 : fixed_point::Sum{total_high_[at]} << 64);
+  }
 
   /// Waits until the other ranks have received what this one sent.
   void finish();
@@ -97,8 +103,12 @@ class NearbyBodies {
                           std::span<const double> returned_mass) const;
   void find_sections();
   void take_own_section();
+  const std::byte* take_record(const std::byte* from, Kinematics& kinematics, Eigen::Index column,
+                               double& returned_mass) const;
   void append_loads(std::int32_t body, const LoadSums& sums);
   void add_loads(std::span<const std::byte> message, MomentumSums& gained);
+  void add_to_total(std::size_t at, fixed_point::Sum value);
+  void add_to_high(std::size_t at, std::int64_t value);
 
   Communicator& communicator_;
   LatticeUnits units_;
@@ -127,7 +137,9 @@ class NearbyBodies {
 
   std::vector<std::byte> loads_;     ///< to be sent: gained momentum, then the loads of bodies
   std::vector<std::byte> received_;  ///< likewise
-  std::vector<LoadSums> total_;      ///< by body, on rank 0
+  // On rank 0, by body and component: sums low + 2⁶⁴ high; no high ones as long as all are 0.
+  std::vector<std::int64_t> total_low_;
+  std::vector<std::int64_t> total_high_;
   std::vector<std::function<void()>> sends_;
 };
 
