@@ -38,28 +38,38 @@ Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double a
   return weights;
 }
 
-/// Zero times inf or NaN is NaN; unlike a test of every number, this vectorises.
-template <typename Columns>
-bool all_finite(const Columns& columns) {
-  return (columns * 0.0).sum() == 0.0;
-}
-
 /// @throws SolverError naming the first body of a block whose state is not finite
-void check_finite(const BodyBlock& block, const BodyModel& model, const MotionState& state, std::int64_t step) {
+void check_finite(const BodyBlock& block, const BodyModel& model, const BlockState& state, std::int64_t step) {
   const auto finite = [&state](Eigen::Index first, Eigen::Index bodies) {
-    return all_finite(state.position_m.middleCols(first, bodies)) &&
-           all_finite(state.orientation_wxyz.middleCols(first, bodies)) &&
-           all_finite(state.velocity_m_per_s.middleCols(first, bodies)) &&
-           all_finite(state.angular_momentum_N_m_s.middleCols(first, bodies));
+    const auto each = [&](const auto& rows) {
+      return all_finite(static_cast<std::size_t>(rows.rows()), static_cast<std::size_t>(rows.outerStride()),
+                        static_cast<std::size_t>(bodies), &rows(0, first));
+    };
+    return each(state.position_m) && each(state.orientation_wxyz) && each(state.velocity_m_per_s) &&
+           each(state.angular_momentum_N_m_s);
   };
-  if (finite(block.first, block.bodies)) return;
-  for (Eigen::Index body = block.first; body < block.first + block.bodies; ++body) {
+  if (finite(0, block.bodies)) return;
+  for (Eigen::Index body = 0; body < block.bodies; ++body) {
     if (finite(body, 1)) continue;
-    throw SolverError("the motion of body '" + model.name(body) +
+    throw SolverError("the motion of body '" + model.name(block.first + body) +
                           "' is not finite (its loads are not, or the step is too long for its springs). Look at the "
                           "loads of the last steps, or use a shorter step.",
                       0, step);
   }
+}
+
+void split(const MotionState& state, const BodyBlock& block, BlockState& of_block) {
+  split(state.position_m, block, of_block.position_m);
+  split(state.orientation_wxyz, block, of_block.orientation_wxyz);
+  split(state.velocity_m_per_s, block, of_block.velocity_m_per_s);
+  split(state.angular_momentum_N_m_s, block, of_block.angular_momentum_N_m_s);
+}
+
+void join(const BlockState& of_block, const BodyBlock& block, MotionState& state) {
+  join(of_block.position_m, block, state.position_m);
+  join(of_block.orientation_wxyz, block, state.orientation_wxyz);
+  join(of_block.velocity_m_per_s, block, state.velocity_m_per_s);
+  join(of_block.angular_momentum_N_m_s, block, state.angular_momentum_N_m_s);
 }
 
 }  // namespace
@@ -126,20 +136,19 @@ std::vector<double> RigidBodySolver::driving_nodes() const { return integrator_-
 void RigidBodySolver::kinematics(Kinematics& kinematics) {
   kinematics.step = step_;
   kinematics.resize(state_.bodies());
-  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work&) { write(block, kinematics); });
+  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
+    split(state_, block, work.state);
+    write(block, work, kinematics);
+  });
 }
 
-void RigidBodySolver::write(const BodyBlock& block, Kinematics& kinematics) const {
-  const auto copy = [&block](const auto& from, auto& to) {
-    to.middleCols(block.first, block.bodies) = from.middleCols(block.first, block.bodies);
-  };
-  copy(state_.position_m, kinematics.position_m);
-  copy(state_.orientation_wxyz, kinematics.orientation_wxyz);
-  copy(state_.velocity_m_per_s, kinematics.velocity_m_per_s);
-  for (Eigen::Index body = block.first; body < block.first + block.bodies; ++body) {
-    kinematics.angular_velocity_rad_per_s.col(body) = equations_.model().angular_velocity_rad_per_s(
-        body, state_.orientation_wxyz.col(body), state_.angular_momentum_N_m_s.col(body));
-  }
+void RigidBodySolver::write(const BodyBlock& block, TimeIntegrator::Work& work, Kinematics& kinematics) const {
+  BlockVectors& w_WB_rad_per_s = work.equations.angular_velocity_rad_per_s;
+  equations_.model().angular_velocities_rad_per_s(block, work.state, w_WB_rad_per_s);
+  join(work.state.position_m, block, kinematics.position_m);
+  join(work.state.orientation_wxyz, block, kinematics.orientation_wxyz);
+  join(work.state.velocity_m_per_s, block, kinematics.velocity_m_per_s);
+  join(w_WB_rad_per_s, block, kinematics.angular_velocity_rad_per_s);
 }
 
 void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
@@ -164,10 +173,15 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
 void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s, Kinematics* next) {
   equations_.joints().drive(applied.actuation, step_s);
   for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
-    integrator_->advance(block, applied, step_s, state_, work);
-    if (!equations_.joints().empty()) equations_.joints().correct(block, 1.0, state_, step_, work.equations.joints);
-    check_finite(block, equations_.model(), state_, step_);
-    if (next != nullptr) write(block, *next);  // while the block is in the cache
+    split(state_, block, work.state);
+    integrator_->advance(block, applied, step_s, work);
+    join(work.state, block, state_);
+    if (!equations_.joints().empty()) {
+      equations_.joints().correct(block, 1.0, state_, step_, work.equations.joints);
+      split(state_, block, work.state);
+    }
+    check_finite(block, equations_.model(), work.state, step_);
+    if (next != nullptr) write(block, work, *next);  // while the block is in the cache
   });
 }
 

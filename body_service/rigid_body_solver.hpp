@@ -55,7 +55,8 @@ class RigidBodySolver final : public BodySolver {
       work_on(blocks[static_cast<std::size_t>(block)], work_[static_cast<std::size_t>(thread)]);
     });
   }
-  void write(const BodyBlock& block, Kinematics& kinematics) const;
+  /// @param work  its state is written
+  void write(const BodyBlock& block, TimeIntegrator::Work& work, Kinematics& kinematics) const;
   void correct_joints(double at);
   [[nodiscard]] std::vector<std::uint64_t> memory() const;
 

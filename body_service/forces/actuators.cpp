@@ -29,6 +29,7 @@ Actuators::Actuators(const BodySetup& setup) : actuators_(setup.actuators) {
 
 void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
   const BodyBlock& block = stage.block;
+  const auto [e_x, e_y, e_z] = components(stage.lines.direction);
   const auto force = components(force_N);
   for (std::size_t i = 0; i < block.actuators.size(); ++i) {
     const int index = block.actuators[i];
@@ -43,7 +44,7 @@ void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVector
     const std::array<int, 2>& ends = block.lines[static_cast<std::size_t>(line)];
     if (stage.lines.length_m[line] == 0.0)
       throw coinciding_ends(static_cast<int>(block.first) + ends[0], static_cast<int>(block.first) + ends[1]);
-    pull_together(ends, -value, stage.lines.unit_vector(line), force);
+    pull_together(ends, -value, std::array{e_x[line], e_y[line], e_z[line]}, force);
   }
 }
 

@@ -32,10 +32,6 @@ struct CentreLines {
     normalise_vectors(block.lines.size(), {x, y, z}, length_m.data());
   }
 
-  [[nodiscard]] std::array<double, 3> unit_vector(Eigen::Index line) const {
-    return {direction(0, line), direction(1, line), direction(2, line)};
-  }
-
   Eigen::VectorXd length_m;  ///< 0: the ends coincide, the direction is undefined
   BlockVectors direction;    ///< from the first end to the second
 };

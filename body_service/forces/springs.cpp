@@ -47,6 +47,7 @@ Springs::Springs(const BodySetup& setup) {
 void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
   const BodyBlock& block = stage.block;
   const auto v = components(stage.state.velocity_m_per_s);
+  const auto [e_x, e_y, e_z] = components(stage.lines.direction);
   const auto force = components(force_N);
   for (std::size_t i = 0; i < block.springs.size(); ++i) {
     const auto index = static_cast<std::size_t>(block.springs[i]);
@@ -60,7 +61,7 @@ void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&
     if (length_m == 0.0) fail(spring);
     const std::array<int, 2>& ends = block.lines[static_cast<std::size_t>(line)];
     const auto [A, B] = ends;
-    const auto e = stage.lines.unit_vector(line);
+    const std::array e{e_x[line], e_y[line], e_z[line]};
     const std::array ddot_AB_m_per_s{v[0][B] - v[0][A], v[1][B] - v[1][A], v[2][B] - v[2][A]};
     pull_together(ends, tension_N(spring.law, length_m, e, ddot_AB_m_per_s), e, force);
   }

@@ -15,9 +15,10 @@ namespace {
 
 std::vector<std::unique_ptr<const ForceElement>> make_force_elements(const BodySetup& setup) {
   std::vector<std::unique_ptr<const ForceElement>> elements;
-  elements.push_back(std::make_unique<Weight>(setup));
+  // Zero added to a sum that began at zero changes no bit.
+  if (!setup.gravity_m_per_s2.isZero(0.0)) elements.push_back(std::make_unique<Weight>(setup));
   elements.push_back(std::make_unique<Springs>(setup));
-  elements.push_back(std::make_unique<Bends>(setup));
+  if (!setup.bends.empty()) elements.push_back(std::make_unique<Bends>(setup));
   return elements;
 }
 
@@ -41,9 +42,8 @@ Eigen::Index EquationsOfMotion::longest_block() const {
 }
 
 void EquationsOfMotion::begin(const BodyBlock& block, const AppliedLoads& applied, Work& work) const {
-  work.hydrodynamic_force_N.leftCols(block.bodies) = applied.hydrodynamic.force_N.middleCols(block.first, block.bodies);
-  work.hydrodynamic_torque_N_m.leftCols(block.bodies) =
-      applied.hydrodynamic.torque_N_m.middleCols(block.first, block.bodies);
+  split(applied.hydrodynamic.force_N, block, work.hydrodynamic_force_N);
+  split(applied.hydrodynamic.torque_N_m, block, work.hydrodynamic_torque_N_m);
 }
 
 void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& applied, Eigen::Index node,
@@ -68,7 +68,8 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
 
   if (!block.of_free_spheres) constrain(block, force_N, torque_N_m);
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
-  force_N.leftCols(bodies).array().rowwise() *= model_.inverse_masses_per_kg().segment(block.first, bodies).array();
+  for (double* const component : components(force_N))
+    multiply(static_cast<std::size_t>(bodies), &model_.inverse_masses_per_kg()[block.first], component, component);
   const auto [w, x, y, z] = components(rate.orientation_wxyz);
   orientation_rates(static_cast<std::size_t>(bodies), components(std::as_const(work.angular_velocity_rad_per_s)),
                     components(state.orientation_wxyz), w, x, y, z);

@@ -10,25 +10,18 @@ namespace copepod::body {
 
 namespace {
 
-/// Calls apply(part, same part) with pointers to the four members of a state, of all bodies and of a block.
+/// Calls apply(part) with pointers to the four members of a state.
 template <class Apply>
 void for_each_part(const Apply& apply) {
-  apply(&MotionState::position_m, &BlockState::position_m);
-  apply(&MotionState::orientation_wxyz, &BlockState::orientation_wxyz);
-  apply(&MotionState::velocity_m_per_s, &BlockState::velocity_m_per_s);
-  apply(&MotionState::angular_momentum_N_m_s, &BlockState::angular_momentum_N_m_s);
-}
-
-/// Copies the columns of a block to the front of a work array.
-void copy_block(const MotionState& state, const BodyBlock& block, BlockState& work) {
-  for_each_part([&](auto of_state, auto of_work) {
-    (work.*of_work).leftCols(block.bodies) = (state.*of_state).middleCols(block.first, block.bodies);
-  });
+  apply(&BlockState::position_m);
+  apply(&BlockState::orientation_wxyz);
+  apply(&BlockState::velocity_m_per_s);
+  apply(&BlockState::angular_momentum_N_m_s);
 }
 
 /// to = start + factor · rate, for the first `bodies` columns.
 void extrapolate(const BlockState& start, Eigen::Index bodies, double factor, const BlockState& rate, BlockState& to) {
-  for_each_part([&](auto, auto part) {
+  for_each_part([&](auto part) {
     (to.*part).leftCols(bodies) = (start.*part).leftCols(bodies) + factor * (rate.*part).leftCols(bodies);
   });
 }
@@ -36,7 +29,7 @@ void extrapolate(const BlockState& start, Eigen::Index bodies, double factor, co
 /// The same, and sum += weight · rate.
 void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState& start, Eigen::Index bodies,
                                 double factor, const BlockState& rate, BlockState& to) {
-  for_each_part([&](auto, auto part) {
+  for_each_part([&](auto part) {
     for (Eigen::Index i = 0; i < (sum.*part).rows(); ++i) {
       body::accumulate_and_extrapolate(static_cast<std::size_t>(bodies), weight, factor, &(start.*part)(i, 0),
                                        &(rate.*part)(i, 0), &(sum.*part)(i, 0), &(to.*part)(i, 0));
@@ -46,18 +39,11 @@ void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState
 
 /// to += factor · (a + b), for the first `bodies` columns.
 void add_scaled_sum(Eigen::Index bodies, double factor, const BlockState& a, const BlockState& b, BlockState& to) {
-  for_each_part([&](auto, auto part) {
+  for_each_part([&](auto part) {
     for (Eigen::Index i = 0; i < (to.*part).rows(); ++i) {
       body::add_scaled_sum(static_cast<std::size_t>(bodies), factor, &(a.*part)(i, 0), &(b.*part)(i, 0),
                            &(to.*part)(i, 0));
     }
-  });
-}
-
-/// Copies the front of a work array to the columns of a block.
-void store_block(const BlockState& work, const BodyBlock& block, MotionState& state) {
-  for_each_part([&](auto of_state, auto of_work) {
-    (state.*of_state).middleCols(block.first, block.bodies) = (work.*of_work).leftCols(block.bodies);
   });
 }
 
@@ -71,14 +57,12 @@ class SemiImplicitEuler final : public TimeIntegrator {
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0}; }
 
-  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state,
-               Work& work) const override {
+  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, Work& work) const override {
     const Eigen::Index bodies = block.bodies;
-    copy_block(state, block, work.start);
     equations_.begin(block, applied, work.equations);
-    equations_.evaluate(block, applied, 0, work.start, work.rate, work.equations);
+    equations_.evaluate(block, applied, 0, work.state, work.rate, work.equations);
 
-    BlockState& end = work.start;
+    BlockState& end = work.state;
     end.velocity_m_per_s.leftCols(bodies) += step_s * work.rate.velocity_m_per_s.leftCols(bodies);
     end.position_m.leftCols(bodies) += step_s * end.velocity_m_per_s.leftCols(bodies);
     end.angular_momentum_N_m_s.leftCols(bodies) += step_s * work.rate.angular_momentum_N_m_s.leftCols(bodies);
@@ -88,7 +72,6 @@ class SemiImplicitEuler final : public TimeIntegrator {
       end.orientation_wxyz.col(i) = rotated(step_s * w_WB, end.orientation_wxyz.col(i));
     }
     normalise_orientations(static_cast<std::size_t>(bodies), components(end.orientation_wxyz));
-    store_block(end, block, state);
   }
 
  private:
@@ -106,8 +89,7 @@ class RungeKutta4 final : public TimeIntegrator {
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0, 0.5, 1.0}; }
 
-  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state,
-               Work& work) const override {
+  void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, Work& work) const override {
     constexpr Eigen::Index start = 0;
     constexpr Eigen::Index middle = 1;
     constexpr Eigen::Index end = 2;
@@ -116,19 +98,17 @@ class RungeKutta4 final : public TimeIntegrator {
       equations_.evaluate(block, applied, node, at, rate, work.equations);
     };
 
-    copy_block(state, block, work.start);
     equations_.begin(block, applied, work.equations);
-    evaluate(start, work.start, work.rate_sum);  // k₁
+    evaluate(start, work.state, work.rate_sum);  // k₁
 
-    extrapolate(work.start, block.bodies, 0.5 * h, work.rate_sum, work.stage);
+    extrapolate(work.state, block.bodies, 0.5 * h, work.rate_sum, work.stage);
     evaluate(middle, work.stage, work.rate);  // k₂
-    accumulate_and_extrapolate(work.rate_sum, 2.0, work.start, block.bodies, 0.5 * h, work.rate, work.stage);
+    accumulate_and_extrapolate(work.rate_sum, 2.0, work.state, block.bodies, 0.5 * h, work.rate, work.stage);
     evaluate(middle, work.stage, work.rate);  // k₃
-    accumulate_and_extrapolate(work.rate_sum, 2.0, work.start, block.bodies, h, work.rate, work.stage);
+    accumulate_and_extrapolate(work.rate_sum, 2.0, work.state, block.bodies, h, work.rate, work.stage);
     evaluate(end, work.stage, work.rate);  // k₄
-    add_scaled_sum(block.bodies, h / 6.0, work.rate_sum, work.rate, work.start);
-    normalise_orientations(static_cast<std::size_t>(block.bodies), components(work.start.orientation_wxyz));
-    store_block(work.start, block, state);
+    add_scaled_sum(block.bodies, h / 6.0, work.rate_sum, work.rate, work.state);
+    normalise_orientations(static_cast<std::size_t>(block.bodies), components(work.state.orientation_wxyz));
   }
 
  private:
@@ -138,7 +118,7 @@ class RungeKutta4 final : public TimeIntegrator {
 }  // namespace
 
 TimeIntegrator::Work::Work(Eigen::Index bodies) : equations(bodies) {
-  for (BlockState* part : {&start, &stage, &rate, &rate_sum}) part->resize(bodies);
+  for (BlockState* part : {&state, &stage, &rate, &rate_sum}) part->resize(bodies);
 }
 
 std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, const EquationsOfMotion& equations) {

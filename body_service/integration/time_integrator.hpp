@@ -18,7 +18,7 @@ class TimeIntegrator {
     /// @param bodies  of the longest block
     explicit Work(Eigen::Index bodies);
 
-    BlockState start;
+    BlockState state;  ///< of the bodies, column 0 is body block.first
     BlockState stage;
     BlockState rate;
     BlockState rate_sum;
@@ -34,10 +34,9 @@ class TimeIntegrator {
   [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
 
   /// @param applied  with the drive at the driving nodes of these `step_s`
-  /// @param state    of all bodies; only the columns of the block are read and written
+  /// @param work     its state is advanced
   /// @throws SolverError if a force is not defined in a state on the way
-  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, MotionState& state,
-                       Work& work) const = 0;
+  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, Work& work) const = 0;
 };
 
 /// @param equations  must outlive the integrator

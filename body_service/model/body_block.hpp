@@ -1,11 +1,14 @@
 #pragma once
 
 #include <array>
+#include <tuple>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "contract/body_setup.hpp"
+#include "model/motion_state.hpp"
+#include "model/vector_loops.hpp"
 
 namespace copepod::body {
 
@@ -25,6 +28,17 @@ struct BodyBlock {
   std::vector<int> actuator_lines{};  ///< of each of its actuators; −1: it is not a force between two centres
   bool of_free_spheres = false;       ///< whether nothing but loads and inertia determines how its bodies move and turn
 };
+
+/// Copies the columns of a block to the front of a work array.
+void split(const auto& of_all, const BodyBlock& block, auto& of_block) {
+  std::apply([&](auto... to) { split(static_cast<std::size_t>(block.bodies), of_all.col(block.first).data(), to...); },
+             components(of_block));
+}
+
+/// Copies the front of a work array to the columns of a block.
+void join(const auto& of_block, const BodyBlock& block, auto& of_all) {
+  join(static_cast<std::size_t>(block.bodies), components(of_block), of_all.col(block.first).data());
+}
 
 /// Cuts the bodies into blocks of about `preferred_bodies`, longer only where what joins bodies prevents a cut.
 /// @param setup  with valid body indices

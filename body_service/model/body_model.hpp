@@ -49,8 +49,10 @@ class BodyModel {
   void angular_velocities_rad_per_s(const BodyBlock& block, const BlockState& state,
                                     BlockVectors& w_WB_rad_per_s) const {
     if (block.of_free_spheres) {
-      w_WB_rad_per_s.leftCols(block.bodies) = inverse_inertia_.middleCols(block.first, block.bodies)
-                                                  .cwiseProduct(state.angular_momentum_N_m_s.leftCols(block.bodies));
+      const auto L = components(state.angular_momentum_N_m_s);
+      const auto w = components(w_WB_rad_per_s);
+      for (std::size_t k = 0; k < 3; ++k)
+        multiply(static_cast<std::size_t>(block.bodies), &inverse_inertia_(0, block.first), L[k], w[k]);
       return;
     }
     for (Eigen::Index i = 0; i < block.bodies; ++i) {

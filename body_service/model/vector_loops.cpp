@@ -1,6 +1,8 @@
 #include "model/vector_loops.hpp"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "geometry/rotation.hpp"
 
@@ -11,6 +13,62 @@
 #endif
 
 namespace copepod::body {
+
+COPEPOD_WITH_AND_WITHOUT_AVX2
+void split(std::size_t size, const double* bodies, double* __restrict x, double* __restrict y, double* __restrict z) {
+  for (std::size_t i = 0; i < size; ++i) {
+    x[i] = bodies[3 * i];
+    y[i] = bodies[3 * i + 1];
+    z[i] = bodies[3 * i + 2];
+  }
+}
+
+COPEPOD_WITH_AND_WITHOUT_AVX2
+void split(std::size_t size, const double* bodies, double* __restrict w, double* __restrict x, double* __restrict y,
+           double* __restrict z) {
+  for (std::size_t i = 0; i < size; ++i) {
+    w[i] = bodies[4 * i];
+    x[i] = bodies[4 * i + 1];
+    y[i] = bodies[4 * i + 2];
+    z[i] = bodies[4 * i + 3];
+  }
+}
+
+COPEPOD_WITH_AND_WITHOUT_AVX2
+void join(std::size_t size, const std::array<const double*, 3>& from, double* __restrict bodies) {
+  const auto [x, y, z] = from;
+  for (std::size_t i = 0; i < size; ++i) {
+    bodies[3 * i] = x[i];
+    bodies[3 * i + 1] = y[i];
+    bodies[3 * i + 2] = z[i];
+  }
+}
+
+COPEPOD_WITH_AND_WITHOUT_AVX2
+void join(std::size_t size, const std::array<const double*, 4>& from, double* __restrict bodies) {
+  const auto [w, x, y, z] = from;
+  for (std::size_t i = 0; i < size; ++i) {
+    bodies[4 * i] = w[i];
+    bodies[4 * i + 1] = x[i];
+    bodies[4 * i + 2] = y[i];
+    bodies[4 * i + 3] = z[i];
+  }
+}
+
+COPEPOD_WITH_AND_WITHOUT_AVX2
+void multiply(std::size_t size, const double* a, const double* b, double* to) {
+  for (std::size_t i = 0; i < size; ++i) to[i] = a[i] * b[i];
+}
+
+COPEPOD_WITH_AND_WITHOUT_AVX2
+bool all_finite(std::size_t rows, std::size_t stride, std::size_t size, const double* numbers) {
+  // One added to an exponent of ones runs over into the sign.
+  constexpr std::uint64_t sign = 1ULL << 63;
+  std::uint64_t any = 0;
+  for (; rows > 0; --rows, numbers += stride)
+    for (std::size_t i = 0; i < size; ++i) any |= (std::bit_cast<std::uint64_t>(numbers[i]) & ~sign) + (1ULL << 52);
+  return (any & sign) == 0;
+}
 
 COPEPOD_WITH_AND_WITHOUT_AVX2
 void accumulate_and_extrapolate(std::size_t size, double weight, double factor, const double* start, const double* rate,
