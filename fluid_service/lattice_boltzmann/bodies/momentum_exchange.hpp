@@ -117,6 +117,10 @@ inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout&
 /// −Σ_links u_w (f̃_α − f_ᾱ), which makes the force Galilean invariant [Wen et al. 2014]. What a surface has
 /// absorbed it gives back within some steps, with f_ᾱ, in proportion to w_α: almost without momentum.
 ///
+/// Where the density is beyond that of any flow (largest_excess_density), what a surface sends back into a cell adds up
+/// to what it received, or to what brings the density nearer to 1: surfaces do not compress fluid without bound in
+/// cells that have few neighbours in the fluid, or none. The film between them has its own model (coupler).
+///
 /// Populations are deviations f − w: the constant pressure of the fluid at rest never enters, and bodies that
 /// touch feel no spurious force from links that are missing between them.
 template <class T>
@@ -269,15 +273,14 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       if constexpr (Formula::uses_second_cell)
         for (std::size_t axis = 0; axis < 3; ++axis)
           momentum[static_cast<Eigen::Index>(axis)] = boundary.momentum[axis][group.moments[lane]];
+      const double excess = boundary.excess_density[group.moments[lane]];
       // One link, the n-th of the cell, as the body sees it: from r in direction `seen`.
-      const auto reflect = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
-                               std::int64_t(&force)[3]) {
+      const auto link_at = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u)
+          __attribute__((always_inline)) {
         const std::size_t place = group.first_link[lane] + n;
-        T& population = boundary.crossing[place];
-        const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
         Link<double> link{.weight = d3q19::weight(alpha),
-                          .leaving = static_cast<double>(population),
-                          .density = 1.0 + boundary.excess_density[group.moments[lane]],
+                          .leaving = static_cast<double>(boundary.crossing[place]),
+                          .density = 1.0 + excess,
                           .e_dot_u_w = along(seen, u),
                           .wall_distance = 0.5};
         std::ranges::copy(d3q19::velocity[static_cast<std::size_t>(alpha)], link.e);
@@ -286,19 +289,27 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           link.e_dot_j = along(alpha, momentum);
         }
         if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, seen);
-        double exact = 0.0;
+        return link;
+      };
+      const auto returning = [&](Link<double> & link, int alpha) __attribute__((always_inline)) {
         if (!Formula::uses_second_cell || ((group.second_cells[lane] >> alpha) & 1U) != 0) {
           if constexpr (Formula::uses_second_cell)
             link.behind = static_cast<double>(
                 populations[layout_.entry(site_of(group, lane), alpha, placement)]);  // where it enters x_f
-          exact = formula_.returning(link);
-        } else {
-          // Bounce-back from half-way along the link, where the fluid between the two surfaces moves with
-          //   e_α·u_w + (1/2 − q) d(e_α·u)/ds
-          link.e_dot_u_w += (0.5 - link.wall_distance) * slope_between_surfaces(map_, layout_, cell, alpha, link);
-          exact = BounceBack().returning(link);
+          return formula_.returning(link);
         }
-        if constexpr (Formula::conserving) exact += link.weight * returned;
+        // Bounce-back from half-way along the link, where the fluid between the two surfaces moves with
+        //   e_α·u_w + (1/2 − q) d(e_α·u)/ds
+        link.e_dot_u_w += (0.5 - link.wall_distance) * slope_between_surfaces(map_, layout_, cell, alpha, link);
+        return BounceBack().returning(link);
+      };
+      double given = Formula::conserving ? returned : 0.0;  // mass, in proportion to w_α
+      const auto reflect = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
+                               std::int64_t(&force)[3]) {
+        T& population = boundary.crossing[group.first_link[lane] + n];
+        const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
+        Link<double> link = link_at(n, alpha, seen, r, u);
+        const double exact = returning(link, alpha) + link.weight * given;
         population = static_cast<T>(exact);
         const auto stored = static_cast<double>(population);
         const double exchanged = link.leaving + stored;
@@ -336,6 +347,19 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       const Eigen::Vector3d r = domain.from_position(body.position, cell);
       const Eigen::Vector3d u = body.surface_velocity(r);
       const std::uint32_t to_images = domain.links_to_images(body.position, r, cell, group.directions[lane]);
+      if (std::abs(excess) > largest_excess_density) {
+        double gain = 0.0;
+        double weight = 0.0;
+        std::size_t n = 0;
+        for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, ++n) {
+          const int alpha = std::countr_zero(bits);
+          const LinkToBody seen = domain.link_to_body(body.position, cell, alpha);
+          Link<double> link = link_at(n, alpha, seen.direction, seen.r, body.surface_velocity(seen.r));
+          gain += returning(link, alpha) + link.weight * given - link.leaving;
+          weight += link.weight;
+        }
+        if (gain * excess > 0.0) given -= gain / weight;
+      }
       std::int64_t force[3] = {0, 0, 0};
       std::size_t n = 0;
       for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, ++n) {

@@ -25,6 +25,10 @@ struct SphereInBlock {
   double returned = 0.0;  ///< mass to be given back, by the weight of the links
 };
 
+/// Largest excess density that the flow itself can have beside a surface: at Mach 0.3, ρ' is 0.05. Beyond it fluid is
+/// squeezed between surfaces that leave it no way out (or sucked, where they part).
+constexpr double largest_excess_density = 0.1;
+
 /// What a group reads, and writes: BoundaryValues, and what its second cells send.
 template <class T>
 struct GroupPopulations {
@@ -178,7 +182,10 @@ struct ExchangeGroupLoop {
     Link<V> link;
     const std::uint32_t* const first = group.first_link.data() + lane;
     const std::uint32_t* const moments = group.moments.data() + lane;
-    link.density = 1.0 + gather(values.excess_density, moments);
+    const V excess = gather(values.excess_density, moments);
+    constexpr double not_squeezed = 0.99 * largest_excess_density;
+    good &= excess * excess < not_squeezed * not_squeezed;
+    link.density = 1.0 + excess;
     [[maybe_unused]] V momentum[3];
     if constexpr (Formula::uses_second_cell)
       for (std::size_t a = 0; a < 3; ++a) momentum[a] = gather(values.momentum[a], moments);

@@ -1,5 +1,6 @@
 #include "lattice_boltzmann/bodies/momentum_exchange.hpp"
 
+#include <bit>
 #include <functional>
 
 #include <gtest/gtest.h>
@@ -343,6 +344,27 @@ TEST(MomentumExchange, StaysFiniteWhereSurfacesTouchInTheCentreOfACell) {
   const int up = d3q19::index_of({0, 0, 1});
   box.exchange(cell, 1U << up, MovingBoundary::central_linear, box.second_cells(cell));
   EXPECT_NEAR(box.returning(cell, up), -6.0 / 18.0 * (-0.01 + 0.5 * -0.01 / 0.1), 1e-12);
+}
+
+// The sphere moves away from a cell beside it, or towards it.
+TEST(MomentumExchange, DrivesTheDensityOfACellNoFurtherThanAFlowDoes) {
+  for (const MovingBoundary formula : {MovingBoundary::bounce_back, MovingBoundary::parabolic})
+    for (const double excess_density : {-0.15, -0.05, 0.05, 0.15})
+      for (const double speed : {-0.04, 0.04}) {
+        Box16 box;
+        const Cell cell = {11, 8, 8};
+        box.flow(excess_density, Eigen::Vector3d::Zero());
+        box.body().velocity = {speed, 0.0, 0.0};
+        box.exchange(formula);
+        double gain = 0.0;
+        for (const auto& [index, place, directions, second_cells] : listing(box.links->of_body(0), *box.layout))
+          for (std::uint32_t bits = place == cell ? directions : 0; bits != 0; bits &= bits - 1)
+            gain += box.returning(cell, std::countr_zero(bits)) - box.f(cell, std::countr_zero(bits));
+        if (std::abs(excess_density) > 0.1 && speed * excess_density > 0.0)
+          EXPECT_NEAR(gain, 0.0, 1e-15) << excess_density;
+        else
+          EXPECT_GT(gain * speed, 0.0) << excess_density;
+      }
 }
 
 // The sphere reaches beyond half of the box: links from both sides of the seam end in its nearest image.
