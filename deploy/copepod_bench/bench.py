@@ -63,7 +63,7 @@ def _coupled(options: Namespace) -> list[Figures]:
         *((*row, "ipc") for row in large),
     ]:
         with Stage(f"coupled, {domain}, {beads} beads, {ranks} rank(s), {transport}"):
-            steps = _steps(measurements.computed_cells(domain, planes), 5e8)
+            steps = _steps(measurements.computed_cells(domain, planes), 1e9)
             results.append(
                 measurements.measure_coupled(domain, beads, ranks, steps, options.samples, planes, transport)
             )

@@ -266,30 +266,20 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
   return result;
 }
 
+/// Of the fluid cells of this rank: their digest, and their mass over fluid of the reference density.
 template <class T>
-std::uint64_t LatticeBoltzmann<T>::digest_of_fluid_cells() const {
-  std::uint64_t sum = 0;
+auto LatticeBoltzmann<T>::total_of_cells() const -> Total {
+  Total total;
   const auto add = [&](const Cell& cell) {
     const Site site = layout_.site(cell);
     if (map_.owner(site.index) != BodyMap::fluid) return;
-    sum += digest_of_cell(domain_.cells(), cell, [&](int alpha) {
+    total.excess_mass += fixed_point::from_double(checked_moments(cell).excess_density);
+    total.digest += digest_of_cell(domain_.cells(), cell, [&](int alpha) {
       return populations_[static_cast<std::size_t>(layout_.location(site, alpha, placement_))];
     });
   };
   for_each_cell(layout_.block(), add, showing_progress());
-  return sum;
-}
-
-/// Of the fluid cells of this rank, over fluid of the reference density.
-template <class T>
-fixed_point::Sum LatticeBoltzmann<T>::excess_mass() const {
-  fixed_point::Sum sum = 0;
-  const auto add = [&](const Cell& cell) {
-    const Site site = layout_.site(cell);
-    if (map_.owner(site.index) == BodyMap::fluid) sum += fixed_point::from_double(moments_of(site).excess_density);
-  };
-  for_each_cell(layout_.block(), add, showing_progress());
-  return sum;
+  return total;
 }
 
 /// Of the whole domain, relative to what its bodies exchanged; none if they exchanged nothing.
@@ -307,10 +297,10 @@ std::optional<double> LatticeBoltzmann<T>::momentum_drift() const {
 
 template <class T>
 SolverSummary LatticeBoltzmann<T>::summarise() {
-  check_all_rows();
   SolverSummary summary;
-  const auto [excess_low, excess_high] = fixed_point::halves(excess_mass());
-  std::int64_t sums[] = {static_cast<std::int64_t>(digest_of_fluid_cells()), excess_low, excess_high};
+  const Total total = total_of_cells();
+  const auto [excess_low, excess_high] = fixed_point::halves(total.excess_mass);
+  std::int64_t sums[] = {static_cast<std::int64_t>(total.digest), excess_low, excess_high};
   communicator_.sum_to_leader(sums);
   summary.digest = static_cast<std::uint64_t>(sums[0]);
   summary.mass_drift =

@@ -105,8 +105,11 @@ class LatticeBoltzmann final : public FluidSolver {
     return moments(layout_.gather(populations_.data(), site, placement_));
   }
   [[nodiscard]] Moments<double> checked_moments(const Cell& cell) const;
-  [[nodiscard]] std::uint64_t digest_of_fluid_cells() const;
-  [[nodiscard]] fixed_point::Sum excess_mass() const;
+  struct Total {
+    std::uint64_t digest = 0;
+    fixed_point::Sum excess_mass = 0;
+  };
+  [[nodiscard]] Total total_of_cells() const;
   [[nodiscard]] std::optional<double> momentum_drift() const;
   /// For loops over the block that take long.
   [[nodiscard]] auto showing_progress() const {

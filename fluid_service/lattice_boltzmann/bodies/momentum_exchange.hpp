@@ -309,7 +309,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         T& population = boundary.crossing[group.first_link[lane] + n];
         const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
         Link<double> link = link_at(n, alpha, seen, r, u);
-        const double exact = returning(link, alpha) + link.weight * given;
+        double exact = returning(link, alpha);
+        if (Formula::conserving || given != 0.0) exact += link.weight * given;
         population = static_cast<T>(exact);
         const auto stored = static_cast<double>(population);
         const double exchanged = link.leaving + stored;
