@@ -33,7 +33,6 @@ bool BodyMap::update() {
 
 bool BodyMap::update(std::span<const std::int32_t> bodies) {
   uncovered_.clear();
-  claimed_.clear();
   covered_.clear();
   changed_.clear();
   for (const std::int32_t index : bodies) {
@@ -168,6 +167,7 @@ void BodyMap::cover_cells() {
     owner = c.body + 1;
     changed_.push_back(c);
   }
+  claimed_ = {};  // with its memory: the first map claims all cells of all bodies
 }
 
 void BodyMap::accept_fresh_cells() {

@@ -79,7 +79,7 @@ struct StreamCollideLoop {
   struct UpdatedMoments {
     double excess_density[piece];
     double momentum[3][piece];
-    bool with_momentum = false;
+    bool with_momentum;
   };
 
   template <int w>
@@ -156,7 +156,7 @@ struct StreamCollideLoop {
     const std::uint32_t last_cell = cell + of_row.cells;
     while (link < last_link && z_of(beside.links[link]) < low) ++link;
     while (cell < last_cell && beside.z[cell] < low) ++cell;
-    UpdatedMoments updated;
+    UpdatedMoments updated;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
     updated.with_momentum = beside.momentum[0] != nullptr;
     for (std::int64_t first = 0; first < length; first += piece) {
       const std::int64_t end = std::min(first + piece, length);
