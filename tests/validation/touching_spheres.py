@@ -524,7 +524,7 @@ PARTS = {"rebound": rebounds, "tumbling": tumbling, "settling": settling}
 _HEAD = """# Spheres that meet in a fluid
 
 ```sh
-tests/validation/touching_spheres.py        # writes this page; 90 minutes
+tests/validation/touching_spheres.py        # writes this page; 90 minutes by estimate
 ```
 
 Contacts without a fluid are in the tests ([decision](../decisions/contacts.md)); here films and contacts act together

@@ -183,7 +183,7 @@ struct ExchangeGroupLoop {
     const std::uint32_t* const first = group.first_link.data() + lane;
     const std::uint32_t* const moments = group.moments.data() + lane;
     const V excess = gather(values.excess_density, moments);
-    constexpr double not_squeezed = 0.99 * largest_excess_density;
+    constexpr double not_squeezed = 0.99 * largest_excess_density;  // squares are rounded: rather one by one
     good &= excess * excess < not_squeezed * not_squeezed;
     link.density = 1.0 + excess;
     [[maybe_unused]] V momentum[3];
