@@ -71,7 +71,7 @@ class HostsRun(Session):
 class Outcome:
     """What came of one fault."""
 
-    code: int
+    code: int | None  # None: not over in time
     message: str
     seconds: float  # from the fault to the end of the command
     clean_s: float  # from there until nothing was left on any host
@@ -82,7 +82,9 @@ class Outcome:
         wrong = [f"left behind: {', '.join(self.left)}"] if self.left else []
         if self.clean_s > CLEAN_WITHIN_S:
             wrong.append(f"clean only after {self.clean_s:.1f} s")
-        if self.code != 0 and not re.search(words, self.message):
+        if self.code is None:
+            wrong.append(self.message)
+        elif self.code != 0 and not re.search(words, self.message):
             wrong.append(f"not named: {self.message}")
         if self.digest != expected_digest:
             wrong.append(f"digest {self.digest or 'missing'} instead of {expected_digest}")
@@ -120,15 +122,25 @@ def finish(hosts, folder, *arguments, placement="a,b,c"):
         (folder / "out").rename(folder / f"out_{time.monotonic_ns()}")
     words = ["--out", "out", "--hosts", placement, *(["--resume"] if resumes else []), *arguments]
     run = HostsRun(hosts, folder, *words)
+    return digest(folder) if end_of(run) == 0 else run.last_line
+
+
+def end_of(run):
+    """Exit code of a run; None if it takes too long and is killed, and its last line shows what was there then."""
     try:
-        return digest(folder) if run.end(LONGEST_S) == 0 else run.last_line
+        return run.end(LONGEST_S)
     except subprocess.TimeoutExpired:
-        return f"(not over after {LONGEST_S} s: {run.last_line}; {'; '.join(hosts.left())})"
+        found = "; ".join(line[:100] for line in run.hosts.left())
+        for pid in run.victims("a", "command"):
+            os.kill(pid, signal.SIGKILL)
+        run.end()
+        run.stderr.append(f"not over after {LONGEST_S} s, after {''.join(run.stderr[-1:]).strip()}: {found}\n")
+        return None
 
 
 def outcome_of(run, since):
     """Waits for the end of a run that was hurt at the time `since`."""
-    code = run.end(LONGEST_S)
+    code = end_of(run)
     seconds = time.monotonic() - since
     clean_s, left = clean_within(run.hosts, CLEAN_WITHIN_S + 5)
     return Outcome(code, run.stderr[-1].strip() if run.stderr else "", seconds, clean_s, left)

@@ -15,10 +15,15 @@ OUT = "runs/job-7"
 class SlurmScript(TinyRunTest):
     def setUp(self):
         super().setUp()
-        scontrol = self.folder / "bin/scontrol"
-        scontrol.parent.mkdir()
-        scontrol.write_text(f'#!/bin/sh\necho "$@" >> {self.folder}/scontrol_calls\n')
-        scontrol.chmod(0o755)
+        (self.folder / "bin").mkdir()
+        self.install("scontrol", f'echo "$@" >> {self.folder}/scontrol_calls')
+        self.install("srun", f'echo "$@" >> {self.folder}/srun_calls')
+
+    def install(self, program, commands):
+        """A program of Slurm as the job finds it: `commands` of sh."""
+        path = self.folder / "bin" / program
+        path.write_text(f"#!/bin/sh\n{commands}\n")
+        path.chmod(0o755)
 
     def start_job(self, command=COMMAND, more_variables=(), **changes):
         variables = {
@@ -37,9 +42,12 @@ class SlurmScript(TinyRunTest):
             job.wait_for_file("**/checkpoints/*/manifest.json")
         return job
 
-    def requeued(self):
-        calls = self.folder / "scontrol_calls"
+    def calls_of(self, program):
+        calls = self.folder / f"{program}_calls"
         return calls.read_text().splitlines() if calls.exists() else []
+
+    def requeued(self):
+        return self.calls_of("scontrol")
 
     def test_job_is_queued_again_before_its_time_limit_and_continues(self):
         job = self.start_long_job(checkpoint_at=5)
@@ -79,14 +87,19 @@ class SlurmScript(TinyRunTest):
         self.assertEqual(self.requeued(), [])
 
     def test_several_nodes_are_hosts_with_a_rank_per_core(self):
-        scontrol = self.folder / "bin/scontrol"
-        scontrol.write_text('#!/bin/sh\n[ "$*" = "show hostnames n[1-2]" ] && printf "n1\\nn2\\n"\n')
+        self.install("scontrol", '[ "$*" = "show hostnames n[1-2]" ] && printf "n1\\nn2\\n"')
         command = self.folder / "command"
         command.write_text('#!/bin/sh\necho "$@" > arguments\n')
         command.chmod(0o755)
         nodes = {"SLURM_JOB_NUM_NODES": "2", "SLURM_JOB_NODELIST": "n[1-2]", "SLURM_CPUS_PER_TASK": "4"}
         self.assert_ends(self.start_job(command, nodes), 0)
         self.assertIn("--hosts n1:4,n2:4 --out runs/job-7", (self.folder / "arguments").read_text())
+
+    def test_nodes_that_refuse_a_step_are_asked_again(self):
+        calls = self.folder / "srun_calls"
+        self.install("srun", f'echo "$@" >> {calls}; [ "$(wc -l < {calls})" -ge 2 ]')
+        self.lose_a_node(2, "true")
+        self.assertEqual(len(self.calls_of("srun")), 2)
 
     def lose_a_node(self, nodes, commands):
         """Ends a job with what the command reports then, after `commands` of bash."""
