@@ -139,8 +139,9 @@ class HostsLauncher(LocalLauncher):
         yield from self._looker.wrong(
             [pid for connection in self._connections for pid in family_of(connection.pid)], fluid_lives=False
         )
+        fluid_lives = self._fluid_lives()
         for connection in self._connections:
-            yield from connection.wrong
+            yield from (wrong for wrong in connection.wrong if fluid_lives or wrong.what != "ended")
 
     def _lost(self) -> Iterator[Trouble]:
         """Hosts whose guard has gone or answers no more."""

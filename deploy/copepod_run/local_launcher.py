@@ -78,11 +78,14 @@ class LocalLauncher(Launcher):
 
     def _wrong(self) -> Iterator[Wrong]:
         """Every process that is not as it should be."""
-        fluid = next((process.pid for process in self._processes if process.name == "fluid"), None)
-        fluid_lives = fluid is not None and state_of(fluid) not in ENDED
         yield from self._looker.wrong(
-            [pid for process in self._processes for pid in family_of(process.pid)], fluid_lives
+            [pid for process in self._processes for pid in family_of(process.pid)], self._fluid_lives()
         )
+
+    def _fluid_lives(self) -> bool:
+        """Whether mpirun does."""
+        fluid = next((process.pid for process in self._processes if process.name == "fluid"), None)
+        return fluid is not None and state_of(fluid) not in ENDED
 
 
 class LocalProcess(Process):

@@ -35,7 +35,7 @@ class Looker:
         self._ranks: dict[int, str] = {}  # process id: rank
 
     def wrong(self, pids: Iterable[int], fluid_lives: bool) -> Iterator[Wrong]:
-        """`fluid_lives`: whether what has started the ranks is still there."""
+        """`fluid_lives`: whether the ranks should still be there."""
         states = {pid: state_of(pid) for pid in pids}
         for pid, state in states.items():
             rank = None if pid in self._ranks else environment_of(pid).get("OMPI_COMM_WORLD_RANK")

@@ -62,6 +62,11 @@ class ThreeHosts(unittest.TestCase):
             outcomes = list(pool.map(lambda victim: hurt(*victim, signal.SIGSTOP), victims))
         self.check(outcomes, [(victim, words, 69) for victim, words in victims.items()])
 
+    def test_end_of_ranks_that_mpirun_does_not_notice_is_named(self):
+        limit = ("--set", f"services.silence_s={SILENCE_S}")
+        outcome = hurt("a", "agent", signal.SIGKILL, *limit, unaware="mpirun")
+        self.check([outcome], [("agent", "host b, rank 1.* mpirun did not notice", 69)])
+
     def test_guard_that_is_frozen_while_the_run_finishes_leaves_nothing(self):
         with three_hosts() as (hosts, folder):
             run = start_halted(hosts, folder)

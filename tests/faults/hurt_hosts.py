@@ -1,13 +1,15 @@
 """A run over three hosts that is halted in a step, hurt on one of them, looked after on all, and gone on with."""
 
+import ctypes
 import os
 import re
 import shlex
 import signal
 import subprocess
 import tempfile
+import threading
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -146,15 +148,46 @@ def outcome_of(run, since):
     return Outcome(code, run.stderr[-1].strip() if run.stderr else "", seconds, clean_s, left)
 
 
-def hurt(host, kind, number=signal.SIGKILL, cut_off=None):
-    """Outcome of one signal to one process while a host is `cut_off`; the run resumed afterwards."""
+@contextmanager
+def held(pid):
+    """A process that notices nothing meanwhile: its threads are traced, a state that Copepod does not look for."""
+    seize, interrupt = 0x4206, 0x4207  # <sys/ptrace.h>
+    is_held, is_over = threading.Event(), threading.Event()
+
+    def trace():  # the end of the thread that traces ends that
+        ptrace = ctypes.CDLL(None).ptrace
+        results = [
+            ptrace(request, int(thread.name), None, None)
+            for thread in Path(f"/proc/{pid}/task").iterdir()
+            for request in (seize, interrupt)
+        ]
+        if not any(results):
+            is_held.set()
+        is_over.wait()
+
+    tracer = threading.Thread(target=trace)
+    tracer.start()
+    try:
+        assert is_held.wait(5), f"process {pid} cannot be traced"
+        yield
+    finally:
+        is_over.set()
+        tracer.join()
+
+
+def hurt(host, kind, number=signal.SIGKILL, *arguments, cut_off=None, unaware=None):
+    """Outcome of one signal to one process while a host is `cut_off`, or a kind of process on host a `unaware` of all;
+    the run resumed afterwards."""
     with three_hosts() as (hosts, folder):
-        run = start_halted(hosts, folder)
+        run = start_halted(hosts, folder, *arguments)
         if cut_off:
             hosts.cut(cut_off)
-        start = time.monotonic()
-        os.kill(run.victims(host, kind)[0], number)
-        outcome = outcome_of(run, start)
+        with ExitStack() as stack:
+            if unaware:
+                stack.enter_context(held(run.victims("a", unaware)[0]))
+            start = time.monotonic()
+            os.kill(run.victims(host, kind)[0], number)
+            outcome = outcome_of(run, start)
         hosts.mend()
         (folder / "halted").unlink(missing_ok=True)
         outcome.digest = finish(hosts, folder)
