@@ -235,7 +235,7 @@ def digest(program: str) -> str:
 def _wrong(order: dict[str, Any], looker: Looker) -> Iterator[Any]:
     starters = marked_processes(f"{STARTER}={order['mark']}")
     marked = marked_processes(f"{MARK}={order['mark']}")
-    yield from looker.wrong([*marked, *starters], fluid_lives=True)  # the command knows whether mpirun has ended
+    yield from looker.wrong([*marked, *starters], fluid_lives=True)  # unless mpirun has ended, too
 
 
 def _environment(order: dict[str, Any]) -> dict[str, str]:
