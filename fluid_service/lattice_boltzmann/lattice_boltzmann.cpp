@@ -79,8 +79,8 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   links_.fetch(populations_.data(), placement_);
   MomentumSums kept_back{};
   for (std::size_t place = 0; place < nearby_.bodies().size(); ++place)
-    (*exchange_momentum_)(populations_.data(), placement_, static_cast<std::size_t>(nearby_.bodies()[place]), place,
-                          links_, nearby_.returned_mass()[place], load_sums_, kept_back);
+    (*exchange_momentum_)(static_cast<std::size_t>(nearby_.bodies()[place]), place, links_,
+                          nearby_.returned_mass()[place], load_sums_, kept_back);
   for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
   sum_loads(kinematics, loads);
@@ -91,8 +91,8 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
 template <class T>
 void LatticeBoltzmann<T>::count_changed_cells() {
   const auto add = [this](const BodyMap::ChangedCell& changed, fixed_point::Sum sign) {
-    if (step_ == 0 || !layout_.block().contains(changed.cell)) return;  // at step 0 bodies displace fluid at rest
-    const Moments<double> m = moments_of(layout_.site(changed.cell));
+    if (step_ == 0 || !layout_.block().contains(changed.cell())) return;  // at step 0 bodies displace fluid at rest
+    const Moments<double> m = moments_of(layout_.site(changed.cell()));
     load_sums_[nearby_.place_of(changed.body)][mass_component] += sign * fixed_point::from_double(m.excess_density);
     for (std::size_t axis = 0; axis < 3; ++axis)
       gained_momentum_[axis] -= sign * fixed_point::from_double(m.momentum[axis]);

@@ -106,7 +106,7 @@ void BodyMap::compare_rows(const RowInterval& before, const RowInterval& after, 
     for_each_image(row, [&](const Cell& cell) { give_up(cell, body); });
   }
   for (row[2] = after.low; row[2] < after.high; ++row[2])
-    if (!inside(before, row[2])) for_each_image(row, [&](const Cell& cell) { claimed_.push_back({cell, body}); });
+    if (!inside(before, row[2])) for_each_image(row, [&](const Cell& cell) { claimed_.emplace_back(cell, body); });
 }
 
 template <class Visit>
@@ -143,9 +143,9 @@ void BodyMap::give_up(const Cell& cell, std::int32_t body) {
     return;
   }
   owner = fresh;
-  uncovered_.push_back({cell, body});
-  changed_.push_back({cell, body});
-  const auto is_here = [&](const ChangedCell& w) { return w.cell == cell; };
+  uncovered_.emplace_back(cell, body);
+  changed_.emplace_back(cell, body);
+  const auto is_here = [&](const ChangedCell& w) { return w.cell() == cell; };
   std::ranges::copy_if(waiting_, std::back_inserter(claimed_), is_here);
   std::erase_if(waiting_, is_here);
 }
@@ -154,11 +154,11 @@ void BodyMap::give_up(const Cell& cell, std::int32_t body) {
 /// for it.
 void BodyMap::cover_cells() {
   for (const ChangedCell& c : claimed_) {
-    std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(c.cell))];
-    if (owner == fresh) std::erase_if(uncovered_, [&](const ChangedCell& u) { return u.cell == c.cell; });
+    std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(c.cell()))];
+    if (owner == fresh) std::erase_if(uncovered_, [&](const ChangedCell& u) { return u.indices == c.indices; });
     if (owner == c.body + 1) continue;  // its own periodic image
     if (owner > fluid) {
-      const ChangedCell other{c.cell, owner - 1};
+      const ChangedCell other(c.cell(), owner - 1);
       waiting_.push_back(other.body < c.body ? c : other);
       if (other.body < c.body) continue;
       changed_.push_back(other);
@@ -171,7 +171,7 @@ void BodyMap::cover_cells() {
 }
 
 void BodyMap::accept_fresh_cells() {
-  for (const ChangedCell& u : uncovered_) owner_[static_cast<std::size_t>(layout_.cell(u.cell))] = fluid;
+  for (const ChangedCell& u : uncovered_) owner_[static_cast<std::size_t>(layout_.cell(u.cell()))] = fluid;
 }
 
 void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,10 +20,17 @@ class BodyMap {
   static constexpr std::int32_t fluid = 0;
   static constexpr std::int32_t fresh = -1;  ///< uncovered in this step, populations not yet refilled
 
+  /// A cell of the block or its ghost layer, in 16 bytes: at first there is one for each cell that bodies cover.
   struct ChangedCell {
-    Cell cell{};            ///< of the block or its ghost layer, domain indices
-    std::int32_t body = 0;  ///< index of the body that covers or covered it
+    ChangedCell(const Cell& cell, std::int32_t of_body)
+        : indices{static_cast<std::int32_t>(cell[0]), static_cast<std::int32_t>(cell[1]),
+                  static_cast<std::int32_t>(cell[2])},
+          body(of_body) {}
 
+    std::array<std::int32_t, 3> indices;  ///< in the domain
+    std::int32_t body;                    ///< index of the body that covers or covered it
+
+    [[nodiscard]] Cell cell() const { return {indices[0], indices[1], indices[2]}; }
     bool operator==(const ChangedCell&) const = default;
   };
 

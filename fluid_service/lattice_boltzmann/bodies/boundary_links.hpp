@@ -27,6 +27,7 @@ class BoundaryLinks {
   /// Follows an update of the map: only cells next to a changed one can differ.
   void update();
   /// Reads the populations of cells that have become boundary cells, or have other links, since the last bulk update.
+  /// Second cells are read anew.
   void fetch(const T* populations, Placement placement);
   /// Lets the next fetch read all: the populations are not those of the last collect.
   void forget_populations();
@@ -62,32 +63,34 @@ class BoundaryLinks {
   void remove(BoundaryRow& row, std::uint32_t cell);
   void move(BoundaryRow& row, std::uint32_t cell, std::int32_t cells, std::uint32_t link, std::int32_t links);
   void append(BoundaryRow& row, const Arrays& from, Arrays& to, std::uint32_t links);
+  void reserve(std::size_t cells);
   void compact();
-  /// visit(array of `from`, array of `to`) for the arrays by link, and by cell.
+  /// visit(array of `from`, array of `to`, values per link or cell) for the arrays by link, and by cell.
   template <class Visit>
   void each_by_link(const Arrays& from, Arrays& to, const Visit& visit) const {
-    visit(from.links, to.links);
-    visit(from.values.crossing, to.values.crossing);
-    if (second_cells_) visit(from.values.inward, to.values.inward);
+    visit(from.links, to.links, std::size_t{1});
+    visit(from.values.by_link, to.values.by_link, BoundaryValues<T>::per_link(second_cells_));
   }
   template <class Visit>
   void each_by_cell(const Arrays& from, Arrays& to, const Visit& visit) const {
-    visit(from.z, to.z);
-    visit(from.cells, to.cells);
-    visit(from.values.excess_density, to.values.excess_density);
-    if (!second_cells_) return;
-    for (std::size_t axis = 0; axis < 3; ++axis) visit(from.values.momentum[axis], to.values.momentum[axis]);
+    visit(from.z, to.z, std::size_t{1});
+    visit(from.cells, to.cells, std::size_t{1});
+    visit(from.values.by_cell, to.values.by_cell, BoundaryValues<T>::per_cell(second_cells_));
   }
   /// Arrays of no row.
   [[nodiscard]] Arrays empty_arrays() const {
     Arrays arrays;
-    each_by_link(arrays, arrays, [](const auto&, auto& array) { array.resize(d3q19::directions); });
-    each_by_cell(arrays, arrays, [](const auto&, auto& array) { array.resize(1); });
+    each_by_link(arrays, arrays, [](const auto&, auto& array, std::size_t n) { array.resize(n * d3q19::directions); });
+    each_by_cell(arrays, arrays, [](const auto&, auto& array, std::size_t n) { array.resize(n); });
     return arrays;
+  }
+  [[nodiscard]] T* values_of_link(std::uint32_t link) {
+    return arrays_.values.by_link.data() + BoundaryValues<T>::per_link(second_cells_) * link;
   }
 
   [[nodiscard]] Moments<double> moments_at(const T* populations, Placement placement, const Site& site) const;
   void read(const T* populations, Placement placement, std::uint32_t body, const SurfacePlace& place);
+  void read_second_cells(const T* populations, Placement placement);
 
   const BodyMap& map_;
   const PopulationLayout& layout_;
@@ -113,23 +116,30 @@ BoundaryLinks<T>::BoundaryLinks(const BodyMap& map, const PopulationLayout& layo
 template <class T>
 void BoundaryLinks<T>::update() {
   looked_at_.resize(static_cast<std::size_t>(layout_.cells()));
-  std::vector<std::size_t> indices;
+  std::vector<std::array<std::int32_t, 3>> cells;  // from the block's low corner
+  const Cell& low = layout_.block().low;
   for (const BodyMap::ChangedCell& c : map_.changed()) {
-    const std::int64_t index = layout_.cell(c.cell);
+    const Cell at = c.cell();
+    const std::int64_t index = layout_.cell(at);
     for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
       const auto& e = d3q19::e[alpha];
-      const Cell cell = {c.cell[0] + e[0], c.cell[1] + e[1], c.cell[2] + e[2]};
+      const Cell cell = {at[0] + e[0], at[1] + e[1], at[2] + e[2]};
       if (!layout_.block().contains(cell)) continue;
       const auto neighbour = static_cast<std::size_t>(index + layout_.neighbour(alpha));
       // A neighbour inside the same body has no links, or has changed itself.
       if (alpha > 0 && map_.owner(static_cast<std::int64_t>(neighbour)) == c.body + 1) continue;
       if (looked_at_[neighbour]) continue;
       looked_at_[neighbour] = true;
-      indices.push_back(neighbour);
-      look_at(cell);
+      cells.push_back({static_cast<std::int32_t>(cell[0] - low[0]), static_cast<std::int32_t>(cell[1] - low[1]),
+                       static_cast<std::int32_t>(cell[2] - low[2])});
     }
   }
-  for (const std::size_t index : indices) looked_at_[index] = false;
+  std::ranges::sort(cells);  // rows in their order grow at the end of the arrays, where there is room
+  if (cells.size() > arrays_.cells.size()) reserve(cells.size());
+  for (const auto& [x, y, z] : cells) {
+    looked_at_[static_cast<std::size_t>(layout_.cell(x, y, z))] = false;
+    look_at({low[0] + x, low[1] + y, low[2] + z});
+  }
   if (arrays_.links.size() > 2 * links_in_use_ + 8 * rows_.size()) compact();
 }
 
@@ -192,18 +202,21 @@ void BoundaryLinks<T>::set(std::int32_t body, const Cell& cell, std::uint32_t di
 template <class T>
 void BoundaryLinks<T>::move(BoundaryRow& row, std::uint32_t cell, std::int32_t cells, std::uint32_t link,
                             std::int32_t links) {
-  const auto move = [](auto& array, std::uint32_t from, std::uint32_t end, std::int32_t by) {
-    const auto first = array.begin() + from;
-    const auto last = array.begin() + end;
+  const auto move = [](auto& array, std::size_t values, std::uint32_t from, std::uint32_t end, std::int32_t by) {
+    const auto first = array.begin() + static_cast<std::ptrdiff_t>(values * from);
+    const auto last = array.begin() + static_cast<std::ptrdiff_t>(values * end);
+    const std::ptrdiff_t distance = static_cast<std::ptrdiff_t>(values) * by;
     if (by < 0)
-      std::copy(first, last, first + by);
+      std::copy(first, last, first + distance);
     else
-      std::copy_backward(first, last, last + by);
+      std::copy_backward(first, last, last + distance);
   };
   const std::uint32_t end = row.first_cell + row.cells;
-  each_by_link(arrays_, arrays_,
-               [&](const auto&, auto& array) { move(array, link, row.first_link + row.links, links); });
-  each_by_cell(arrays_, arrays_, [&](const auto&, auto& array) { move(array, cell, end, cells); });
+  each_by_link(arrays_, arrays_, [&](const auto&, auto& array, std::size_t values) {
+    move(array, values, link, row.first_link + row.links, links);
+  });
+  each_by_cell(arrays_, arrays_,
+               [&](const auto&, auto& array, std::size_t values) { move(array, values, cell, end, cells); });
   const auto by = [](std::uint32_t& place, std::int32_t distance) {
     place = static_cast<std::uint32_t>(static_cast<std::int32_t>(place) + distance);
   };
@@ -254,22 +267,46 @@ void BoundaryLinks<T>::remove(BoundaryRow& row, std::uint32_t cell) {
   move(row, cell + 1, -1, end_of_links, -static_cast<std::int32_t>(group.links));
 }
 
-/// Appends a row to arrays, those in which it is or others, with room for so many more links and some.
+/// Memory for so many boundary cells more: arrays that grow step by step would be in memory twice.
+template <class T>
+void BoundaryLinks<T>::reserve(std::size_t cells) {
+  constexpr std::size_t links_of_cell = 6;  // more than on average, but what is not used takes no memory
+  const auto reserve = [](auto& array, std::size_t more) { array.reserve(array.size() + more); };
+  each_by_link(arrays_, arrays_, [&](const auto&, auto& array, std::size_t values) {
+    reserve(array, values * links_of_cell * cells);
+  });
+  each_by_cell(arrays_, arrays_,
+               [&](const auto&, auto& array, std::size_t values) { reserve(array, values * 2 * cells); });
+}
+
+/// Appends a row to arrays, those in which it is or others, with room for so many more links and some. A row that is
+/// the last of its arrays stays where it is.
 template <class T>
 void BoundaryLinks<T>::append(BoundaryRow& row, const Arrays& from, Arrays& to, std::uint32_t links) {
   const BoundaryRow before = row;
-  row.first_link = static_cast<std::uint32_t>(to.links.size());
-  row.first_cell = static_cast<std::uint32_t>(to.cells.size());
+  const bool stays = &from == &to && row.first_link + row.room_for_links == to.links.size();
+  if (!stays) {
+    row.first_link = static_cast<std::uint32_t>(to.links.size());
+    row.first_cell = static_cast<std::uint32_t>(to.cells.size());
+  }
   row.room_for_links = row.links + links + row.links / 4 + 8;
   row.room_for_cells = row.cells + row.cells / 4 + 4;
-  each_by_link(from, to, [&](const auto& old, auto& array) {
-    array.resize(array.size() + row.room_for_links);
-    std::copy_n(old.begin() + before.first_link, row.links, array.begin() + row.first_link);
+  const auto make_room = [&](const auto& old, auto& array, std::size_t first, std::size_t first_before,
+                             std::size_t count, std::size_t room) {
+    array.resize(first + room);
+    if (!stays)
+      std::copy_n(old.begin() + static_cast<std::ptrdiff_t>(first_before), count,
+                  array.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  each_by_link(from, to, [&](const auto& old, auto& array, std::size_t values) {
+    make_room(old, array, values * row.first_link, values * before.first_link, values * row.links,
+              values * row.room_for_links);
   });
-  each_by_cell(from, to, [&](const auto& old, auto& array) {
-    array.resize(array.size() + row.room_for_cells);
-    std::copy_n(old.begin() + before.first_cell, row.cells, array.begin() + row.first_cell);
+  each_by_cell(from, to, [&](const auto& old, auto& array, std::size_t values) {
+    make_room(old, array, values * row.first_cell, values * before.first_cell, values * row.cells,
+              values * row.room_for_cells);
   });
+  if (stays) return;
   for (std::uint32_t i = row.first_cell; i < row.first_cell + row.cells; ++i) {
     const CellInRow& moved = to.cells[i];
     CellGroup& group = group_of(moved);
@@ -307,18 +344,52 @@ void BoundaryLinks<T>::read(const T* populations, Placement placement, std::uint
   const CellGroup& group = surfaces_[body].groups[place.group];
   const std::uint32_t directions = group.directions[place.lane];
   if (directions == 0) return;  // the lane is free again
-  BoundaryValues<T>& values = arrays_.values;
+  using Values = BoundaryValues<T>;
   const Site site = layout_.site(group.cell[0][place.lane], group.cell[1][place.lane], group.cell[2][place.lane]);
   const Moments<double> m = moments_at(populations, placement, site);
-  values.excess_density[group.moments[place.lane]] = m.excess_density;
+  double* const of_cell =
+      arrays_.values.by_cell.data() + Values::per_cell(second_cells_) * group.moments[place.lane];
+  of_cell[Values::excess_density] = m.excess_density;
   std::uint32_t link = group.first_link[place.lane];
   for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1, ++link) {
     const int alpha = std::countr_zero(bits);
-    values.crossing[link] = populations[layout_.location(site, alpha, placement)];
-    if (second_cells_) values.inward[link] = populations[layout_.location(site, d3q19::opposite(alpha), placement)];
+    T* const of_link = values_of_link(link);
+    of_link[Values::crossing] = populations[layout_.location(site, alpha, placement)];
+    if (second_cells_) of_link[Values::inward] = populations[layout_.location(site, d3q19::opposite(alpha), placement)];
   }
   if (!second_cells_) return;
-  for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis][group.moments[place.lane]] = m.momentum[axis];
+  for (std::size_t axis = 0; axis < 3; ++axis) of_cell[Values::momentum + axis] = m.momentum[axis];
+}
+
+/// f̃_α(x_f − e_α) of all links, where it enters x_f. They are scattered over memory, but row by row they are in the
+/// order of as many streams as there are directions. Where the second cell is not fluid, nobody uses it.
+template <class T>
+void BoundaryLinks<T>::read_second_cells(const T* populations, Placement placement) {
+  const std::int64_t rows_of_plane = layout_.block().extent(1);
+  const std::int64_t last = layout_.block().extent(2) - 1;
+  for (std::size_t number = 0; number < rows_.size(); ++number) {
+    const BoundaryRow& of_row = rows_[number];
+    if (of_row.links == 0) continue;
+    const std::int64_t x = static_cast<std::int64_t>(number) / rows_of_plane;
+    const std::int64_t y = static_cast<std::int64_t>(number) % rows_of_plane;
+    const Site middle = layout_.in_row(x, y, 0);
+    std::array<const T*, d3q19::directions> enters{};
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      enters[static_cast<std::size_t>(alpha)] = populations + layout_.entry(middle, alpha, placement);
+    constexpr std::uint32_t ahead = 32;
+    const std::uint32_t end = of_row.first_link + of_row.links;
+    for (std::uint32_t link = of_row.first_link; link < end; ++link) {
+      if (link + ahead < end) {
+        const LinkInRow later = arrays_.links[link + ahead];
+        __builtin_prefetch(enters[direction_of(later)] + z_of(later));
+      }
+      const std::uint32_t alpha = direction_of(arrays_.links[link]);
+      const std::int64_t z = z_of(arrays_.links[link]);
+      values_of_link(link)[BoundaryValues<T>::behind] =
+          z == 0 || z == last ? populations[layout_.entry(layout_.site(x, y, z), static_cast<int>(alpha), placement)]
+                              : enters[alpha][z];
+    }
+  }
 }
 
 template <class T>
@@ -334,7 +405,8 @@ void BoundaryLinks<T>::fetch(const T* populations, Placement placement) {
     }
     read(populations, placement, new_cells_[i].body, new_cells_[i].place);
   }
-  new_cells_.clear();
+  new_cells_ = {};  // with its memory: at first all boundary cells are new
+  if (second_cells_) read_second_cells(populations, placement);
 }
 
 template <class T>
@@ -346,16 +418,12 @@ void BoundaryLinks<T>::forget_populations() {
 
 template <class T>
 RowsBesideBodies<T> BoundaryLinks<T>::rows() {
-  BoundaryValues<T>& values = arrays_.values;
-  RowsBesideBodies<T> result{.rows = rows_.data(),
-                             .links = arrays_.links.data(),
-                             .z = arrays_.z.data(),
-                             .crossing = values.crossing.data(),
-                             .excess_density = values.excess_density.data()};
-  if (!second_cells_) return result;
-  result.inward = values.inward.data();
-  for (std::size_t axis = 0; axis < 3; ++axis) result.momentum[axis] = values.momentum[axis].data();
-  return result;
+  return {.rows = rows_.data(),
+          .links = arrays_.links.data(),
+          .z = arrays_.z.data(),
+          .by_link = arrays_.values.by_link.data(),
+          .by_cell = arrays_.values.by_cell.data(),
+          .second_cells = second_cells_};
 }
 
 }  // namespace copepod::fluid

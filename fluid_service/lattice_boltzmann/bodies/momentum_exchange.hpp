@@ -70,7 +70,7 @@ namespace momentum_exchange {
 /// of fixed_point::from_double; also catches NaN when negated.
 constexpr double absurd_population = 1e2;
 
-inline double along(int direction, const Eigen::Vector3d& u) {
+inline double along(int direction, const Eigen::Ref<const Eigen::Vector3d>& u) {
   const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
   return e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
 }
@@ -142,9 +142,8 @@ class MomentumExchange {
   /// @param loads     of these, sums to which this rank's share is added
   /// @param kept_back likewise: momentum that left the fluid, but is not in the loads
   /// @throws SolverError if a population is not finite or absurdly large, naming the cell
-  virtual void operator()(const T* populations, Placement placement, std::size_t body, std::size_t place,
-                          BoundaryLinks<T>& links, double returned, std::span<LoadSums> loads,
-                          MomentumSums& kept_back) const = 0;
+  virtual void operator()(std::size_t body, std::size_t place, BoundaryLinks<T>& links, double returned,
+                          std::span<LoadSums> loads, MomentumSums& kept_back) const = 0;
 
  protected:
   MomentumExchange(bool second_cell, bool conserves) : uses_second_cell(second_cell), conserving(conserves) {}
@@ -161,9 +160,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         films_(films),
         exchange_group_(std::get<ExchangeGroup<Formula, T>>(choose_exchange_groups<T>())) {}
 
-  void operator()(const T* populations, Placement placement, std::size_t body, std::size_t place,
-                  BoundaryLinks<T>& links, double returned, std::span<LoadSums> loads,
-                  MomentumSums& kept_back) const override {
+  void operator()(std::size_t body, std::size_t place, BoundaryLinks<T>& links, double returned,
+                  std::span<LoadSums> loads, MomentumSums& kept_back) const override {
     const std::vector<CellGroup>& groups = links.of_body(body).groups;
     const bool by_lanes = is_simple(body);
     SphereInBlock sphere;
@@ -180,11 +178,11 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     for (std::size_t g = 0; g < groups.size(); ++g) {
       if (g % LaneSums::most_groups == 0) add_lanes();
       if (g + groups_ahead < groups.size()) prefetch(links.values(), groups[g + groups_ahead]);
-      if (Formula::uses_second_cell && g + 1 < groups.size())
-        prefetch_second_cells(populations, placement, groups[g + 1]);
       if (groups[g].used == 0) continue;
-      if (by_lanes && exchange_by_lanes(populations, placement, groups[g], links.values(), sphere, lanes)) continue;
-      exchange_one_by_one(populations, placement, body, place, groups[g], links.values(), returned, loads, kept_back);
+      if (by_lanes && has_second_cells(groups[g]) &&
+          exchange_group_(formula_, sphere, groups[g], links.values(), lanes))
+        continue;
+      exchange_one_by_one(body, place, groups[g], links.values(), returned, loads, kept_back);
     }
     add_lanes();
   }
@@ -236,31 +234,18 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return sphere;
   }
 
-  bool exchange_by_lanes(const T* populations, Placement placement, const CellGroup& group, BoundaryValues<T>& boundary,
-                         const SphereInBlock& sphere, LaneSums& sums) const {
-    GroupPopulations<T> values;
-    values.crossing = boundary.crossing.data();
-    values.excess_density = boundary.excess_density.data();
-    std::array<Lanes<double>, d3q19::directions> behind{};
-    if constexpr (Formula::uses_second_cell) {
-      for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-        if ((group.directions[lane] & ~group.second_cells[lane]) != 0) return false;
-        std::size_t link = 0;
-        const Site site = site_of(group, lane);
-        for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1)
-          behind[link++][lane] =
-              static_cast<double>(populations[layout_.entry(site, std::countr_zero(bits), placement)]);
-      }
-      values.inward = boundary.inward.data();
-      values.behind = behind.data();
-      for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis] = boundary.momentum[axis].data();
-    }
-    return exchange_group_(formula_, sphere, group, values, sums);
+  /// Whether they are all fluid, where the formula uses them.
+  [[nodiscard]] static bool has_second_cells(const CellGroup& group) {
+    std::uint32_t missing = 0;
+    for (std::size_t lane = 0; lane < surface_lanes; ++lane)
+      missing |= group.directions[lane] & ~group.second_cells[lane];
+    return !Formula::uses_second_cell || missing == 0;
   }
 
-  void exchange_one_by_one(const T* populations, Placement placement, std::size_t body_index, std::size_t place_of_body,
-                           const CellGroup& group, BoundaryValues<T>& boundary, [[maybe_unused]] double returned,
-                           std::span<LoadSums> loads, MomentumSums& kept) const {
+  void exchange_one_by_one(std::size_t body_index, std::size_t place_of_body, const CellGroup& group,
+                           BoundaryValues<T>& boundary, [[maybe_unused]] double returned, std::span<LoadSums> loads,
+                           MomentumSums& kept) const {
+    using Values = BoundaryValues<T>;
     LoadSums& sums = loads[place_of_body];
     using namespace momentum_exchange;
     const Domain& domain = map_.domain();
@@ -269,35 +254,29 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
       if (group.directions[lane] == 0) continue;
       const Cell cell = cell_of(group, lane);
-      Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
-      if constexpr (Formula::uses_second_cell)
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          momentum[static_cast<Eigen::Index>(axis)] = boundary.momentum[axis][group.moments[lane]];
-      const double excess = boundary.excess_density[group.moments[lane]];
+      const double* const of_cell = boundary.by_cell.data() + per_cell * group.moments[lane];
+      const double excess = of_cell[Values::excess_density];
       // One link, the n-th of the cell, as the body sees it: from r in direction `seen`.
       const auto link_at = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u)
           __attribute__((always_inline)) {
-        const std::size_t place = group.first_link[lane] + n;
+        const T* const values = boundary.by_link.data() + per_link * (group.first_link[lane] + n);
         Link<double> link{.weight = d3q19::weight(alpha),
-                          .leaving = static_cast<double>(boundary.crossing[place]),
+                          .leaving = static_cast<double>(values[Values::crossing]),
                           .density = 1.0 + excess,
                           .e_dot_u_w = along(seen, u),
                           .wall_distance = 0.5};
         std::ranges::copy(d3q19::velocity[static_cast<std::size_t>(alpha)], link.e);
         if constexpr (Formula::uses_second_cell) {
-          link.inward = static_cast<double>(boundary.inward[place]);
-          link.e_dot_j = along(alpha, momentum);
+          link.inward = static_cast<double>(values[Values::inward]);
+          link.behind = static_cast<double>(values[Values::behind]);
+          link.e_dot_j = along(alpha, Eigen::Map<const Eigen::Vector3d>(of_cell + Values::momentum));
         }
         if constexpr (Formula::uses_wall_distance) link.wall_distance = wall_distance(body, r, seen);
         return link;
       };
       const auto returning = [&](Link<double> & link, int alpha) __attribute__((always_inline)) {
-        if (!Formula::uses_second_cell || ((group.second_cells[lane] >> alpha) & 1U) != 0) {
-          if constexpr (Formula::uses_second_cell)
-            link.behind = static_cast<double>(
-                populations[layout_.entry(site_of(group, lane), alpha, placement)]);  // where it enters x_f
+        if (!Formula::uses_second_cell || ((group.second_cells[lane] >> alpha) & 1U) != 0)
           return formula_.returning(link);
-        }
         // Bounce-back from half-way along the link, where the fluid between the two surfaces moves with
         //   e_α·u_w + (1/2 − q) d(e_α·u)/ds
         link.e_dot_u_w += (0.5 - link.wall_distance) * slope_between_surfaces(map_, layout_, cell, alpha, link);
@@ -306,7 +285,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       double given = Formula::conserving ? returned : 0.0;  // mass, in proportion to w_α
       const auto reflect = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
                                std::int64_t(&force)[3]) {
-        T& population = boundary.crossing[group.first_link[lane] + n];
+        T& population = boundary.by_link[per_link * (group.first_link[lane] + n) + Values::crossing];
         const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
         Link<double> link = link_at(n, alpha, seen, r, u);
         double exact = returning(link, alpha);
@@ -382,26 +361,19 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     const Cell& low = layout_.block().low;
     return {low[0] + group.cell[0][lane], low[1] + group.cell[1][lane], low[2] + group.cell[2][lane]};
   }
-  [[nodiscard]] Site site_of(const CellGroup& group, std::size_t lane) const {
-    return layout_.site(group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]);
-  }
 
+  static constexpr std::size_t per_link = BoundaryValues<T>::per_link(Formula::uses_second_cell);
+  static constexpr std::size_t per_cell = BoundaryValues<T>::per_cell(Formula::uses_second_cell);
   static constexpr std::size_t groups_ahead = 4;
 
   /// The rows of a body are scattered over memory. Always inline: gcc drops calls of functions that only prefetch.
   [[gnu::always_inline]] static void prefetch(const BoundaryValues<T>& boundary, const CellGroup& group) {
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-      __builtin_prefetch(boundary.crossing.data() + group.first_link[lane], 1);
-      __builtin_prefetch(boundary.excess_density.data() + group.moments[lane]);
+      const T* const links = boundary.by_link.data() + per_link * group.first_link[lane];
+      __builtin_prefetch(links, 1);
+      if (Formula::uses_second_cell) __builtin_prefetch(links + 64 / sizeof(T), 1);
+      __builtin_prefetch(boundary.by_cell.data() + per_cell * group.moments[lane]);
     }
-  }
-
-  /// Second cells are scattered over memory. Always inline: gcc drops calls of functions that only prefetch.
-  [[gnu::always_inline]] void prefetch_second_cells(const T* populations, Placement placement,
-                                                    const CellGroup& group) const {
-    for (std::size_t lane = 0; lane < surface_lanes; ++lane)
-      for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1)
-        __builtin_prefetch(populations + layout_.entry(site_of(group, lane), std::countr_zero(bits), placement));
   }
 
   /// Force of a cell's links, and its torque, which is rounded cell by cell.

@@ -87,20 +87,21 @@ class RefillerBy final : public Refiller<T> {
     };
     const Box& block = layout_.block();
     for (const BodyMap::ChangedCell& uncovered : map.uncovered()) {
-      const bool ours = block.contains(uncovered.cell);
-      const Cell domain_cell = domain_.canonical(uncovered.cell).value();
+      const Cell cell = uncovered.cell();
+      const bool ours = block.contains(cell);
+      const Cell domain_cell = domain_.canonical(cell).value();
       const int rank = partition_.owner(domain_cell);
       if (!ours && rank == communicator_.rank()) continue;  // an image of a cell of ours, which is in the list itself
       if (ours) uncovered_.push_back({&uncovered, {}});
       for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
         const auto& e = d3q19::e[alpha];
-        const Cell neighbour = {uncovered.cell[0] + e[0], uncovered.cell[1] + e[1], uncovered.cell[2] + e[2]};
+        const Cell neighbour = {cell[0] + e[0], cell[1] + e[1], cell[2] + e[2]};
         if (!ours && !block.contains(neighbour)) continue;
         const auto source = domain_.canonical(neighbour);
         if (!source || map.owner(layout_.cell(neighbour)) != BodyMap::fluid) continue;
         const int source_rank = partition_.owner(*source);
         if (!ours) {
-          offered_.push_back({rank, linear(domain_cell), linear(*source), 0, describe(neighbour, uncovered.cell)});
+          offered_.push_back({rank, linear(domain_cell), linear(*source), 0, describe(neighbour, cell)});
         } else if (source_rank != communicator_.rank()) {
           needed_.push_back({source_rank, linear(domain_cell), linear(*source), uncovered_.size() - 1, {}});
         } else {
@@ -147,7 +148,8 @@ class RefillerBy final : public Refiller<T> {
   }
 
   void fill(T* populations, Placement placement, const BodyMap& map, Uncovered& uncovered) const {
-    const auto& [cell, body_index] = *uncovered.cell;
+    const Cell cell = uncovered.cell->cell();
+    const std::int32_t body_index = uncovered.cell->body;
     const LatticeBody& body = map.bodies()[static_cast<std::size_t>(body_index)];
     const Populations filled =
         Formula::fill(mean(uncovered.neighbours), body.surface_velocity(domain_.from_position(body.position, cell)));

@@ -29,17 +29,6 @@ struct SphereInBlock {
 /// squeezed between surfaces that leave it no way out (or sucked, where they part).
 constexpr double largest_excess_density = 0.1;
 
-/// What a group reads, and writes: BoundaryValues, and what its second cells send.
-template <class T>
-struct GroupPopulations {
-  T* crossing = nullptr;
-  const double* excess_density = nullptr;
-  // Of formulas that use second cells:
-  const T* inward = nullptr;
-  std::array<const double*, 3> momentum{};
-  const Lanes<double>* behind = nullptr;  ///< f̃_α(x_f − e_α), by link of the group's cells
-};
-
 /// Sums by lane, as integers: LoadSums and the momentum kept back.
 struct LaneSums {
   static constexpr std::size_t components = 11;
@@ -51,11 +40,11 @@ struct LaneSums {
   static constexpr std::size_t most_groups = 4096;  ///< of which 64 bits surely hold the sums: 2¹² times 2⁵¹
 };
 
-/// Momentum exchange of the cells of a group with a sphere.
+/// Momentum exchange of the cells of a group with a sphere. Its second cells, where the formula uses them, are fluid.
 /// @return whether all numbers are small enough for exact sums; if not, nothing has changed
 template <class Formula, class T>
 using ExchangeGroup = bool (*)(const Formula& formula, const SphereInBlock& sphere, const CellGroup& group,
-                               const GroupPopulations<T>& values, LaneSums& sums);
+                               BoundaryValues<T>& values, LaneSums& sums);
 
 template <class T>
 using ExchangeGroups = std::tuple<ExchangeGroup<BounceBack, T>, ExchangeGroup<Interpolated, T>,
@@ -84,6 +73,9 @@ struct ExchangeGroupLoop {
   using TLanes = typename PackOf<T>::Type;
   using Integers = typename PackOf<std::int64_t>::Type;
   static constexpr std::size_t components = Formula::conserving ? LaneSums::components : 6;
+  using Values = BoundaryValues<T>;
+  static constexpr std::size_t per_link = Values::per_link(Formula::uses_second_cell);
+  static constexpr std::size_t per_cell = Values::per_cell(Formula::uses_second_cell);
 
   /// What a group becomes if its numbers turn out to be small.
   struct Outcome {
@@ -92,13 +84,13 @@ struct ExchangeGroupLoop {
   };
 
   static bool run(const Formula& formula, const SphereInBlock& sphere, const CellGroup& group,
-                  const GroupPopulations<T>& values, LaneSums& sums) {
+                  BoundaryValues<T>& values, LaneSums& sums) {
     Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
     for (std::size_t lane = 0; lane < surface_lanes; lane += width)
       if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-      T* const crossing = values.crossing + group.first_link[lane];
-      for (std::uint32_t j = 0; j < group.links; ++j) crossing[j] = outcome.returning[j][lane];
+      T* const first = values.by_link.data() + per_link * group.first_link[lane];
+      for (std::uint32_t j = 0; j < group.links; ++j) first[per_link * j + Values::crossing] = outcome.returning[j][lane];
     }
     for (std::size_t c = 0; c < components; ++c)
       for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
@@ -130,11 +122,11 @@ struct ExchangeGroupLoop {
     return __builtin_convertvector(packed, Vector);
   }
 
-  /// From places that are the same for all links, but for the distance from one to the next.
-  template <class U>
+  /// One of `count` values of each place.
+  template <std::size_t count, class U>
   [[gnu::always_inline]] static V gather(const U* values, const std::uint32_t* places) {
     U lanes[width];
-    for (std::size_t l = 0; l < width; ++l) lanes[l] = values[places[l]];
+    for (std::size_t l = 0; l < width; ++l) lanes[l] = values[count * places[l]];
     return load<V>(lanes);
   }
 
@@ -163,7 +155,7 @@ struct ExchangeGroupLoop {
 
   /// Of the lanes from `lane` on.
   [[gnu::always_inline]] static bool exchange(const Formula& formula, const SphereInBlock& sphere,
-                                              const CellGroup& group, const GroupPopulations<T>& values,
+                                              const CellGroup& group, const BoundaryValues<T>& values,
                                               std::size_t lane, Outcome& outcome) {
     constexpr double small = 0.2;  // 36 of them fit the sums of a cell, below 8 without rounding
     V r[3];
@@ -182,13 +174,14 @@ struct ExchangeGroupLoop {
     Link<V> link;
     const std::uint32_t* const first = group.first_link.data() + lane;
     const std::uint32_t* const moments = group.moments.data() + lane;
-    const V excess = gather(values.excess_density, moments);
+    const V excess = gather<per_cell>(values.by_cell.data() + Values::excess_density, moments);
     constexpr double not_squeezed = 0.99 * largest_excess_density;  // squares are rounded: rather one by one
     good &= excess * excess < not_squeezed * not_squeezed;
     link.density = 1.0 + excess;
     [[maybe_unused]] V momentum[3];
     if constexpr (Formula::uses_second_cell)
-      for (std::size_t a = 0; a < 3; ++a) momentum[a] = gather(values.momentum[a], moments);
+      for (std::size_t a = 0; a < 3; ++a)
+        momentum[a] = gather<per_cell>(values.by_cell.data() + Values::momentum + a, moments);
     for (std::uint32_t j = 0; j < group.links; ++j) {
       const Integers bit = left & -left;
       left ^= bit;
@@ -199,11 +192,12 @@ struct ExchangeGroupLoop {
       }
       link.weight = bit != 0 ? zero + d3q19::weight(7) : zero;
       link.weight = (bit & axes) != 0 ? zero + d3q19::weight(1) : link.weight;
-      link.leaving = gather(values.crossing + j, first);
+      const T* const of_first = values.by_link.data() + per_link * j;
+      link.leaving = gather<per_link>(of_first + Values::crossing, first);
       link.e_dot_u_w = dot(link.e, u);
       if constexpr (Formula::uses_second_cell) {
-        link.inward = gather(values.inward + j, first);
-        link.behind = load<V>(values.behind[j].data() + lane);
+        link.inward = gather<per_link>(of_first + Values::inward, first);
+        link.behind = gather<per_link>(of_first + Values::behind, first);
         link.e_dot_j = dot(link.e, momentum);
       }
       if constexpr (Formula::uses_wall_distance)

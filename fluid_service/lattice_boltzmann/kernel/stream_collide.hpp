@@ -157,7 +157,10 @@ struct StreamCollideLoop {
     while (link < last_link && z_of(beside.links[link]) < low) ++link;
     while (cell < last_cell && beside.z[cell] < low) ++cell;
     UpdatedMoments updated;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
-    updated.with_momentum = beside.momentum[0] != nullptr;
+    updated.with_momentum = beside.second_cells;
+    using Values = BoundaryValues<T>;
+    const std::size_t per_link = Values::per_link(beside.second_cells);
+    const std::size_t per_cell = Values::per_cell(beside.second_cells);
     for (std::int64_t first = 0; first < length; first += piece) {
       const std::int64_t end = std::min(first + piece, length);
       if (cell == last_cell || beside.z[cell] >= low + end) {
@@ -166,18 +169,21 @@ struct StreamCollideLoop {
       }
       const std::uint32_t first_link = link;
       for (; link < last_link && z_of(beside.links[link]) < low + end; ++link)
-        crossing_at[direction_of(beside.links[link])][z_of(beside.links[link])] = beside.crossing[link];
+        crossing_at[direction_of(beside.links[link])][z_of(beside.links[link])] =
+            beside.by_link[per_link * link + Values::crossing];
       update_cells<width, streamed, has_force>(row, first, first, end, constants, &updated);
       for (std::uint32_t i = first_link; i < link; ++i) {
         const LinkInRow of = beside.links[i];
-        beside.crossing[i] = crossing_at[direction_of(of)][z_of(of)];
-        if (beside.inward) beside.inward[i] = inward_at[direction_of(of)][z_of(of)];
+        T* const values = beside.by_link + per_link * i;
+        values[Values::crossing] = crossing_at[direction_of(of)][z_of(of)];
+        if (beside.second_cells) values[Values::inward] = inward_at[direction_of(of)][z_of(of)];
       }
       for (; cell < last_cell && beside.z[cell] < low + end; ++cell) {
         const std::int64_t place = beside.z[cell] - low - first;
-        beside.excess_density[cell] = updated.excess_density[place];
-        if (!updated.with_momentum) continue;
-        for (std::size_t axis = 0; axis < 3; ++axis) beside.momentum[axis][cell] = updated.momentum[axis][place];
+        double* const values = beside.by_cell + per_cell * cell;
+        values[Values::excess_density] = updated.excess_density[place];
+        if (!beside.second_cells) continue;
+        for (std::size_t axis = 0; axis < 3; ++axis) values[Values::momentum + axis] = updated.momentum[axis][place];
       }
     }
   }

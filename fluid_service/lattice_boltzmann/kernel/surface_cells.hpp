@@ -43,16 +43,33 @@ inline constexpr int direction_bits = 5;
 constexpr std::int64_t z_of(LinkInRow link) { return link >> direction_bits; }
 constexpr std::uint32_t direction_of(LinkInRow link) { return link % (1U << direction_bits); }
 
+/// What the momentum exchange reads and writes of the boundary cells of a rank, in the order of rows. It starts with
+/// zeros, which are those of free lanes. With formulas that use second cells, links have the values inward and behind
+/// too, and cells their momentum.
+template <class T>
+struct BoundaryValues {
+  static constexpr std::size_t crossing = 0;  ///< f̃_α(x_f) from an update to the exchange; then f_ᾱ(x_f) for the next
+  static constexpr std::size_t inward = 1;    ///< f̃_ᾱ(x_f)
+  static constexpr std::size_t behind = 2;    ///< f̃_α(x_f − e_α)
+  static constexpr std::size_t excess_density = 0;
+  static constexpr std::size_t momentum = 1;  ///< x; then y, z
+
+  static constexpr std::size_t per_link(bool second_cells) { return second_cells ? 3 : 1; }
+  static constexpr std::size_t per_cell(bool second_cells) { return second_cells ? 4 : 1; }
+
+  std::vector<T> by_link;       ///< per_link values each
+  std::vector<double> by_cell;  ///< per_cell values each
+};
+
 /// Boundary cells as the bulk update goes through them: BoundaryValues, and where they are.
 template <class T>
 struct RowsBesideBodies {
   const BoundaryRow* rows = nullptr;  ///< shape (x, y) of the block
   const LinkInRow* links = nullptr;
   const std::int32_t* z = nullptr;  ///< by cell, from the block's low corner
-  T* crossing = nullptr;
-  T* inward = nullptr;  ///< null, as the momentum, if no link formula uses second cells
-  double* excess_density = nullptr;
-  std::array<double*, 3> momentum{};
+  T* by_link = nullptr;
+  double* by_cell = nullptr;
+  bool second_cells = false;  ///< whether a link formula uses them
 };
 
 /// A cell in BodySurface.
@@ -70,17 +87,6 @@ struct BodySurface {
 
  private:
   std::array<std::uint32_t, 19> last_{};  ///< by number of links: the group to which a cell was added last
-};
-
-/// What the momentum exchange reads and writes of the boundary cells of a rank, in the order of rows. It starts with
-/// zeros, which are those of free lanes.
-template <class T>
-struct BoundaryValues {
-  /// f̃_α(x_f) from the bulk update to the exchange, which replaces it by f_ᾱ(x_f) for the next update. By link.
-  std::vector<T> crossing;
-  std::vector<T> inward;                        ///< f̃_ᾱ(x_f), if a link formula uses second cells
-  std::vector<double> excess_density;           ///< by cell
-  std::array<std::vector<double>, 3> momentum;  ///< likewise, if a link formula uses second cells
 };
 
 inline SurfacePlace BodySurface::add(const std::array<std::int32_t, 3>& cell, std::uint32_t directions,

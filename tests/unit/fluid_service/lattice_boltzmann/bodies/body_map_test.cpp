@@ -111,7 +111,7 @@ TEST(BodyMap, ListsUncoveredCellsWithTheBodyThatLeft) {
   EXPECT_FALSE(fixture.map.uncovered().empty());
   for (const auto& uncovered : fixture.map.uncovered()) {
     EXPECT_EQ(uncovered.body, 0);
-    EXPECT_EQ(fixture.map.owner(fixture.layout.cell(uncovered.cell)), BodyMap::fresh);
+    EXPECT_EQ(fixture.map.owner(fixture.layout.cell(uncovered.cell())), BodyMap::fresh);
   }
 }
 

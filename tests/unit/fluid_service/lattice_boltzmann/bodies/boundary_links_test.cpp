@@ -107,6 +107,8 @@ TEST(BoundaryLinks, AreInTheOrderOfTheirRowWhereverTheBodiesMove) {
 
 // Whether it was fetched when the cell became a boundary cell, or collected by an update: in both placements.
 TEST(BoundaryLinks, HoldThePopulationsOfTheirCellsWhereverTheBodiesMove) {
+  using Values = BoundaryValues<double>;
+  constexpr std::size_t per_link = Values::per_link(true);
   Crowd crowd;
   const auto constants = collision_constants<double>(CollisionKind::trt, 0.7, Eigen::Vector3d::Zero());
   for (int step = 0; step < 40; ++step) {
@@ -121,23 +123,27 @@ TEST(BoundaryLinks, HoldThePopulationsOfTheirCellsWhereverTheBodiesMove) {
     const BoundaryValues<double>& found = crowd.links->values();
     for_each_link(crowd, [&](std::size_t link, const Cell& cell, int alpha) {
       const auto f = crowd.layout->gather(crowd.populations.data(), crowd.layout->site(cell), placement);
-      ASSERT_EQ(found.crossing[link], f[static_cast<std::size_t>(alpha)]) << step;
-      ASSERT_EQ(found.inward[link], f[static_cast<std::size_t>(d3q19::opposite(alpha))]) << step;
+      const double* const values = found.by_link.data() + per_link * link;
+      ASSERT_EQ(values[Values::crossing], f[static_cast<std::size_t>(alpha)]) << step;
+      ASSERT_EQ(values[Values::inward], f[static_cast<std::size_t>(d3q19::opposite(alpha))]) << step;
+      const std::int64_t enters = crowd.layout->entry(crowd.layout->site(cell), alpha, placement);
+      ASSERT_EQ(values[Values::behind], crowd.populations[static_cast<std::size_t>(enters)]) << step;
     });
     const BodySurface& surface = crowd.links->of_body(0);
     for (std::size_t g = 0; g < surface.groups.size(); ++g)
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
         const CellGroup& group = surface.groups[g];
-        const std::uint32_t place = group.moments[lane];
+        const double* const of_cell = found.by_cell.data() + Values::per_cell(true) * group.moments[lane];
         if (group.directions[lane] == 0) {
-          ASSERT_EQ(found.excess_density[place], 0.0);
-          for (std::size_t j = 0; j < group.links; ++j) ASSERT_EQ(found.crossing[group.first_link[lane] + j], 0.0);
+          ASSERT_EQ(of_cell[Values::excess_density], 0.0);
+          for (std::size_t j = 0; j < group.links; ++j)
+            ASSERT_EQ(found.by_link[per_link * (group.first_link[lane] + j) + Values::crossing], 0.0);
           continue;
         }
         const Site site = crowd.layout->site(group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]);
         const Moments<double> m = moments(crowd.layout->gather(crowd.populations.data(), site, placement));
-        ASSERT_EQ(found.excess_density[place], m.excess_density);
-        for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_EQ(found.momentum[axis][place], m.momentum[axis]);
+        ASSERT_EQ(of_cell[Values::excess_density], m.excess_density);
+        for (std::size_t axis = 0; axis < 3; ++axis) ASSERT_EQ(of_cell[Values::momentum + axis], m.momentum[axis]);
       }
   }
 }

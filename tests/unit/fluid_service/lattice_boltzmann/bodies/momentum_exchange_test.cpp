@@ -151,13 +151,16 @@ struct Box16 {
   }
 
   void exchange(MovingBoundary formula = MovingBoundary::bounce_back) { exchange(*links, formula); }
-  void exchange(BoundaryLinks<double>& of_cells, MovingBoundary formula = MovingBoundary::bounce_back) {
+  /// With the cells of these links.
+  void exchange(const BoundaryLinks<double>& cells, MovingBoundary formula = MovingBoundary::bounce_back) {
     all_sums.assign(setup.bodies.size(), {});
-    of_cells.forget_populations();
+    BoundaryLinks<double> of_cells(*map, *layout, formula != MovingBoundary::bounce_back);
+    for (std::size_t b = 0; b < setup.bodies.size(); ++b)
+      for (const auto& [index, cell, directions, second_cells] : listing(cells.of_body(b), *layout))
+        of_cells.set(static_cast<std::int32_t>(b), cell, directions, second_cells);
     of_cells.fetch(populations.data(), Placement::home);
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
-    (*make_momentum_exchange(formula, collision, *layout, *map, films))(populations.data(), Placement::home, 0, 0,
-                                                                        of_cells, 0.0, all_sums, kept_back);
+    (*make_momentum_exchange(formula, collision, *layout, *map, films))(0, 0, of_cells, 0.0, all_sums, kept_back);
     sums = all_sums[0];
     returned = populations;
     const RowsBesideBodies<double> rows = of_cells.rows();
@@ -165,7 +168,8 @@ struct Box16 {
       for (std::uint32_t i = rows.rows[row].first_link; i < rows.rows[row].first_link + rows.rows[row].links; ++i) {
         const int leaving = static_cast<int>(direction_of(rows.links[i]));
         const Site site = layout->site(row / 16, row % 16, z_of(rows.links[i]));
-        returned[static_cast<std::size_t>(layout->location(site, leaving, Placement::streamed))] = rows.crossing[i];
+        returned[static_cast<std::size_t>(layout->location(site, leaving, Placement::streamed))] =
+            rows.by_link[BoundaryValues<double>::per_link(rows.second_cells) * i];
       }
   }
   /// With links of one cell only.
@@ -467,26 +471,33 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   CellGroup group;
   group.links = 3;
   group.used = 7;
+  BoundaryValues<T> with_second_cells;
+  BoundaryValues<T> without;
   constexpr std::size_t head = d3q19::directions;
-  std::vector<T> crossing(head + 3 * surface_lanes);
-  std::vector<T> inward(crossing.size());
-  std::array<Lanes<double>, d3q19::directions> behind{};
-  std::vector<double> excess_density(1 + surface_lanes);
-  std::array momentum = {excess_density, excess_density, excess_density};
-  for (std::size_t lane = 0; lane < 7; ++lane) {
-    const auto x = static_cast<double>(lane);
-    const std::size_t place = (3 * lane) % 7;
-    group.moments[lane] = static_cast<std::uint32_t>(1 + place);
-    group.first_link[lane] = static_cast<std::uint32_t>(head + 3 * place);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      momentum[axis][1 + place] = 0.01 * std::sin(x + static_cast<double>(axis));
-    group.directions[lane] = (1U << (1 + lane)) | (1U << (9 + lane)) | (1U << 17);
-    excess_density[1 + place] = 0.001 * std::cos(x);
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double y = x + 10.0 * static_cast<double>(j);
-      crossing[group.first_link[lane] + j] = static_cast<T>(0.01 * std::sin(y));
-      inward[group.first_link[lane] + j] = static_cast<T>(0.01 * std::cos(y));
-      behind[j][lane] = 0.01 * std::sin(2.0 * y);
+  constexpr std::size_t links = head + 3 * surface_lanes;
+  for (BoundaryValues<T>* const values : {&without, &with_second_cells}) {
+    const bool second_cells = values == &with_second_cells;
+    values->by_link.resize(links * values->per_link(second_cells));
+    values->by_cell.resize((1 + surface_lanes) * values->per_cell(second_cells));
+    for (std::size_t lane = 0; lane < 7; ++lane) {
+      const auto x = static_cast<double>(lane);
+      const std::size_t place = (3 * lane) % 7;
+      group.moments[lane] = static_cast<std::uint32_t>(1 + place);
+      group.first_link[lane] = static_cast<std::uint32_t>(head + 3 * place);
+      group.directions[lane] = (1U << (1 + lane)) | (1U << (9 + lane)) | (1U << 17);
+      group.second_cells[lane] = group.directions[lane];
+      double* const of_cell = values->by_cell.data() + values->per_cell(second_cells) * group.moments[lane];
+      of_cell[values->excess_density] = 0.001 * std::cos(x);
+      for (std::size_t axis = 0; axis < 3 && second_cells; ++axis)
+        of_cell[values->momentum + axis] = 0.01 * std::sin(x + static_cast<double>(axis));
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double y = x + 10.0 * static_cast<double>(j);
+        T* const of_link = values->by_link.data() + values->per_link(second_cells) * (group.first_link[lane] + j);
+        of_link[values->crossing] = static_cast<T>(0.01 * std::sin(y));
+        if (!second_cells) continue;
+        of_link[values->inward] = static_cast<T>(0.01 * std::cos(y));
+        of_link[values->behind] = static_cast<T>(0.01 * std::sin(2.0 * y));
+      }
     }
   }
   std::iota(group.cell[0].begin(), group.cell[0].end(), 2);
@@ -502,17 +513,13 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   sphere.radius = 2.3;
   sphere.returned = 1e-4;
   const auto outcome = [&](const auto& exchange, const auto& formula) {
-    std::vector<T> populations = crossing;
-    GroupPopulations<T> values;
-    values.crossing = populations.data();
-    values.inward = inward.data();
-    values.behind = behind.data();
-    values.excess_density = excess_density.data();
-    for (std::size_t axis = 0; axis < 3; ++axis) values.momentum[axis] = momentum[axis].data();
+    const bool second_cells = formula.uses_second_cell;
+    BoundaryValues<T> values = second_cells ? with_second_cells : without;
     LaneSums sums;
     EXPECT_TRUE(exchange(formula, sphere, group, values, sums));
-    for (std::size_t j = 0; j < head; ++j) EXPECT_EQ(populations[j], T(0));  // of the free lane
-    return std::pair(populations, sums.sums);
+    const auto end_of_head = values.by_link.begin() + static_cast<std::ptrdiff_t>(head * values.per_link(second_cells));
+    EXPECT_EQ(std::count(values.by_link.begin(), end_of_head, T(0)), end_of_head - values.by_link.begin());  // free lane
+    return std::pair(values.by_link, sums.sums);
   };
   const auto all = [&](const fluid::ExchangeGroups<T>& groups) {
     const auto constants = collision_constants<T>(CollisionKind::trt, 0.6, Eigen::Vector3d(1e-5, 2e-5, 0.0));

@@ -72,30 +72,28 @@ struct BoundaryCells {
         z.push_back(static_cast<std::int32_t>(at)), ++rows[row].cells;
       }
     }
-    for (std::size_t i = 0; i < links.size(); ++i) crossing.push_back(static_cast<T>(0.01 * std::sin(i)));
-    inward.resize(links.size());
-    for (auto& component : moments_of_cells) component.resize(z.size());
+    by_link.resize(links.size() * per_link);
+    for (std::size_t i = 0; i < links.size(); ++i) of_link(i)[Values::crossing] = static_cast<T>(0.01 * std::sin(i));
+    by_cell.resize(z.size() * per_cell);
   }
   RowsBesideBodies<T> view() {
-    auto& m = moments_of_cells;
-    return {rows.data(),
-            links.data(),
-            z.data(),
-            crossing.data(),
-            inward.data(),
-            m[3].data(),
-            {m[0].data(), m[1].data(), m[2].data()}};
+    return {rows.data(), links.data(), z.data(), by_link.data(), by_cell.data(), true};
   }
+  T* of_link(std::size_t link) { return by_link.data() + per_link * link; }
+  double* of_cell(std::size_t cell) { return by_cell.data() + per_cell * cell; }
 
+  using Values = BoundaryValues<T>;
+  static constexpr std::size_t per_link = Values::per_link(true);
+  static constexpr std::size_t per_cell = Values::per_cell(true);
   std::vector<BoundaryRow> rows;
   std::vector<LinkInRow> links;
   std::vector<std::int32_t> z;
-  std::vector<T> crossing;
-  std::vector<T> inward;
-  std::array<std::vector<double>, 4> moments_of_cells;  ///< momentum, excess density
+  std::vector<T> by_link;
+  std::vector<double> by_cell;
 };
 
 TYPED_TEST(StreamCollideKernel, PutsBackWhatReturnsAndCollectsWhatLeaves) {
+  using Values = BoundaryValues<TypeParam>;
   const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 157}}, sizeof(TypeParam));
   const Box region{{1, 0, 2}, {4, 3, 156}};
   const auto constants = collision_constants<TypeParam>(CollisionKind::trt, 0.7, Eigen::Vector3d::Zero());
@@ -106,7 +104,7 @@ TYPED_TEST(StreamCollideKernel, PutsBackWhatReturnsAndCollectsWhatLeaves) {
     std::vector<TypeParam> expected = found;
     for (const Placement placement : {Placement::home, Placement::streamed}) {
       BoundaryCells<TypeParam> cells(layout.block());
-      const std::vector<TypeParam> before = cells.crossing;
+      BoundaryCells<TypeParam> before = cells;
       const auto for_each_link = [&](const auto& visit) {
         for (std::size_t row = 0; row < cells.rows.size(); ++row)
           for (std::uint32_t i = cells.rows[row].first_link; i < cells.rows[row].first_link + cells.rows[row].links;
@@ -118,7 +116,7 @@ TYPED_TEST(StreamCollideKernel, PutsBackWhatReturnsAndCollectsWhatLeaves) {
       };
       for_each_link([&](std::size_t i, const Site& site, int alpha, bool inside) {
         const std::int64_t read_at = layout.entry(site, d3q19::opposite(alpha), placement);
-        if (inside) expected[static_cast<std::size_t>(read_at)] = cells.crossing[i];
+        if (inside) expected[static_cast<std::size_t>(read_at)] = cells.of_link(i)[Values::crossing];
       });
       const RowsBesideBodies<TypeParam> view = cells.view();
       update(found.data(), layout, placement, region, constants, false, &view);
@@ -128,13 +126,13 @@ TYPED_TEST(StreamCollideKernel, PutsBackWhatReturnsAndCollectsWhatLeaves) {
         const auto f = [&](int direction) {
           return expected[static_cast<std::size_t>(layout.location(site, direction, other(placement)))];
         };
-        ASSERT_EQ(cells.crossing[i], inside ? f(alpha) : before[i]);
-        ASSERT_EQ(cells.inward[i], inside ? f(d3q19::opposite(alpha)) : TypeParam(0));
+        ASSERT_EQ(cells.of_link(i)[Values::crossing], inside ? f(alpha) : before.of_link(i)[Values::crossing]);
+        ASSERT_EQ(cells.of_link(i)[Values::inward], inside ? f(d3q19::opposite(alpha)) : TypeParam(0));
         const Moments<double> m = moments(layout.gather(expected.data(), site, other(placement)));
-        const std::size_t cell = i / 2;
-        ASSERT_EQ(cells.moments_of_cells[3][cell], inside ? m.excess_density : 0.0);
+        const double* const of_cell = cells.of_cell(i / 2);
+        ASSERT_EQ(of_cell[Values::excess_density], inside ? m.excess_density : 0.0);
         for (std::size_t axis = 0; axis < 3; ++axis)
-          ASSERT_EQ(cells.moments_of_cells[axis][cell], inside ? m.momentum[axis] : 0.0);
+          ASSERT_EQ(of_cell[Values::momentum + axis], inside ? m.momentum[axis] : 0.0);
       });
     }
   }
