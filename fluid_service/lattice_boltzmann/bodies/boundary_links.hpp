@@ -14,10 +14,11 @@
 
 namespace copepod::fluid {
 
-/// Links of each body, kept up to date around cells that change hands. Links change rarely, and the bulk update leaves
-/// the populations of boundary cells in the cache: they are collected then and there, so that the next exchange need
-/// not fetch each from a cache line of its own. One step:
-///   update -> fetch (what is new) -> momentum exchange -> put_back, bulk update, collect (strip by strip)
+/// Links of each body, kept up to date around cells that change hands, and what the momentum exchange reads of their
+/// cells. The bulk update puts back what returns along links and collects what leaves, while the populations are in the
+/// cache (stream_collide.hpp). Links change rarely: between two updates only those that are new are fetched, and what
+/// second cells send. One step:
+///   update -> fetch -> momentum exchange -> bulk update, with rows()
 template <class T>
 class BoundaryLinks {
  public:

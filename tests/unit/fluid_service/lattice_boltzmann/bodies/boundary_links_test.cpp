@@ -10,18 +10,22 @@
 namespace copepod::fluid {
 namespace {
 
-/// Two spheres and a capsule that touch each other, in a box that is periodic along x and has a mirror and
-/// a wall.
+/// Two spheres and a capsule that touch each other, and a sphere in both ends of a period, in a box that is periodic
+/// along x and z and has a mirror and a wall.
 struct Crowd {
   Crowd() {
     setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
     setup.domain_cells = {16, 20, 18};
     setup.boundaries[0].kind = setup.boundaries[1].kind = BoundaryKind::periodic;
+    setup.boundaries[4].kind = setup.boundaries[5].kind = BoundaryKind::periodic;
     setup.boundaries[2].kind = BoundaryKind::free_slip;
-    setup.bodies = {{ShapeKind::sphere, 3.1, 0.0}, {ShapeKind::sphere, 2.6, 0.0}, {ShapeKind::capsule, 2.2, 5.0}};
+    setup.bodies = {{ShapeKind::sphere, 3.1, 0.0},
+                    {ShapeKind::sphere, 2.6, 0.0},
+                    {ShapeKind::capsule, 2.2, 5.0},
+                    {ShapeKind::sphere, 2.4, 0.0}};
     units.emplace(setup);
     domain.emplace(setup, *units);
-    layout.emplace(domain->box(), 8);
+    layout.emplace(domain->box(), 8, origin_rule(*domain, domain->box()));
     std::vector<LatticeBody> bodies;
     for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, *units);
     map.emplace(*domain, *layout, bodies);
@@ -33,6 +37,7 @@ struct Crowd {
     map->bodies()[0].position = Eigen::Vector3d(2.1, 7.2, 8.9) + shift;
     map->bodies()[1].position = Eigen::Vector3d(7.6, 7.4, 9.1) + shift;
     map->bodies()[2].position = Eigen::Vector3d(13.2, 9.3, 8.4) + shift;
+    map->bodies()[3].position = Eigen::Vector3d(8.3, 15.4, -0.4) + shift;
     map->bodies()[2].axis = Eigen::Vector3d(1.0, 2.0, -1.0).normalized();
     map->update();
     map->accept_fresh_cells();
@@ -67,7 +72,7 @@ TEST(BoundaryLinks, AreAllDirectionsFromFluidCellsIntoABodyWhereverItMoves) {
   Crowd crowd;
   for (int step = 0; step < 40; ++step) {
     crowd.place(Eigen::Vector3d(0.31, -0.05, 0.03) * step);
-    for (std::int32_t body = 0; body < 3; ++body) {
+    for (std::int32_t body = 0; body < 4; ++body) {
       std::vector<std::pair<std::int64_t, std::uint32_t>> found;
       for (const auto& [index, cell, directions, second_cells] :
            listing(crowd.links->of_body(static_cast<std::size_t>(body)), *crowd.layout))
@@ -81,7 +86,7 @@ TEST(BoundaryLinks, AreAllDirectionsFromFluidCellsIntoABodyWhereverItMoves) {
 /// visit(link's place, cell, direction) for all links of all bodies.
 template <class Visit>
 void for_each_link(Crowd& crowd, const Visit& visit) {
-  for (std::size_t body = 0; body < 3; ++body)
+  for (std::size_t body = 0; body < 4; ++body)
     for (const CellGroup& group : crowd.links->of_body(body).groups)
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
         std::size_t link = group.first_link[lane];
