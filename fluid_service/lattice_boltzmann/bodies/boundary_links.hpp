@@ -273,9 +273,8 @@ template <class T>
 void BoundaryLinks<T>::reserve(std::size_t cells) {
   constexpr std::size_t links_of_cell = 6;  // more than on average, but what is not used takes no memory
   const auto reserve = [](auto& array, std::size_t more) { array.reserve(array.size() + more); };
-  each_by_link(arrays_, arrays_, [&](const auto&, auto& array, std::size_t values) {
-    reserve(array, values * links_of_cell * cells);
-  });
+  each_by_link(arrays_, arrays_,
+               [&](const auto&, auto& array, std::size_t values) { reserve(array, values * links_of_cell * cells); });
   each_by_cell(arrays_, arrays_,
                [&](const auto&, auto& array, std::size_t values) { reserve(array, values * 2 * cells); });
 }
@@ -348,8 +347,7 @@ void BoundaryLinks<T>::read(const T* populations, Placement placement, std::uint
   using Values = BoundaryValues<T>;
   const Site site = layout_.site(group.cell[0][place.lane], group.cell[1][place.lane], group.cell[2][place.lane]);
   const Moments<double> m = moments_at(populations, placement, site);
-  double* const of_cell =
-      arrays_.values.by_cell.data() + Values::per_cell(second_cells_) * group.moments[place.lane];
+  double* const of_cell = arrays_.values.by_cell.data() + Values::per_cell(second_cells_) * group.moments[place.lane];
   of_cell[Values::excess_density] = m.excess_density;
   std::uint32_t link = group.first_link[place.lane];
   for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1, ++link) {

@@ -90,7 +90,8 @@ struct ExchangeGroupLoop {
       if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
       T* const first = values.by_link.data() + per_link * group.first_link[lane];
-      for (std::uint32_t j = 0; j < group.links; ++j) first[per_link * j + Values::crossing] = outcome.returning[j][lane];
+      for (std::uint32_t j = 0; j < group.links; ++j)
+        first[per_link * j + Values::crossing] = outcome.returning[j][lane];
     }
     for (std::size_t c = 0; c < components; ++c)
       for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
@@ -155,8 +156,8 @@ struct ExchangeGroupLoop {
 
   /// Of the lanes from `lane` on.
   [[gnu::always_inline]] static bool exchange(const Formula& formula, const SphereInBlock& sphere,
-                                              const CellGroup& group, const BoundaryValues<T>& values,
-                                              std::size_t lane, Outcome& outcome) {
+                                              const CellGroup& group, const BoundaryValues<T>& values, std::size_t lane,
+                                              Outcome& outcome) {
     constexpr double small = 0.2;  // 36 of them fit the sums of a cell, below 8 without rounding
     V r[3];
     for (std::size_t a = 0; a < 3; ++a)

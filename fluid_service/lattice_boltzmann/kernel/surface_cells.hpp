@@ -49,8 +49,8 @@ constexpr std::uint32_t direction_of(LinkInRow link) { return link % (1U << dire
 template <class T>
 struct BoundaryValues {
   static constexpr std::size_t crossing = 0;  ///< f̃_α(x_f) from an update to the exchange; then f_ᾱ(x_f) for the next
-  static constexpr std::size_t inward = 1;    ///< f̃_ᾱ(x_f)
-  static constexpr std::size_t behind = 2;    ///< f̃_α(x_f − e_α)
+  static constexpr std::size_t inward = 1;  ///< f̃_ᾱ(x_f)
+  static constexpr std::size_t behind = 2;  ///< f̃_α(x_f − e_α)
   static constexpr std::size_t excess_density = 0;
   static constexpr std::size_t momentum = 1;  ///< x; then y, z
 

@@ -518,7 +518,8 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
     LaneSums sums;
     EXPECT_TRUE(exchange(formula, sphere, group, values, sums));
     const auto end_of_head = values.by_link.begin() + static_cast<std::ptrdiff_t>(head * values.per_link(second_cells));
-    EXPECT_EQ(std::count(values.by_link.begin(), end_of_head, T(0)), end_of_head - values.by_link.begin());  // free lane
+    EXPECT_EQ(std::count(values.by_link.begin(), end_of_head, T(0)),
+              end_of_head - values.by_link.begin());  // free lane
     return std::pair(values.by_link, sums.sums);
   };
   const auto all = [&](const fluid::ExchangeGroups<T>& groups) {

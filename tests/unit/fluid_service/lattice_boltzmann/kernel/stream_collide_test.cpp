@@ -76,9 +76,7 @@ struct BoundaryCells {
     for (std::size_t i = 0; i < links.size(); ++i) of_link(i)[Values::crossing] = static_cast<T>(0.01 * std::sin(i));
     by_cell.resize(z.size() * per_cell);
   }
-  RowsBesideBodies<T> view() {
-    return {rows.data(), links.data(), z.data(), by_link.data(), by_cell.data(), true};
-  }
+  RowsBesideBodies<T> view() { return {rows.data(), links.data(), z.data(), by_link.data(), by_cell.data(), true}; }
   T* of_link(std::size_t link) { return by_link.data() + per_link * link; }
   double* of_cell(std::size_t cell) { return by_cell.data() + per_cell * cell; }
 
