@@ -361,7 +361,7 @@ void BoundaryLinks<T>::read(const T* populations, Placement placement, std::uint
 }
 
 /// f̃_α(x_f − e_α) of all links, where it enters x_f. They are scattered over memory, but row by row they are in the
-/// order of as many streams as there are directions. Where the second cell is not fluid, nobody uses it.
+/// order of as many streams as there are directions. Values of second cells that are not fluid are not used.
 template <class T>
 void BoundaryLinks<T>::read_second_cells(const T* populations, Placement placement) {
   const std::int64_t rows_of_plane = layout_.block().extent(1);
