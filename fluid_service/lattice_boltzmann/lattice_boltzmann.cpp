@@ -298,6 +298,7 @@ std::optional<double> LatticeBoltzmann<T>::momentum_drift() const {
 template <class T>
 SolverSummary LatticeBoltzmann<T>::summarise() {
   SolverSummary summary;
+  timer_.start();
   const Total total = total_of_cells();
   const auto [excess_low, excess_high] = fixed_point::halves(total.excess_mass);
   std::int64_t sums[] = {static_cast<std::int64_t>(total.digest), excess_low, excess_high};
@@ -308,6 +309,7 @@ SolverSummary LatticeBoltzmann<T>::summarise() {
   summary.momentum_drift = momentum_drift();
   summary.cell_updates = static_cast<std::uint64_t>(domain_.box().volume() * step_);
   summary.ranks = communicator_.size();
+  timer_.book(Phase::summary);
   summary.seconds = timer_.seconds();
   summary.body_phases = {"map", "refill", "momentum", "reduce"};
   summary.waiting_phases = {"wait"};

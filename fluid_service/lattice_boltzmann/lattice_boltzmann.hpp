@@ -26,7 +26,7 @@
 namespace copepod::fluid {
 
 /// Phases of a step, in the order in which they happen.
-enum class Phase { map, refill, momentum, reduce, halo, wait, bulk, check, output };
+enum class Phase { map, refill, momentum, reduce, halo, wait, bulk, check, output, summary };
 
 /// Wall time per phase: each call books the time since the previous one, and adds it to the timeline.
 class PhaseTimer {
@@ -47,9 +47,9 @@ class PhaseTimer {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr int phases = static_cast<int>(Phase::output) + 1;
+  static constexpr int phases = static_cast<int>(Phase::summary) + 1;
   static constexpr const char* names[phases] = {"map",  "refill", "momentum", "reduce", "halo",
-                                                "wait", "bulk",   "check",    "output"};
+                                                "wait", "bulk",   "check",    "output", "summary"};
   Timeline& timeline_;
   Clock::time_point last_ = Clock::now();
   double seconds_[phases] = {};

@@ -88,11 +88,12 @@ struct ExchangeGroupLoop {
     Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
     for (std::size_t lane = 0; lane < surface_lanes; lane += width)
       if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
-    for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-      T* const first = values.by_link.data() + per_link * group.first_link[lane];
-      for (std::uint32_t j = 0; j < group.links; ++j)
-        first[per_link * j + Values::crossing] = outcome.returning[j][lane];
-    }
+    std::array<T*, surface_lanes> returning;
+    for (std::size_t lane = 0; lane < surface_lanes; ++lane)
+      returning[lane] = values.by_link.data() + per_link * group.first_link[lane] + Values::crossing;
+    for (std::uint32_t j = 0; j < group.links; ++j)
+      for (std::size_t lane = 0; lane < surface_lanes; ++lane)
+        returning[lane][per_link * j] = outcome.returning[j][lane];
     for (std::size_t c = 0; c < components; ++c)
       for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
         const V shifted = load<V>(outcome.added[c].data() + lane) + LaneSums::rounder;
@@ -239,9 +240,9 @@ struct ExchangeGroupLoop {
       good &= added[c] * added[c] < LaneSums::limit * LaneSums::limit;
       std::memcpy(outcome.added[c].data() + lane, &added[c], sizeof(V));
     }
-    bool all = true;
-    for (std::size_t l = 0; l < width; ++l) all = all && good[l] != 0;
-    return all;
+    std::int64_t all = -1;
+    for (std::size_t l = 0; l < width; ++l) all &= good[l];
+    return all != 0;
   }
 };
 
