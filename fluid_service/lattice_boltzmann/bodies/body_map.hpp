@@ -7,6 +7,7 @@
 
 #include "lattice_boltzmann/bodies/lattice_body.hpp"
 #include "lattice_boltzmann/boundary/domain.hpp"
+#include "lattice_boltzmann/lattice/huge_array.hpp"
 
 namespace copepod::fluid {
 
@@ -87,7 +88,7 @@ class BodyMap {
   const PopulationLayout& layout_;
   std::vector<LatticeBody> bodies_;
   std::vector<Footprint> mapped_;
-  std::vector<std::int32_t> owner_;
+  HugeVector<std::int32_t> owner_;
   std::vector<ChangedCell> uncovered_;
   bool has_started_ = false;          ///< bodies that changed their place since then move
   std::vector<ChangedCell> waiting_;  ///< covered by a body, but those of another one that overlaps it

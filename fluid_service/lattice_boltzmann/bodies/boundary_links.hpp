@@ -50,9 +50,9 @@ class BoundaryLinks {
   };
   struct Arrays {
     BoundaryValues<T> values;
-    std::vector<LinkInRow> links;
-    std::vector<std::int32_t> z;  ///< by cell
-    std::vector<CellInRow> cells;
+    HugeVector<LinkInRow> links;
+    HugeVector<std::int32_t> z;  ///< by cell
+    HugeVector<CellInRow> cells;
   };
   void look_at(const Cell& cell);
   [[nodiscard]] std::size_t row(std::int64_t x, std::int64_t y) const {

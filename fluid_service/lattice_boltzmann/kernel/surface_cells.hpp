@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "lattice_boltzmann/lattice/huge_array.hpp"
+
 namespace copepod::fluid {
 
 /// Boundary cells are computed eight at a time, one per lane of a SIMD register.
@@ -57,8 +59,8 @@ struct BoundaryValues {
   static constexpr std::size_t per_link(bool second_cells) { return second_cells ? 3 : 1; }
   static constexpr std::size_t per_cell(bool second_cells) { return second_cells ? 4 : 1; }
 
-  std::vector<T> by_link;       ///< per_link values each
-  std::vector<double> by_cell;  ///< per_cell values each
+  HugeVector<T> by_link;       ///< per_link values each
+  HugeVector<double> by_cell;  ///< per_cell values each
 };
 
 /// Boundary cells as the bulk update goes through them: BoundaryValues, and where they are.
