@@ -84,6 +84,14 @@ void BodyMap::compare(const Footprint& before, const Footprint& after, std::int3
   const auto lines = [](const Footprint& f) {
     return f.width == 0 ? std::int64_t{0} : static_cast<std::int64_t>(f.rows.size()) / f.width;
   };
+  if (before.x == after.x && before.y == after.y && before.width == after.width && lines(before) == lines(after)) {
+    for (std::size_t i = 0; i < after.rows.size(); ++i) {
+      if (before.rows[i] == after.rows[i]) continue;
+      const auto row = static_cast<std::int64_t>(i);
+      compare_rows(before.rows[i], after.rows[i], {after.x + row / after.width, after.y + row % after.width, 0}, body);
+    }
+    return;
+  }
   const bool fresh_map = before.width == 0;
   const std::int64_t x0 = fresh_map ? after.x : std::min(before.x, after.x);
   const std::int64_t y0 = fresh_map ? after.y : std::min(before.y, after.y);

@@ -19,6 +19,12 @@ struct Interval {
   }
 };
 
+/// std::floor, which is a call without SSE4.1.
+std::int64_t floor_of(double x) {
+  const auto towards_zero = static_cast<std::int64_t>(x);
+  return towards_zero - static_cast<std::int64_t>(static_cast<double>(towards_zero) > x);
+}
+
 /// Adds the part of the line (dx, dy, z) inside a sphere around `centre`.
 void include_sphere(Interval& span, double dx, double dy, const Eigen::Vector3d& centre, double radius) {
   const double ex = dx - centre[0];
@@ -73,9 +79,7 @@ RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t 
   }
   if (!(span.low < span.high)) return {};
   // Centres k + 1/2 strictly between the ends.
-  const double first = std::floor(body.position[2] + span.low - 0.5) + 1.0;
-  const double last = std::ceil(body.position[2] + span.high - 0.5);
-  return {static_cast<std::int64_t>(first), static_cast<std::int64_t>(last)};
+  return {floor_of(body.position[2] + span.low - 0.5) + 1, -floor_of(-(body.position[2] + span.high - 0.5))};
 }
 
 double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, const Eigen::Vector3d& e) {
