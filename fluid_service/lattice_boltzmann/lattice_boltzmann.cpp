@@ -78,9 +78,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   count_changed_cells();
   links_.fetch(populations_.data(), placement_);
   MomentumSums kept_back{};
-  for (std::size_t place = 0; place < nearby_.bodies().size(); ++place)
-    (*exchange_momentum_)(static_cast<std::size_t>(nearby_.bodies()[place]), place, links_,
-                          nearby_.returned_mass()[place], load_sums_, kept_back);
+  (*exchange_momentum_)(nearby_.bodies(), links_, nearby_.returned_mass(), load_sums_, kept_back);
   for (std::size_t axis = 0; axis < 3; ++axis) gained_momentum_[axis] -= kept_back[axis];
   timer_.book(Phase::momentum);
   sum_loads(kinematics, loads);

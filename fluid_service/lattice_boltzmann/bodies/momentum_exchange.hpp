@@ -133,17 +133,18 @@ class MomentumExchange {
   MomentumExchange& operator=(const MomentumExchange&) = delete;
   virtual ~MomentumExchange() = default;
 
-  /// Of one body, which leaves thin films out of its loads. What the two bodies on both sides of a film leave out is
+  /// Of bodies that leave thin films out of their loads. What the two bodies on both sides of a film leave out is
   /// opposite but for what the fluid around the film exerts on both: each receives half of the sum, so that no momentum
   /// is lost.
+  /// @param bodies    those near this rank
   /// @param links     on this rank, with the populations after the bulk update; f_ᾱ replaces f̃_α
-  /// @param returned  mass to be given back, by the weight of the body's links
-  /// @param place     of the body among those near this rank
-  /// @param loads     of these, sums to which this rank's share is added
+  /// @param returned  mass to be given back by each of `bodies`, by the weight of its links
+  /// @param loads     of each, sums to which this rank's share is added
   /// @param kept_back likewise: momentum that left the fluid, but is not in the loads
   /// @throws SolverError if a population is not finite or absurdly large, naming the cell
-  virtual void operator()(std::size_t body, std::size_t place, BoundaryLinks<T>& links, double returned,
-                          std::span<LoadSums> loads, MomentumSums& kept_back) const = 0;
+  virtual void operator()(std::span<const std::int32_t> bodies, BoundaryLinks<T>& links,
+                          std::span<const double> returned, std::span<LoadSums> loads,
+                          MomentumSums& kept_back) const = 0;
 
  protected:
   MomentumExchange(bool second_cell, bool conserves) : uses_second_cell(second_cell), conserving(conserves) {}
@@ -160,8 +161,46 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         films_(films),
         exchange_group_(std::get<ExchangeGroup<Formula, T>>(choose_exchange_groups<T>())) {}
 
-  void operator()(std::size_t body, std::size_t place, BoundaryLinks<T>& links, double returned,
+  void operator()(std::span<const std::int32_t> bodies, BoundaryLinks<T>& links, std::span<const double> returned,
                   std::span<LoadSums> loads, MomentumSums& kept_back) const override {
+    GroupsInOrder with_values(bodies, links);  // what is asked for while other groups are computed
+    GroupsInOrder themselves(bodies, links);
+    for (std::size_t i = 0; i < groups_ahead; ++i) with_values.next();
+    for (std::size_t i = 0; i < 2 * groups_ahead; ++i) themselves.next();
+    const auto prefetch_ahead = [&] {
+      if (const CellGroup* const group = themselves.next()) prefetch(*group);
+      if (const CellGroup* const group = with_values.next()) prefetch(links.values(), *group);
+    };
+    for (std::size_t place = 0; place < bodies.size(); ++place)
+      exchange(static_cast<std::size_t>(bodies[place]), place, links, returned[place], loads, kept_back,
+               prefetch_ahead);
+  }
+
+ private:
+  /// Cell groups of one body after the other.
+  class GroupsInOrder {
+   public:
+    GroupsInOrder(std::span<const std::int32_t> bodies, const BoundaryLinks<T>& links)
+        : bodies_(bodies), links_(links) {}
+
+    const CellGroup* next() {  ///< null after the last one
+      for (; place_ < bodies_.size(); ++place_, group_ = 0) {
+        const std::vector<CellGroup>& groups = links_.of_body(static_cast<std::size_t>(bodies_[place_])).groups;
+        if (group_ < groups.size()) return &groups[group_++];
+      }
+      return nullptr;
+    }
+
+   private:
+    std::span<const std::int32_t> bodies_;
+    const BoundaryLinks<T>& links_;
+    std::size_t place_ = 0;
+    std::size_t group_ = 0;
+  };
+
+  template <class PrefetchAhead>
+  void exchange(std::size_t body, std::size_t place, BoundaryLinks<T>& links, double returned,
+                std::span<LoadSums> loads, MomentumSums& kept_back, const PrefetchAhead& prefetch_ahead) const {
     const std::vector<CellGroup>& groups = links.of_body(body).groups;
     const bool by_lanes = is_simple(body);
     SphereInBlock sphere;
@@ -177,7 +216,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     };
     for (std::size_t g = 0; g < groups.size(); ++g) {
       if (g % LaneSums::most_groups == 0) add_lanes();
-      if (g + groups_ahead < groups.size()) prefetch(links.values(), groups[g + groups_ahead]);
+      prefetch_ahead();
       if (groups[g].used == 0) continue;
       if (by_lanes && has_second_cells(groups[g]) &&
           exchange_group_(formula_, sphere, groups[g], links.values(), lanes))
@@ -187,7 +226,6 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     add_lanes();
   }
 
- private:
   /// Whether the links of a body are what exchange_group is for: into a sphere, itself or one image of it, whose loads
   /// no film is left out of.
   [[nodiscard]] bool is_simple(std::size_t index) const {
@@ -366,7 +404,12 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   static constexpr std::size_t per_cell = BoundaryValues<T>::per_cell(Formula::uses_second_cell);
   static constexpr std::size_t groups_ahead = 4;
 
-  /// The rows of a body are scattered over memory. Always inline: gcc drops calls of functions that only prefetch.
+  // Groups are in order body by body only, and the rows of a body are scattered over memory. Always inline: gcc drops
+  // calls of functions that only prefetch.
+  [[gnu::always_inline]] static void prefetch(const CellGroup& group) {
+    const char* const bytes = reinterpret_cast<const char*>(&group);
+    for (std::size_t i = 0; i < sizeof(CellGroup); i += 64) __builtin_prefetch(bytes + i);
+  }
   [[gnu::always_inline]] static void prefetch(const BoundaryValues<T>& boundary, const CellGroup& group) {
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
       const T* const links = boundary.by_link.data() + per_link * group.first_link[lane];

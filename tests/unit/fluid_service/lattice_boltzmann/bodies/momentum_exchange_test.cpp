@@ -160,7 +160,8 @@ struct Box16 {
         of_cells.set(static_cast<std::int32_t>(b), cell, directions, second_cells);
     of_cells.fetch(populations.data(), Placement::home);
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
-    (*make_momentum_exchange(formula, collision, *layout, *map, films))(0, 0, of_cells, 0.0, all_sums, kept_back);
+    const auto exchange_momentum = make_momentum_exchange(formula, collision, *layout, *map, films);
+    (*exchange_momentum)(std::array{0}, of_cells, std::array{0.0}, all_sums, kept_back);
     sums = all_sums[0];
     returned = populations;
     const RowsBesideBodies<double> rows = of_cells.rows();
