@@ -45,8 +45,11 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       absorbed_mass_(Eigen::Matrix2Xd::Zero(2, static_cast<Eigen::Index>(setup.bodies.size()))),
       timer_(communicator.context().timeline()),
       output_(setup, communicator) {
+  populations_.touch(showing_progress());  // or the first step would wait for memory
   if (setup.initial_flow.kind != InitialFlowKind::rest)
     initialise([&](const Cell& cell) { return initial_flow(setup_, units_, cell); });
+  std::int64_t ready[] = {0};
+  communicator.sum_to_all(ready);  // no rank is late for the first step
 }
 
 template <class T>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <new>
@@ -69,6 +70,16 @@ class HugeArray {
   HugeArray(const HugeArray&) = delete;
   HugeArray& operator=(const HugeArray&) = delete;
   ~HugeArray() { huge_pages::unmap(data_, size_ * sizeof(T)); }
+
+  /// Lets the system provide all memory now; show_progress() after each page.
+  template <class ShowProgress>
+  void touch(const ShowProgress& show_progress) {
+    constexpr std::size_t small_page = 4096;
+    for (std::size_t first = 0; first < size_; first += huge_pages::page / sizeof(T), show_progress())
+      for (std::size_t i = first; i < std::min(size_, first + huge_pages::page / sizeof(T));
+           i += small_page / sizeof(T))
+        data_[i] = T(0);
+  }
 
   [[nodiscard]] T* data() { return data_; }
   [[nodiscard]] const T* data() const { return data_; }
