@@ -40,9 +40,11 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     Footprint& before = mapped_[b];
     const LatticeBody& body = bodies_[b];
     const bool mapped = before.width > 0;
-    if (mapped && before.state.position == body.position && before.state.axis == body.axis) continue;
+    const bool turned = before.state.axis != body.axis;
+    if (mapped && before.state.position == body.position && !turned) continue;
     check_inside(body, b);
     if (has_started_) check_clear_of_faces(body, b);
+    if (mapped && (body.position - before.state.position).norm() <= before.free_way_lu && !turned) continue;
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
     Footprint after = footprint(body);
     compare(before, after, index);
@@ -53,7 +55,7 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
   return !changed_.empty();
 }
 
-BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) const {
+BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) {
   const Eigen::Vector3d half = body.half_extents();
   const auto first = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] - half[axis])); };
   const auto last = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] + half[axis])); };
@@ -61,7 +63,36 @@ BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) const {
   result.rows.reserve(static_cast<std::size_t>((last(0) - first(0) + 1) * result.width));
   for (std::int64_t x = result.x; x <= last(0); ++x)
     for (std::int64_t y = result.y; y < result.y + result.width; ++y) result.rows.push_back(covered_cells(body, x, y));
+  if (body.kind == ShapeKind::sphere) result.free_way_lu = distance_to_next_cell(result);
   return result;
+}
+
+/// A lower bound of the distance between a sphere's surface and the centre nearest to it, at most 1: with the distance
+/// d of a centre from the sphere's, |d − R| ≥ |d² − R²|/(2R + 2) up to d = R + 2.
+double BodyMap::distance_to_next_cell(const Footprint& sphere) {
+  constexpr double rounding = 1e-6;  // far more than that of positions
+  const Eigen::Vector3d& centre = sphere.state.position;
+  const double radius = sphere.state.radius;
+  const auto from_centre = [&](std::int64_t cell, int axis) { return static_cast<double>(cell) + 0.5 - centre[axis]; };
+  const std::int64_t lines = static_cast<std::int64_t>(sphere.rows.size()) / sphere.width;
+  double nearest = 2.0 * radius + 2.0;
+  for (std::int64_t x = sphere.x - 1; x <= sphere.x + lines; ++x)
+    for (std::int64_t y = sphere.y - 1; y <= sphere.y + sphere.width; ++y) {
+      const double dx = from_centre(x, 0);
+      const double dy = from_centre(y, 1);
+      const double outside = dx * dx + dy * dy - radius * radius;
+      const auto look_at = [&](std::int64_t z) {
+        const double dz = from_centre(z, 2);
+        nearest = std::min(nearest, std::abs(outside + dz * dz));
+      };
+      const RowInterval covered = sphere.row(x, y);
+      if (covered.empty()) {
+        look_at(static_cast<std::int64_t>(std::floor(centre[2])));
+      } else {
+        for (const std::int64_t z : {covered.low - 1, covered.low, covered.high - 1, covered.high}) look_at(z);
+      }
+    }
+  return std::max(0.0, nearest / (2.0 * radius + 2.0) - rounding);
 }
 
 /// Whether the body or an image of it can cover a cell of the block or its ghosts.

@@ -15,7 +15,8 @@ namespace copepod::fluid {
 /// centre lies inside [paper, section 2.3].
 ///
 /// A body is kept as one interval of cells per row; from step to step only the ends of intervals differ, so
-/// an update costs a square root per row and touches only cells that change.
+/// an update costs a square root per row and touches only cells that change. A sphere is left out until it has moved
+/// as far as the nearest cell centre was from its surface.
 class BodyMap {
  public:
   static constexpr std::int32_t fluid = 0;
@@ -61,8 +62,9 @@ class BodyMap {
  private:
   /// Rows of one body, around its centre, in cells counted without wrapping.
   struct Footprint {
-    LatticeBody state;   ///< when the rows were made
-    std::int64_t x = 0;  ///< of the first row
+    LatticeBody state;         ///< when the rows were made
+    double free_way_lu = 0.0;  ///< so far the body may move with the same rows
+    std::int64_t x = 0;        ///< of the first row
     std::int64_t y = 0;
     std::int64_t width = 0;         ///< rows along y; 0: never mapped
     std::vector<RowInterval> rows;  ///< shape (x, y)
@@ -70,7 +72,8 @@ class BodyMap {
     [[nodiscard]] RowInterval row(std::int64_t at_x, std::int64_t at_y) const;
   };
 
-  [[nodiscard]] Footprint footprint(const LatticeBody& body) const;
+  [[nodiscard]] static Footprint footprint(const LatticeBody& body);
+  [[nodiscard]] static double distance_to_next_cell(const Footprint& sphere);
   [[nodiscard]] bool near_block(const LatticeBody& body) const;
   void compare(const Footprint& before, const Footprint& after, std::int32_t body);
   void compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body);

@@ -100,6 +100,27 @@ TEST(BodyMap, IncrementalMappingEqualsMappingFromScratch) {
   }
 }
 
+// Such a sphere is left out for some steps, but for none in which a centre crosses its surface.
+TEST(BodyMap, SlowSphereTakesAndLosesEveryCellInTime) {
+  for (const double radius : {0.7, 2.2, 4.0}) {
+    MapFixture fixture(periodic_box({12, 12, 12}, {{ShapeKind::sphere, radius, 0.0}}));
+    for (int step = 0; step < 1000; ++step) {
+      const Eigen::Vector3d centre =
+          Eigen::Vector3d(6.0, 6.0, 6.0) + 6e-4 * step * Eigen::Vector3d(0.9, -0.5, std::cos(0.01 * step));
+      fixture.map.bodies()[0].position = centre;
+      fixture.map.update();
+      fixture.map.accept_fresh_cells();
+      for (std::int64_t x = 0; x < 12; ++x)
+        for (std::int64_t y = 0; y < 12; ++y)
+          for (std::int64_t z = 0; z < 12; ++z) {
+            const Eigen::Vector3d r = Eigen::Vector3d(x, y, z) + Eigen::Vector3d::Constant(0.5) - centre;
+            const std::int32_t owner = fixture.map.owner(fixture.layout.cell(Cell{x, y, z}));
+            ASSERT_EQ(owner, r.norm() < radius ? 1 : 0) << "step " << step << ", " << x << " " << y << " " << z;
+          }
+    }
+  }
+}
+
 TEST(BodyMap, ListsUncoveredCellsWithTheBodyThatLeft) {
   MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
   fixture.map.bodies()[0].position = {10.0, 10.0, 10.0};
