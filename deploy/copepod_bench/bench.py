@@ -1,5 +1,6 @@
 """`copepod bench`: what to expect on this machine, as a table and as JSON."""
 
+import itertools
 import json
 import os
 import subprocess
@@ -53,16 +54,11 @@ def _pure(options: Namespace) -> list[Figures]:
 
 def _coupled(options: Namespace) -> list[Figures]:
     ranks = len(os.sched_getaffinity(0))
-    small: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = [(_DOMAINS[0], 3, ())]
-    large = []
+    rows: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = [(_DOMAINS[0], 3, ())]
     if not options.quick:
-        small.append((_PAPER, 3, ("x", "y")))
-        large = [(_PAPER, beads, ()) for beads in (0, 3, 100, 1000)]
+        rows += [(_PAPER, 3, ("x", "y")), *((_PAPER, beads, ()) for beads in (3, 100, 1000))]
     results = []
-    for domain, beads, planes, transport in [
-        *((*row, transport) for row in small for transport in ("ipc", "in_process")),
-        *((*row, "ipc") for row in large),
-    ]:
+    for (domain, beads, planes), transport in itertools.product(rows, ("ipc", "in_process")):
         with Stage(f"coupled, {domain}, {beads} beads, {ranks} rank(s), {transport}"):
             steps = min(_LONGEST_STEPS, _steps(measurements.computed_cells(domain, planes), 1e9))
             results.append(
