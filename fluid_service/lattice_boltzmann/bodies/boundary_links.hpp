@@ -65,7 +65,7 @@ class BoundaryLinks {
   void move(BoundaryRow& row, std::uint32_t cell, std::int32_t cells, std::uint32_t link, std::int32_t links);
   void append(BoundaryRow& row, const Arrays& from, Arrays& to, std::uint32_t links);
   void reserve(std::size_t cells);
-  void compact();
+  void put_in_order();
   /// visit(array of `from`, array of `to`, values per link or cell) for the arrays by link, and by cell.
   template <class Visit>
   void each_by_link(const Arrays& from, Arrays& to, const Visit& visit) const {
@@ -116,6 +116,7 @@ BoundaryLinks<T>::BoundaryLinks(const BodyMap& map, const PopulationLayout& layo
 
 template <class T>
 void BoundaryLinks<T>::update() {
+  if (arrays_.links.size() > links_in_use_ + links_in_use_ / 2 + 8 * rows_.size() && new_cells_.empty()) put_in_order();
   looked_at_.resize(static_cast<std::size_t>(layout_.cells()));
   std::vector<std::array<std::int32_t, 3>> cells;  // from the block's low corner
   const Cell& low = layout_.block().low;
@@ -141,7 +142,6 @@ void BoundaryLinks<T>::update() {
     looked_at_[static_cast<std::size_t>(layout_.cell(x, y, z))] = false;
     look_at({low[0] + x, low[1] + y, low[2] + z});
   }
-  if (arrays_.links.size() > 2 * links_in_use_ + 8 * rows_.size()) compact();
 }
 
 /// Links of one cell into every body beside it.
@@ -315,17 +315,25 @@ void BoundaryLinks<T>::append(BoundaryRow& row, const Arrays& from, Arrays& to, 
   }
 }
 
-/// Puts rows next to each other again, in their order, which is that of the bulk update.
+/// Puts rows next to each other again, in their order, which is that of the bulk update, and fills groups: as bodies
+/// move, rows find their places behind the others, and lanes become free.
 template <class T>
-void BoundaryLinks<T>::compact() {
-  Arrays compacted = empty_arrays();
+void BoundaryLinks<T>::put_in_order() {
+  Arrays in_order = empty_arrays();
+  std::vector<BodySurface> filled(surfaces_.size());
   for (BoundaryRow& row : rows_) {
-    if (row.cells > 0)
-      append(row, arrays_, compacted, 0);
-    else
+    if (row.cells == 0) {
       row = {};
+      continue;
+    }
+    append(row, arrays_, in_order, 0);
+    for (std::uint32_t i = row.first_cell; i < row.first_cell + row.cells; ++i) {
+      CellInRow& cell = in_order.cells[i];
+      filled[cell.body].move_here(group_of(cell), cell.place);
+    }
   }
-  arrays_ = std::move(compacted);
+  arrays_ = std::move(in_order);
+  surfaces_ = std::move(filled);
 }
 
 /// The same bits for a cell and its mirror image.

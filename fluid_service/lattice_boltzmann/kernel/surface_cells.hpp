@@ -86,6 +86,8 @@ struct BodySurface {
 
   SurfacePlace add(const std::array<std::int32_t, 3>& cell, std::uint32_t directions, std::uint32_t second_cells);
   void remove(const SurfacePlace& place);
+  /// Adds the cell at a place of another group; on return `place` is the one here.
+  void move_here(const CellGroup& group, SurfacePlace& place);
 
  private:
   std::array<std::uint32_t, 19> last_{};  ///< by number of links: the group to which a cell was added last
@@ -107,6 +109,15 @@ inline SurfacePlace BodySurface::add(const std::array<std::int32_t, 3>& cell, st
   group.second_cells[lane] = second_cells;
   ++group.used;
   return {last, lane};
+}
+
+inline void BodySurface::move_here(const CellGroup& group, SurfacePlace& place) {
+  const std::uint32_t lane = place.lane;
+  place = add({group.cell[0][lane], group.cell[1][lane], group.cell[2][lane]}, group.directions[lane],
+              group.second_cells[lane]);
+  CellGroup& here = groups[place.group];
+  here.first_link[place.lane] = group.first_link[lane];
+  here.moments[place.lane] = group.moments[lane];
 }
 
 inline void BodySurface::remove(const SurfacePlace& place) {
