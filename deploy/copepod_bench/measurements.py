@@ -68,7 +68,7 @@ def measure_coupled(
     """Speed with free beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio.
 
     `domain` is the whole one; rates count the cells that are computed, and leave out the fluid's last look at all
-    cells (the phase summary), which is no part of a step.
+    cells (the phase summary), which belongs to no step.
     """
     computed = computed_cells(domain, symmetry_planes)
     rows = []

@@ -92,7 +92,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
 template <class T>
 void LatticeBoltzmann<T>::count_changed_cells() {
   const auto add = [this](const BodyMap::ChangedCell& changed, fixed_point::Sum sign) {
-    if (step_ == 0 || !layout_.block().contains(changed.cell())) return;  // at step 0 bodies displace fluid at rest
+    if (!layout_.block().contains(changed.cell())) return;
     const Moments<double> m = moments_of(layout_.site(changed.cell()));
     load_sums_[nearby_.place_of(changed.body)][mass_component] += sign * fixed_point::from_double(m.excess_density);
     for (std::size_t axis = 0; axis < 3; ++axis)

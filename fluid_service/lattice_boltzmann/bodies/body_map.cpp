@@ -34,7 +34,7 @@ bool BodyMap::update() {
 bool BodyMap::update(std::span<const std::int32_t> bodies) {
   uncovered_.clear();
   covered_.clear();
-  changed_.clear();
+  changed_ = {};  // with its memory: at first it holds all cells that bodies cover
   for (const std::int32_t index : bodies) {
     const auto b = static_cast<std::size_t>(index);
     Footprint& before = mapped_[b];
@@ -49,6 +49,7 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     Footprint after = footprint(body);
     compare(before, after, index);
     before = std::move(after);
+    if (!has_started_) cover_cells();  // at once, since nothing was given up: a list of all cells would take memory
   }
   cover_cells();
   has_started_ = true;
@@ -202,11 +203,11 @@ void BodyMap::cover_cells() {
       if (other.body < c.body) continue;
       changed_.push_back(other);
     }
-    if (owner == fluid) covered_.push_back(c);
+    if (owner == fluid && has_started_) covered_.push_back(c);
     owner = c.body + 1;
     changed_.push_back(c);
   }
-  claimed_ = {};  // with its memory: the first map claims all cells of all bodies
+  claimed_.clear();
 }
 
 void BodyMap::accept_fresh_cells() {
