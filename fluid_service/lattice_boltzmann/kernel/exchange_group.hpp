@@ -88,7 +88,7 @@ struct ExchangeGroupLoop {
     Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
     for (std::size_t lane = 0; lane < surface_lanes; lane += width)
       if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
-    std::array<T*, surface_lanes> returning;
+    std::array<T*, surface_lanes> returning{};
     for (std::size_t lane = 0; lane < surface_lanes; ++lane)
       returning[lane] = values.by_link.data() + per_link * group.first_link[lane] + Values::crossing;
     for (std::uint32_t j = 0; j < group.links; ++j)
