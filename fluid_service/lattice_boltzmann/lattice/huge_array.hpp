@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <new>
@@ -71,14 +70,14 @@ class HugeArray {
   HugeArray& operator=(const HugeArray&) = delete;
   ~HugeArray() { huge_pages::unmap(data_, size_ * sizeof(T)); }
 
-  /// Lets the system provide all memory now; show_progress() after each page.
+  /// Lets the system provide all memory now; show_progress() every now and then.
   template <class ShowProgress>
   void touch(const ShowProgress& show_progress) {
-    constexpr std::size_t small_page = 4096;
-    for (std::size_t first = 0; first < size_; first += huge_pages::page / sizeof(T), show_progress())
-      for (std::size_t i = first; i < std::min(size_, first + huge_pages::page / sizeof(T));
-           i += small_page / sizeof(T))
-        data_[i] = T(0);
+    constexpr std::size_t small_page = 4096 / sizeof(T);
+    for (std::size_t i = 0; i < size_; i += small_page) {
+      data_[i] = T(0);
+      show_progress();
+    }
   }
 
   [[nodiscard]] T* data() { return data_; }
