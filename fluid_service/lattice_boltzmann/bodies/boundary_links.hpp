@@ -316,7 +316,8 @@ void BoundaryLinks<T>::append(BoundaryRow& row, const Arrays& from, Arrays& to, 
 }
 
 /// Puts rows next to each other again, in their order, which is that of the bulk update, and fills groups: as bodies
-/// move, rows find their places behind the others, and lanes become free.
+/// move, rows find their places behind the others, and lanes become free. Before the next fetch new cells must keep
+/// their places.
 template <class T>
 void BoundaryLinks<T>::put_in_order() {
   Arrays in_order = empty_arrays();
