@@ -35,6 +35,10 @@ class ThreadRanks::Posting {
   ~Posting();
 
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
+  /// The other side is there, and neither of the two ranks copies so far.
+  [[nodiscard]] bool is_matched() const { return match_.load(std::memory_order_relaxed) != nullptr; }
+  /// Copies the message if it is matched.
+  void deliver();
 
  private:
   friend Channel;
@@ -49,7 +53,9 @@ class ThreadRanks::Posting {
   void close() { open_.store(false, std::memory_order_release); }  // from here on it may be gone
 
   std::atomic<bool> open_{false};
+  std::atomic<Posting*> match_{nullptr};  ///< changes under the channel's mutex
   Channel* channel_ = nullptr;
+  bool sends_ = false;
   std::span<const std::byte> source_;          ///< of a sender
   std::span<std::byte> target_;                ///< of a receiver
   std::vector<std::byte>* resized_ = nullptr;  ///< of one that takes any size
@@ -66,14 +72,17 @@ class ThreadRanks::Channel {
   void receive(Posting& posting, std::vector<std::byte>& data);
   /// Sends a copy once the one before has been received.
   void send_copy(std::span<const std::byte> data);
+  /// Copies what a posting and its match hold, unless the other rank does so already.
+  void deliver(Posting& posting);
   /// On return nothing reads or writes the posting's buffer any more.
   void withdraw(Posting& posting);
 
  private:
   using Postings = std::deque<Posting*>;
 
-  /// @return the other side, which is no longer among `others`; null if it is to come: `posting` then waits in `own`
-  Posting* match(Posting& posting, Postings& own, Postings& others);
+  /// Matches it with the first of `others`, or lets it wait in `own`.
+  /// @return whether there was one
+  bool match(Posting& posting, Postings& own, Postings& others);
 
   Rank& sender_;
   Rank& receiver_;
@@ -100,7 +109,7 @@ class ThreadRanks::Rank final : public Communicator {
   void receive(int peer, std::vector<std::byte>& data) override;
   void report_failure(const FailureReport& report) override;
 
-  void wait_for(const Posting& posting);
+  void wait_for(Posting& posting);
   void wake();
   void throw_if_failed() const;
 
@@ -156,35 +165,50 @@ ThreadRanks::Posting::~Posting() {
   if (is_open()) channel_->withdraw(*this);
 }
 
-ThreadRanks::Posting* ThreadRanks::Channel::match(Posting& posting, Postings& own, Postings& others) {
+void ThreadRanks::Posting::deliver() {
+  if (is_matched()) channel_->deliver(*this);
+}
+
+bool ThreadRanks::Channel::match(Posting& posting, Postings& own, Postings& others) {
   const std::lock_guard lock(mutex_);
+  posting.channel_ = this;
+  posting.open_.store(true, std::memory_order_relaxed);
   if (others.empty()) {
-    posting.channel_ = this;
-    posting.open_.store(true, std::memory_order_relaxed);
     own.push_back(&posting);
-    return nullptr;
+    return false;
   }
-  Posting* const other = others.front();
+  posting.match_ = others.front();
+  others.front()->match_ = &posting;
   others.pop_front();
-  return other;
+  return true;
 }
 
 void ThreadRanks::Channel::send(Posting& posting, std::span<const std::byte> data) {
+  posting.sends_ = true;
   posting.source_ = data;
-  if (Posting* const receiving = match(posting, sends_, receives_)) {
-    receiving->take(data);
-    receiving->close();
-    receiver_.wake();
-  }
+  if (match(posting, sends_, receives_)) receiver_.wake();
 }
 
 void ThreadRanks::Channel::receive(Posting& posting, std::span<std::byte> data) {
   posting.target_ = data;
-  if (Posting* const sending = match(posting, receives_, sends_)) {
-    posting.take(sending->source_);
-    sending->close();
-    sender_.wake();
+  if (match(posting, receives_, sends_)) sender_.wake();
+}
+
+void ThreadRanks::Channel::deliver(Posting& posting) {
+  Posting* other = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    other = posting.match_;
+    if (other == nullptr) return;
+    posting.match_ = other->match_ = nullptr;
   }
+  if (posting.sends_)
+    other->take(posting.source_);
+  else
+    posting.take(other->source_);
+  other->close();
+  (posting.sends_ ? receiver_ : sender_).wake();
+  posting.close();
 }
 
 void ThreadRanks::Channel::receive(Posting& posting, std::vector<std::byte>& data) {
@@ -193,6 +217,7 @@ void ThreadRanks::Channel::receive(Posting& posting, std::vector<std::byte>& dat
 }
 
 void ThreadRanks::Channel::withdraw(Posting& posting) {
+  posting.deliver();
   {
     const std::lock_guard lock(mutex_);
     if (std::erase(sends_, &posting) + std::erase(receives_, &posting) > 0) return;
@@ -217,9 +242,10 @@ void ThreadRanks::Rank::wake() {
   woken_.notify_one();
 }
 
-void ThreadRanks::Rank::wait_for(const Posting& posting) {
+void ThreadRanks::Rank::wait_for(Posting& posting) {
   const Backoff waiting;
   while (posting.is_open()) {
+    posting.deliver();
     throw_if_failed();
     if (const int code = context().stop_requested(); code != 0)
       throw Error(static_cast<ExitCode>(code),
@@ -229,7 +255,8 @@ void ThreadRanks::Rank::wait_for(const Posting& posting) {
       continue;
     }
     std::unique_lock lock(mutex_);
-    woken_.wait_for(lock, look_every, [&] { return !posting.is_open() || team_.failure() != nullptr; });
+    woken_.wait_for(lock, look_every,
+                    [&] { return !posting.is_open() || posting.is_matched() || team_.failure() != nullptr; });
   }
 }
 
@@ -292,7 +319,7 @@ class ThreadRanks::Exchange {
 
   void finish() {
     rank_.throw_if_failed();
-    for (const Posting& posting : postings_) rank_.wait_for(posting);
+    for (Posting& posting : postings_) rank_.wait_for(posting);
   }
 
  private:

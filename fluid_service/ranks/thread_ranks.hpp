@@ -10,8 +10,9 @@ namespace copepod::fluid {
 /// Ranks that are threads of this process: rank 0 is the thread that makes this object, each other rank a thread that
 /// runs a function. Their communicators keep the contract of Communicator with these means:
 ///
-/// * A message is copied once, from the sender's buffer to the receiver's, by whichever rank posts its side later. So
-///   none waits for another to be waiting. Collective calls copy what they send, and do not wait for its receivers.
+/// * A message is copied once, from the sender's buffer to the receiver's, by whichever rank waits for it first: a rank
+///   that is late leaves the copies to the one that waits for it. Collective calls copy what they send, and do not wait
+///   for its receivers.
 /// * A wait polls for `spin_s`, giving the core to any other thread between two polls, and then sleeps until another
 ///   rank completes its message or fails (docs/decisions/in_process.md has the measurement).
 class ThreadRanks {

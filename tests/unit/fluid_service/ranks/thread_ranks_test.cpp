@@ -1,6 +1,7 @@
 #include "ranks/thread_ranks.hpp"
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -59,6 +60,44 @@ TEST(ThreadRanks, WhatAnAbandonedExchangeOfferedIsTakenBack) {
   EXPECT_EQ(abandoned, -1);
   EXPECT_EQ(received, 3);
   EXPECT_EQ(received_by_1, 2);
+}
+
+// Whichever of the two ranks waits, or gives its side up, copies the messages of both.
+TEST(ThreadRanks, OneRankCompletesAnExchangeForBoth) {
+  for (const bool leader_abandons : {false, true}) {
+    std::atomic<int> stage = 0;
+    const auto reach = [&stage](int next) {
+      stage = next;
+      stage.notify_one();
+    };
+    const std::int64_t sent[] = {2, 3};
+    std::int64_t received[] = {0, 0};
+    const auto start = [&](Communicator& own) {
+      const auto rank = static_cast<std::size_t>(own.rank());
+      const std::array<Communicator::Message, 1> message = {{{1 - own.rank(), std::as_bytes(std::span(&sent[rank], 1)),
+                                                              std::as_writable_bytes(std::span(&received[rank], 1))}}};
+      return own.start_exchange(message);
+    };
+    SolverContext context;
+    ThreadRanks ranks(2, context, [&](Communicator& own) {
+      const auto finish = start(own);
+      reach(1);
+      if (leader_abandons) stage.wait(1);
+      finish();
+      EXPECT_EQ(received[1], 2);
+      if (!leader_abandons) reach(2);
+    });
+    stage.wait(0);
+    if (leader_abandons) {
+      static_cast<void>(start(ranks.leader()));
+      EXPECT_EQ(received[0], 3);
+      reach(2);
+    } else {
+      const auto never_finished = start(ranks.leader());
+      stage.wait(1);
+      EXPECT_EQ(received[0], 3);
+    }
+  }
 }
 
 TEST(ThreadRanks, AFailureWakesRanksThatSleep) {
