@@ -217,12 +217,14 @@ void ThreadRanks::Channel::receive(Posting& posting, std::vector<std::byte>& dat
 }
 
 void ThreadRanks::Channel::withdraw(Posting& posting) {
-  posting.deliver();
   {
     const std::lock_guard lock(mutex_);
     if (std::erase(sends_, &posting) + std::erase(receives_, &posting) > 0) return;
   }
-  while (posting.is_open()) sched_yield();  // the other side is copying
+  while (posting.is_open()) {  // the other rank copies, unless this one does
+    posting.deliver();
+    sched_yield();
+  }
 }
 
 void ThreadRanks::Channel::send_copy(std::span<const std::byte> data) {

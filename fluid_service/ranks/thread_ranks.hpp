@@ -14,7 +14,7 @@ namespace copepod::fluid {
 ///   that is late leaves the copies to the one that waits for it. Collective calls copy what they send, and do not wait
 ///   for its receivers.
 /// * A wait polls for `spin_s`, giving the core to any other thread between two polls, and then sleeps until another
-///   rank completes its message or fails (docs/decisions/in_process.md has the measurement).
+///   rank posts or copies its message, or fails (docs/decisions/in_process.md has the measurement).
 class ThreadRanks {
  public:
   static constexpr double spin_s = 50e-6;
