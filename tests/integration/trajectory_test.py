@@ -129,8 +129,11 @@ class TrajectoryTest(WholeRunTest):
         steps = 20 * count + 2000
         self.finish("run", VACUUM, "--out", "out", *words, "--set", f"run.steps={steps}", "--resume")
         self.finish("run", VACUUM, "--out", "whole", *words, "--set", f"run.steps={steps}")
-        self.assertTrue(path.read_bytes() == (self.folder / "whole/trajectory.h5").read_bytes())
-        for name, values in content_of(path).items():
+        # Not byte by byte: behind the last sample of a chunk may lie what the killed run had written further on.
+        resumed, whole = content_of(path), content_of(self.folder / "whole/trajectory.h5")
+        self.assertEqual(resumed.keys(), whole.keys())
+        for name, values in resumed.items():
+            np.testing.assert_array_equal(values, whole[name], name)
             np.testing.assert_array_equal(left[name], values[: len(left[name])], name)
         for _ in growing.look():
             pass
