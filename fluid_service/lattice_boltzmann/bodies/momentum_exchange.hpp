@@ -70,9 +70,10 @@ namespace momentum_exchange {
 /// of fixed_point::from_double; also catches NaN when negated.
 constexpr double absurd_population = 1e2;
 
+/// e_α·u, never −0, as exchange_groups has it.
 inline double along(int direction, const Eigen::Ref<const Eigen::Vector3d>& u) {
   const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
-  return e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
+  return 0.0 + e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
 }
 
 [[noreturn]] inline void throw_diverged(const Cell& cell) {
@@ -159,74 +160,53 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         layout_(layout),
         map_(map),
         films_(films),
-        exchange_group_(std::get<ExchangeGroup<Formula, T>>(choose_exchange_groups<T>())) {}
+        exchange_groups_(std::get<ExchangeGroupsBy<Formula, T>>(choose_exchange_groups<T>())) {}
 
   void operator()(std::span<const std::int32_t> bodies, BoundaryLinks<T>& links, std::span<const double> returned,
                   std::span<LoadSums> loads, MomentumSums& kept_back) const override {
-    GroupsInOrder with_values(bodies, links);  // what is asked for while other groups are computed
-    GroupsInOrder themselves(bodies, links);
-    for (std::size_t i = 0; i < groups_ahead; ++i) with_values.next();
-    for (std::size_t i = 0; i < 2 * groups_ahead; ++i) themselves.next();
-    const auto prefetch_ahead = [&] {
-      if (const CellGroup* const group = themselves.next()) prefetch(*group);
-      if (const CellGroup* const group = with_values.next()) prefetch(links.values(), *group);
-    };
-    for (std::size_t place = 0; place < bodies.size(); ++place)
-      exchange(static_cast<std::size_t>(bodies[place]), place, links, returned[place], loads, kept_back,
-               prefetch_ahead);
+    const std::vector<const CellGroup*> groups = in_order(bodies, links);
+    const CellGroup* const* group = groups.data();
+    for (std::size_t place = 0; place < bodies.size(); ++place) {
+      const auto body = static_cast<std::size_t>(bodies[place]);
+      const std::size_t count = links.of_body(body).groups.size();
+      exchange(body, place, {group, count}, links.values(), returned[place], loads, kept_back);
+      group += count;
+    }
   }
 
  private:
-  /// Cell groups of one body after the other.
-  class GroupsInOrder {
-   public:
-    GroupsInOrder(std::span<const std::int32_t> bodies, const BoundaryLinks<T>& links)
-        : bodies_(bodies), links_(links) {}
+  /// Cell groups of one body after the other. The last one is there as often as it is asked for ahead.
+  static std::vector<const CellGroup*> in_order(std::span<const std::int32_t> bodies, const BoundaryLinks<T>& links) {
+    std::vector<const CellGroup*> groups;
+    for (const std::int32_t body : bodies)
+      for (const CellGroup& group : links.of_body(static_cast<std::size_t>(body)).groups) groups.push_back(&group);
+    if (!groups.empty()) groups.insert(groups.end(), 2 * groups_ahead, groups.back());
+    return groups;
+  }
 
-    const CellGroup* next() {  ///< null after the last one
-      for (; place_ < bodies_.size(); ++place_, group_ = 0) {
-        const std::vector<CellGroup>& groups = links_.of_body(static_cast<std::size_t>(bodies_[place_])).groups;
-        if (group_ < groups.size()) return &groups[group_++];
-      }
-      return nullptr;
-    }
-
-   private:
-    std::span<const std::int32_t> bodies_;
-    const BoundaryLinks<T>& links_;
-    std::size_t place_ = 0;
-    std::size_t group_ = 0;
-  };
-
-  template <class PrefetchAhead>
-  void exchange(std::size_t body, std::size_t place, BoundaryLinks<T>& links, double returned,
-                std::span<LoadSums> loads, MomentumSums& kept_back, const PrefetchAhead& prefetch_ahead) const {
-    const std::vector<CellGroup>& groups = links.of_body(body).groups;
+  void exchange(std::size_t body, std::size_t place, std::span<const CellGroup* const> groups,
+                BoundaryValues<T>& values, double returned, std::span<LoadSums> loads, MomentumSums& kept_back) const {
     const bool by_lanes = is_simple(body);
     SphereInBlock sphere;
     if (by_lanes) sphere = in_block(map_.bodies()[body], groups, returned);
-    LaneSums lanes;
-    const auto add_lanes = [&] {
-      const auto sum = [](const Lanes<std::int64_t>& values) {
-        return std::accumulate(values.begin(), values.end(), fixed_point::Sum{0});
-      };
-      for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
-      for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
-      lanes = {};
-    };
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      if (g % LaneSums::most_groups == 0) add_lanes();
-      prefetch_ahead();
-      if (groups[g].used == 0) continue;
-      if (by_lanes && has_second_cells(groups[g]) &&
-          exchange_group_(formula_, sphere, groups[g], links.values(), lanes))
-        continue;
-      exchange_one_by_one(body, place, groups[g], links.values(), returned, loads, kept_back);
+    for (std::size_t g = 0; g < groups.size();) {
+      const std::size_t end = std::min(groups.size(), g + LaneSums::most_groups);
+      if (by_lanes) {
+        LaneSums lanes;
+        g += exchange_groups_(formula_, sphere, groups.data() + g, end - g, values, lanes);
+        const auto sum = [](const Lanes<std::int64_t>& of_lanes) {
+          return std::accumulate(of_lanes.begin(), of_lanes.end(), fixed_point::Sum{0});
+        };
+        for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
+        for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
+      }
+      if (g == end) continue;
+      if (!by_lanes) prefetch_ahead<per_link, per_cell>(groups.data() + g, values);
+      exchange_one_by_one(body, place, *groups[g++], values, returned, loads, kept_back);
     }
-    add_lanes();
   }
 
-  /// Whether the links of a body are what exchange_group is for: into a sphere, itself or one image of it, whose loads
+  /// Whether the links of a body are what exchange_groups is for: into a sphere, itself or one image of it, whose loads
   /// no film is left out of.
   [[nodiscard]] bool is_simple(std::size_t index) const {
     const LatticeBody& body = map_.bodies()[index];
@@ -247,7 +227,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return true;
   }
 
-  [[nodiscard]] SphereInBlock in_block(const LatticeBody& body, const std::vector<CellGroup>& groups,
+  [[nodiscard]] SphereInBlock in_block(const LatticeBody& body, std::span<const CellGroup* const> groups,
                                        double returned) const {
     SphereInBlock sphere;
     sphere.radius = body.radius;
@@ -259,10 +239,11 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       sphere.velocity[axis] = body.velocity[axis];
       sphere.angular_velocity[axis] = body.angular_velocity[axis];
     }
-    const auto group = std::ranges::find_if(groups, [](const CellGroup& g) { return g.used > 0; });
-    if (group == groups.end()) return sphere;
-    const auto lane = std::ranges::find_if(group->directions, [](std::uint32_t d) { return d != 0; });
-    const Cell cell = cell_of(*group, static_cast<std::size_t>(lane - group->directions.begin()));
+    const auto used = std::ranges::find_if(groups, [](const CellGroup* g) { return g->used > 0; });
+    if (used == groups.end()) return sphere;
+    const CellGroup& group = **used;
+    const auto lane = std::ranges::find_if(group.directions, [](std::uint32_t d) { return d != 0; });
+    const Cell cell = cell_of(group, static_cast<std::size_t>(lane - group.directions.begin()));
     for (int axis = 0; axis < 3; ++axis)
       if (map_.domain().periodic(axis)) {
         const auto length = static_cast<double>(map_.domain().cells()[axis]);
@@ -270,14 +251,6 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         sphere.image[axis] = length * std::round(r / length);
       }
     return sphere;
-  }
-
-  /// Whether they are all fluid, where the formula uses them.
-  [[nodiscard]] static bool has_second_cells(const CellGroup& group) {
-    std::uint32_t missing = 0;
-    for (std::size_t lane = 0; lane < surface_lanes; ++lane)
-      missing |= group.directions[lane] & ~group.second_cells[lane];
-    return !Formula::uses_second_cell || missing == 0;
   }
 
   void exchange_one_by_one(std::size_t body_index, std::size_t place_of_body, const CellGroup& group,
@@ -402,23 +375,6 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
 
   static constexpr std::size_t per_link = BoundaryValues<T>::per_link(Formula::uses_second_cell);
   static constexpr std::size_t per_cell = BoundaryValues<T>::per_cell(Formula::uses_second_cell);
-  static constexpr std::size_t groups_ahead = 4;
-
-  // Groups are in order body by body only, and the rows of a body are scattered over memory. Always inline: gcc drops
-  // calls of functions that only prefetch.
-  [[gnu::always_inline]] static void prefetch(const CellGroup& group) {
-    const char* const bytes = reinterpret_cast<const char*>(&group);
-    for (std::size_t i = 0; i < sizeof(CellGroup); i += 64) __builtin_prefetch(bytes + i);
-  }
-  [[gnu::always_inline]] static void prefetch(const BoundaryValues<T>& boundary, const CellGroup& group) {
-    for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-      const T* const links = boundary.by_link.data() + per_link * group.first_link[lane];
-      __builtin_prefetch(links, 1);
-      if (Formula::uses_second_cell) __builtin_prefetch(links + 64 / sizeof(T), 1);
-      __builtin_prefetch(boundary.by_cell.data() + per_cell * group.moments[lane]);
-    }
-  }
-
   /// Force of a cell's links, and its torque, which is rounded cell by cell.
   static void add(const Eigen::Vector3d& r, const std::int64_t (&force)[3], LoadSums& sums) {
     const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
@@ -433,7 +389,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   const PopulationLayout& layout_;
   const BodyMap& map_;
   const ThinFilms& films_;
-  ExchangeGroup<Formula, T> exchange_group_;
+  ExchangeGroupsBy<Formula, T> exchange_groups_;
 };
 
 /// With the link formula of a case.

@@ -40,15 +40,36 @@ struct LaneSums {
   static constexpr std::size_t most_groups = 4096;  ///< of which 64 bits surely hold the sums: 2¹² times 2⁵¹
 };
 
-/// Momentum exchange of the cells of a group with a sphere. Its second cells, where the formula uses them, are fluid.
-/// @return whether all numbers are small enough for exact sums; if not, nothing has changed
+/// Momentum exchange of the cells of some groups with a sphere. Some of those that follow are asked for ahead.
+/// @param groups  `count` of them, and as many more as groups_ahead has it
+/// @return how many were computed: all, or those before the first one whose numbers are too large for exact sums, or,
+///         where the formula uses second cells, not all of whose second cells are fluid
 template <class Formula, class T>
-using ExchangeGroup = bool (*)(const Formula& formula, const SphereInBlock& sphere, const CellGroup& group,
-                               BoundaryValues<T>& values, LaneSums& sums);
+using ExchangeGroupsBy = std::size_t (*)(const Formula& formula, const SphereInBlock& sphere,
+                                         const CellGroup* const* groups, std::size_t count, BoundaryValues<T>& values,
+                                         LaneSums& sums);
+
+/// Groups are in order body by body only, and the rows of a body are scattered over memory: values are asked for this
+/// many groups before they are needed, groups themselves twice as many.
+inline constexpr std::size_t groups_ahead = 4;
+
+// Always inline: gcc drops calls of functions that only prefetch.
+template <std::size_t per_link, std::size_t per_cell, class T>
+[[gnu::always_inline]] inline void prefetch_ahead(const CellGroup* const* groups, const BoundaryValues<T>& values) {
+  const char* const bytes = reinterpret_cast<const char*>(groups[2 * groups_ahead]);
+  for (std::size_t i = 0; i < sizeof(CellGroup); i += 64) __builtin_prefetch(bytes + i);
+  const CellGroup& next = *groups[groups_ahead];
+  for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+    const T* const links = values.by_link.data() + per_link * next.first_link[lane];
+    __builtin_prefetch(links, 1);
+    if (per_link > 1) __builtin_prefetch(links + 64 / sizeof(T), 1);
+    __builtin_prefetch(values.by_cell.data() + per_cell * next.moments[lane]);
+  }
+}
 
 template <class T>
-using ExchangeGroups = std::tuple<ExchangeGroup<BounceBack, T>, ExchangeGroup<Interpolated, T>,
-                                  ExchangeGroup<CentralLinear, T>, ExchangeGroup<Parabolic, T>>;
+using ExchangeGroups = std::tuple<ExchangeGroupsBy<BounceBack, T>, ExchangeGroupsBy<Interpolated, T>,
+                                  ExchangeGroupsBy<CentralLinear, T>, ExchangeGroupsBy<Parabolic, T>>;
 
 /// The fastest build that this machine can run.
 template <class T>
@@ -83,11 +104,32 @@ struct ExchangeGroupLoop {
     std::array<Lanes<double>, components> added;
   };
 
-  static bool run(const Formula& formula, const SphereInBlock& sphere, const CellGroup& group,
-                  BoundaryValues<T>& values, LaneSums& sums) {
-    Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
-    for (std::size_t lane = 0; lane < surface_lanes; lane += width)
-      if (!exchange(formula, sphere, group, values, lane, outcome)) return false;
+  static std::size_t run(const Formula& formula, const SphereInBlock& sphere, const CellGroup* const* groups,
+                         std::size_t count, BoundaryValues<T>& values, LaneSums& sums) {
+    for (std::size_t g = 0; g < count; ++g) {
+      prefetch_ahead<per_link, per_cell>(groups + g, values);
+      Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
+      for (std::size_t lane = 0; lane < surface_lanes; lane += width)
+        if (!exchange(formula, sphere, *groups[g], values, lane, outcome)) return g;
+      keep(outcome, *groups[g], values, sums);
+    }
+    return count;
+  }
+
+ private:
+  static constexpr std::int64_t bits_of_rounder = __builtin_bit_cast(std::int64_t, LaneSums::rounder);
+  /// Directions along the axes, and those with a positive (sign 1) or negative component along one.
+  static constexpr std::int64_t axes = 0x7e;
+  static constexpr std::int64_t along(std::size_t axis, int sign) {
+    std::int64_t result = 0;
+    for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha)
+      if (d3q19::e[alpha][axis] == sign) result |= 1 << alpha;
+    return result;
+  }
+  static_assert(2.0 * d3q19::weight(7) == d3q19::weight(1));
+
+  [[gnu::always_inline]] static void keep(const Outcome& outcome, const CellGroup& group, BoundaryValues<T>& values,
+                                          LaneSums& sums) {
     std::array<T*, surface_lanes> returning{};
     for (std::size_t lane = 0; lane < surface_lanes; ++lane)
       returning[lane] = values.by_link.data() + per_link * group.first_link[lane] + Values::crossing;
@@ -102,20 +144,7 @@ struct ExchangeGroupLoop {
         const Integers sum = load<Integers>(sums.sums[c].data() + lane) + (bits - bits_of_rounder);
         std::memcpy(sums.sums[c].data() + lane, &sum, sizeof(sum));
       }
-    return true;
   }
-
- private:
-  static constexpr std::int64_t bits_of_rounder = __builtin_bit_cast(std::int64_t, LaneSums::rounder);
-  /// Directions along the axes, and those with a positive (sign 1) or negative component along one.
-  static constexpr std::int64_t axes = 0x7e;
-  static constexpr std::int64_t along(std::size_t axis, int sign) {
-    std::int64_t result = 0;
-    for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha)
-      if (d3q19::e[alpha][axis] == sign) result |= 1 << alpha;
-    return result;
-  }
-  static_assert(2.0 * d3q19::weight(7) == d3q19::weight(1));
 
   template <class Vector, class U>
   [[gnu::always_inline]] static Vector load(const U* values) {
@@ -139,6 +168,42 @@ struct ExchangeGroupLoop {
     V result;
     std::memcpy(&result, lanes, sizeof(result));
     return result;
+  }
+
+  /// e_α of one link per lane, as masks: where its component along each axis is 1, and where −1.
+  struct Direction {
+    Integers forward[3];
+    Integers backward[3];
+
+    [[gnu::always_inline]] explicit Direction(const Integers& bit) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        forward[a] = (bit & along(a, 1)) != 0;
+        backward[a] = (bit & along(a, -1)) != 0;
+      }
+    }
+    /// e_α·x
+    [[gnu::always_inline]] V dot(const V (&x)[3]) const {
+      V sum{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        sum = forward[a] ? sum + x[a] : sum;
+        sum = backward[a] ? sum - x[a] : sum;
+      }
+      return sum;
+    }
+    /// Adds e_α x.
+    [[gnu::always_inline]] void add_to(V (&sums)[3], const V& x) const {
+      for (std::size_t a = 0; a < 3; ++a) {
+        sums[a] = forward[a] ? sums[a] + x : sums[a];
+        sums[a] = backward[a] ? sums[a] - x : sums[a];
+      }
+    }
+  };
+
+  [[gnu::always_inline]] static bool all(const Integers& masks) {
+    using Bytes = typename PackOf<std::int8_t>::Type;
+    const Bytes bytes = __builtin_convertvector(masks, Bytes);
+    const Bytes complete = Bytes{} - 1;
+    return std::memcmp(&bytes, &complete, width) == 0;
   }
 
   [[gnu::always_inline]] static V rounded(const V& x) { return (x + LaneSums::rounder) - LaneSums::rounder; }
@@ -172,7 +237,9 @@ struct ExchangeGroupLoop {
     V kept[3] = {};
     V mass = {};
     V weights = {};
+    V exchanged_squares = {};
     auto left = load<Integers>(group.directions.data() + lane);
+    if constexpr (Formula::uses_second_cell) good &= (left & ~load<Integers>(group.second_cells.data() + lane)) == 0;
     Link<V> link;
     const std::uint32_t* const first = group.first_link.data() + lane;
     const std::uint32_t* const moments = group.moments.data() + lane;
@@ -187,35 +254,33 @@ struct ExchangeGroupLoop {
     for (std::uint32_t j = 0; j < group.links; ++j) {
       const Integers bit = left & -left;
       left ^= bit;
+      const Direction direction(bit);
       const V zero{};
-      for (std::size_t a = 0; a < 3; ++a) {
-        link.e[a] = (bit & along(a, 1)) != 0 ? zero + 1.0 : zero;
-        link.e[a] = (bit & along(a, -1)) != 0 ? zero - 1.0 : link.e[a];
-      }
+      for (std::size_t a = 0; a < 3; ++a)
+        link.e[a] = direction.forward[a] ? zero + 1.0 : direction.backward[a] ? zero - 1.0 : zero;
       link.weight = bit != 0 ? zero + d3q19::weight(7) : zero;
       link.weight = (bit & axes) != 0 ? zero + d3q19::weight(1) : link.weight;
       const T* const of_first = values.by_link.data() + per_link * j;
       link.leaving = gather<per_link>(of_first + Values::crossing, first);
-      link.e_dot_u_w = dot(link.e, u);
+      link.e_dot_u_w = direction.dot(u);
       if constexpr (Formula::uses_second_cell) {
         link.inward = gather<per_link>(of_first + Values::inward, first);
         link.behind = gather<per_link>(of_first + Values::behind, first);
-        link.e_dot_j = dot(link.e, momentum);
+        link.e_dot_j = direction.dot(momentum);
       }
       if constexpr (Formula::uses_wall_distance)
-        link.wall_distance = wall_distance(dot(link.e, r), dot(link.e, link.e), constant);
+        link.wall_distance = wall_distance(direction.dot(r), (bit & axes) != 0 ? zero + 1.0 : zero + 2.0, constant);
       V exact = formula.template returning<V>(link);
       if constexpr (Formula::conserving) exact = exact + link.weight * sphere.returned;
       const TLanes stored = __builtin_convertvector(exact, TLanes);
       std::memcpy(outcome.returning[j].data() + lane, &stored, sizeof(stored));
       const V returning = __builtin_convertvector(stored, V);
       const V exchanged = link.leaving + returning;
-      good &= exchanged * exchanged < small * small;
-      const V fixed = rounded(exchanged);
-      for (std::size_t a = 0; a < 3; ++a) force[a] = force[a] + link.e[a] * fixed;
+      exchanged_squares = exchanged_squares + exchanged * exchanged;
+      direction.add_to(force, rounded(exchanged));
       if constexpr (Formula::conserving) {
         const V absorbed = link.leaving - returning;
-        good &= absorbed * absorbed < small * small;
+        exchanged_squares = exchanged_squares + absorbed * absorbed;
         for (std::size_t a = 0; a < 3; ++a) {
           const V of_absorbed = rounded(absorbed * u[a]);
           force[a] = force[a] - of_absorbed;
@@ -225,6 +290,7 @@ struct ExchangeGroupLoop {
         weights = weights + rounded(link.weight);
       }
     }
+    good &= exchanged_squares < small * small;
     const V added[] = {force[0],
                        force[1],
                        force[2],
@@ -236,13 +302,12 @@ struct ExchangeGroupLoop {
                        kept[0],
                        kept[1],
                        kept[2]};
+    V squares = {};
     for (std::size_t c = 0; c < components; ++c) {
-      good &= added[c] * added[c] < LaneSums::limit * LaneSums::limit;
+      squares = squares + added[c] * added[c];
       std::memcpy(outcome.added[c].data() + lane, &added[c], sizeof(V));
     }
-    std::int64_t all = -1;
-    for (std::size_t l = 0; l < width; ++l) all &= good[l];
-    return all != 0;
+    return all(good & (squares < LaneSums::limit * LaneSums::limit));
   }
 };
 

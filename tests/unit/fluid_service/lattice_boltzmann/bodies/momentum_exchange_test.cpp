@@ -475,11 +475,13 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   BoundaryValues<T> with_second_cells;
   BoundaryValues<T> without;
   constexpr std::size_t head = d3q19::directions;
-  constexpr std::size_t links = head + 3 * surface_lanes;
+  constexpr std::size_t large = head + 3 * surface_lanes;
+  constexpr std::size_t links = large + 3;
   for (BoundaryValues<T>* const values : {&without, &with_second_cells}) {
     const bool second_cells = values == &with_second_cells;
     values->by_link.resize(links * values->per_link(second_cells));
     values->by_cell.resize((1 + surface_lanes) * values->per_cell(second_cells));
+    if (!second_cells) values->by_link[large] = T(0.2);
     for (std::size_t lane = 0; lane < 7; ++lane) {
       const auto x = static_cast<double>(lane);
       const std::size_t place = (3 * lane) % 7;
@@ -513,11 +515,17 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   }
   sphere.radius = 2.3;
   sphere.returned = 1e-4;
+  CellGroup one_by_one = group;  // its second cells are not fluid, or populations too large
+  one_by_one.second_cells.fill(0);
+  one_by_one.first_link.fill(large);
+  std::array<const CellGroup*, 2 + 2 * groups_ahead> groups{};
+  groups.fill(&one_by_one);
+  groups[0] = &group;
   const auto outcome = [&](const auto& exchange, const auto& formula) {
     const bool second_cells = formula.uses_second_cell;
     BoundaryValues<T> values = second_cells ? with_second_cells : without;
     LaneSums sums;
-    EXPECT_TRUE(exchange(formula, sphere, group, values, sums));
+    EXPECT_EQ(exchange(formula, sphere, groups.data(), 2, values, sums), 1);
     const auto end_of_head = values.by_link.begin() + static_cast<std::ptrdiff_t>(head * values.per_link(second_cells));
     EXPECT_EQ(std::count(values.by_link.begin(), end_of_head, T(0)),
               end_of_head - values.by_link.begin());  // free lane
