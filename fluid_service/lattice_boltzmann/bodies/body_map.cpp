@@ -44,7 +44,7 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     if (mapped && before.state.position == body.position && !turned) continue;
     check_inside(body, b);
     if (has_started_) check_clear_of_faces(body, b);
-    if (mapped && (body.position - before.state.position).norm() <= before.free_way_lu && !turned) continue;
+    if (mapped && before.free_way.contains(body.position - before.state.position) && !turned) continue;
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
     Footprint after = footprint(body);
     compare(before, after, index);
@@ -60,40 +60,53 @@ BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) {
   const Eigen::Vector3d half = body.half_extents();
   const auto first = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] - half[axis])); };
   const auto last = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] + half[axis])); };
-  Footprint result{.state = body, .x = first(0), .y = first(1), .width = last(1) - first(1) + 1, .rows = {}};
+  Footprint result{
+      .state = body, .free_way = {}, .x = first(0), .y = first(1), .width = last(1) - first(1) + 1, .rows = {}};
   result.rows.reserve(static_cast<std::size_t>((last(0) - first(0) + 1) * result.width));
   for (std::int64_t x = result.x; x <= last(0); ++x)
     for (std::int64_t y = result.y; y < result.y + result.width; ++y) result.rows.push_back(covered_cells(body, x, y));
-  if (body.kind == ShapeKind::sphere) result.free_way_lu = distance_to_next_cell(result);
+  if (body.kind == ShapeKind::sphere) result.free_way = free_way(result);
   return result;
 }
 
-/// A lower bound of the distance between a sphere's surface and the centre nearest to it, at most 1: with the distance
-/// d of a centre from the sphere's, |d − R| ≥ |d² − R²|/(2R + 2) up to d = R + 2.
-double BodyMap::distance_to_next_cell(const Footprint& sphere) {
+/// A centre at d from the sphere's is on the same side of its surface after a way w if
+///   ||d|² − R²| > 2 |d·w| + |w|²,   |d·w| ≤ |w| (|d·n| + deviation |d|)
+/// with the direction n of the velocity. Centres with |d| > R + 1, and those in a row behind the two on either side of
+/// its ends, have a left-hand side above 3/4: they do not limit ways up to `longest`.
+BodyMap::FreeWay BodyMap::free_way(const Footprint& sphere) {
   constexpr double rounding = 1e-6;  // far more than that of positions
   const Eigen::Vector3d& centre = sphere.state.position;
   const double radius = sphere.state.radius;
+  const double longest = 0.5 / (2.0 * radius + 3.0);
+  double nearest = 1.0;
+  FreeWay result{.anywhere = longest, .ahead = longest, .direction = sphere.state.velocity.stableNormalized()};
+  const Eigen::Vector3d& n = result.direction;
   const auto from_centre = [&](std::int64_t cell, int axis) { return static_cast<double>(cell) + 0.5 - centre[axis]; };
   const std::int64_t lines = static_cast<std::int64_t>(sphere.rows.size()) / sphere.width;
-  double nearest = 2.0 * radius + 2.0;
+  const auto below = static_cast<std::int64_t>(std::floor(centre[2] - 0.5));
   for (std::int64_t x = sphere.x - 1; x <= sphere.x + lines; ++x)
     for (std::int64_t y = sphere.y - 1; y <= sphere.y + sphere.width; ++y) {
       const double dx = from_centre(x, 0);
       const double dy = from_centre(y, 1);
       const double outside = dx * dx + dy * dy - radius * radius;
+      const double across = dx * n[0] + dy * n[1];
       const auto look_at = [&](std::int64_t z) {
         const double dz = from_centre(z, 2);
-        nearest = std::min(nearest, std::abs(outside + dz * dz));
+        const double difference = std::abs(outside + dz * dz);
+        const double d_dot_n = std::abs(across + dz * n[2]) + FreeWay::deviation * (radius + 1.0);
+        nearest = std::min(nearest, difference);
+        result.ahead = std::min(result.ahead, difference / (2.0 * d_dot_n + longest));
       };
       const RowInterval covered = sphere.row(x, y);
       if (covered.empty()) {
-        look_at(static_cast<std::int64_t>(std::floor(centre[2])));
+        for (const std::int64_t z : {below, below + 1}) look_at(z);
       } else {
         for (const std::int64_t z : {covered.low - 1, covered.low, covered.high - 1, covered.high}) look_at(z);
       }
     }
-  return std::max(0.0, nearest / (2.0 * radius + 2.0) - rounding);
+  result.anywhere = std::min(longest, nearest / (2.0 * (radius + 1.0) + longest)) - rounding;
+  result.ahead -= rounding;
+  return result;
 }
 
 /// Whether the body or an image of it can cover a cell of the block or its ghosts.

@@ -15,8 +15,8 @@ namespace copepod::fluid {
 /// centre lies inside [paper, section 2.3].
 ///
 /// A body is kept as one interval of cells per row; from step to step only the ends of intervals differ, so
-/// an update costs a square root per row and touches only cells that change. A sphere is left out until it has moved
-/// as far as the nearest cell centre was from its surface.
+/// an update costs a square root per row and touches only cells that change. A sphere is left out until its surface can
+/// have reached the next cell centre.
 class BodyMap {
  public:
   static constexpr std::int32_t fluid = 0;
@@ -60,11 +60,27 @@ class BodyMap {
   [[nodiscard]] const std::vector<ChangedCell>& changed() const { return changed_; }
 
  private:
+  /// How far a sphere may move with the same rows: in any direction, and along its velocity, of which it may deviate by
+  /// a part of its way. Cells whose centres are nearly in the plane normal to the velocity do not limit the latter.
+  struct FreeWay {
+    static constexpr double deviation = 1.0 / 256.0;
+
+    double anywhere = 0.0;
+    double ahead = 0.0;
+    Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+
+    [[nodiscard]] bool contains(const Eigen::Vector3d& way) const {
+      const double length = way.norm();
+      return length <= anywhere ||
+             (length <= ahead && (way - way.dot(direction) * direction).norm() <= deviation * length);
+    }
+  };
+
   /// Rows of one body, around its centre, in cells counted without wrapping.
   struct Footprint {
-    LatticeBody state;         ///< when the rows were made
-    double free_way_lu = 0.0;  ///< so far the body may move with the same rows
-    std::int64_t x = 0;        ///< of the first row
+    LatticeBody state;  ///< when the rows were made
+    FreeWay free_way;
+    std::int64_t x = 0;  ///< of the first row
     std::int64_t y = 0;
     std::int64_t width = 0;         ///< rows along y; 0: never mapped
     std::vector<RowInterval> rows;  ///< shape (x, y)
@@ -73,7 +89,7 @@ class BodyMap {
   };
 
   [[nodiscard]] static Footprint footprint(const LatticeBody& body);
-  [[nodiscard]] static double distance_to_next_cell(const Footprint& sphere);
+  [[nodiscard]] static FreeWay free_way(const Footprint& sphere);
   [[nodiscard]] bool near_block(const LatticeBody& body) const;
   void compare(const Footprint& before, const Footprint& after, std::int32_t body);
   void compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body);
