@@ -9,7 +9,7 @@
 
 #include <Eigen/Geometry>
 
-#include "lattice_boltzmann/bodies/momentum_exchange.hpp"
+#include "lattice_boltzmann/bodies/load_sums.hpp"
 #include "lattice_boltzmann/boundary/domain.hpp"
 #include "ranks/block_partition.hpp"
 #include "ranks/communicator.hpp"

@@ -25,10 +25,6 @@ struct SphereInBlock {
   double returned = 0.0;  ///< mass to be given back, by the weight of the links
 };
 
-/// Largest excess density that the flow itself can have beside a surface: at Mach 0.3, ρ' is 0.05. Beyond it fluid is
-/// squeezed between surfaces that leave it no way out (or sucked, where they part).
-constexpr double largest_excess_density = 0.1;
-
 /// Sums by lane, as integers: LoadSums and the momentum kept back.
 struct LaneSums {
   static constexpr std::size_t components = 11;
@@ -202,8 +198,9 @@ struct ExchangeGroupLoop {
   [[gnu::always_inline]] static bool all(const Integers& masks) {
     using Bytes = typename PackOf<std::int8_t>::Type;
     const Bytes bytes = __builtin_convertvector(masks, Bytes);
-    const Bytes complete = Bytes{} - 1;
-    return std::memcmp(&bytes, &complete, width) == 0;
+    std::uint64_t bits = ~std::uint64_t{0};
+    std::memcpy(&bits, &bytes, width);
+    return bits == ~std::uint64_t{0};
   }
 
   [[gnu::always_inline]] static V rounded(const V& x) { return (x + LaneSums::rounder) - LaneSums::rounder; }

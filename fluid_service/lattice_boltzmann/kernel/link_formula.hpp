@@ -25,6 +25,10 @@ struct Link {
   V e_dot_j{};        ///< e_α·j, j the momentum of x_f
 };
 
+/// Largest excess density that the flow itself can have beside a surface: at Mach 0.3, ρ' is 0.05. Beyond it fluid is
+/// squeezed between surfaces that leave it no way out (or sucked, where they part).
+constexpr double largest_excess_density = 0.1;
+
 /// w_α ρ_w e_α·u_w, by which a moving surface acts in every formula.
 template <class V>
 [[gnu::always_inline]] inline V wall_term(const Link<V>& link) {
