@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <tuple>
+#include <type_traits>
 
 #include "lattice_boltzmann/kernel/link_formula.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
@@ -144,9 +145,17 @@ struct ExchangeGroupLoop {
 
   template <class Vector, class U>
   [[gnu::always_inline]] static Vector load(const U* values) {
-    typename PackOf<U>::Type packed;
-    std::memcpy(&packed, values, sizeof(packed));
-    return __builtin_convertvector(packed, Vector);
+    if constexpr (std::is_integral_v<U> && sizeof(U) == 4) {  // which gcc 12 converts by halves otherwise
+      std::remove_cvref_t<decltype(Vector{}[0])> lanes[width];
+      for (std::size_t l = 0; l < width; ++l) lanes[l] = values[l];
+      Vector result;
+      std::memcpy(&result, lanes, sizeof(result));
+      return result;
+    } else {
+      typename PackOf<U>::Type packed;
+      std::memcpy(&packed, values, sizeof(packed));
+      return __builtin_convertvector(packed, Vector);
+    }
   }
 
   /// One of `count` values of each place.
@@ -221,7 +230,9 @@ struct ExchangeGroupLoop {
   [[gnu::always_inline]] static bool exchange(const Formula& formula, const SphereInBlock& sphere,
                                               const CellGroup& group, const BoundaryValues<T>& values, std::size_t lane,
                                               Outcome& outcome) {
-    constexpr double small = 0.2;  // 36 of them fit the sums of a cell, below 8 without rounding
+    // Where the squares of a cell's numbers, at most 36, add up to less, the numbers add up to 6 · 0.2 at most:
+    // exactly, without a rounding of sums, and below the limit.
+    constexpr double small = 0.2;
     V r[3];
     for (std::size_t a = 0; a < 3; ++a)
       r[a] = (load<V>(group.cell[a].data() + lane) + sphere.first_cell[a]) - sphere.position[a] - sphere.image[a];
@@ -229,20 +240,20 @@ struct ExchangeGroupLoop {
     const V u[3] = {sphere.velocity[0] + (w[1] * r[2] - w[2] * r[1]), sphere.velocity[1] + (w[2] * r[0] - w[0] * r[2]),
                     sphere.velocity[2] + (w[0] * r[1] - w[1] * r[0])};
     const V constant = dot(r, r) - sphere.radius * sphere.radius;
-    Integers good = dot(u, u) < 1.0;
     V force[3] = {};
     V kept[3] = {};
     V mass = {};
     V weights = {};
     V exchanged_squares = {};
     auto left = load<Integers>(group.directions.data() + lane);
-    if constexpr (Formula::uses_second_cell) good &= (left & ~load<Integers>(group.second_cells.data() + lane)) == 0;
     Link<V> link;
     const std::uint32_t* const first = group.first_link.data() + lane;
     const std::uint32_t* const moments = group.moments.data() + lane;
     const V excess = gather<per_cell>(values.by_cell.data() + Values::excess_density, moments);
     constexpr double not_squeezed = 0.99 * largest_excess_density;  // squares are rounded: rather one by one
-    good &= excess * excess < not_squeezed * not_squeezed;
+    Integers good = excess * excess < not_squeezed * not_squeezed;
+    if constexpr (Formula::uses_second_cell) good &= (left & ~load<Integers>(group.second_cells.data() + lane)) == 0;
+    if constexpr (Formula::conserving) good &= dot(u, u) < 1.0;
     link.density = 1.0 + excess;
     [[maybe_unused]] V momentum[3];
     if constexpr (Formula::uses_second_cell)
@@ -287,24 +298,13 @@ struct ExchangeGroupLoop {
         weights = weights + rounded(link.weight);
       }
     }
-    good &= exchanged_squares < small * small;
-    const V added[] = {force[0],
-                       force[1],
-                       force[2],
-                       r[1] * force[2] - r[2] * force[1],
-                       r[2] * force[0] - r[0] * force[2],
-                       r[0] * force[1] - r[1] * force[0],
-                       mass,
-                       weights,
-                       kept[0],
-                       kept[1],
-                       kept[2]};
-    V squares = {};
-    for (std::size_t c = 0; c < components; ++c) {
-      squares = squares + added[c] * added[c];
-      std::memcpy(outcome.added[c].data() + lane, &added[c], sizeof(V));
-    }
-    return all(good & (squares < LaneSums::limit * LaneSums::limit));
+    const V torque[3] = {r[1] * force[2] - r[2] * force[1], r[2] * force[0] - r[0] * force[2],
+                         r[0] * force[1] - r[1] * force[0]};
+    good &= (exchanged_squares < small * small) & (dot(torque, torque) < LaneSums::limit * LaneSums::limit);
+    const V added[] = {force[0], force[1], force[2], torque[0], torque[1], torque[2],
+                       mass,     weights,  kept[0],  kept[1],   kept[2]};
+    for (std::size_t c = 0; c < components; ++c) std::memcpy(outcome.added[c].data() + lane, &added[c], sizeof(V));
+    return all(good);
   }
 };
 
