@@ -1,0 +1,101 @@
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace copepod::fluid {
+namespace {
+
+template <class T>
+class ExchangeGroups : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(ExchangeGroups, Precisions);
+
+TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
+  using T = TypeParam;
+  CellGroup group;
+  group.links = 3;
+  group.used = 7;
+  BoundaryValues<T> with_second_cells;
+  BoundaryValues<T> without;
+  constexpr std::size_t head = d3q19::directions;
+  constexpr std::size_t large = head + 3 * surface_lanes;
+  constexpr std::size_t links = large + 3;
+  for (BoundaryValues<T>* const values : {&without, &with_second_cells}) {
+    const bool second_cells = values == &with_second_cells;
+    values->by_link.resize(links * values->per_link(second_cells));
+    values->by_cell.resize((1 + surface_lanes) * values->per_cell(second_cells));
+    if (!second_cells) values->by_link[large] = T(0.2);
+    for (std::size_t lane = 0; lane < 7; ++lane) {
+      const auto x = static_cast<double>(lane);
+      const std::size_t place = (3 * lane) % 7;
+      group.moments[lane] = static_cast<std::uint32_t>(1 + place);
+      group.first_link[lane] = static_cast<std::uint32_t>(head + 3 * place);
+      group.directions[lane] = (1U << (1 + lane)) | (1U << (9 + lane)) | (1U << 17);
+      group.second_cells[lane] = group.directions[lane];
+      double* const of_cell = values->by_cell.data() + values->per_cell(second_cells) * group.moments[lane];
+      of_cell[values->excess_density] = 0.001 * std::cos(x);
+      for (std::size_t axis = 0; axis < 3 && second_cells; ++axis)
+        of_cell[values->momentum + axis] = 0.01 * std::sin(x + static_cast<double>(axis));
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double y = x + 10.0 * static_cast<double>(j);
+        T* const of_link = values->by_link.data() + values->per_link(second_cells) * (group.first_link[lane] + j);
+        of_link[values->crossing] = static_cast<T>(0.01 * std::sin(y));
+        if (!second_cells) continue;
+        of_link[values->inward] = static_cast<T>(0.01 * std::cos(y));
+        of_link[values->behind] = static_cast<T>(0.01 * std::sin(2.0 * y));
+      }
+    }
+  }
+  std::iota(group.cell[0].begin(), group.cell[0].end(), 2);
+  group.cell[1].fill(5);
+  group.cell[2].fill(4);
+  SphereInBlock sphere;
+  for (int axis = 0; axis < 3; ++axis) {
+    sphere.first_cell[axis] = 0.5;
+    sphere.position[axis] = 5.1 - axis;
+    sphere.velocity[axis] = 0.01 * (1 + axis);
+    sphere.angular_velocity[axis] = 0.003 * (2 - axis);
+  }
+  sphere.radius = 2.3;
+  sphere.returned = 1e-4;
+  CellGroup one_by_one = group;  // its second cells are not fluid, or populations too large
+  one_by_one.second_cells.fill(0);
+  one_by_one.first_link.fill(large);
+  std::array<const CellGroup*, 2 + 2 * groups_ahead> groups{};
+  groups.fill(&one_by_one);
+  groups[0] = &group;
+  const auto outcome = [&](const auto& exchange, const auto& formula) {
+    const bool second_cells = formula.uses_second_cell;
+    BoundaryValues<T> values = second_cells ? with_second_cells : without;
+    LaneSums sums;
+    EXPECT_EQ(exchange(formula, sphere, groups.data(), 2, values, sums), 1);
+    const auto end_of_head = values.by_link.begin() + static_cast<std::ptrdiff_t>(head * values.per_link(second_cells));
+    EXPECT_EQ(std::count(values.by_link.begin(), end_of_head, T(0)),
+              end_of_head - values.by_link.begin());  // free lane
+    return std::pair(values.by_link, sums.sums);
+  };
+  const auto all = [&](const fluid::ExchangeGroups<T>& groups) {
+    const auto constants = collision_constants<T>(CollisionKind::trt, 0.6, Eigen::Vector3d(1e-5, 2e-5, 0.0));
+    return std::tuple(outcome(std::get<0>(groups), BounceBack()), outcome(std::get<1>(groups), Interpolated()),
+                      outcome(std::get<2>(groups), CentralLinear()),
+                      outcome(std::get<3>(groups), Parabolic(constants)));
+  };
+  const auto expected = all(exchange_groups_baseline<T>());
+  EXPECT_NE(std::get<0>(expected), std::get<3>(expected));
+  if (stream_collide_avx2<T>()) {
+    EXPECT_EQ(all(exchange_groups_avx2<T>()), expected);
+  }
+  if (stream_collide_avx512<T>()) {
+    EXPECT_EQ(all(exchange_groups_avx512<T>()), expected);
+  }
+}
+
+}  // namespace
+}  // namespace copepod::fluid
