@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -175,33 +176,30 @@ struct ExchangeGroupLoop {
     return result;
   }
 
-  /// e_α of one link per lane, as masks: where its component along each axis is 1, and where −1.
+  /// e_α of one link per lane. Where selecting costs nothing, as with AVX-512, products with it are additions under a
+  /// mask; no sum is −0 either way.
   struct Direction {
-    Integers forward[3];
-    Integers backward[3];
+    static constexpr bool by_masks = Isa::vector_bytes == 64;
+    Integers forward[3];   ///< where a component is 1
+    Integers backward[3];  ///< where it is −1
+    V e[3];
 
     [[gnu::always_inline]] explicit Direction(const Integers& bit) {
+      const V zero{};
       for (std::size_t a = 0; a < 3; ++a) {
         forward[a] = (bit & along(a, 1)) != 0;
         backward[a] = (bit & along(a, -1)) != 0;
+        e[a] = backward[a] ? zero - 1.0 : (forward[a] ? zero + 1.0 : zero);
       }
+    }
+    /// sum + e_a x
+    [[gnu::always_inline]] V add(std::size_t a, const V& sum, const V& x) const {
+      if constexpr (!by_masks) return sum + e[a] * x;
+      const V added = forward[a] ? sum + x : sum;
+      return backward[a] ? added - x : added;
     }
     /// e_α·x
-    [[gnu::always_inline]] V dot(const V (&x)[3]) const {
-      V sum{};
-      for (std::size_t a = 0; a < 3; ++a) {
-        sum = forward[a] ? sum + x[a] : sum;
-        sum = backward[a] ? sum - x[a] : sum;
-      }
-      return sum;
-    }
-    /// Adds e_α x.
-    [[gnu::always_inline]] void add_to(V (&sums)[3], const V& x) const {
-      for (std::size_t a = 0; a < 3; ++a) {
-        sums[a] = forward[a] ? sums[a] + x : sums[a];
-        sums[a] = backward[a] ? sums[a] - x : sums[a];
-      }
-    }
+    [[gnu::always_inline]] V dot(const V (&x)[3]) const { return add(2, add(1, add(0, V{}, x[0]), x[1]), x[2]); }
   };
 
   [[gnu::always_inline]] static bool all(const Integers& masks) {
@@ -263,9 +261,8 @@ struct ExchangeGroupLoop {
       const Integers bit = left & -left;
       left ^= bit;
       const Direction direction(bit);
+      std::ranges::copy(direction.e, link.e);
       const V zero{};
-      for (std::size_t a = 0; a < 3; ++a)
-        link.e[a] = direction.forward[a] ? zero + 1.0 : direction.backward[a] ? zero - 1.0 : zero;
       link.weight = bit != 0 ? zero + d3q19::weight(7) : zero;
       link.weight = (bit & axes) != 0 ? zero + d3q19::weight(1) : link.weight;
       const T* const of_first = values.by_link.data() + per_link * j;
@@ -285,7 +282,8 @@ struct ExchangeGroupLoop {
       const V returning = __builtin_convertvector(stored, V);
       const V exchanged = link.leaving + returning;
       exchanged_squares = exchanged_squares + exchanged * exchanged;
-      direction.add_to(force, rounded(exchanged));
+      const V fixed = rounded(exchanged);
+      for (std::size_t a = 0; a < 3; ++a) force[a] = direction.add(a, force[a], fixed);
       if constexpr (Formula::conserving) {
         const V absorbed = link.leaving - returning;
         exchanged_squares = exchanged_squares + absorbed * absorbed;
