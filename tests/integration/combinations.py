@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Runs the quick swimmer with every fluid and every body component, each swapped by one option or one --set.
 
-    tests/integration/combinations.py        runs all twelve completely and writes docs/results/combinations.md
+    tests/integration/combinations.py        runs all of them completely and writes docs/results/combinations.md
 """
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -38,7 +39,7 @@ tests/integration/combinations.py        # writes this page
 `configs/quick/three_sphere.yaml` in full; only the component changes: `--set fluid.solver=stokes`,
 `--set fluid.solver=vacuum`, `--fluid "python3 proto/python/examples/stokes_drag_fluid.py"`, `--set body.solver=bullet`
 (or `mujoco`), `--body "python3 proto/python/examples/point_masses.py"`. Speeds are in cells per step. Δ compares u_swim
-with our own bodies in the same fluid.
+with our own bodies in the same fluid. Wall times: {processor}.
 
 | fluid | bodies | u_swim | Δ | d₁ [cells] | d₂ [cells] | sin(φ₁ − φ₂) | u_GA | u_swim to u_GA | wall time | digest |
 |---|---|---|---|---|---|---|---|---|---|---|
@@ -47,9 +48,10 @@ with our own bodies in the same fluid.
 _TAIL = """
 Differences and their causes:
 
-* **Between bodies, in one fluid.** Bullet, MuJoCo and Python use semi-implicit Euler, so they agree to rounding; our own bodies use Runge-Kutta 4 with driving forces sampled inside the step. Euler with forces from the start of the
-  step is off by half a step, ωh/2 = 8e-4 rad of the stroke's phase; amplitudes and speed differ by parts in a thousand
-  or less. Digests differ because the hashed states differ.
+* **Between bodies, in one fluid.** Bullet, MuJoCo and Python use semi-implicit Euler, so they agree to rounding; our
+  own bodies use Runge-Kutta 4 with driving forces sampled inside the step. Euler with forces from the start of the step
+  is off by half a step, ωh/2 = 8e-4 rad of the stroke's phase; amplitudes and speed differ by parts in a thousand or
+  less. Digests differ because the hashed states differ.
 * **Lattice against Stokes.** With the same spheres and springs the swimmer is 38 % faster in Stokes flow, which has
   neither inertia nor walls. At this short period the viscous penetration depth √(2ν/ω) is {depth:.1f} cells, less than
   an arm, so the arms oscillate differently (d₁, phase), and the interaction of the beads is weaker; walls 20 cells away
@@ -98,7 +100,8 @@ def _row(fluid, body, summary, wall_s, reference):
 
 
 def main():
-    page = _HEAD
+    processor = re.search(r"^model name\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)[1]
+    page = _HEAD.format(processor=processor)
     with tempfile.TemporaryDirectory() as folder:
         for fluid in FLUIDS:
             reference = None
