@@ -90,9 +90,15 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
  private:
   /// Cell groups of one body after the other. The last one is there as often as it is asked for ahead.
   static std::vector<const CellGroup*> in_order(std::span<const std::int32_t> bodies, const BoundaryLinks<T>& links) {
+    const auto groups_of = [&](std::int32_t body) -> const std::vector<CellGroup>& {
+      return links.of_body(static_cast<std::size_t>(body)).groups;
+    };
+    std::size_t count = 2 * groups_ahead;
+    for (const std::int32_t body : bodies) count += groups_of(body).size();
     std::vector<const CellGroup*> groups;
+    groups.reserve(count);
     for (const std::int32_t body : bodies)
-      for (const CellGroup& group : links.of_body(static_cast<std::size_t>(body)).groups) groups.push_back(&group);
+      for (const CellGroup& group : groups_of(body)) groups.push_back(&group);
     if (!groups.empty()) groups.insert(groups.end(), 2 * groups_ahead, groups.back());
     return groups;
   }
