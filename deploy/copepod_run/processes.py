@@ -1,6 +1,7 @@
 """The processes of a run on this host as /proc shows them: which there are, and what is wrong with them."""
 
 import ctypes
+import glob
 import os
 import signal
 from collections.abc import Iterable, Iterator
@@ -67,9 +68,9 @@ def family_of(pid: int) -> list[int]:
     """A process and all its descendants."""
     family = [pid]
     for member in family:
-        for children in Path("/proc", str(member), "task").glob("*/children"):
+        for children in glob.glob(f"/proc/{member}/task/*/children"):  # Path.glob fails if the process ends meanwhile
             try:
-                family += map(int, children.read_text().split())
+                family += map(int, Path(children).read_text().split())
             except OSError:  # ended meanwhile
                 pass
     return family

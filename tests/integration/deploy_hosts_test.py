@@ -2,6 +2,8 @@
 
 import dataclasses
 import os
+import signal
+import subprocess
 import unittest
 from unittest import mock
 
@@ -11,6 +13,7 @@ from copepod_run import hosts
 from copepod_run.errors import ExitCode
 from copepod_run.outcome import describe_exit, judge
 from copepod_run.plan import Plan
+from copepod_run.processes import family_of
 
 DAEMON_LOST = """
 ORTE has lost communication with a remote daemon.
@@ -40,6 +43,20 @@ class Placement(unittest.TestCase):
         self.assertEqual(hosts.hostfile_text(plan("here:0", "b")), "b slots=1\n")
         self.assertEqual(hosts.others(plan("here", "b", ranks=1)), [])  # a solver that has one rank
         self.assertEqual(hosts.others(plan()), [])
+
+
+class Processes(unittest.TestCase):
+    def test_family_of_a_process_that_ends_while_it_is_looked_at_is_the_process_itself(self):
+        with mock.patch("os.scandir", side_effect=FileNotFoundError):
+            self.assertEqual(family_of(os.getpid()), [os.getpid()])
+
+    def test_family_has_children_and_their_children(self):
+        with subprocess.Popen(["sh", "-c", "sleep 60 & echo $!; wait"], stdout=subprocess.PIPE, text=True) as shell:
+            grandchild = int(shell.stdout.readline())
+            try:
+                self.assertEqual(family_of(shell.pid), [shell.pid, grandchild])
+            finally:
+                os.kill(grandchild, signal.SIGKILL)
 
 
 class Connecting(unittest.TestCase):
