@@ -1,5 +1,6 @@
 #include "checkpoint/checkpoint_store.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 constexpr const char* name_start = "step_";
 constexpr const char* draft_name = "unfinished";
 constexpr std::size_t kept = 2;
+constexpr std::array own_names{"fluid.h5", "body.bin", "coupler.json", "manifest.json"};
 
 std::string name_of_step(std::int64_t step) {
   std::array<char, 32> name{};
@@ -36,6 +38,27 @@ std::int64_t step_of_name(const std::string& name) {
   const char* end = name.data() + name.size();
   const auto [stop, error] = std::from_chars(name.data() + start.size(), end, step);
   return error == std::errc{} && stop == end ? step : -1;
+}
+
+/// Removes a folder of a checkpoint, finished or not. @return false, with nothing removed, if it is a link or holds
+/// anything else: that is not ours to remove.
+bool remove_checkpoint(const fs::path& folder) {
+  const auto kind = fs::symlink_status(folder).type();
+  if (kind == fs::file_type::not_found) return true;
+  if (kind != fs::file_type::directory) return false;
+  const auto is_own = [](const fs::directory_entry& entry) {  // perhaps with an ending of its writer's
+    const std::string name = entry.path().filename().string();
+    return std::ranges::any_of(own_names, [&](const char* own) { return name.starts_with(own); });
+  };
+  if (!std::ranges::all_of(fs::directory_iterator(folder), is_own)) return false;
+  fs::remove_all(folder);
+  return true;
+}
+
+/// The same where the name is needed. @throws StorageError
+void make_way(const fs::path& folder) {
+  if (remove_checkpoint(folder)) return;
+  throw StorageError(folder.string() + " is in the way of a checkpoint (not written by a run). Move it away.");
 }
 
 CouplerState read_state(const fs::path& folder) {
@@ -62,7 +85,7 @@ CheckpointStore::CheckpointStore(fs::path folder, std::string case_key)
 void CheckpointStore::prepare(FluidSolver& fluid, BodySolver& body, const CouplerState& state) {
   const fs::path draft = folder_ / draft_name;
   or_remove_draft([&] {
-    fs::remove_all(draft);
+    make_way(draft);
     fs::create_directories(draft);
     fluid.save((draft / "fluid.h5").string());
     body.save((draft / "body.bin").string());
@@ -75,7 +98,7 @@ void CheckpointStore::commit(std::int64_t step) {
   const fs::path final = folder_ / name_of_step(step);
   or_remove_draft([&] {
     write_manifest(draft, case_key_, step);
-    fs::remove_all(final);  // one that was damaged and computed again
+    make_way(final);  // one that was damaged and computed again
     publish(draft.string(), final.string());
     keep_two_up_to(step);
   });
@@ -83,14 +106,19 @@ void CheckpointStore::commit(std::int64_t step) {
 
 /// What a full disk left of a checkpoint takes room that the run needs.
 void CheckpointStore::or_remove_draft(const std::function<void()>& write) const {
-  std::error_code ignored;
+  const auto remove_draft = [&] {
+    try {
+      remove_checkpoint(folder_ / draft_name);
+    } catch (const fs::filesystem_error&) {  // the first error matters
+    }
+  };
   try {
     write();
   } catch (const StorageError&) {
-    fs::remove_all(folder_ / draft_name, ignored);
+    remove_draft();
     throw;
   } catch (const fs::filesystem_error& error) {
-    fs::remove_all(folder_ / draft_name, ignored);
+    remove_draft();
     throw StorageError(std::string("a checkpoint cannot be written (") + error.what() +
                        "). Free space or check permissions.");
   }
@@ -113,7 +141,7 @@ void CheckpointStore::keep_two_up_to(std::int64_t newest) const {
   std::size_t used = 0;
   for (const fs::path& folder : newest_first()) {
     const bool is_later = step_of_name(folder.filename().string()) > newest;
-    if (is_later || ++used > kept) fs::remove_all(folder);
+    if (is_later || ++used > kept) remove_checkpoint(folder);
   }
 }
 

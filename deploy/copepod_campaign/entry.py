@@ -62,21 +62,23 @@ class Entry:
         return self.state is State.DONE and self.builds != [self._this_build]
 
     def look(self, rerun_other_builds: bool) -> None:
-        """Finds out how far the case is; a run of another case is set aside, an empty folder is removed."""
+        """Finds out how far the case is. What cannot be continued is set aside, never removed, if it has any files."""
         if not self.path.exists():
             return
         self._wait_until_free()
         if not self._holds_this_case():
-            self._set_aside()
+            self._set_aside("the case has changed")
         elif self.summary:
             self.state = State.DONE
             if self.of_another_build and rerun_other_builds:
-                self._set_aside()
+                self._set_aside("the build has changed")
                 self.state = State.NEW
             elif self.of_another_build:
                 self.remark = "done, by another build"
         elif has_checkpoint(self.path):
             self.state = State.HALF_DONE
+        elif any(files for _, _, files in os.walk(self.path)):
+            self._set_aside("it has no checkpoint to continue from")
         else:
             shutil.rmtree(self.path)
 
@@ -101,13 +103,12 @@ class Entry:
         finally:
             os.close(descriptor)
 
-    def _set_aside(self) -> None:
-        """A finished or begun run of another case or build is not thrown away."""
+    def _set_aside(self, reason: str) -> None:
         number = 1
         while (target := self.path.with_name(f"{self.name}.before-{number}")).exists():
             number += 1
         self.path.rename(target)
-        self.remark = f"the case or build has changed; the former run is now {target.name}"
+        self.remark = f"{reason}; the former run is now {target.name}"
 
 
 def _physics(case: Mapping[str, Any]) -> dict[str, Any]:

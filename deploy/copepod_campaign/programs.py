@@ -2,10 +2,13 @@
 
 import os
 import shutil
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from copepod_run import cleanup
 from copepod_run.checkout import build_digest, present_programs, program
+from copepod_run.destinations import make_folder
 
 
 @dataclass(frozen=True)
@@ -35,9 +38,10 @@ def keep_copy(campaign_folder: Path) -> Programs:
     shelf = campaign_folder / "programs"
     target = shelf / build
     if not target.exists():
-        shutil.rmtree(shelf, ignore_errors=True)
-        fresh = shelf / "new"
-        fresh.mkdir(parents=True)
+        make_folder(shelf)
+        cleanup.remove_folders(shelf.iterdir())
+        fresh = Path(tempfile.mkdtemp(prefix="new-", dir=shelf))
+        cleanup.claim(fresh, build)
         for name in present_programs():
             shutil.copy2(source / name, fresh / name)
         fresh.rename(target)

@@ -17,6 +17,9 @@ from copepod_run.names import distinct_words
 _MOST_DRAWN = 12  # runs of a sweep whose own figures are drawn
 
 
+PAGE = "report.html"
+
+
 class Canvas:
     """Where plots are written: files in a folder, and HTML with both themes; without a folder only HTML."""
 
@@ -24,6 +27,9 @@ class Canvas:
         """`formats`: of the files, any of png, svg and pdf."""
         self.folder = folder
         self._formats = formats
+        own = folder / PAGE if folder else None
+        self._replaces = own is not None and own.is_file() and b"<title>Copepod: " in own.read_bytes()[:1000]
+        self._written: set[Path] = set()
 
     def draw(self, name: str, draw: Callable[[Theme], Any], caption: str, wide: bool = False) -> list[str]:
         """One plot in both themes as a list of one HTML figure, empty without a plot; the light one is NAME.png, …"""
@@ -37,12 +43,23 @@ class Canvas:
         return [page.figure(pictures, caption, wide)]
 
     def write(self, name: str, content: bytes) -> Path:
-        """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere."""
+        """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere.
+
+        It replaces that of an earlier report. Raises Stop(2) where another file is in the way.
+        """
         assert self.folder
         path = self.folder / re.sub(r"[^\w.+=-]+", "_", name)
-        path.unlink(missing_ok=True)
-        with open(path, "xb") as file:
-            file.write(content)
+        if self._replaces or path in self._written:
+            path.unlink(missing_ok=True)
+        try:
+            with open(path, "xb") as file:
+                file.write(content)
+        except FileExistsError:
+            raise Stop(
+                ExitCode.BAD_CASE,
+                f"{path} is in the way (not written by a report). Move it away, or choose another --out.",
+            ) from None
+        self._written.add(path)
         return path
 
 
@@ -80,8 +97,11 @@ def write_report(
             raise Stop(
                 ExitCode.BAD_CASE, "there is no flow to draw (no run recorded one). Set output.fields in the case."
             )
-        make_folder(Path(out))
-        return _write_page(directories, collected, Canvas(Path(out), formats), additions, flow_view)
+        folder, title = Path(out), f"Copepod: {_title(directories, collected)}"
+        make_folder(folder)
+        canvas = Canvas(folder, formats)
+        canvas.write(PAGE, page.page(title, []).encode())  # from here on the folder is that of a report
+        return canvas.write(PAGE, page.page(title, _sections(collected, canvas, additions, flow_view)).encode())
     except DAMAGE as problem:
         raise _damaged(_names(directories), problem) from None
 
@@ -106,13 +126,8 @@ def _damaged(names: str, problem: Exception) -> Stop:
     )
 
 
-def _write_page(
-    directories: Sequence[str],
-    collected: Sequence[RunRecord],
-    canvas: Canvas,
-    additions: Additions,
-    flow_view: flow.View,
-) -> Path:
+def _sections(collected: Sequence[RunRecord], canvas: Canvas, additions: Additions, flow_view: flow.View) -> list[str]:
+    """HTML of all sections of the page; writes the plots."""
     left, chapters = additions.chapters([run for run in collected if run.status.is_finished], canvas)
     runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = distinct_words([run.name for run in runs])
@@ -131,7 +146,7 @@ def _write_page(
             figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, additions, flow_view)]
         sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
     sections.append(view.scripts())
-    return canvas.write("report.html", page.page(f"Copepod: {_title(directories, runs)}", sections).encode())
+    return sections
 
 
 def _title(directories: Sequence[str], runs: Sequence[RunRecord]) -> str:

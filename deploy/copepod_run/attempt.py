@@ -43,9 +43,10 @@ class Attempt:
         say(f"{self._plan.name}: {size}{self._plan.steps} steps, in {self._directory.shown}")
         with ExitStack() as stack:
             signals = stack.enter_context(SignalRecorder())
-            scratch = Scratch(self._directory.path)
+            mark = secrets.token_hex(16)
+            scratch = Scratch(self._directory.path, mark)
             stack.callback(scratch.close)
-            mark, locks = secrets.token_hex(16), [self._directory.lock, *scratch.locks]
+            locks = [self._directory.lock, *scratch.locks]
             environment = components.environment(mark, scratch, self._plan.fluid_ranks)
             launcher: LocalLauncher
             if hosts.others(self._plan):

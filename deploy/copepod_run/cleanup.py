@@ -1,4 +1,4 @@
-"""Finding every process of a run by its mark and ending it; also from a process that outlives a killed command.
+"""Finding every process and folder of a run by its mark and ending it; also from a process that outlives the command.
 
     cleanup.py MARK FOLDER…     stdin: a pipe that closes when the command ends
 
@@ -8,6 +8,7 @@ This file alone is the guard's program: it imports nothing of ours.
 import os
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -15,6 +16,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
+CLAIM = ".copepod-run"  # a file in each folder that a run may remove: the run's mark and the folder's inode
 COMPONENT = "COPEPOD_COMPONENT"  # in the environment too: which component the process belongs to
 POLITE_S = 0.5  # between SIGTERM and SIGKILL
 FINAL_S = 2.0  # after SIGKILL; longer only in uninterruptible sleep, where nothing can be done
@@ -67,9 +69,34 @@ def _send(pid: int, numbers: Iterable[int]) -> None:
         pass
 
 
+def claim(folder: str | Path, mark: str) -> None:
+    """Marks a folder that was just made as one that may be removed, contents and all. Raises OSError.
+
+    The mark holds for this folder only, not for a copy of it: the file names the folder's inode.
+    """
+    descriptor = os.open(Path(folder, CLAIM), os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "w") as file:
+        file.write(f"{mark} {os.stat(folder).st_ino}\n")
+
+
+def is_claimed(folder: str | Path, mark: str | None = None) -> bool:
+    """Whether `claim` marked this folder, as this user and for the run `mark` (None: for any run)."""
+    try:
+        folder_status, file_status = os.lstat(folder), os.lstat(Path(folder, CLAIM))
+        own = {folder_status.st_uid, file_status.st_uid} == {os.geteuid()}
+        if not (own and stat.S_ISDIR(folder_status.st_mode) and stat.S_ISREG(file_status.st_mode)):
+            return False
+        found_mark, _, inode = Path(folder, CLAIM).read_text().partition(" ")
+    except (OSError, UnicodeDecodeError):
+        return False
+    return inode == f"{folder_status.st_ino}\n" and mark in (None, found_mark)
+
+
 def remove_folders(folders: Iterable[str | Path]) -> None:
+    """Removes those of the folders that are claimed; whatever else has such a name stays."""
     for folder in folders:
-        shutil.rmtree(folder, ignore_errors=True)
+        if is_claimed(folder):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 class Guard:

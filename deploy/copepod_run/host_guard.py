@@ -21,7 +21,16 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from copepod_run.cleanup import COMPONENT, MARK, Guard, end_marked, marked_processes, remove_folders
+from copepod_run.cleanup import (
+    COMPONENT,
+    MARK,
+    Guard,
+    claim,
+    end_marked,
+    is_claimed,
+    marked_processes,
+    remove_folders,
+)
 from copepod_run.processes import ENDED, Looker, adopt_orphans, end_with_parent, state_of
 
 GUARD = "COPEPOD_GUARD"  # in the environment of the guard that watches, with the mark of the run
@@ -212,14 +221,16 @@ def _make_folders(order: dict[str, Any], locks: list[int]) -> str:
     try:
         for name in order["folders"]:
             folder = Path(name)
-            folder.mkdir(mode=0o700, exist_ok=True)
-            if folder.stat().st_uid != os.geteuid():
-                return f"{folder} belongs to another user. Run again."
+            with suppress(FileExistsError):  # /tmp is shared
+                folder.mkdir(mode=0o700)
+                claim(folder, order["mark"])
+            if not is_claimed(folder, order["mark"]):
+                return f"{folder} is in the way (not made by this run). Run again."
             locks.append(os.open(folder, os.O_RDONLY | os.O_DIRECTORY))
             with suppress(OSError):
                 fcntl.flock(locks[-1], fcntl.LOCK_SH | fcntl.LOCK_NB)
         for name, content in order["files"].items():
-            with suppress(FileExistsError):  # /tmp is shared, too
+            with suppress(FileExistsError):  # likewise
                 descriptor = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
                 with os.fdopen(descriptor, "w") as file:
                     file.write(content)

@@ -18,7 +18,7 @@ from copepod_run.local_launcher import LocalLauncher
 from copepod_run.messages import Stage, say
 from copepod_run.plan import Plan
 from copepod_run.processes import Wrong, family_of
-from copepod_run.scratch import Scratch
+from copepod_run.scratch import Scratch, fresh_folder
 
 _ENDED_WITHIN_S = 3.5  # asked to, a guard needs half a second, and two more if a process hangs in the kernel
 _WORTH_A_LINE_S = 3.0  # of silence
@@ -62,8 +62,7 @@ class HostsLauncher(LocalLauncher):
             "build": "" if self._plan.fluid_command else digest(program),
             "silence_s": self._plan.silence_s,
         }
-        remove_folders([self._sign.parent])
-        self._sign.parent.mkdir()
+        fresh_folder(self._sign.parent, self._mark)
         self._sign.touch()
         with Stage(f"connecting to {', '.join(host.name for host in others)}"):
             for host in others:

@@ -2,7 +2,7 @@
 
 import os
 import secrets
-import shutil
+import stat
 import tempfile
 import time
 from collections.abc import Iterator
@@ -12,6 +12,7 @@ from pathlib import Path
 
 from copepod_run import cleanup
 from copepod_run.cleanup import MARK
+from copepod_run.errors import ExitCode, Stop
 from copepod_run.run_directory import take_lock
 
 LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
@@ -24,11 +25,14 @@ class Scratch:
     """Private folders (0700) of one run.
 
     MPI gets folders of its own: a killed mpirun cannot remove what it left in /tmp and /dev/shm. Those there are locked
-    by the command and by its guard; what is locked by neither is swept by a later run.
+    by the command and by its guard; what is locked by neither is swept by a later run. Every folder is claimed: one
+    that this program did not make is never removed, whatever its name.
     """
 
-    def __init__(self, run_path: Path) -> None:
+    def __init__(self, run_path: Path, mark: str) -> None:
+        """`mark`: of the run. Raises Stop(2) if a stranger's folder is in the way."""
         _sweep()
+        self.mark = mark
         self.folders: list[Path] = []
         self.locks: list[int] = []  # descriptors
         self.run_path = Path(run_path)
@@ -65,13 +69,12 @@ class Scratch:
         return f"ipc://{self.sockets}/coupler.ipc" if transport == "ipc" else transport
 
     def _fresh_folder(self, folder: Path) -> Path:
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(mode=0o700)
+        fresh_folder(folder, self.mark)
         self.folders.append(folder)
         return folder
 
     def _private_folder(self, where: str) -> Path:
-        folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))
+        folder = _temporary_folder(where, self.mark)
         self.folders.append(folder)
         lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         self.locks.append(lock)
@@ -83,24 +86,49 @@ class Scratch:
             os.close(lock)
 
 
+def fresh_folder(folder: Path, mark: str) -> None:
+    """Makes a private folder in a run directory, in the place of one that an earlier run left. Raises Stop(2) if what
+    has this name was not made by a run."""
+    cleanup.remove_folders([folder])
+    try:
+        if folder.is_dir() and not folder.is_symlink() and not any(folder.iterdir()):
+            folder.rmdir()  # the run was killed before it could claim its folder
+        folder.mkdir(mode=0o700)
+    except FileExistsError:
+        raise Stop(
+            ExitCode.BAD_CASE, f"{folder} is in the way (not made by a run). Move it away, or choose another --out."
+        ) from None
+    cleanup.claim(folder, mark)
+
+
+def _temporary_folder(where: str, mark: str) -> Path:
+    folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))
+    cleanup.claim(folder, mark)
+    return folder
+
+
 def _sweep() -> None:
     """Removes the folders of runs whose command and guard have both been killed."""
-    for where in _PLACES:
-        for folder in Path(where).glob("copepod-*-*"):
-            try:
-                if _is_abandoned(folder):
-                    shutil.rmtree(folder, ignore_errors=True)
-            except (OSError, ValueError):  # another user's, gone meanwhile, or something of another name
-                pass
+    cleanup.remove_folders(
+        folder for where in _PLACES for folder in Path(where).glob("copepod-*") if _is_abandoned(folder)
+    )
 
 
 def _is_abandoned(folder: Path) -> bool:
-    """Whether nothing holds a folder any more. Raises OSError if it belongs to another user."""
-    if Path("/proc", str(int(folder.name.split("-")[1]))).exists() or time.time() - folder.stat().st_mtime < _YOUNG_S:
-        return False
-    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    """Whether this is a private folder of a run that nothing holds any more."""
     try:
-        return os.fstat(lock).st_uid == os.geteuid() and take_lock(lock)
+        status = folder.lstat()
+        if (
+            stat.S_IMODE(status.st_mode) != 0o700
+            or time.time() - status.st_mtime < _YOUNG_S
+            or not cleanup.is_claimed(folder)
+        ):
+            return False
+        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except OSError:  # gone meanwhile
+        return False
+    try:
+        return take_lock(lock)
     finally:
         os.close(lock)
 
@@ -126,8 +154,9 @@ class GuardedFolder:
 @contextmanager
 def guarded_folder() -> Iterator[GuardedFolder]:
     """A private folder and marked processes of a command without a run directory: nothing of them remains."""
-    path = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir="/tmp"))  # a short path: it holds sockets
-    folder = GuardedFolder(path, Scratch(path), secrets.token_hex(16))
+    token = secrets.token_hex(16)
+    path = _temporary_folder("/tmp", token)  # a short path: it holds sockets
+    folder = GuardedFolder(path, Scratch(path, token), token)
     mark = f"{MARK}={folder.mark}"
     guard = cleanup.Guard(mark, [path, *folder.scratch.folders], folder.scratch.locks)
     try:

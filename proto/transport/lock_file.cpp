@@ -1,6 +1,8 @@
 #include "transport/lock_file.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -14,12 +16,17 @@ namespace copepod::transport {
 
 namespace {
 
+/// What the file holds: the process id of a coupler, living or dead, or nothing yet.
 std::string owner_of(int descriptor) {
   std::array<char, 32> text{};
   const ssize_t size = pread(descriptor, text.data(), text.size() - 1, 0);
   std::string owner(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
   while (!owner.empty() && owner.back() == '\n') owner.pop_back();
-  return owner.empty() ? "unknown" : owner;
+  return owner;
+}
+
+bool is_process_id(const std::string& text) {
+  return std::ranges::all_of(text, [](unsigned char c) { return std::isdigit(c) != 0; }) && text.size() < 20;
 }
 
 [[noreturn]] void throw_full(const std::string& path, int error) {
@@ -38,8 +45,12 @@ LockFile::LockFile(const std::string& path) : descriptor_(open(path.c_str(), O_R
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     const std::string owner = owner_of(descriptor_);
     close(descriptor_);
-    throw Refused("The address is taken (the coupler with process id " + owner + " holds " + path +
-                  "). Wait for it to end, or use another run directory.");
+    throw Refused("The address is taken (the coupler with process id " + (owner.empty() ? "unknown" : owner) +
+                  " holds " + path + "). Wait for it to end, or use another run directory.");
+  }
+  if (!is_process_id(owner_of(descriptor_))) {
+    close(descriptor_);
+    throw Refused("The lock file " + path + " cannot be used (it was not written by a coupler). Use another address.");
   }
   const std::string pid = std::to_string(getpid()) + "\n";
   const bool written = ftruncate(descriptor_, 0) == 0 &&

@@ -9,8 +9,8 @@ namespace copepod::transport {
 /// behind does not matter.
 class LockFile {
  public:
-  /// @throws Refused if a living process holds the lock (its pid is named) or the file cannot be made, StorageError if
-  ///         the disk takes no more
+  /// @throws Refused if a living process holds the lock (its pid is named), the file cannot be made, or one of this
+  ///         name holds something else, which stays; StorageError if the disk takes no more
   explicit LockFile(const std::string& path);
   LockFile(const LockFile&) = delete;
   LockFile& operator=(const LockFile&) = delete;

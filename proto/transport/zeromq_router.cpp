@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
@@ -155,6 +156,12 @@ class ZeroMqRouter final : public Router {
     check_endpoint(endpoint);
     const std::string path = ipc_path(endpoint);
     if (path.empty()) return std::nullopt;
+    std::error_code ignored;
+    const auto kind = std::filesystem::symlink_status(path, ignored).type();  // ZeroMQ removes what it finds there
+    if (kind != std::filesystem::file_type::not_found && kind != std::filesystem::file_type::socket) {
+      throw Refused("The address " + endpoint +
+                    " cannot be bound (there is a file of that name, not a socket). Choose another one.");
+    }
     return std::optional<LockFile>(std::in_place, path + ".lock");
   }
 

@@ -107,6 +107,25 @@ TEST_F(Store, KeepsNoneOfALaterStepWhichTheRunCouldNotUse) {
   EXPECT_EQ(store.newest().state.step, 1500);
 }
 
+TEST_F(Store, LeavesOrRefusesFoldersWithFilesOfOthers) {
+  const auto put = [&](const std::string& name) {
+    fs::create_directories(folder / name);
+    std::ofstream(folder / name / "thesis.tex") << "work of a year";
+  };
+  put("step_000000500");
+  put("step_000009000");  // later than the run: none of its own is kept there
+  for (const std::int64_t step : {1000L, 2000L, 3000L}) write(step);
+  fs::create_directory_symlink(folder / "step_000009000", folder / "step_000009001");
+  write(4000);
+  put("step_000005000");
+  EXPECT_THROW(write(5000), StorageError);
+  put("unfinished");
+  EXPECT_THROW(write(6000), StorageError);
+  for (const char* name : {"step_000000500", "step_000009000", "step_000005000", "unfinished"})
+    EXPECT_TRUE(fs::exists(folder / name / "thesis.tex")) << name;
+  EXPECT_TRUE(fs::is_symlink(folder / "step_000009001"));
+}
+
 TEST_F(Store, IgnoresACheckpointThatWasNotFinished) {
   write(1000);
   write(2000);

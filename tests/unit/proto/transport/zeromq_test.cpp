@@ -1,6 +1,7 @@
 #include "transport/zeromq.hpp"
 
 #include <cstring>
+#include <fstream>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
@@ -119,6 +120,20 @@ TEST_P(ZeroMq, MessagesWaitForACouplerThatStartsLater) {
 
 INSTANTIATE_TEST_SUITE_P(Lanes, ZeroMq, testing::Values("ipc", "tcp"),
                          [](const auto& instance) { return instance.param; });
+
+TEST(ZeroMqAddress, OfAnIpcSocketNeverReplacesAFileOfOthers) {
+  const std::string path = "/tmp/copepod_kept_" + std::to_string(getpid());
+  for (const char* suffix : {"", ".lock"}) {
+    const std::string name = path + suffix;
+    std::ofstream(name) << "work of a year";
+    EXPECT_THROW(bind_router("ipc://" + path), Refused) << name;
+    std::string text;
+    std::getline(std::ifstream(name) >> std::ws, text);
+    EXPECT_EQ(text, "work of a year") << name;
+    unlink(name.c_str());
+  }
+  unlink((path + ".lock").c_str());
+}
 
 TEST(ZeroMqAddress, ThatMakesNoSenseIsACaseError) {
   EXPECT_THROW(bind_router("nonsense"), CaseError);

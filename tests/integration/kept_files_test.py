@@ -1,0 +1,138 @@
+"""What a command did not make, it never removes or replaces, whatever its name: it is left alone or refused by name."""
+
+import os
+import shutil
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from copepod_session import CommandTest, TinyRunTest
+from synthetic_run import write_run
+
+from copepod_run import cleanup
+
+_HOURS_AGO = time.time() - 7200
+
+
+class FilesTest(TinyRunTest):
+    def write_campaign(self):
+        """campaign.json with one case, which the stand-ins read from member.json."""
+        (self.folder / "campaign.json").write_text('{"name": "fakes", "cases": ["member"]}')
+        (self.folder / "member.json").write_text('{"name": "member", "steps": 5, "step_s": 0.01, "case": {}}')
+
+
+class TemporaryFolders(FilesTest):
+    def folder_of(self, where, name, mark=None, mode=0o700):
+        """A folder with a file that has lain there for hours; claimed, as a run would, if `mark` is given."""
+        folder = Path(where, name)
+        folder.mkdir(mode=mode)
+        self.addCleanup(shutil.rmtree, folder, ignore_errors=True)
+        (folder / "precious").write_text("work of a year")
+        if mark:
+            cleanup.claim(folder, mark)
+        os.utime(folder, (_HOURS_AGO, _HOURS_AGO))
+        return folder
+
+    def run_tiny(self):
+        session = self.start("run", self.case(steps=5))
+        self.assertEqual(session.end(60), 0, "".join(session.stderr))
+
+    def test_folders_with_names_like_those_of_runs_stay(self):
+        # Process 2026 is hardly alive, and 4194304 is more than any process id.
+        number = os.getpid()
+        names = [f"copepod-2026-11-25-{number}", f"copepod-4194304-{number}", f"copepod-4194305-run{number}"]
+        folders = [self.folder_of(where, name) for where in ("/tmp", "/dev/shm") for name in names]
+        copied = Path(f"/tmp/copepod-4194306-copy{number}")
+        self.addCleanup(shutil.rmtree, copied, ignore_errors=True)
+        shutil.copytree(self.folder_of("/tmp", f"copepod-4194307-{number}", mark="abandoned"), copied)
+        os.utime(copied, (_HOURS_AGO, _HOURS_AGO))
+        opened = self.folder_of("/tmp", f"copepod-4194308-{number}", mark="opened")
+        opened.chmod(0o755)
+        self.run_tiny()
+        for folder in [*folders, copied, opened]:
+            self.assertEqual((folder / "precious").read_text(), "work of a year", folder)
+
+    def test_a_finished_run_and_a_campaign_in_the_temporary_folder_stay(self):
+        for command in (("run", self.case(steps=5)), ("campaign", "campaign.json")):
+            self.write_campaign()
+            out = Path(tempfile.gettempdir(), f"copepod-4194304-{command[0]}{os.getpid()}")
+            self.addCleanup(shutil.rmtree, out, ignore_errors=True)
+            session = self.start(*command, "--out", out)
+            self.assertEqual(session.end(60), 0, "".join(session.stderr))
+            before = sorted(out.rglob("*"))
+            os.utime(out, (_HOURS_AGO, _HOURS_AGO))
+            self.run_tiny()
+            self.assertEqual(sorted(out.rglob("*")), before)
+
+    def test_the_folder_of_a_killed_run_goes_once_nothing_holds_it(self):
+        folder = self.folder_of("/tmp", f"copepod-4194304-{os.getpid()}", mark="killed")
+        lock = os.open(folder, os.O_RDONLY)
+        from copepod_run.run_directory import take_lock
+
+        self.assertTrue(take_lock(lock))
+        self.run_tiny()
+        self.assertTrue(folder.exists())
+        os.close(lock)
+        self.run_tiny()
+        self.assertFalse(folder.exists())
+
+
+class RunDirectory(TinyRunTest):
+    def test_a_folder_in_place_of_the_sockets_is_refused_and_stays(self):
+        session = self.start_long_run(checkpoint_at=10)
+        session.process.terminate()
+        session.end()
+        (self.folder / "elsewhere").mkdir()
+        path = self.folder / "runs/tiny/.sockets"
+        for make in (lambda: path.symlink_to(self.folder / "elsewhere"), path.mkdir):
+            make()
+            (path / "precious").write_text("work of a year")
+            again = self.start("run", self.case(), "--resume")
+            self.assertEqual(again.end(60), 2, "".join(again.stderr))
+            self.assertIn(".sockets is in the way (not made by a run). Move it away", again.last_line)
+            self.assertEqual((path / "precious").read_text(), "work of a year")
+            if path.is_symlink():
+                path.unlink()
+
+    def test_an_empty_folder_of_a_killed_run_is_no_obstacle(self):
+        session = self.start_long_run(checkpoint_at=10)
+        session.process.terminate()
+        session.end()
+        (self.folder / "runs/tiny/.sockets").mkdir()
+        again = self.start("run", self.case(), "--resume")
+        self.assert_ends(again, 0, timeout_s=60)
+
+
+class Campaign(FilesTest):
+    def test_files_in_the_folders_of_its_cases_and_programs_stay(self):
+        self.write_campaign()
+        precious = [self.folder / "out" / name / "precious" for name in ("programs", "programs/new", "member/logs")]
+        for path in precious:
+            path.parent.mkdir(parents=True)
+            path.write_text("work of a year")
+        session = self.start("campaign", "campaign.json", "--out", "out")
+        self.assertEqual(session.end(60), 0, "".join(session.stderr))
+        precious[2] = self.folder / "out/member.before-1/logs/precious"
+        for path in precious:
+            self.assertEqual(path.read_text(), "work of a year")
+
+
+class Report(CommandTest):
+    def test_files_of_others_are_refused_and_those_of_a_report_replaced(self):
+        write_run(self.folder / "run", mean_flow=False)
+        for name in ("report.html", "design_a_swimmer_arms.png"):
+            folder = self.folder / f"for_{name}"
+            folder.mkdir()
+            (folder / name).write_text("work of a year")
+            session = self.start("report", "run", "--out", folder)
+            self.assertEqual(session.end(100), 2, "".join(session.stderr))
+            self.assertIn(f"{name} is in the way (not written by a report)", session.last_line)
+            self.assertEqual((folder / name).read_text(), "work of a year")
+        for _ in range(2):
+            session = self.start("report", "run")
+            self.assertEqual(session.end(100), 0, "".join(session.stderr))
+
+
+if __name__ == "__main__":
+    unittest.main()
