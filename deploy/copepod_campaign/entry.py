@@ -11,7 +11,7 @@ from typing import Any
 from copepod_campaign.sweep import Member
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import resolved_case
-from copepod_run.run_directory import has_checkpoint, take_lock
+from copepod_run.run_directory import Lock, has_checkpoint, take_lock
 from copepod_run.messages import say
 
 _ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
@@ -93,10 +93,10 @@ class Entry:
         """Runs of a killed campaign write a checkpoint and end."""
         descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
         try:
-            if take_lock(descriptor):
+            if take_lock(descriptor) is not Lock.HELD:
                 return
             say(f"{self.name}: waiting for an earlier run in this folder to end")
-            if not take_lock(descriptor, _ENDING_PATIENCE_S):
+            if take_lock(descriptor, _ENDING_PATIENCE_S) is Lock.HELD:
                 raise Stop(
                     ExitCode.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
                 )

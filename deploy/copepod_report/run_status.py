@@ -3,14 +3,16 @@
 import json
 import os
 import re
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from copepod_run.errors import ExitCode
 from copepod_run.figures import at
-from copepod_run.run_directory import last_checkpoint_step, take_lock
+from copepod_run.run_directory import Lock, last_checkpoint_step, take_lock
 
+_RECORDED_WITHIN_S = 60.0  # by a run that continues
 _STOPPED = (129, ExitCode.INTERRUPTED, ExitCode.TERMINATED)  # by a signal
 
 
@@ -74,12 +76,18 @@ def _read_object(path: Path) -> dict[str, Any]:
 
 
 def _is_in_use(directory: Path) -> bool:
-    """Whether a command runs there: it holds the lock on the folder."""
+    """Whether a command runs there: it holds the lock on the folder, or has just recorded its progress where there are
+    no locks."""
     try:
         descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError:
         return False
     try:
-        return not take_lock(descriptor)
+        found = take_lock(descriptor)
+        if found is not Lock.IMPOSSIBLE:
+            return found is Lock.HELD
+        return time.time() - (directory / "logs/progress.json").stat().st_mtime < _RECORDED_WITHIN_S
+    except OSError:  # no progress yet
+        return False
     finally:
         os.close(descriptor)

@@ -17,8 +17,8 @@ from typing import IO, Any
 from copepod_run import packages
 from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.messages import Stage, elapsed_text
-from copepod_run.run_directory import take_lock
+from copepod_run.messages import Stage, elapsed_text, say
+from copepod_run.run_directory import Lock, take_lock
 
 _BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40
@@ -146,8 +146,10 @@ def _one_build_at_a_time() -> Iterator[None]:
     """Lock on the build folder itself, so that no lock file can be left behind."""
     folder = os.open(BUILD, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        while not take_lock(folder):
+        while (found := take_lock(folder)) is Lock.HELD:
             _wait_for_other_build(folder)
+        if found is Lock.IMPOSSIBLE:
+            say(f"{BUILD} cannot be locked (its file system has no locks). Let no other copepod build there now.")
         yield
     finally:
         os.close(folder)

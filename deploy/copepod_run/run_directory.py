@@ -1,6 +1,7 @@
 """The folder of a run: chosen without ever overwriting one, locked while it is in use."""
 
 import datetime
+import enum
 import errno
 import fcntl
 import json
@@ -14,6 +15,7 @@ from typing import Any
 
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import say
 
 _LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned up after
 
@@ -30,11 +32,14 @@ class RunDirectory:
         _require_utf8(self.path)
         self.lock = _opened(path)
         try:
-            if not take_lock(self.lock, _LOCK_PATIENCE_S):
+            found = take_lock(self.lock, _LOCK_PATIENCE_S)
+            if found is Lock.HELD:
                 raise Stop(
                     ExitCode.BAD_CASE,
                     f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
                 )
+            if found is Lock.IMPOSSIBLE:
+                say(f"{path} cannot be locked (its file system has no locks). Let no other copepod use this folder.")
             if must_be_empty:  # known only now: another command may have run there while we waited
                 _require_empty(self.path, path)
             (self.path / "logs").mkdir(exist_ok=True)
@@ -141,17 +146,27 @@ def _require_empty(path: Path, shown: Path | str) -> None:
     )
 
 
-def take_lock(descriptor: int, patience_s: float = 0.0) -> bool:
-    """Whether the lock on a folder became ours in time; closing the descriptor gives it back."""
+class Lock(enum.Enum):
+    """What came of an attempt to lock a folder."""
+
+    OURS = enum.auto()
+    HELD = enum.auto()  # by another process
+    IMPOSSIBLE = enum.auto()  # some network file systems have no locks
+
+
+def take_lock(descriptor: int, patience_s: float = 0.0) -> Lock:
+    """Locks an open folder, waiting that long for its holder; closing the descriptor gives the lock back."""
     deadline = time.monotonic() + patience_s
     while True:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return True
-        except OSError:
+            return Lock.OURS
+        except BlockingIOError:
             if time.monotonic() > deadline:
-                return False
+                return Lock.HELD
             time.sleep(0.05)
+        except OSError:
+            return Lock.IMPOSSIBLE
 
 
 def create(name: str, out: str | None) -> RunDirectory:

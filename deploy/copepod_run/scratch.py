@@ -13,7 +13,7 @@ from pathlib import Path
 from copepod_run import cleanup
 from copepod_run.cleanup import MARK
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.run_directory import take_lock
+from copepod_run.run_directory import Lock, take_lock
 
 LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
 _ROLES = ("coupler", "fluid", "body")
@@ -128,7 +128,7 @@ def _is_abandoned(folder: Path) -> bool:
     except OSError:  # gone meanwhile
         return False
     try:
-        return take_lock(lock)
+        return take_lock(lock) is Lock.OURS
     finally:
         os.close(lock)
 

@@ -42,7 +42,7 @@ LockFile::LockFile(const std::string& path) : descriptor_(open(path.c_str(), O_R
     throw Refused("The lock file " + path + " cannot be opened (" + std::strerror(errno) +
                   "). Choose a directory that exists and that you may write.");
   }
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     const std::string owner = owner_of(descriptor_);
     close(descriptor_);
     throw Refused("The address is taken (the coupler with process id " + (owner.empty() ? "unknown" : owner) +

@@ -2,6 +2,7 @@
 
 import copy
 import difflib
+import math
 import re
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
@@ -128,10 +129,13 @@ def _place(parent: Any, part: str) -> Any:
         return part if part in parent else None
     if not isinstance(parent, list):
         return None
-    if part.isdecimal():
-        return int(part) if int(part) < len(parent) else None
     names = [item.get("name") if isinstance(item, dict) else None for item in parent]
-    return names.index(part) if part in names else None
+    named = names.index(part) if part in names else None
+    if not part.isdecimal():
+        return named
+    if named not in (None, int(part)):
+        raise KeyError(f"«{part}» is ambiguous (the position of one item and the name of another). Rename that one.")
+    return int(part) if int(part) < len(parent) else None
 
 
 def _absent(parent: Any, part: str, where: str) -> str:
@@ -203,7 +207,16 @@ def _loader(yaml: Any) -> Any:
     rules = _with_rules(yaml.SafeLoader)
     rules.add_constructor("tag:yaml.org,2002:map", mapping)
     rules.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(node.value))
+    rules.add_constructor("tag:yaml.org,2002:float", lambda loader, node: _float(node))
     return rules
+
+
+def _float(node: Any) -> float:
+    """Refuses what is beyond the range of numbers, as the coupler does."""
+    value = float(node.value)
+    if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", node.value)[0])):
+        raise ValueError(f"line {node.start_mark.line + 1}: {node.value} is beyond the range of numbers")
+    return value
 
 
 def _dumper(yaml: Any) -> Any:

@@ -143,8 +143,14 @@ class Campaign(Sequence[Run]):
 
     @functools.cached_property
     def results(self) -> "pandas.DataFrame":
-        """results.csv: a row for each swimmer of each run, the swept keys and the figures as columns."""
-        return required("pandas").read_csv(self.directory / "results.csv")
+        """results.csv: a row for each swimmer of each run, the swept keys and the figures as columns.
+
+        Names are texts even if they look like numbers or missing values.
+        """
+        texts = dict.fromkeys(("case", "swimmer", "group", "state", "builds", "digest"), str)
+        return required("pandas").read_csv(
+            self.directory / "results.csv", dtype=texts, keep_default_na=False, na_values=[""]
+        )
 
     @functools.cached_property
     def names(self) -> list[str]:

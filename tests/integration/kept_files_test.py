@@ -2,15 +2,17 @@
 
 import os
 import shutil
+import subprocess
 import tempfile
 import time
 import unittest
 from pathlib import Path
 
-from copepod_session import CommandTest, TinyRunTest
+from copepod_session import ROOT, CommandTest, TinyRunTest
 from synthetic_run import write_run
 
 from copepod_run import cleanup
+from copepod_run.run_directory import Lock, take_lock
 
 _HOURS_AGO = time.time() - 7200
 
@@ -68,9 +70,7 @@ class TemporaryFolders(FilesTest):
     def test_the_folder_of_a_killed_run_goes_once_nothing_holds_it(self):
         folder = self.folder_of("/tmp", f"copepod-4194304-{os.getpid()}", mark="killed")
         lock = os.open(folder, os.O_RDONLY)
-        from copepod_run.run_directory import take_lock
-
-        self.assertTrue(take_lock(lock))
+        self.assertIs(take_lock(lock), Lock.OURS)
         self.run_tiny()
         self.assertTrue(folder.exists())
         os.close(lock)
@@ -102,6 +102,42 @@ class RunDirectory(TinyRunTest):
         (self.folder / "runs/tiny/.sockets").mkdir()
         again = self.start("run", self.case(), "--resume")
         self.assert_ends(again, 0, timeout_s=60)
+
+
+class WithoutLocks(FilesTest):
+    """On a file system that has no locks, as some network disks."""
+
+    def setUp(self):
+        super().setUp()
+        source, self.library = self.folder / "no_locks.c", self.folder / "no_locks.so"
+        source.write_text("#include <errno.h>\nint flock(int f, int o) { errno = ENOLCK; return -1; }\n")
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", self.library, source], check=True)
+
+    def start_without_locks(self, *arguments):
+        return self.start(*arguments, environment={"LD_PRELOAD": str(self.library)}.items())
+
+    def test_runs_and_campaigns_finish_and_say_so(self):
+        self.write_campaign()
+        for arguments in (("run", self.case(steps=5)), ("campaign", "campaign.json", "--out", "out")):
+            for again in range(2):
+                session = self.start_without_locks(*arguments)
+                self.assertEqual(session.end(60), 0, "".join(session.stderr))
+            if arguments[0] == "run":
+                self.assertIn("cannot be locked (its file system has no locks)", "".join(session.stderr))
+
+    def test_an_interrupted_run_is_no_longer_shown_as_running_after_a_minute(self):
+        script = (
+            "from pathlib import Path; from copepod_report import run_status as s; print(s.state_of(Path('run'))[0])"
+        )
+        progress = self.folder / "run/logs/progress.json"
+        progress.parent.mkdir(parents=True)
+        progress.write_text("{}")
+        variables = {**os.environ, "LD_PRELOAD": str(self.library), "PYTHONPATH": str(ROOT / "deploy")}
+        for age_s, state in ((0, "running"), (100, "interrupted")):
+            os.utime(progress, (time.time() - age_s,) * 2)
+            words = ["/usr/bin/python3", "-c", script]
+            found = subprocess.run(words, cwd=self.folder, env=variables, capture_output=True, text=True, check=True)
+            self.assertEqual(found.stdout.strip(), state)
 
 
 class Campaign(FilesTest):

@@ -4,6 +4,7 @@ import contextlib
 import importlib.util
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -25,6 +26,7 @@ sys.path.insert(0, str(ROOT / "python"))
 os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
 
 import copepod  # noqa: E402
+from copepod_run.errors import Stop  # noqa: E402
 from copepod_run.plan import plan_of  # noqa: E402
 
 QUICK = ROOT / "configs/quick/three_sphere.yaml"
@@ -125,6 +127,39 @@ class Cases(unittest.TestCase):
                     copepod.Case.load(path)
             with self.assertRaisesRegex(copepod.CaseError, "No such file"):
                 copepod.Case.load(folder / "none.yaml")
+
+    def test_the_coupler_and_python_refuse_the_same_files(self):
+        text = (ROOT / "configs/quick/vacuum.yaml").read_text()
+        kinds = {
+            "as it is": (text.encode(), True),
+            "byte-order mark": (b"\xef\xbb\xbf" + text.encode(), True),
+            "UTF-16": (text.encode("utf-16"), False),
+            "two documents": (f"{text}\n---\n{text}".encode(), False),
+            "too small": (re.sub(r"stiffness_N_per_m: \S+", "stiffness_N_per_m: 1.7e-400", text).encode(), False),
+            "too large": (re.sub(r"stiffness_N_per_m: \S+", "stiffness_N_per_m: 1.7e400", text).encode(), False),
+        }
+        for kind, (content, is_good) in kinds.items():
+            with self.subTest(kind), temporary_folder() as folder:
+                path = folder / "case.yaml"
+                path.write_bytes(content)
+                if is_good:
+                    plan_of(path)
+                    copepod.Case.load(path)
+                else:
+                    self.assertRaises(Stop, plan_of, path)
+                    self.assertRaises(copepod.CaseError, copepod.Case.load, path)
+
+    def test_names_that_look_like_numbers_are_refused_where_they_are_ambiguous_and_stay_texts_in_tables(self):
+        case = copepod.Case({"bodies": [{"name": "1", "x": 0}, {"name": "b", "x": 0}, {"name": "2", "x": 0}]})
+        with self.assertRaisesRegex(KeyError, "ambiguous"):
+            case["bodies.1.x"] = 3
+        case["bodies.2.x"] = 3
+        with temporary_folder() as folder:
+            (folder / "results.csv").write_text("case,swimmer,u,note\n007,NA,1.5,\n1e3,null,,x\n")
+            table = copepod.Campaign(folder).results
+            self.assertEqual(table["case"].tolist(), ["007", "1e3"])
+            self.assertEqual(table["swimmer"].tolist(), ["NA", "null"])
+            self.assertEqual(table["u"].isna().tolist(), [False, True])
 
     def test_files_that_a_case_names_are_still_found_from_elsewhere(self):
         with temporary_folder() as folder:

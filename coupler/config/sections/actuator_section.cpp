@@ -62,39 +62,19 @@ double read_lag(Reader& signal, const Signal& result, double step_s) {
 
 /// Rows "time_s,value" of a CSV file, beside the file that names it; the first row may be a header.
 std::vector<Signal::Point> read_table_file(Reader& signal, double step_s) {
-  const std::filesystem::path path = file_beside_case(signal, "file");
-  std::ifstream stream(path);
-  if (!stream) {
-    signal.reject("file", "is '" + signal.text("file") + "' (" + path.string() +
-                              " cannot be read). Give the path of a CSV file, relative to the case file.");
-    return {};
-  }
+  const std::optional<CsvRows> rows = read_csv_rows(signal, "file", {"time_s", "value"}, {}, CsvHeader::optional);
   std::vector<Signal::Point> table;
-  int number = 0;
-  for (std::string line; std::getline(stream, line);) {
-    ++number;
-    const std::size_t comma = std::min(line.find(','), line.size());
-    const auto time_s = number_in(std::string_view(line).substr(0, comma));
-    const auto value = number_in(comma < line.size() ? std::string_view(line).substr(comma + 1) : std::string_view());
-    const bool blank = line.find_first_not_of(" \t\r") == std::string::npos;
-    if (blank || (number == 1 && !time_s && !value)) continue;
-    const auto report_row = [&](const std::string& problem) {
-      signal.problems().error_at({path.string(), number}, signal.path_of("file"), problem);
-    };
-    if (!time_s || !value) {
-      report_row("'" + line + "' is not a row of a table (time and value, separated by a comma). Write 0.001,2.5.");
-      return {};
-    }
-    const double time_steps = *time_s / step_s;
+  for (std::size_t row = 0; rows && row < rows->values.size(); ++row) {
+    const double time_steps = rows->values[row][0] / step_s;
     if (!table.empty() && !(time_steps > table.back().time_steps)) {
-      report_row("time " + rounded_text(*time_s) +
-                 " s does not follow that of the row before (times must increase). "
-                 "Sort the rows.");
+      signal.problems().error_at({rows->path.string(), rows->lines[row]}, signal.path_of("file"),
+                                 "time " + rounded_text(rows->values[row][0]) +
+                                     " s does not follow that of the row before (times must increase). "
+                                     "Sort the rows.");
       return {};
     }
-    table.push_back({time_steps, *value});
+    table.push_back({time_steps, rows->values[row][1]});
   }
-  if (table.empty()) signal.reject("file", "has no rows (a table needs one at least). Write rows like 0.001,2.5.");
   return table;
 }
 

@@ -1,12 +1,16 @@
 #include "config/yaml/csv_rows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 
 namespace copepod::coupler {
 namespace {
+
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";  // of UTF-8; spreadsheets write it
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t\r");
@@ -14,14 +18,45 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-std::vector<std::string_view> fields_of(std::string_view line) {
-  std::vector<std::string_view> fields;
-  for (std::size_t start = 0; start <= line.size();) {
-    const std::size_t comma = std::min(line.find(',', start), line.size());
-    fields.push_back(trimmed(line.substr(start, comma - start)));
-    start = comma + 1;
+/// What stands between the fields of a table whose first line this is: spreadsheets write semicolons where the comma is
+/// the decimal sign.
+char separator_in(std::string_view line) {
+  for (const char separator : {';', '\t'})
+    if (line.find(separator) != std::string_view::npos) return separator;
+  return ',';
+}
+
+/// Fields of a line, without quotes and the spaces around them. [RFC 4180]
+/// @return nothing if a quote is not closed
+std::optional<std::vector<std::string>> fields_of(std::string_view line, char separator) {
+  std::vector<std::string> fields(1);
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') {
+      if (is_quoted && i + 1 < line.size() && line[i + 1] == '"')
+        fields.back() += line[i++];
+      else
+        is_quoted = !is_quoted;
+    } else if (line[i] == separator && !is_quoted) {
+      fields.emplace_back();
+    } else {
+      fields.back() += line[i];
+    }
   }
+  if (is_quoted) return {};
+  for (std::string& field : fields) field = trimmed(field);
   return fields;
+}
+
+/// For a message: what a reader cannot see or a terminal would obey is written as \xNN.
+std::string visible(std::string_view text) {
+  std::string shown;
+  for (const unsigned char c : text) {
+    std::array<char, 5> code{};
+    std::snprintf(code.data(), code.size(), "\\x%02X", c);
+    shown += c < 0x20 || c > 0x7E ? std::string(code.data()) : std::string(1, static_cast<char>(c));
+  }
+  return shown;
 }
 
 std::string joined_by_comma(const std::vector<std::string>& words) {
@@ -34,8 +69,8 @@ std::string joined_by_comma(const std::vector<std::string>& words) {
 class CsvReading {
  public:
   CsvReading(Reader& reader, const std::string& key, const std::vector<std::string>& required,
-             const std::vector<std::string>& optional)
-      : reader_(reader), key_(key), required_(required), optional_(optional) {
+             const std::vector<std::string>& optional, CsvHeader header)
+      : reader_(reader), key_(key), required_(required), optional_(optional), header_(header) {
     rows_.path = file_beside_case(reader, key);
   }
 
@@ -48,13 +83,13 @@ class CsvReading {
     }
     for (std::string line; std::getline(stream, line);) {
       ++number_;
-      const std::string_view content = trimmed(line);
-      if (content.empty() || content.front() == '#') continue;
-      if (!(places_.empty() ? take_header(content) : take_row(content))) return {};
+      if (!take_line(number_ == 1 && line.starts_with(byte_order_mark) ? line.substr(byte_order_mark.size()) : line))
+        return {};
     }
     if (!rows_.values.empty()) return std::move(rows_);
-    reader_.reject(key_, "has no rows (" + rows_.path.string() + "). Write a line " + joined_by_comma(required_) +
-                             " and a row of numbers for each.");
+    const std::string header = header_ == CsvHeader::required ? "a line " + joined_by_comma(required_) + " and " : "";
+    reader_.reject(key_, "has no rows (" + rows_.path.string() + "). Write " + header + "a row of numbers for each " +
+                             required_.front() + ".");
     return {};
   }
 
@@ -64,20 +99,41 @@ class CsvReading {
     return false;
   }
 
-  bool take_header(std::string_view line) {
-    const std::vector<std::string_view> names = fields_of(line);
+  bool take_line(std::string_view line) {
+    if (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF") || line.find('\0') != std::string_view::npos)
+      return report(
+          "this is not a table of plain text (the file was saved as UTF-16, or is not text). Save it as CSV "
+          "in UTF-8.");
+    line = trimmed(line);
+    if (line.empty() || line.front() == '#') return true;
+    if (places_.empty()) separator_ = separator_in(line);
+    const auto fields = fields_of(line, separator_);
+    if (!fields) return report("a quote is not closed (each field begins and ends on one line). Close it.");
+    if (!places_.empty()) return take_row(*fields);
+    if (header_ == CsvHeader::required || is_header_of_own_order(*fields)) return take_header(*fields);
+    for (std::size_t i = 0; i < required_.size(); ++i) places_.push_back(i);
+    const bool has_numbers =
+        std::ranges::any_of(*fields, [](const auto& field) { return number_in(field).has_value(); });
+    return has_numbers || fields->size() != required_.size() ? take_row(*fields) : true;
+  }
+
+  [[nodiscard]] bool is_header_of_own_order(const std::vector<std::string>& names) const {
+    return std::ranges::all_of(required_, [&](const auto& name) { return std::ranges::count(names, name) == 1; });
+  }
+
+  bool take_header(const std::vector<std::string>& names) {
     const std::string columns = joined_by_comma(required_) + (optional_.empty() ? "" : " or with ") +
                                 joined_by_comma(optional_) + (optional_.empty() ? "" : " too");
     std::vector<std::string> wanted = required_;
     const auto is_there = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
     rows_.has_optional = std::ranges::any_of(optional_, is_there);
     if (rows_.has_optional) wanted.insert(wanted.end(), optional_.begin(), optional_.end());
-    for (const std::string_view name : names) {
+    for (const std::string& name : names) {
       if (std::ranges::find(wanted, name) == wanted.end())
-        return report("column '" + std::string(name) + "' is unknown (the first line names the columns). Write " +
-                      columns + ".");
+        return report("column '" + visible(name) + "' is unknown (the first line names the columns). Write " + columns +
+                      ".");
       if (std::ranges::count(names, name) > 1)
-        return report("column '" + std::string(name) + "' is there twice (which one counts?). Remove one.");
+        return report("column '" + name + "' is there twice (which one counts?). Remove one.");
     }
     for (const std::string& name : wanted) {
       if (!is_there(name))
@@ -87,18 +143,18 @@ class CsvReading {
     return true;
   }
 
-  bool take_row(std::string_view line) {
-    const std::vector<std::string_view> fields = fields_of(line);
+  bool take_row(const std::vector<std::string>& fields) {
     if (fields.size() != places_.size())
       return report("the row has " + std::to_string(fields.size()) + " entries (there are " +
                     std::to_string(places_.size()) + " columns). Give one number for each.");
     std::vector<double> values;
     for (const std::size_t place : places_) {
       const std::optional<double> value = number_in(fields[place]);
+      const bool has_comma = fields[place].find(',') != std::string::npos;
       if (!value)
-        return report("'" + std::string(fields[place]) +
-                      "' is not a finite number (a row holds numbers only). Write "
-                      "it like 1.0e-6.");
+        return report("'" + visible(fields[place]) + "' is not a finite number (" +
+                      (has_comma ? "the decimal sign is a point" : "a row holds numbers only") +
+                      "). Write it like 1.0e-6.");
       values.push_back(*value);
     }
     rows_.values.push_back(std::move(values));
@@ -110,6 +166,8 @@ class CsvReading {
   const std::string& key_;
   const std::vector<std::string>& required_;
   const std::vector<std::string>& optional_;
+  CsvHeader header_;
+  char separator_ = ',';
   std::vector<std::size_t> places_;  ///< of the columns in a line
   CsvRows rows_;
   int number_ = 0;
@@ -126,6 +184,7 @@ std::filesystem::path file_beside_case(Reader& reader, const std::string& key) {
 
 std::optional<double> number_in(std::string_view text) {
   text = trimmed(text);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);  // which from_chars does not take
   double number = 0.0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   const bool is_number = error == std::errc{} && stop == text.data() + text.size() && std::isfinite(number);
@@ -133,8 +192,8 @@ std::optional<double> number_in(std::string_view text) {
 }
 
 std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,
-                                     const std::vector<std::string>& optional) {
-  CsvReading reading(reader, key, required, optional);
+                                     const std::vector<std::string>& optional, CsvHeader header) {
+  CsvReading reading(reader, key, required, optional, header);
   if (reader.problems().any_under(reader.path_of(key))) return {};
   return reading.read();
 }

@@ -10,7 +10,11 @@
 
 namespace copepod::coupler {
 
-/// Numbers of a CSV file whose first line names its columns.
+/// Whether the first line of a file must name its columns. Where it may be missing, the required columns stand in their
+/// order, and a first line of other words is left out.
+enum class CsvHeader { required, optional };
+
+/// Numbers of a CSV file.
 struct CsvRows {
   std::filesystem::path path;
   std::vector<std::vector<double>> values;  ///< of each row, in the order in which the columns were asked for
@@ -21,14 +25,16 @@ struct CsvRows {
 /// The file that a key names: where a case file names it, a relative path starts in the folder of that file.
 std::filesystem::path file_beside_case(Reader& reader, const std::string& key);
 
-/// The finite number that a text is, spaces around it allowed.
+/// The finite number that a text is, spaces around it and a plus sign before it allowed.
 std::optional<double> number_in(std::string_view text);
 
-/// Reads the file that a key names; blank lines and those that start with # are left out. What cannot be used is
-/// reported with its line.
+/// Reads the file that a key names as spreadsheets write it: fields between commas, semicolons or tabs, with or without
+/// quotes and byte-order mark; blank lines and those that start with # are left out. What cannot be used is reported
+/// with its line.
 /// @param required  columns in any order
 /// @param optional  columns of which all are there or none
 std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,
-                                     const std::vector<std::string>& optional);
+                                     const std::vector<std::string>& optional = {},
+                                     CsvHeader header = CsvHeader::required);
 
 }  // namespace copepod::coupler

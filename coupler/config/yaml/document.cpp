@@ -144,6 +144,12 @@ void Document::assign(const std::string& path, Value value) {
   Value* node = &root_;
   for (const std::string& part : split_path(path)) {
     Value* child = find_child(*node, part);
+    if (node->kind == Value::Kind::sequence && std::ranges::any_of(node->items, [&](const Value& item) {
+          const Value* name = item.find("name");
+          return &item != child && name != nullptr && name->text == part;
+        }))
+      throw CaseInvalid(value.origin, "'" + path + "' is ambiguous ('" + part +
+                                          "' is the position of one item and the name of another). Rename that one.");
     if (child == nullptr) {
       if (node->kind == Value::Kind::null) node->kind = Value::Kind::mapping;
       if (node->kind != Value::Kind::mapping) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <vector>
 
 #include <yaml-cpp/yaml.h>
 
@@ -146,8 +147,15 @@ void emit(YAML::Emitter& out, const nlohmann::ordered_json& value) {
 
 Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines) {
   Conversion conversion(source, lines);
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") || text.find('\0') != std::string::npos)
+    throw CaseInvalid(Origin{source, 1}, "this is not UTF-8 text (saved as UTF-16, or not text). Save it as UTF-8.");
   try {
-    return conversion.convert(YAML::Load(text));
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1)
+      throw CaseInvalid(conversion.origin(documents[1].Mark()),
+                        "a second document begins here (a case is one document; `---` separates several). Put it in a "
+                        "file of its own.");
+    return documents.empty() ? Value{} : conversion.convert(documents[0]);
   } catch (const YAML::Exception& error) {
     throw CaseInvalid(conversion.origin(error.mark),
                       "this is not valid YAML (" + error.msg + "). Look at indentation, brackets and colons here.");

@@ -95,11 +95,43 @@ TEST_F(TableFile, IsReadBesideTheCaseAndKeptInTheResolvedCase) {
     EXPECT_EQ(value_of(again.assembly.drive[0].signal, step, 0.5), value_of(signal, step, 0.5)) << step;
 }
 
+TEST_F(TableFile, HasTheSameRowsHoweverASpreadsheetWritesThem) {
+  const std::vector<Signal::Point> plain = load("0.0,0.25\n0.004,-1\n").assembly.drive[0].signal.table;
+  for (const std::string content :
+       {"time_s,value\n0.0,0.25\n0.004,-1\n", "value,time_s\n0.25,0\n-1,0.004\n", "seconds,newtons\n0,0.25\n0.004,-1\n",
+        "\"0.0\",\"0.25\"\n0.004,-1\n", "\"time_s\",\"value\"\r\n\"0.0\",\"0.25\"\r\n\"0.004\",\"-1\"\r\n",
+        "\xEF\xBB\xBF"
+        "0.0,0.25\n0.004,-1\n",
+        "\xEF\xBB\xBF\"time_s\",value\n0.0,0.25\n0.004,-1\n", "+0.0e+00,+2.5e-01\n+4.0e-03,-1\n",
+        "0.0;0.25\n0.004;-1\n", "time_s\tvalue\n0.0\t0.25\n0.004\t-1\n"}) {
+    const std::vector<Signal::Point> read = load(content).assembly.drive[0].signal.table;
+    ASSERT_EQ(read.size(), plain.size()) << content;
+    for (std::size_t row = 0; row < plain.size(); ++row) {
+      EXPECT_EQ(read[row].time_steps, plain[row].time_steps) << content;
+      EXPECT_EQ(read[row].value, plain[row].value) << content;
+    }
+  }
+}
+
 TEST_F(TableFile, IsReportedWithItsLine) {
-  const std::string name = folder_.path("table.csv");
-  EXPECT_NE(error_of("time_s,value\n0,1\n0.1;2\n").find(name + ":3: error: '0.1;2' is not a row"), std::string::npos);
-  EXPECT_NE(error_of("0,1\n0,2\n").find(name + ":2: error: time 0 s does not follow"), std::string::npos);
-  EXPECT_NE(error_of("time_s,value\n").find("has no rows"), std::string::npos);
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"time_s,value\n0,1\n0.1;2\n", "table.csv:3: error: the row has 1 entries (there are 2 columns)"},
+      {"0,1\n0,2\n", "table.csv:2: error: time 0 s does not follow"},
+      {"time_s,value\n", "has no rows"},
+      {"0;1\n1;2,5\n", "table.csv:2: error: '2,5' is not a finite number (the decimal sign is a point)"},
+      {"0,1\n1,\xC2\xA0"
+       "2\n",
+       R"(table.csv:2: error: '\xC2\xA02' is not a finite number)"},
+      {"0,1\n1,\"2\n", "table.csv:2: error: a quote is not closed"},
+      {"0,two\n", "table.csv:1: error: 'two' is not a finite number"},
+      {std::string("\xFF\xFE"
+                   "0\0,\0",
+                   6),
+       "table.csv:1: error: this is not a table of plain text"}};
+  for (const auto& [content, message] : cases) {
+    const std::string error = error_of(content);
+    EXPECT_NE(error.find(message), std::string::npos) << content << "\n" << error;
+  }
 }
 
 }  // namespace

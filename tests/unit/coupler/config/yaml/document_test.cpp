@@ -79,6 +79,35 @@ TEST(Document, RejectsWhatIsNoMapping) {
   EXPECT_THROW(Document::load("/tmp", {}), CaseInvalid);
 }
 
+TEST(Document, RejectsAPositionThatIsTheNameOfAnotherItem) {
+  const std::string text = "bodies: [{name: '1', x: 1}, {name: b, x: 2}, {name: '2', x: 3}]\n";
+  EXPECT_THROW(Document::parse(text, "case.yaml", {"bodies.1.x=4"}), CaseInvalid);
+  EXPECT_NO_THROW(Document::parse(text, "case.yaml", {"bodies.2.x=4", "bodies.0.x=4", "bodies.b.x=4"}));
+}
+
+TEST(YamlText, RefusesASecondDocumentAndOtherEncodings) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"case: a\n---\ncase: b\n", "case.yaml:3: error: a second document begins here"},
+      {"case: a\n---\n", "a second document begins here"},
+      {std::string("\xFF\xFE"
+                   "c\0:\0",
+                   6),
+       "case.yaml:1: error: this is not UTF-8 text"}};
+  for (const auto& [text, message] : cases) {
+    try {
+      Document::parse(text, "case.yaml", {});
+      ADD_FAILURE() << text;
+    } catch (const CaseInvalid& invalid) {
+      EXPECT_NE(std::string(invalid.what()).find(message), std::string::npos) << invalid.what();
+    }
+  }
+  EXPECT_NO_THROW(Document::parse("---\ncase: a\n", "case.yaml", {}));
+  EXPECT_NO_THROW(
+      Document::parse("\xEF\xBB\xBF"
+                      "case: a\n",
+                      "case.yaml", {}));
+}
+
 TEST(YamlText, MergesTheKeysOfOtherSections) {
   const std::string anchors = "case: x\nbead: &bead {radius_m: 1, mass_kg: 2}\nheavy: &heavy {mass_kg: 3, name: h}\n";
   const Document document = Document::parse(anchors +
