@@ -1,6 +1,8 @@
 #include "run/program.hpp"
 
+#include <algorithm>
 #include <optional>
+#include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/sinks/basic_file_sink.h>
@@ -21,6 +23,15 @@
 
 namespace copepod::coupler {
 namespace {
+
+/// Others may connect to the coupler, too, and every connection takes a descriptor.
+void raise_limit_of_open_files() {
+  constexpr rlim_t enough = 65536;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= enough) return;
+  limit.rlim_cur = std::min(limit.rlim_max, enough);
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
 
 void start_log(const std::string& file) {
   spdlog::sink_ptr sink = std::make_shared<spdlog::sinks::null_sink_mt>();
@@ -130,6 +141,7 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
     const Options options = parse_command_line(argc, argv);
     if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
     if (options.action == Options::Action::plan) return run_plan(options, out);
+    raise_limit_of_open_files();
     RunSignals signals;
     const SignalWatch watch(signals);
     return run_case(options, out, make_components, signals);

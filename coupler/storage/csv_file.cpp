@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "contract/errors.hpp"
+#include "system/storage_errno.hpp"
 
 namespace copepod::coupler {
 
@@ -39,7 +40,8 @@ CsvFile::CsvFile(const std::string& path, const std::string& header, const std::
       file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {
-    throw StorageError(path + " cannot be written (" + std::strerror(errno) + "). Choose another --out folder.");
+    throw StorageError(path + " cannot be written (" + std::strerror(errno) + "). " +
+                       remedy_for(errno, "Choose another --out folder."));
   }
   if (!end) buffer_ = header + '\n';
   cut_at(end ? end->bytes : 0);

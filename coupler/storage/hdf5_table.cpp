@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "contract/errors.hpp"
+#include "system/storage_errno.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -214,7 +215,8 @@ Hdf5Table::Hdf5Table(std::string path, std::vector<Hdf5Column> columns, std::str
       file_(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
       flushed_(std::chrono::steady_clock::now()) {
   if (file_ < 0) {
-    throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). Choose another --out folder.");
+    throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " +
+                       remedy_for(errno, "Choose another --out folder."));
   }
   for (const std::string& name : rows) name_bytes_ = std::max<std::uint64_t>(name_bytes_, name.size());
   constexpr std::uint64_t vector_bytes = 3 * sizeof(double);

@@ -14,6 +14,7 @@
 
 #include "contract/errors.hpp"
 #include "system/block_signals.hpp"
+#include "system/storage_errno.hpp"
 #include "system/write_all.hpp"
 
 namespace copepod::recording {
@@ -59,8 +60,8 @@ void fill_checksums(std::vector<std::byte>& blocks) {
 RecordFile::RecordFile(const std::string& path, Bytes schema)
     : path_(path), descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {
   if (descriptor_ < 0) {
-    throw StorageError("the recording " + path + " cannot be made (" + std::strerror(errno) +
-                       "). Check the run directory, or switch output.wire and output.trace off.");
+    throw StorageError("the recording " + path + " cannot be made (" + std::strerror(errno) + "). " +
+                       remedy_for(errno, "Check the run directory, or switch output.wire and output.trace off."));
   }
   if (!write_all(descriptor_, std::as_bytes(std::span(kMagic)))) problem_ = std::strerror(errno);
   pending_.reserve(2 * kWorthWriting);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "contract/errors.hpp"
+#include "system/storage_errno.hpp"
 #include "system/write_all.hpp"
 
 namespace copepod {
@@ -18,8 +19,8 @@ namespace {
 constexpr std::size_t piece_bytes = 1 << 20;
 
 [[noreturn]] void fail(const std::string& path, int error) {
-  throw StorageError(path + " cannot be written (" + std::strerror(error) +
-                     "). Check that the folder exists, is writable and has free space.");
+  throw StorageError(path + " cannot be written (" + std::strerror(error) + "). " +
+                     remedy_for(error, "Check that the folder exists, is writable and has free space."));
 }
 
 bool write_pieces(int file, std::span<const std::byte> content, const std::function<void()>& on_piece) {

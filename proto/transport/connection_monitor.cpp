@@ -15,7 +15,8 @@ constexpr int kBrokenOff = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL;
 
 }  // namespace
 
-ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name)
+ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name,
+                                     std::chrono::milliseconds wait)
     : watched_(watched), socket_(context, zmq::socket_type::pair) {
   const std::string address = "inproc://" + name;
   if (zmq_socket_monitor(watched.handle(), address.c_str(), kOpened | kClosed | kTurnedAway | kBrokenOff) != 0) {
@@ -23,6 +24,7 @@ ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& wat
                   "). Raise the limit of open files.");
   }
   socket_.set(zmq::sockopt::linger, 0);
+  socket_.set(zmq::sockopt::rcvtimeo, static_cast<int>(wait.count()));
   socket_.connect(address);
 }
 
@@ -32,7 +34,11 @@ ConnectionMonitor::Event ConnectionMonitor::next(int& descriptor) {
   // Frame 1: event (16 bits), value (32 bits); frame 2: address [zmq_socket_monitor(3)].
   zmq::message_t event_frame;
   zmq::message_t address_frame;
-  if (!socket_.recv(event_frame, zmq::recv_flags::dontwait)) return Event::none;
+  try {
+    if (!socket_.recv(event_frame)) return Event::none;
+  } catch (const zmq::error_t& error) {
+    return error.num() == ETERM ? Event::stopped : Event::none;
+  }
   static_cast<void>(socket_.recv(address_frame, zmq::recv_flags::dontwait));
   std::uint16_t event = 0;
   std::int32_t value = 0;

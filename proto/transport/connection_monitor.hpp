@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include <zmq.hpp>
@@ -11,15 +12,17 @@ namespace copepod::transport {
 /// and tried again, if the peer cannot read it or ends.
 class ConnectionMonitor {
  public:
-  enum class Event { none, opened, closed, turned_away, broken_off, other };
+  enum class Event { none, opened, closed, turned_away, broken_off, other, stopped };
 
   /// @param name  unique in the context
-  ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name);
+  /// @param wait  of next(), at most
+  ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name,
+                    std::chrono::milliseconds wait = {});
   ConnectionMonitor(const ConnectionMonitor&) = delete;
   ConnectionMonitor& operator=(const ConnectionMonitor&) = delete;
   ~ConnectionMonitor();
 
-  /// The next event, if any, without waiting.
+  /// The next event; none if there was none in time, stopped once the context has been shut down.
   /// @param descriptor  of the connection it is about
   Event next(int& descriptor);
 

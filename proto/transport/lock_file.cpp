@@ -39,8 +39,8 @@ bool is_process_id(const std::string& text) {
 LockFile::LockFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
   if (descriptor_ < 0) {
     if (is_storage_errno(errno)) throw_full(path, errno);
-    throw Refused("The lock file " + path + " cannot be opened (" + std::strerror(errno) +
-                  "). Choose a directory that exists and that you may write.");
+    throw Refused("The lock file " + path + " cannot be opened (" + std::strerror(errno) + "). " +
+                  remedy_for(errno, "Choose a directory that exists and that you may write."));
   }
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     const std::string owner = owner_of(descriptor_);

@@ -68,6 +68,7 @@ class ZeroMqDealer final : public Dealer {
     for (;;) {
       switch (monitor_.next(descriptor)) {
         case ConnectionMonitor::Event::none:
+        case ConnectionMonitor::Event::stopped:
           return;
         case ConnectionMonitor::Event::turned_away:
           turned_away_ = true;

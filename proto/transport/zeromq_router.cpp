@@ -1,20 +1,12 @@
-#include <algorithm>
-#include <arpa/inet.h>
-#include <array>
-#include <chrono>
-#include <deque>
 #include <filesystem>
-#include <map>
 #include <optional>
-#include <set>
-#include <sys/socket.h>
 
 #include <zmq.hpp>
 
 #include "contract/errors.hpp"
 #include "system/storage_errno.hpp"
 #include "transport/authenticator.hpp"
-#include "transport/connection_monitor.hpp"
+#include "transport/connections.hpp"
 #include "transport/endpoint.hpp"
 #include "transport/lock_file.hpp"
 #include "transport/patient_receiver.hpp"
@@ -27,69 +19,6 @@ namespace {
 constexpr int kRouterLingerMs = 1000;  ///< for the last messages of a coupler that ends
 
 constexpr std::uint64_t kMessagesPerAuthentication = 64;  ///< where there is no quiet moment for it
-constexpr std::size_t kMostRemarks = 64;                  ///< that wait to be read
-constexpr std::chrono::seconds kStalledAfter{3};
-
-/// Address of the other end: "10.0.0.7:4711", or what there is instead.
-std::string address_of(int descriptor) {
-  sockaddr_in address{};
-  socklen_t size = sizeof address;
-  std::array<char, INET_ADDRSTRLEN> text{};
-  if (getpeername(descriptor, reinterpret_cast<sockaddr*>(&address), &size) != 0 || address.sin_family != AF_INET ||
-      inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size()) == nullptr)
-    return "an unknown address";
-  return std::string(text.data()) + ":" + std::to_string(ntohs(address.sin_port));
-}
-
-/// Which connection, by file descriptor, each peer spoke on last, and which connections stand.
-class ConnectionBook {
- public:
-  void opened(int descriptor) {
-    standing_.insert(descriptor);
-    const auto speaks_on_it = [descriptor](const auto& last) { return last.second == descriptor; };
-    if (std::none_of(last_.begin(), last_.end(), speaks_on_it)) unheard_[descriptor] = Clock::now();
-  }
-
-  void closed(int descriptor) {
-    standing_.erase(descriptor);
-    unheard_.erase(descriptor);
-    // The kernel will reuse the number: no peer may seem connected by it.
-    for (auto& [peer, last] : last_) {
-      if (last == descriptor) last = -1;
-    }
-  }
-
-  void spoke(const std::string& peer, int descriptor) {
-    if (!unheard_.empty()) unheard_.erase(descriptor);
-    const auto found = last_.find(peer);
-    if (found == last_.end()) {
-      last_.emplace(peer, descriptor);
-    } else {
-      found->second = descriptor;
-    }
-  }
-
-  [[nodiscard]] bool connected(const std::string& peer) const {
-    const auto found = last_.find(peer);
-    return found != last_.end() && standing_.contains(found->second);
-  }
-
-  /// A connection on which no message has come for too long; each is returned once.
-  std::optional<int> next_stalled() {
-    const auto oldest = std::min_element(unheard_.begin(), unheard_.end(),
-                                         [](const auto& a, const auto& b) { return a.second < b.second; });
-    if (oldest == unheard_.end() || Clock::now() - oldest->second < kStalledAfter) return std::nullopt;
-    const int descriptor = oldest->first;
-    unheard_.erase(oldest);
-    return descriptor;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  std::set<int> standing_;
-  std::map<int, Clock::time_point> unheard_;  ///< since they were opened
-  std::map<std::string, int> last_;
-};
 
 class ZeroMqRouter final : public Router {
  public:
@@ -97,7 +26,7 @@ class ZeroMqRouter final : public Router {
       : lock_(lock_for(endpoint)),
         context_(1),
         socket_(context_, zmq::socket_type::router),
-        monitor_(context_, socket_, "router-monitor") {
+        connections_(context_, socket_) {
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);
     socket_.set(zmq::sockopt::linger, kRouterLingerMs);
@@ -120,21 +49,10 @@ class ZeroMqRouter final : public Router {
   bool receive(Frame& frame, Duration wait) override {
     const bool is_quiet = !receiver_.receive(socket_, peer_, wait);
     if (authenticator_ && (is_quiet || ++messages_ % kMessagesPerAuthentication == 0)) authenticate();
-    if (!is_quiet) return take(frame);
-    read_monitor();
-    while (const std::optional<int> stalled = book_.next_stalled()) {
-      remark("A connection from " + address_of(*stalled) +
-             " has not sent a message (another program, or a component that hangs).");
-    }
-    return false;
+    return !is_quiet && take(frame);
   }
 
-  std::string next_remark() override {
-    if (remarks_.empty()) return {};
-    std::string remark = std::move(remarks_.front());
-    remarks_.pop_front();
-    return remark;
-  }
+  std::string next_remark() override { return connections_.next_remark(); }
 
   bool send(const std::string& peer, Bytes bytes) override {
     try {
@@ -146,10 +64,7 @@ class ZeroMqRouter final : public Router {
     }
   }
 
-  bool connected(const std::string& peer) override {
-    read_monitor();
-    return book_.connected(peer);
-  }
+  bool connected(const std::string& peer) override { return connections_.connected(peer); }
 
  private:
   static std::optional<LockFile> lock_for(const std::string& endpoint) {
@@ -174,11 +89,7 @@ class ZeroMqRouter final : public Router {
 
   void authenticate() {
     for (const std::string& address : authenticator_->answer())
-      remark("A connection from " + address + " was refused (its key is not one of this run).");
-  }
-
-  void remark(std::string text) {
-    if (remarks_.size() < kMostRemarks) remarks_.push_back(std::move(text));
+      connections_.remark("A connection from " + address + " was refused (its key is not one of this run).");
   }
 
   /// Takes frames (peer, message); anything of another shape is not a message of the protocol.
@@ -190,43 +101,20 @@ class ZeroMqRouter final : public Router {
     if (!has_two_parts) return false;
     frame.peer.assign(static_cast<const char*>(peer_.data()), peer_.size());
     if (authenticator_) frame.identity = message_.gets("User-Id");
-    book_.spoke(frame.peer, zmq_msg_get(message_.handle(), ZMQ_SRCFD));
+    connections_.spoke(frame.peer, zmq_msg_get(message_.handle(), ZMQ_SRCFD));
     frame.content = {message_.data<std::byte>(), message_.size()};
     return true;
-  }
-
-  void read_monitor() {
-    int descriptor = -1;
-    for (;;) {
-      switch (monitor_.next(descriptor)) {
-        case ConnectionMonitor::Event::none:
-          return;
-        case ConnectionMonitor::Event::opened:
-          book_.opened(descriptor);
-          break;
-        case ConnectionMonitor::Event::closed:
-          book_.closed(descriptor);
-          break;
-        case ConnectionMonitor::Event::broken_off:
-          remark("A connection was given up (its handshake was not completed: another program, or other keys).");
-          break;
-        default:
-          break;
-      }
-    }
   }
 
   std::optional<LockFile> lock_;
   zmq::context_t context_;
   zmq::socket_t socket_;
   PatientReceiver receiver_;
-  ConnectionMonitor monitor_;
   std::optional<Authenticator> authenticator_;
-  ConnectionBook book_;
   std::uint64_t messages_ = 0;
-  std::deque<std::string> remarks_;
   zmq::message_t peer_;
   zmq::message_t message_;
+  Connections connections_;  // ends first, with its thread
 };
 
 }  // namespace

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "transport/connection_monitor.hpp"
+
+namespace copepod::transport {
+
+/// The connections of a router's socket, followed by a thread of its own: however busy or quiet the run is, those of
+/// strangers must not take all descriptors of the process. Of more than kMost connections it closes one on which no
+/// message has come, the oldest first; then the one that has been silent for longest.
+class Connections {
+ public:
+  static constexpr std::size_t kMost = 64;  ///< a run needs four
+
+  /// @param context  of `watched`; shut down at the end
+  Connections(zmq::context_t& context, zmq::socket_t& watched);
+  Connections(const Connections&) = delete;
+  Connections& operator=(const Connections&) = delete;
+  ~Connections();
+
+  /// A message of this peer came over the connection with this file descriptor.
+  void spoke(const std::string& peer, int descriptor);
+
+  /// Whether the connection over which the peer spoke last still stands.
+  [[nodiscard]] bool connected(const std::string& peer);
+
+  void remark(std::string text);
+  /// The next remark about a stranger; empty if there is none.
+  std::string next_remark();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Connection {
+    Clock::time_point opened;
+    std::uint64_t heard = 0;  ///< when the last message came, counted in messages; 0: none yet
+    bool is_stalled = false;  ///< and that has been remarked
+  };
+
+  void watch();
+  void opened(int descriptor);
+  void closed(int descriptor);
+  void close_one();
+  void note_stalled();
+  void keep(std::string remark);
+
+  zmq::context_t& context_;
+  ConnectionMonitor monitor_;
+  std::mutex mutex_;                    ///< of what follows
+  std::map<int, Connection> standing_;  ///< by file descriptor
+  std::map<std::string, int> last_;     ///< connection on which each peer spoke last
+  std::uint64_t messages_ = 0;
+  std::deque<std::string> remarks_;
+  std::thread thread_;
+};
+
+}  // namespace copepod::transport

@@ -1,0 +1,82 @@
+"""Other programs that connect to a run and have no key, or no token: the run goes on, with the same bits."""
+
+import itertools
+import os
+import resource
+import shlex
+import socket
+import tempfile
+import threading
+import unittest
+from contextlib import suppress
+from pathlib import Path
+
+from hurt_run import LONGEST_S, PROGRAMS, HurtRun, digest, undisturbed_digest, wait_for
+
+FILES = 1024  # that each process of the run may have open
+IDLE, SLOW = 1000, 100  # connections
+PORT = 47612
+
+
+class Strangers(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="copepod_faults_")
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name).resolve()
+
+    def start_halted(self, *arguments):
+        """A run whose fluid stands still in a step until the file `halted` is removed."""
+        self.halted = self.folder / "halted"
+        words = [PROGRAMS / "halting_fluid", "--halt-in", "exchange", "--halt-at-step", "20"]
+        command = shlex.join(map(str, [*words, "--halt-file", self.halted]))
+        run = HurtRun(self.folder, "--out", "out", "--fluid", command, *arguments)
+        self.addCleanup(lambda: run.process.poll() is None and (run.process.terminate(), run.end()))
+        resource.prlimit(run.process.pid, resource.RLIMIT_NOFILE, (FILES, FILES))
+        self.assertTrue(wait_for(self.halted.exists, LONGEST_S), "".join(run.stderr))
+        return run
+
+    def assert_finishes(self, run):
+        self.halted.unlink()
+        self.assertEqual(run.end(LONGEST_S), 0, "".join(run.stderr))
+        self.assertEqual(digest(self.folder), undisturbed_digest())
+        self.assertEqual(run.final_leftovers(), [])
+
+    def connect(self):
+        stranger = socket.create_connection(("127.0.0.1", PORT))
+        self.addCleanup(stranger.close)
+        return stranger
+
+    def test_a_thousand_idle_and_a_hundred_slow_connections(self):
+        run = self.start_halted("--set", f"services.transport=tcp://127.0.0.1:{PORT}")
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        crowd = [self.connect() for _ in range(IDLE)]
+        is_over = threading.Event()
+        slow = threading.Thread(target=self.trickle, args=([self.connect() for _ in range(SLOW)], is_over))
+        slow.start()
+        self.addCleanup(lambda: (is_over.set(), slow.join()))
+        coupler = Path(f"/proc/{run.pid('coupler')}/fd")
+        self.assertTrue(wait_for(lambda: len(os.listdir(coupler)) < FILES // 2, 10), "the coupler keeps them all")
+        self.assert_finishes(run)
+        self.assertEqual(len(crowd), IDLE)
+
+    @staticmethod
+    def trickle(strangers, is_over):
+        """Each sends the greeting of ZeroMQ byte by byte, and connects again when it is cut off."""
+        greeting = itertools.cycle(b"\xff" + bytes(8) + b"\x7f\x03")
+        while not is_over.wait(0.05):
+            byte = bytes([next(greeting)])
+            for number, stranger in enumerate(strangers):
+                try:
+                    stranger.send(byte)
+                except OSError:
+                    stranger.close()
+                    with suppress(OSError):  # the run is over
+                        strangers[number] = socket.create_connection(("127.0.0.1", PORT))
+        for stranger in strangers:
+            stranger.close()
+
+
+if __name__ == "__main__":
+    unittest.main()
