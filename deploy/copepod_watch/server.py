@@ -1,6 +1,9 @@
-"""The server of the live page: on loopback only, for requests that name this machine, with nothing but the page."""
+"""The server of the live page: on loopback only, for requests that name this machine and show a token, with nothing but
+the page.
+"""
 
 import json
+import secrets
 import threading
 import time
 from collections.abc import Callable
@@ -44,6 +47,7 @@ class WatchServer(ThreadingHTTPServer):
         self._followers: dict[str, RunFollower] = {}
         self._states: dict[str, str] = {}
         self._next_look = 0.0
+        self.root = f"/{secrets.token_urlsafe(16)}/"  # of every path: other users of this machine do not know it
         try:
             super().__init__((_LOOPBACK, port), _Handler)
         except (OSError, OverflowError) as problem:
@@ -52,7 +56,7 @@ class WatchServer(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        return f"http://{_LOOPBACK}:{self.server_address[1]}/"
+        return f"http://{_LOOPBACK}:{self.server_address[1]}{self.root}"
 
     def service_actions(self) -> None:
         """Between requests: announces the end of a run, once."""
@@ -68,12 +72,15 @@ class WatchServer(ThreadingHTTPServer):
             self._states[name] = state
 
     def content_of(self, path: str, known: str) -> tuple[str, str] | None:
-        """(type, content) of «/», «/state», «/report», or of these below «/NAME/»; None if there is no such page."""
-        *folders, last = path.removeprefix("/").split("/")
+        """(type, content) of the root, «state», «report», or of these below «NAME/»; None if there is no such page."""
+        if not secrets.compare_digest(path[: len(self.root)].encode(), self.root.encode()):
+            return None
+        path = path.removeprefix(self.root)
+        *folders, last = path.split("/")
         name = "/".join(folders)
         with self._lock:
             runs = runs_in(self.directory)
-            if path == "/" and "" not in runs:
+            if path == "" and "" not in runs:
                 return "text/html", self._list(runs)
             if name not in runs or last not in ("", "state", "report"):
                 return None
@@ -84,7 +91,7 @@ class WatchServer(ThreadingHTTPServer):
                 return "application/json", json.dumps(follower.content(known))
             if last == "report":
                 return "text/html", self._report(runs[name])
-            return "text/html", _live_page(follower, is_member=name != "")
+            return "text/html", _live_page(follower, self.root if name else "")
 
     def watch(self, name: str) -> None:
         """Follows a run before the first request, so that its end is announced."""
@@ -97,7 +104,7 @@ class WatchServer(ThreadingHTTPServer):
             follower = RunFollower(path, {}, 0)
             event = follower.last_event()
             step = f"step {event['step']} of {event['steps']}" if "steps" in event else ""
-            rows.append(f'<tr><td><a href="/{quote(name)}/">{escape(name)}</a></td>')
+            rows.append(f'<tr><td><a href="{quote(name)}/">{escape(name)}</a></td>')
             rows.append(f"<td>{follower.state()}</td><td>{step}</td></tr>")
         table = f'<div class="scroll"><table><tbody>{"".join(rows)}</tbody></table></div>'
         note = f"<p>{escape(str(self.directory))}: {len(runs)} runs so far.</p>"
@@ -105,8 +112,8 @@ class WatchServer(ThreadingHTTPServer):
         return page(f"Copepod: {self.directory.resolve().name}", [refresh, note, table])
 
 
-def _live_page(follower: RunFollower, is_member: bool) -> str:
-    back = '<p><a href="/">All runs</a></p>' if is_member else ""
+def _live_page(follower: RunFollower, list_of_runs: str) -> str:
+    back = f'<p><a href="{list_of_runs}">All runs</a></p>' if list_of_runs else ""
     section = (
         f'<section id="live">{back}<p>{escape(str(follower.directory))}</p>'
         '<p class="status" role="status">…</p><progress></progress><p class="pace"></p>'
@@ -135,7 +142,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.SERVICE_UNAVAILABLE, "text/plain", f"{problem}\n")
             return
         if found is None:
-            self._send(HTTPStatus.NOT_FOUND, "text/plain", "There is no such page.\n")
+            self._send(HTTPStatus.NOT_FOUND, "text/plain", "There is no such page (use the address that copepod watch printed).\n")
         else:
             self._send(HTTPStatus.OK, *found)
 

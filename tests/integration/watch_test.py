@@ -56,11 +56,12 @@ class WatchTest(CommandTest):
         self.assertTrue(session.stdout, "".join(session.stderr))
         return session, session.stdout[0].strip()
 
-    def get(self, address, path="/", host=None):
-        """(status, headers, text) of a page."""
+    def get(self, address, path="/", host=None, is_whole=False):
+        """(status, headers, text) of a page; `path`: below the address, unless it is the whole one."""
         place = urlsplit(address)
         connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
         self.addCleanup(connection.close)
+        path = path if is_whole else place.path + path.removeprefix("/")
         connection.request("GET", path, headers={"Host": host} if host else {})
         answer = connection.getresponse()
         return answer.status, answer.headers, answer.read().decode()
@@ -109,6 +110,15 @@ class Server(WatchTest):
         self.assertIn(f"0100007F:{port:04X}", listening)
         self.assertNotIn(f"00000000:{port:04X}", listening)
 
+    def test_who_does_not_know_the_whole_address_reads_nothing(self):
+        GrowingRun(self.folder / "run").release()
+        _, address = self.watch()
+        token = urlsplit(address).path.strip("/")
+        self.assertGreater(len(token), 20)
+        for path in ("/", "/state", "/report", f"/{token}", f"/{token[:-1]}/", f"/{token[:-1]}_/state", "//state"):
+            self.assertEqual(self.get(address, path, is_whole=True)[0], 404, path)
+        self.assertEqual(self.get(address, f"/{token}/state", is_whole=True)[0], 200)
+
     def test_nothing_but_the_page_is_served(self):
         GrowingRun(self.folder / "run").release()
         _, address = self.watch()
@@ -132,7 +142,7 @@ class Server(WatchTest):
         for name in ("case_1", "case_2"):
             GrowingRun(self.folder / "all" / name).release()
         _, address = self.watch("all")
-        self.assertIn('<a href="/case_2/">case_2</a>', self.get(address)[2])
+        self.assertIn('<a href="case_2/">case_2</a>', self.get(address)[2])
         self.assertEqual(self.state(address, "/case_2/state")["steps"], 2000)
 
     def test_without_a_run_there_is_an_error(self):
