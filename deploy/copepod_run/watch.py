@@ -11,6 +11,7 @@ from pathlib import Path
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
 from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge, reported_by_mpirun
+from copepod_run.messages import say
 from copepod_run.progress import Event, EventReader, Progress
 from copepod_run.signals import SignalRecorder
 
@@ -85,8 +86,13 @@ class Watch:
         """After a signal: until the coupler has closed its files, longer if it writes a checkpoint."""
         start = time.monotonic()
         signals_so_far = len(self._signals.received)
+        is_said = False
         while "coupler" in self._alive and len(self._signals.received) == signals_so_far:
-            patience = checkpoint_patience_s if self.phase == "checkpointing" else patience_s
+            saves = self.phase == "checkpointing"
+            if saves and not is_said:
+                say("waits for the checkpoint that is being written (again: at once)")
+            is_said = is_said or saves
+            patience = checkpoint_patience_s if saves else patience_s
             left = start + patience - time.monotonic()
             if left <= 0:
                 return
@@ -234,11 +240,9 @@ class Watch:
         return judge(self._reported, exits, self.last_step, self._host)
 
     def _failure_after_finish(self) -> Failure:
-        bad = next((exit for exit in self._exits if exit.code or exit.signal), None)
-        if self._reported is not None:  # frozen while it ended
-            return self._reported
-        if bad is not None:
-            return judge(None, [bad], self.last_step, self._host)
+        bad = [exit for exit in self._exits if exit.code or exit.signal][:1]
+        if bad or self._reported is not None:  # such as one that froze while it ended
+            return judge(self._reported, bad, self.last_step, self._host)
         late = next(iter(self._alive.values()))
         reason = f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished."
         return Failure(ExitCode.COMPONENT_LOST, late.name, late.host, "0", self.last_step, reason, is_after_step=True)

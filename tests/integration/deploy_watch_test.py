@@ -126,6 +126,13 @@ class WatchOfThreeHosts(unittest.TestCase):
         self.assertLess(time.monotonic() - start, 5.0)
         self.assertEqual((failure.code, failure.host, failure.rank), (69, "b", "3"))
 
+    def test_a_component_that_freezes_after_the_last_step_is_lost_after_that_step(self):
+        self.emit(event="progress", step=2000, steps=2000, steps_per_s=1.0, remaining_s=0.0)
+        self.emit(event="finished", summary="summary.json")
+        self.display.step = lambda event: setattr(self.launcher, "trouble", Trouble("body", "c", "0", "frozen."))
+        sentence = self.watch.wait().failure.sentence()
+        self.assertEqual(sentence, "body service on host c, rank 0, after step 2000: frozen.")
+
     def test_a_wish_for_a_checkpoint_reaches_the_coupler_once_it_runs(self):
         received = []
         self.launcher.processes["coupler"].send = lambda number: (received.append(number), self.finish())
