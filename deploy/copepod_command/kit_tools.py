@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from copepod_run import build, components, packages
-from copepod_run.checkout import ROOT
+from copepod_run.checkout import ROOT, python_path_of_components
 from copepod_run.cleanup import MARK
 from copepod_run.plan import plan_of
 from copepod_run.scratch import GuardedFolder, guarded_folder
@@ -27,7 +27,8 @@ def python(options: Namespace) -> int:
 
 def conformance(options: Namespace) -> int:
     """Exit code of the tool with the same arguments; none of its processes and files remain."""
-    command = [*_CONFORMANCE, *options.arguments]
+    place = options.arguments.index("--") + 1 if "--" in options.arguments else len(options.arguments)
+    command = [*_CONFORMANCE, *options.arguments[:place], *_on_path_of_components(options.arguments[place:])]
     if options.arguments[:1] in (["-h"], ["--help"]):
         return subprocess.run(command).returncode
     build.ensure_programs()
@@ -47,13 +48,21 @@ def replay(options: Namespace) -> int:
         if options.stand_in:
             return _run_with_recorded(options, folder)
         role = "fluid" if options.fluid else "body"
-        command = [*_RECORDING, "replay", *_selection(options, role), "--", *_component(options, role)]
+        component = _on_path_of_components(_component(options, role))
+        command = [*_RECORDING, "replay", *_selection(options, role), "--", *component]
         return _run_in(folder, command, options.ranks)
 
 
 def _run_in(folder: GuardedFolder, command: list[str], ranks: int) -> int:
     environment = components.environment(folder.mark, folder.scratch, ranks)
-    return subprocess.run(command, env={**environment, "TMPDIR": str(folder.path)}).returncode
+    kept = {"TMPDIR": str(folder.path), "PYTHONPATH": os.environ["PYTHONPATH"]}
+    return subprocess.run(command, env={**environment, **kept}).returncode
+
+
+def _on_path_of_components(command: list[str]) -> list[str]:
+    """The command of a component whose tool runs with our own modules first."""
+    path = python_path_of_components()
+    return command if path == os.environ["PYTHONPATH"] or not command else ["env", f"PYTHONPATH={path}", *command]
 
 
 def _selection(options: Namespace, role: str) -> list[str]:
@@ -75,7 +84,7 @@ def _component(options: Namespace, role: str) -> list[str]:
 def _run_with_recorded(options: Namespace, folder: GuardedFolder) -> int:
     """Runs the recorded case with one component replaced by its recording; the run directory stays if the run fails."""
     role = options.stand_in
-    recorded = [*_RECORDING, "component", *_selection(options, role)]
+    recorded = ["env", f"PYTHONPATH={os.environ['PYTHONPATH']}", *_RECORDING, "component", *_selection(options, role)]
     code = subprocess.run([*recorded, "--capabilities"], stdout=subprocess.DEVNULL).returncode
     if code != 0:
         return code

@@ -41,6 +41,14 @@ def program(name: str) -> Path:
     return (chosen_programs() or BUILD / "bin") / name
 
 
+def python_path_of_components() -> str:
+    """PYTHONPATH with what the user had in it first: a component runs on the kit that it was installed with. That of
+    this checkout, which deploy/copepod has put before it, is for components that bring none."""
+    own = (ROOT / "deploy", ROOT / "proto/python", (chosen_programs() or BUILD / "bin").parent / "python")
+    entries = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    return os.pathsep.join(sorted(filter(None, entries), key=lambda entry: Path(entry) in own))
+
+
 def present_programs() -> list[str]:
     """Those that are there; a folder that the user has put together may lack some."""
     return [name for name in (*PROGRAMS, *_OF_ENGINES) if program(name).exists()]

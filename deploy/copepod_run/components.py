@@ -15,7 +15,7 @@ from typing import Any
 
 from copepod_run import hosts
 from copepod_run.cleanup import MARK
-from copepod_run.checkout import build_digest, program
+from copepod_run.checkout import build_digest, program, python_path_of_components
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import COUPLER_SILENCE_S, Plan, case_arguments
 from copepod_run.scratch import Scratch
@@ -255,9 +255,9 @@ def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
         # Cores are shared with the coupler and the bodies: ranks must neither be bound to one core nor spin there.
         settings["OMPI_MCA_hwloc_base_binding_policy"] = "none"
         settings["OMPI_MCA_mpi_yield_when_idle"] = "1"
-    return {**settings, **os.environ, MARK: mark}
+    return {**settings, **os.environ, "PYTHONPATH": python_path_of_components(), MARK: mark}
 
 
 def environment_to_ask() -> dict[str, str]:
     """Environment of a component that only answers a question."""
-    return {**_AS_ROOT, **os.environ}
+    return {**_AS_ROOT, **os.environ, "PYTHONPATH": python_path_of_components()}

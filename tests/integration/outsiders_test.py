@@ -159,15 +159,32 @@ class Plausibility(Trial):
 
 
 class InstalledKit(Trial):
-    def test_component_needs_no_checkout(self):
+    def setUp(self):
+        super().setUp()
         prefix = self.folder / "prefix"
         install = ["cmake", "--install", PROGRAMS.parent, "--component", "kit", "--prefix", prefix]
         subprocess.run(install, check=True, stdout=subprocess.DEVNULL)
-        script = self.folder / "bodies.py"
+        self.packages = prefix / "share/copepod/python"
+        self.script = self.folder / "bodies.py"
         lines = (ROOT / "proto/python/examples/point_masses.py").read_text().splitlines()
-        script.write_text("\n".join(line for line in lines if "sys.path" not in line))
-        packages = prefix / "share/copepod/python"
-        command = f"/usr/bin/env PYTHONPATH={packages} /usr/bin/python3 {shlex.quote(str(script))}"
+        self.script.write_text("\n".join(line for line in lines if "sys.path" not in line))
+
+    def test_component_runs_on_the_kit_in_the_users_path_and_not_on_the_one_of_the_checkout(self):
+        with open(self.packages / "copepod_component/__init__.py", "a") as file:
+            file.write(f"\nimport pathlib\npathlib.Path({str(self.folder)!r}, 'of the user').touch()\n")
+        with open(self.packages / "copepod_conformance/__init__.py", "a") as file:
+            file.write("\nraise SystemExit('the tool of another kit')\n")
+        command = ("/usr/bin/python3", self.script)
+        for arguments in (
+            ("run", *SWIMMER, "--out", "out", "--body", shlex.join(map(str, command))),
+            ("conformance", "--role", "body", "--only", "handshake", "--quick", "--", *command),
+        ):
+            session = self.start(*arguments, environment={"PYTHONPATH": str(self.packages)})
+            self.assert_ends(session, 0, timeout_s=100)
+            (self.folder / "of the user").unlink()
+
+    def test_component_needs_no_checkout(self):
+        command = f"/usr/bin/env PYTHONPATH={self.packages} /usr/bin/python3 {shlex.quote(str(self.script))}"
         session = self.start("run", *SWIMMER, "--body", command, "--out", "out")
         self.assert_ends(session, 0, timeout_s=60)
         self.assertEqual(json.loads((self.folder / "out/summary.json").read_text())["status"], "finished")
