@@ -18,8 +18,8 @@ class Router {
   /// @return false if none came, or one that is not of the protocol
   virtual bool receive(Frame& frame, Duration wait) = 0;
 
-  /// Hands a message to the transport; never blocks for long.
-  /// @return false if the peer cannot be reached
+  /// Hands a message to the transport; never blocks.
+  /// @return false if the peer cannot be reached, or reads nothing
   virtual bool send(const std::string& peer, Bytes bytes) = 0;
 
   /// Next remark about a stranger, as one sentence for a log; empty if there is none.

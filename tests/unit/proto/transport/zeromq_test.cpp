@@ -69,6 +69,20 @@ TEST_P(ZeroMq, WaitsNoLongerThanItIsToldTo) {
   EXPECT_LT(waited, 500ms);
 }
 
+TEST_P(ZeroMq, RouterDoesNotWaitForAPeerThatReadsNothing) {
+  const auto router = bind_router(endpoint());
+  const auto dealer = connect_dealer(endpoint(), "a");
+  Frame frame;
+  dealer->send(bytes_of("here"));
+  ASSERT_TRUE(receive_within(*router, frame, 5s));
+  const std::string text(10'000, 'x');
+  const auto start = std::chrono::steady_clock::now();
+  int sent = 0;
+  while (router->send("a", bytes_of(text))) ASSERT_LT(++sent, 100'000);
+  for (int i = 0; i < 10; ++i) router->send("a", bytes_of(text));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 5s);
+}
+
 TEST_P(ZeroMq, RouterNoticesThatAPeerIsGoneAndThatItIsBack) {
   const auto router = bind_router(endpoint());
   Frame frame;
