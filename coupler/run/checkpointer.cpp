@@ -10,6 +10,13 @@
 
 namespace copepod::coupler {
 
+namespace {
+
+/// Whether a signal that a checkpoint answers ends the run then.
+bool stops(int signal) { return signal != 0 && signal != SIGUSR1; }
+
+}  // namespace
+
 MeanSampling mean_sampling(const OutputCase& output) {
   return {output.fields.mean_start, output.fields.mean_every_steps};
 }
@@ -27,16 +34,16 @@ Checkpointer::Checkpointer(const CheckpointStore& store, Components& components,
       expected_bytes_(static_cast<std::uintmax_t>(population_bytes(the_case.fluid))),
       signals_(signals),
       events_(events) {
-  signals_.sigterm_waits_for_checkpoint.store(able_ == Ability::saves);
+  signals_.stop_waits_for_checkpoint.store(able_ == Ability::saves);
 }
 
-Checkpointer::~Checkpointer() { signals_.sigterm_waits_for_checkpoint.store(false); }
+Checkpointer::~Checkpointer() { signals_.stop_waits_for_checkpoint.store(false); }
 
 bool Checkpointer::wants_pause(std::int64_t step) {
   if (const int signal = signals_.stop.load(); signal != 0) throw Interrupted(signal, step);
   if (able_ == Ability::none) return false;
   if (step == first_step_) {
-    if (signals_.checkpoint.load() == SIGTERM) throw Interrupted(SIGTERM, step);
+    if (const int signal = signals_.checkpoint.load(); stops(signal)) throw Interrupted(signal, step);
     return false;  // SIGUSR1 waits for the next step
   }
   return signals_.checkpoint.load() != 0 || schedule_.due(step, CheckpointSchedule::Clock::now());
@@ -55,9 +62,9 @@ void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExpli
   }
   schedule_.written(scheme.step(), CheckpointSchedule::Clock::now());
   // A request that came while it was written is answered by it.
-  if (signals_.checkpoint.exchange(0) == SIGTERM) {
-    throw is_written ? Interrupted(SIGTERM, scheme.step(), "Continue from its checkpoint with --resume.")
-                     : Interrupted(SIGTERM, scheme.step());
+  if (const int signal = signals_.checkpoint.exchange(0); stops(signal)) {
+    throw is_written ? Interrupted(signal, scheme.step(), "Continue from its checkpoint with --resume.")
+                     : Interrupted(signal, scheme.step());
   }
   events_.phase("running");
 }

@@ -9,27 +9,20 @@ std::atomic<RunSignals*> watched{nullptr};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<RunSignals*>::is_always_lock_free,
               "a signal handler may not lock");
 
-void stop(RunSignals& signals, int signal) {
-  std::signal(signal, SIG_DFL);
-  signals.stop.store(signal);
-}
-
 void on_stop(int signal) {
-  if (RunSignals* const signals = watched.load()) stop(*signals, signal);
-}
-
-void on_sigterm(int signal) {
   RunSignals* const signals = watched.load();
   if (signals == nullptr) return;
-  const bool waits = signals->sigterm_waits_for_checkpoint.load();
-  // The second one does not wait any longer.
-  if (!waits || signals->checkpoint.exchange(signal) == signal) stop(*signals, signal);
+  const bool waits = signals->stop_waits_for_checkpoint.load();
+  const int former = waits ? signals->checkpoint.exchange(signal) : signal;
+  if (former == 0 || former == SIGUSR1) return;
+  std::signal(signal, SIG_DFL);
+  signals->stop.store(signal);
 }
 
 void on_checkpoint(int signal) {
   int none = 0;
   if (RunSignals* const signals = watched.load())
-    signals->checkpoint.compare_exchange_strong(none, signal);  // must not hide a SIGTERM
+    signals->checkpoint.compare_exchange_strong(none, signal);  // must not hide one that stops
 }
 
 void handle(int signal, void (*handler)(int)) {
@@ -45,7 +38,8 @@ void handle(int signal, void (*handler)(int)) {
 SignalWatch::SignalWatch(RunSignals& signals) {
   watched.store(&signals);
   handle(SIGINT, on_stop);
-  handle(SIGTERM, on_sigterm);
+  handle(SIGTERM, on_stop);
+  if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) handle(SIGHUP, on_stop);
   handle(SIGUSR1, on_checkpoint);
   // A closed event stream must not end the run: its files are the result.
   std::signal(SIGPIPE, SIG_IGN);

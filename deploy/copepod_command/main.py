@@ -19,7 +19,6 @@ _KIT_TOOLS = ("conformance", "recording", "python")  # tools with a command line
 
 def main(arguments: Sequence[str]) -> int:
     """Exit code of the command."""
-    signal.signal(signal.SIGTERM, _terminate)
     try:
         code = _carry_out(arguments)
         sys.stdout.flush()  # a full disk is noticed here, not when Python has ended
@@ -39,6 +38,7 @@ def main(arguments: Sequence[str]) -> int:
 
 def _carry_out(arguments: Sequence[str]) -> int:
     try:
+        _heed_signals()
         options = parse(arguments)
         if getattr(options, "quiet", False):
             speak(Voice.QUIET)
@@ -62,8 +62,17 @@ def _flush_or_silence_stdout() -> None:
         silence(sys.stdout)
 
 
+def _heed_signals() -> None:
+    """They end the command with a last line; deploy/copepod has blocked them so far. Ignored ones (nohup) stay so."""
+    ends = (signal.SIGTERM, signal.SIGHUP)
+    for number in ends:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _terminate)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ends)
+
+
 def _terminate(number: int, frame: FrameType | None) -> None:
-    raise Stop(128 + number, "stopped by SIGTERM.")
+    raise Stop(128 + number, f"stopped by {signal.Signals(number).name}.")
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

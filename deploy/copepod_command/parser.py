@@ -9,7 +9,7 @@ from copepod_run.checkout import called_as, version
 _EXIT_CODES = """Exit codes:
   0 finished, 1 a build, test or conformance check failed, 2 bad case or command line,
   65 refused by the peer, 69 a component was lost, 70 a solver failed, 73 storage failed, 74 deadline passed,
-  130/143 stopped by a signal"""
+  129/130/143 stopped by a signal"""
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -64,9 +64,8 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
             print(json.dumps(shown) if shown else result_table(summary, directory.shown), flush=True)
             return ExitCode.FINISHED
         if ending.failure is None:
-            code = ExitCode.INTERRUPTED if ending.signal == 2 else ExitCode.TERMINATED
             how = f"stopped by {_SIGNALS[ending.signal]}. Logs: {directory.shown}/logs."
-            raise Stop(code, f"{how} {_way_to_continue(options, directory)}")
+            raise Stop(128 + ending.signal, f"{how} {_way_to_continue(options, directory)}")
         failure = ending.failure
         if left == 0 or failure.code not in _WORTH_A_RESTART:
             raise Stop(failure.code, f"{failure.sentence()}{_advice(failure, start, options, directory)}")

@@ -14,6 +14,7 @@ class ExitCode(enum.IntEnum):
     SOLVER_FAILED = 70  # diverged, NaN
     STORAGE_FAILED = 73  # output or checkpoint could not be written or read
     DEADLINE_PASSED = 74  # no answer in time
+    HUNG_UP = 129  # SIGHUP
     INTERRUPTED = 130  # SIGINT
     TERMINATED = 143  # SIGTERM
 

@@ -86,13 +86,15 @@ class Checkpoint(unittest.TestCase):
         self.assert_finishes(run)
         self.assertEqual(len(self.checkpoints()), 1)
 
-    def test_sigterm_writes_a_checkpoint_and_ends_the_run(self):
-        run = self.start_halted("advance", 250, *NEVER)
-        run.process.send_signal(signal.SIGTERM)
-        self.halted.unlink()
-        self.assertEqual(run.end(60), 143, "".join(run.stderr))
-        self.assertEqual(len(self.checkpoints()), 1)
-        self.assert_finishes(self.start("--resume"))
+    def test_a_signal_that_ends_the_run_writes_a_checkpoint_first(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            run = self.start_halted("advance", 250, *NEVER)
+            run.process.send_signal(number)
+            self.halted.unlink()
+            self.assertEqual(run.end(60), 128 + number, "".join(run.stderr))
+            self.assertEqual(len(self.checkpoints()), 1)
+            self.assert_finishes(self.start("--resume"))
+            shutil.rmtree(self.folder / "out")
 
     def test_wall_time_makes_checkpoints(self):
         run = self.start(*NEVER, "--set", "output.checkpoint.every_wall_s=0.1")

@@ -165,12 +165,12 @@ class InOneProcess(RealRun):
             resumed = self.finish(*case, *then, "--set", "run.steps=900", "--resume")
             self.assertEqual((resumed["digest"], resumed["resumed_from_step"]), (undisturbed["digest"], 300))
 
-    def test_signals_end_it_with_their_codes_and_sigterm_after_a_checkpoint(self):
-        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+    def test_signals_end_it_with_their_codes_after_a_checkpoint(self):
+        for number, code in ((signal.SIGHUP, 129), (signal.SIGINT, 130), (signal.SIGTERM, 143)):
             session = self.start_quick_run(*self.IN_PROCESS, "--out", f"stopped_{code}")
             session.process.send_signal(number)
             self.assert_ends(session, code)
-        self.assertEqual(len(list(self.folder.glob("stopped_143/checkpoints/*/manifest.json"))), 1)
+            self.assertEqual(len(list(self.folder.glob(f"stopped_{code}/checkpoints/*/manifest.json"))), 1)
 
     def test_a_rank_that_fails_is_named_as_that_of_a_service(self):
         session = self.start("run", QUICK, *SHORT, *self.IN_PROCESS, "--set", "fluid.body_force_N_per_m3=[0, 0, 1e16]")
