@@ -180,8 +180,10 @@ std::uintmax_t CheckpointStore::newest_bytes() const {
   const std::vector<fs::path> folders = newest_first();
   if (folders.empty()) return 0;
   std::uintmax_t bytes = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(folders.front())) {
-    if (entry.is_regular_file()) bytes += entry.file_size();
+  std::error_code error;  // it may be anything of that name
+  for (auto entry = fs::recursive_directory_iterator(folders.front(), error); entry != fs::recursive_directory_iterator();
+       entry.increment(error)) {
+    if (entry->is_regular_file(error)) bytes += entry->file_size(error);
   }
   return bytes;
 }

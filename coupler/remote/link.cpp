@@ -11,6 +11,7 @@
 
 #include "recording/recording_router.hpp"
 #include "session/handshake.hpp"
+#include "system/printable.hpp"
 #include "transport/zeromq.hpp"
 
 namespace copepod::coupler {
@@ -182,12 +183,10 @@ void Link::shake_hands(const transport::Frame& frame) {
 }
 
 /// Strangers may come in any number: from some on only a few of them are mentioned.
-void Link::log_remark(std::string text) {
+void Link::log_remark(const std::string& text) {
   constexpr std::uint64_t all_of_them = 16;
   if (++remarks_ > all_of_them && !std::has_single_bit(remarks_)) return;
-  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
-  std::replace_if(text.begin(), text.end(), is_control, '?');  // it may hold a stranger's words
-  spdlog::warn("{} [{}]", text, remarks_);
+  spdlog::warn("{} [{}]", printable(text), remarks_);
 }
 
 void Link::handle_data(Party& party, const transport::Frame& frame) {

@@ -91,7 +91,7 @@ class Link {
   [[nodiscard]] transport::Duration time_to_next_ping(double now_s) const;
   void handle(const transport::Frame& frame);
   void shake_hands(const transport::Frame& frame);
-  void log_remark(std::string text);
+  void log_remark(const std::string& text);
   void handle_data(Party& party, const transport::Frame& frame);
   void handle_control(Party& party, const transport::Frame& frame);
   void ping(Party& party);

@@ -1,6 +1,8 @@
 #include "run/program.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <new>
 #include <optional>
 #include <sys/resource.h>
 
@@ -20,6 +22,7 @@
 #include "storage/run_directory.hpp"
 #include "system/durable_file.hpp"
 #include "system/host_name.hpp"
+#include "system/printable.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -55,6 +58,20 @@ FailureReport report_of(const Error& error, std::int64_t step) {
     report = *loss->lost();
   } else {
     report = {error.code(), "coupler", host_name(), error.rank(), error.step() < 0 ? step : error.step(), error.what()};
+  }
+  return report;
+}
+
+/// An error that is not ours, of the system or a library.
+FailureReport report_of_other(const std::exception& error, std::int64_t step) {
+  FailureReport report{ExitCode::solver_failed, "coupler", host_name(), 0, step, error.what()};
+  if (dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr) {
+    report.code = ExitCode::storage_failed;
+    report.reason += " (it was removed or replaced meanwhile?). Look at the run directory.";
+  } else if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    report.reason = "memory ran out (the coupler got no more). Use a smaller case, or a machine with more memory.";
+  } else {
+    report.reason += " (an error that the coupler did not expect). Please report it with the run's logs.";
   }
   return report;
 }
@@ -116,13 +133,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   } catch (const Error& error) {
     failure = report_of(error, run.step());
   } catch (const std::exception& error) {
-    failure = {ExitCode::solver_failed,
-               "coupler",
-               host_name(),
-               0,
-               run.step(),
-               std::string(error.what()) +
-                   " (an error that the coupler did not expect). Please report it with the run's logs."};
+    failure = report_of_other(error, run.step());
   }
   components->abort(failure);
   spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step,
@@ -146,11 +157,11 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
     const SignalWatch watch(signals);
     return run_case(options, out, make_components, signals);
   } catch (const CaseInvalid& invalid) {
-    for (const std::string& line : invalid.lines()) err << line << '\n';
+    for (const std::string& line : invalid.lines()) err << printable(line) << '\n';
     err << std::flush;
     return static_cast<int>(ExitCode::bad_case);
   } catch (const Error& error) {
-    err << "coupler: error: " << error.what() << std::endl;
+    err << "coupler: error: " << printable(error.what()) << std::endl;
     return static_cast<int>(error.code());
   }
 }

@@ -62,7 +62,7 @@ void on_every_rank(Communicator& communicator, const std::function<void()>& acti
     throw;  // the ranks are out of step already
   } catch (const std::exception& error) {
     failed = true;
-    reason = error.what();
+    reason = failure_of_rank(error, communicator.rank(), -1).reason;
   }
   const int ranks = communicator.size();
   std::array<std::int64_t, 1> failing = {failed ? ranks - communicator.rank() : 0};

@@ -79,6 +79,15 @@ class Checkpoint(unittest.TestCase):
             self.assertIn(words, "".join(run.stderr))
             shutil.rmtree(self.folder / "out")
 
+    def test_a_file_in_the_place_of_a_checkpoint_costs_no_more_than_that_checkpoint(self):
+        self.half_a_run()
+        for step in (450, 500):
+            (self.folder / f"out/checkpoints/step_{step:09}").write_text("notes")
+        run = self.start("--resume")
+        self.assert_finishes(run)
+        self.assertIn("step_000000450 is left out", "".join(run.stderr))
+        self.assertEqual((self.folder / "out/checkpoints/step_000000450").read_text(), "notes")
+
     def test_sigusr1_writes_a_checkpoint_and_the_run_goes_on(self):
         run = self.start_halted("advance", 250, *NEVER)
         run.process.send_signal(signal.SIGUSR1)

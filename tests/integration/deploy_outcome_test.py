@@ -1,6 +1,7 @@
 """How the ending of a run is judged from the coupler's report and the exits of the processes."""
 
 import unittest
+from unittest import mock
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
 from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge
@@ -91,6 +92,11 @@ class Judge(unittest.TestCase):
         verdict = judge(lost, [Exit("body", signal=11, host="sea", log_file="logs/body.log")], 697, "here")
         self.assertIn("at step 700: killed by signal 11, SIGSEGV (a defect in the program).", verdict.sentence())
         self.assertIn("See its log logs/body.log.", verdict.sentence())
+
+    def test_lack_of_memory_may_be_the_cause_where_memory_is_limited(self):
+        with mock.patch("resource.getrlimit", return_value=(3 << 30, 3 << 30)):
+            verdict = judge(None, [Exit("fluid", signal=11, host="sea")], 697, "here")
+        self.assertIn("a defect in the program, or a library that got no more memory: ulimit -v is 3145728)", verdict.reason)
 
     def test_report_without_a_step_gets_the_last_known_one(self):
         verdict = judge(Failure(70, "body", "sea", "0", -1, "overlap."), [], 17, "here")

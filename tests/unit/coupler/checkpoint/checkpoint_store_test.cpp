@@ -252,6 +252,8 @@ TEST_F(Store, ReportsAFolderThatCannotBeMade) {
 TEST_F(Store, KnowsHowMuchRoomACheckpointTakes) {
   write(1000);
   EXPECT_GT(store.newest_bytes(), 500U);
+  std::ofstream(folder / "step_000002000") << "a file where a checkpoint should be";
+  EXPECT_EQ(store.newest_bytes(), 0U);
   EXPECT_GT(free_bytes(folder), 0U);
   EXPECT_EQ(free_bytes("/nonexistent"), UINTMAX_MAX);
 }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "ranks/thread_ranks.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::fluid {
@@ -43,6 +44,17 @@ TEST(SharedFile, ShowsProgressAtLeastEvery16MiBOfWritingSyncingAndReading) {
   Hdf5File file(path, Hdf5File::Access::read, context);
   EXPECT_GE(signs_of_progress(context, [&] { file.read("numbers", {0, 0, 0}, all, found.data()); }), 3U);
   EXPECT_EQ(found, numbers);
+}
+
+TEST(SharedFile, LackOfMemoryIsReportedInASentence) {
+  SolverContext context;
+  ThreadRanks ranks(1, context, [](Communicator&) {});
+  try {
+    on_every_rank(ranks.leader(), [] { throw std::bad_alloc(); });
+    FAIL() << "nothing was thrown";
+  } catch (const StorageError& error) {
+    EXPECT_NE(std::string(error.what()).find("out of memory ("), std::string::npos) << error.what();
+  }
 }
 
 TEST(Hdf5File, ReadsAPartOfALargeDatasetAsOneBlock) {
