@@ -56,7 +56,7 @@ PrescribedBodies::PrescribedBodies(std::unique_ptr<BodySolver> others, const std
       free_(all_but(prescribed_, bodies.size())),
       step_s_(setup.step_s),
       periodic_length_m_(setup.periodic_length_m),
-      signal_sums_(prescribed_.size(), 0.0) {}
+      signal_sums_(prescribed_.size()) {}
 
 void PrescribedBodies::kinematics(Kinematics& kinematics) {
   others_->kinematics(others_kinematics_);
@@ -83,13 +83,17 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
   kinematics.angular_velocity_rad_per_s(Eigen::all, free_) = others_kinematics_.angular_velocity_rad_per_s;
   // After a restart all steps are summed anew, in the same order: the sum keeps its bits.
   for (; summed_steps_ < step; ++summed_steps_) {
-    for (std::size_t i = 0; i < prescribed_.size(); ++i)
-      signal_sums_[i] += integral_over_step(prescribed_[i].signal, summed_steps_);
+    for (std::size_t i = 0; i < prescribed_.size(); ++i) {
+      auto& [sum, excess] = signal_sums_[i];
+      const double part = integral_over_step(prescribed_[i].signal, summed_steps_) - excess;
+      const double before = std::exchange(sum, sum + part);
+      excess = (sum - before) - part;
+    }
   }
   for (std::size_t i = 0; i < prescribed_.size(); ++i) {
     const auto& [number, signal] = prescribed_[i];
     const BodySpecification& body = bodies_[static_cast<std::size_t>(number)];
-    const double time_s = signal_sums_[i] * step_s_;
+    const double time_s = signal_sums_[i].steps * step_s_;
     const double factor = value_of(signal, step, 0.0);
     kinematics.position_m.col(number) = body.position_m + time_s * body.velocity_m_per_s;
     kinematics.orientation_wxyz.col(number) = rotated(time_s * body.angular_velocity_rad_per_s, body.orientation_wxyz);

@@ -50,7 +50,12 @@ class PrescribedBodies final : public BodySolver {
   double step_s_;
   std::array<double, 3> periodic_length_m_;
   std::int64_t summed_steps_ = 0;
-  std::vector<double> signal_sums_;  ///< ∫ w dt over these steps, by prescribed body [steps]
+  /// ∫ w dt over these steps and what rounding added to it, which the next part lacks [Kahan, CACM 8, 40, 1965].
+  struct SignalSum {
+    double steps = 0.0;
+    double excess = 0.0;
+  };
+  std::vector<SignalSum> signal_sums_;  ///< by prescribed body
   Kinematics others_kinematics_;
   AppliedLoads others_applied_;
 };

@@ -33,13 +33,13 @@ struct Signal {
 ///   sinusoid: w = sin 2πx;  square: ±1 in the two halves of a period;  trapezoid: 0 to 1 within `rise`, and so on;
 ///   table: linear between its points; it repeats with its period, or holds its first and last value.
 /// Whole periods are taken off in integers, so that the phase of the millionth step is as exact as that of the first.
-/// A signal starts, stops and jumps between steps, never inside one: a square takes the sign of the step's middle.
+/// A signal starts, stops and jumps between steps, never inside one: a square has in each step its mean over that step,
+/// so that whole periods of any number of steps and any lag cancel.
 /// @param node  fraction of the step
 double value_of(const Signal& signal, std::int64_t step, double node);
 
-/// Integral over one step, in units of the amplitude times a step, by Gauss's three-point rule: for a sinusoid exact to
-/// a part in 10⁹ with 20 steps in a period and to rounding with 60; for the others exact unless a corner lies inside
-/// the step.
+/// Integral over one step, in units of the amplitude times a step, exact to rounding: by Gauss's three-point rule for
+/// each part between two corners.
 double integral_over_step(const Signal& signal, std::int64_t step);
 
 /// sin(2πx) of a number of turns, exact at quarter turns.

@@ -1,7 +1,10 @@
 #include "driving/signal.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -136,7 +139,120 @@ TEST(Signal, IsIntegratedOverAStep) {
   EXPECT_NEAR(integral_over_step(square, 40), value_of(square, 40, 0.5), 1e-14);
   const Signal sinusoid = wave(SignalKind::sinusoid, 20);
   const double exact = sinusoid.amplitude * 20.0 / (2.0 * std::numbers::pi) * (1.0 - std::cos(0.1 * std::numbers::pi));
-  EXPECT_NEAR(integral_over_step(sinusoid, 0) / exact, 1.0, 1e-9);
+  EXPECT_NEAR(integral_over_step(sinusoid, 0) / exact, 1.0, 1e-14);
+}
+
+TEST(Signal, OfASquareHasTheMeanZeroInEveryPeriodWithAnyLag) {
+  for (const std::int64_t period : {20, 21, 37}) {
+    for (const double lag_steps : {0.0, 0.3, 5.25, 10.5, -3.9}) {
+      const Signal square = wave(SignalKind::square, period, lag_steps);
+      double sum = 0.0;
+      for (std::int64_t step = 0; step < period; ++step) sum += value_of(square, step, 0.0);
+      EXPECT_NEAR(sum, 0.0, 1e-12) << period << " " << lag_steps;
+    }
+  }
+}
+
+/// w(t); of a square the mean over the step, from its integral, a triangle wave.
+long double ideal(const Signal& signal, long double t) {
+  if (signal.kind == SignalKind::constant) return 1;
+  const auto period = static_cast<long double>(signal.period_steps);
+  if (signal.kind == SignalKind::square) {
+    const auto triangle = [&](long double at) {
+      const long double x = (at - signal.lag_steps) / period;
+      return period * std::min(x - std::floor(x), std::ceil(x) - x);
+    };
+    return triangle(std::floor(t) + 1) - triangle(std::floor(t));
+  }
+  if (signal.kind == SignalKind::table) {
+    const auto& points = signal.table;
+    t -= signal.lag_steps;
+    if (period > 0) {
+      while (t < points.front().time_steps) t += period;
+      while (t >= points.front().time_steps + period) t -= period;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const bool last = i + 1 == points.size();
+      if (last && period == 0) break;
+      const long double t_0 = points[i].time_steps, v_0 = points[i].value;
+      const long double t_1 = last ? points[0].time_steps + period : points[i + 1].time_steps;
+      const long double v_1 = last ? points[0].value : points[i + 1].value;
+      if (t >= t_0 && t < t_1) return v_0 + (v_1 - v_0) * (t - t_0) / (t_1 - t_0);
+    }
+    return t < points.front().time_steps ? points.front().value : points.back().value;
+  }
+  long double x = (t - signal.lag_steps) / period;
+  x -= std::floor(x);
+  if (signal.kind == SignalKind::sinusoid) return std::sin(2 * std::numbers::pi_v<long double> * x);
+  const long double to_zero = std::min({x, std::abs(x - 0.5L), 1 - x});  // in turns
+  return (x < 0.5L ? 1 : -1) * std::min(1.0L, to_zero / signal.rise);
+}
+
+/// ∫₀ⁿ A r w dt: Milne's open rule between all corners of w, where r w is a parabola; of a sinusoid in many parts.
+long double ideal_integral(const Signal& signal, std::int64_t steps) {
+  std::vector<long double> ends{0, static_cast<long double>(steps)};
+  const auto add = [&](long double t) {
+    if (t > 0 && t < static_cast<long double>(steps)) ends.push_back(t);
+  };
+  const auto period = static_cast<long double>(signal.period_steps);
+  add(static_cast<long double>(signal.start_step));
+  add(static_cast<long double>(signal.start_step + signal.ramp_steps));
+  if (signal.stop_step < steps) add(static_cast<long double>(signal.stop_step));
+  for (std::int64_t step = 0; signal.kind == SignalKind::square && step < steps; ++step)
+    add(static_cast<long double>(step));
+  const long double repetitions = period > 0 ? std::ceil((steps + 100 + std::abs(signal.lag_steps)) / period) : 0;
+  for (long double n = -repetitions; n <= repetitions; n += 1) {
+    for (const Signal::Point& point : signal.table) add(n * period + point.time_steps + signal.lag_steps);
+    if (period == 0) continue;
+    for (const long double x : {0.0L + signal.rise, 0.5L - signal.rise, 0.5L + signal.rise, 1.0L - signal.rise})
+      add((n + x) * period + signal.lag_steps);
+    if (signal.kind != SignalKind::sinusoid) continue;
+    for (int part = 0; part < 2048; ++part) add((n + part / 2048.0L) * period + signal.lag_steps);
+  }
+  std::ranges::sort(ends);
+  long double sum = 0;
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    const long double from = ends[i - 1], length = ends[i] - from;
+    if (length < 1e-15L) continue;
+    const auto value = [&](long double at) -> long double {
+      const long double t = from + length * at;
+      if (t < signal.start_step || t >= signal.stop_step) return 0;
+      const long double since = t - signal.start_step;
+      const long double r = signal.ramp_steps > 0 ? std::min(1.0L, since / signal.ramp_steps) : 1.0L;
+      return signal.amplitude * r * ideal(signal, t);
+    };
+    sum += length * (2 * value(0.25L) - value(0.5L) + 2 * value(0.75L)) / 3;
+  }
+  return sum;
+}
+
+TEST(Signal, IsIntegratedExactlyForEveryKindPeriodLagRampStartAndStop) {
+  std::mt19937 random(28);
+  const auto uniform = [&random](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  const auto whole = [&](double low, double high) { return static_cast<std::int64_t>(uniform(low, high)); };
+  for (int sample = 0; sample < 500; ++sample) {
+    Signal signal = wave(static_cast<SignalKind>(sample % 5), whole(1, 90), random() % 2 ? uniform(-200, 200) : 7.0);
+    signal.rise = random() % 4 ? uniform(0.01, 0.25) : 0.25;
+    if (signal.kind == SignalKind::constant || (signal.kind == SignalKind::table && random() % 2))
+      signal.period_steps = 0;
+    signal.start_step = random() % 2 ? whole(0, 100) : 0;
+    signal.ramp_steps = random() % 2 ? whole(0, 100) : 0;
+    if (random() % 2) signal.stop_step = signal.start_step + whole(1, 200);
+    if (signal.kind == SignalKind::table) {
+      double time_steps = uniform(-50, 50);
+      const double room = signal.period_steps > 0 ? static_cast<double>(signal.period_steps) / 7.0 : 9.0;
+      for (int point = 0; point < 7; ++point, time_steps += uniform(0.01, 1.0) * room)
+        signal.table.push_back({time_steps, uniform(-2, 2)});
+    }
+    double sum = 0.0;
+    const std::int64_t steps = 250;
+    for (std::int64_t step = 0; step < steps; ++step) sum += integral_over_step(signal, step);
+    const auto exact = static_cast<double>(ideal_integral(signal, steps));
+    EXPECT_NEAR(sum, exact, 1e-12 * static_cast<double>(steps) * signal.amplitude)
+        << "kind " << sample % 5 << ", period " << signal.period_steps << ", lag " << signal.lag_steps;
+  }
 }
 
 TEST(SineOfTurns, IsExactAtQuarterTurns) {
