@@ -52,7 +52,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   app.add_option("--body", body, "Command that starts another body component");
   app.add_option("--out", options.out, "Run directory");
   app.add_option("--endpoint", options.endpoint, "Where the components connect: ipc:///path or tcp://host:port");
-  app.add_option("--session", options.session, "Token that the components must show");
+  app.add_option("--session", options.session, "Token that the components must show")->envname("COPEPOD_SESSION");
   app.add_option("--keys", options.key_file, "File with the keys of the coupler; required off this machine");
   app.add_option("--log-file", options.log_file, "Log file");
   app.add_option("--build", options.build, "What identifies the programs of this run");

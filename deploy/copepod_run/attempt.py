@@ -47,7 +47,9 @@ class Attempt:
             scratch = Scratch(self._directory.path, mark)
             stack.callback(scratch.close)
             locks = [self._directory.lock, *scratch.locks]
+            session = secrets.token_hex(16)
             environment = components.environment(mark, scratch, self._plan.fluid_ranks)
+            environment[components.SESSION] = session
             launcher: LocalLauncher
             if hosts.others(self._plan):
                 from copepod_run.hosts_launcher import HostsLauncher  # runs on one machine start without it
@@ -60,7 +62,7 @@ class Attempt:
                 keys, endpoint = scratch.keys(self._plan.transport), scratch.endpoint(self._plan.transport)
                 launcher = LocalLauncher(mark, scratch.folders, locks)
                 stack.callback(launcher.close)
-            connection = components.Connection(endpoint, secrets.token_hex(16), keys, self._directory.path / "logs")
+            connection = components.Connection(endpoint, session, keys, self._directory.path / "logs")
             events, writing_end = _pipe(stack)
             try:
                 processes = self._start(launcher, connection, environment, writing_end)

@@ -21,6 +21,7 @@ from copepod_run.plan import COUPLER_SILENCE_S, Plan, case_arguments
 from copepod_run.scratch import Scratch
 
 IN_PROCESS = "in_process"  # services.transport of a run without services
+SESSION = "COPEPOD_SESSION"  # variable with the token of the run
 
 _BODY_SERVICES = {
     "own": "body_service",
@@ -40,15 +41,16 @@ class Connection:
     """Where the processes of a run meet, and what they must show."""
 
     endpoint: str
-    session: str  # token
+    session: str  # token; our own programs have it from the environment, which other users cannot read
     keys: Mapping[str, Path]  # key file by role; empty: none are needed
     logs: Path  # folder
 
-    def arguments(self, name: str) -> list[str]:
+    def arguments(self, name: str, is_ours: bool = True) -> list[str]:
         """The options that every process of a run takes."""
         keys = ["--keys", str(self.keys[name])] if self.keys else []
         log = str(self.logs / f"{name}.log")
-        return ["--endpoint", self.endpoint, "--session", self.session, *keys, "--log-file", log]
+        session = [] if is_ours else ["--session", self.session]
+        return ["--endpoint", self.endpoint, *session, *keys, "--log-file", log]
 
 
 def coupler_command(options: Namespace, plan: Plan, directory: Path, connection: Connection, resume: bool) -> list[str]:
@@ -69,11 +71,11 @@ def branch_arguments(options: Namespace) -> list[str]:
 
 
 def fluid_command(plan: Plan, connection: Connection) -> list[str]:
-    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid") + _patience(plan))
+    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid", not plan.fluid_command) + _patience(plan))
 
 
 def body_command(plan: Plan, connection: Connection) -> list[str]:
-    return body_program(plan) + connection.arguments("body") + _patience(plan)
+    return body_program(plan) + connection.arguments("body", not plan.body_command) + _patience(plan)
 
 
 def _patience(plan: Plan) -> list[str]:

@@ -5,13 +5,17 @@ import os
 import resource
 import shlex
 import socket
+import subprocess
 import tempfile
 import threading
 import unittest
 from contextlib import suppress
 from pathlib import Path
 
-from hurt_run import LONGEST_S, PROGRAMS, HurtRun, digest, undisturbed_digest, wait_for
+import zmq
+
+from hurt_run import CASE, LONGEST_S, PROGRAMS, HurtRun, digest, undisturbed_digest, wait_for
+from copepod_component.messages import Envelope, handshake, to_frame
 
 FILES = 1024  # that each process of the run may have open
 IDLE, SLOW = 1000, 100  # connections
@@ -60,6 +64,28 @@ class Strangers(unittest.TestCase):
         self.assertTrue(wait_for(lambda: len(os.listdir(coupler)) < FILES // 2, 10), "the coupler keeps them all")
         self.assert_finishes(run)
         self.assertEqual(len(crowd), IDLE)
+
+    def test_a_peer_with_no_token_that_asks_and_never_reads(self):
+        """It says Hello 5000 times to the socket of a run of the same user."""
+        run = self.start_halted()
+        with zmq.Context() as context, context.socket(zmq.DEALER) as peer:
+            peer.linger = 0
+            peer.connect(f"ipc://{self.folder}/out/.sockets/coupler.ipc")
+            message = Envelope(protocol_major=2, step=-1)
+            message.hello.role, message.hello.lane, message.hello.instance = handshake.ROLE_BODY, 1, 1
+            message.hello.session_token = "guessed"
+            for _ in range(5000):
+                peer.send(to_frame(message))
+            self.assert_finishes(run)
+
+    def test_control_characters_of_a_case_do_not_reach_the_terminal(self):
+        case = self.folder / "case.yaml"
+        hosts = r'services: {hosts: ["a\x1b[31m\nfaked line\x07"]}'
+        case.write_text(CASE.read_text().replace("services: {fluid: {ranks: 2}}", hosts))
+        ended = subprocess.run([PROGRAMS / "coupler", "--plan", case], capture_output=True, text=True)
+        self.assertEqual(ended.returncode, 2, ended.stderr)
+        self.assertNotRegex(ended.stderr, "[\x00-\x09\x0b-\x1f]")
+        self.assertIn("has 'a?[31m?faked line?' (not a host)", ended.stderr)
 
     @staticmethod
     def trickle(strangers, is_over):

@@ -215,6 +215,14 @@ class RunLifecycle(TinyRunTest):
         ended = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True)
         self.assertEqual((ended.returncode, ended.stderr), (130, "copepod: stopped by Ctrl-C.\n"))
 
+    def test_the_token_of_a_run_is_on_no_command_line(self):
+        session = self.start_long_run()
+        processes = session.processes()
+        tokens = {variables["COPEPOD_SESSION"] for variables in processes.values()}
+        self.assertEqual([len(token) for token in tokens], [32])
+        for pid in processes:
+            self.assertNotIn(tokens.copy().pop(), Path(f"/proc/{pid}/cmdline").read_text())
+
     def test_signals_that_end_a_run(self):
         for number, name in ((signal.SIGTERM, "SIGTERM"), (signal.SIGHUP, "SIGHUP")):
             session = self.start_long_run("--out", name)
