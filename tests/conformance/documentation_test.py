@@ -13,6 +13,7 @@ import sys
 import tempfile
 import types
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import protocol_vectors
@@ -82,6 +83,28 @@ class InstalledKit(unittest.TestCase):
         )
         self.assertEqual(ended.returncode, 0, ended.stdout + ended.stderr)
         return ended.stdout
+
+    def test_every_header_compiles_by_itself_and_every_one_that_is_named_is_there(self):
+        """Named by docs/adding_a_component.md, by an example, or by another header."""
+        include = self.prefix / "include/copepod"
+        headers = {str(path.relative_to(include)) for path in include.rglob("*.hpp")}
+        self.assertGreater(len(headers), 20)
+        sources = [ROOT / "docs/adding_a_component.md", ROOT / "docs/moving_to_a_newer_kit.md"]
+        sources += [*(ROOT / "examples").rglob("*.cpp"), *include.rglob("*.hpp")]
+        named = {name for path in sources for name in re.findall(r"\b[a-z_]+/[a-z_]+\.hpp\b", path.read_text())}
+        self.assertEqual(named - headers, set())
+        uses_the_drive = "copepod::drive_loads({}, Eigen::VectorXd(), copepod::Kinematics(), loads);"
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(self.compile, sorted(headers)))
+        self.compile("geometry/actuator_loads.hpp", f"void use(copepod::Loads& loads) {{ {uses_the_drive} }}")
+
+    def compile(self, header, code=""):
+        """Without any other header of ours before it."""
+        command = [os.environ.get("CXX", "c++"), "-std=c++20", "-fsyntax-only", "-x", "c++", "-"]
+        folders = [f"-I{self.prefix}/include/copepod", "-isystem/usr/include/eigen3"]
+        source = f'#include "{header}"\n{code}\n'
+        ended = subprocess.run([*command, *folders], input=source, capture_output=True, text=True)
+        self.assertEqual(ended.returncode, 0, f"{header}: {ended.stderr}")
 
     def test_every_module_comes_from_the_prefix(self):
         modules = [
