@@ -183,6 +183,11 @@ void Server::do_work(const Action& action) {
     decoder_.read(refusal);
     throw Refused(refusal.reason);
   }
+  const bool is_of_checkpoints = action.work == Work::write_state || action.work == Work::read_state;
+  if (is_of_checkpoints && !hello_.capabilities.features.contains("checkpoint")) {
+    throw Refused("A " + std::string(name_of(decoder_.kind())) +
+                  " was refused (this component does not announce checkpoint). Send none.");
+  }
   const Header request = decoder_.header();
   vitals_.received_sequence = request.sequence;
   enter(phase_of(action.work));

@@ -210,8 +210,13 @@ class BrokenComponents(unittest.TestCase):
         self.assertIn("not conformant: 2 passed, 1 failed, 0 skipped", output)
 
     def test_every_broken_component_is_tried(self):
-        scripts = {path.stem for path in (HERE / "broken").glob("*.py")} - {"foundation", "never_says_hello"}
+        scripts = {path.stem for path in (HERE / "broken").glob("*.py")} - {"foundation", "never_says_hello", "saves_nothing"}
         self.assertEqual(scripts, set(BROKEN))
+
+    def test_a_component_without_checkpoints_is_not_asked_for_any_but_refuses_a_save(self):
+        groups = [f"--only={group}" for group in ("states", "exactly once", "checkpoints", "limits")]
+        code, output, failed = run_conformance("saves_nothing", "body", *groups)
+        self.assertEqual((code, failed), (0, {}), output)
 
     def test_a_component_that_is_silent_is_given_up_soon(self):
         code, output, failed = run_conformance("never_says_hello", "fluid", "--patience=0.3", "--only=states")

@@ -37,8 +37,8 @@ def _unexpected(error):
 
 
 class Server:
-    def __init__(self, socket, served, hello, context, monitor, host, log):
-        self._socket, self._served, self._hello = socket, served, hello
+    def __init__(self, socket, served, features, hello, context, monitor, host, log):
+        self._socket, self._served, self._features, self._hello = socket, served, features, hello
         self._context, self._monitor, self._host, self._log = context, monitor, host, log
         self._session = Session(served.role)
         self._last_reply = b""
@@ -129,6 +129,8 @@ class Server:
             self._session.session_id, self._session.epoch = request.welcome.session_id, request.welcome.epoch
             self._context.phase = control.PHASE_WAITING
             return
+        if name in ("Save", "Restore") and "checkpoint" not in self._features:
+            raise Refused(f"A {name} was refused (this component does not announce checkpoint). Send none.")
         self._context.step, self._context.received_sequence = request.step, request.sequence
         self._context.phase = PHASES.get(name, control.PHASE_EXCHANGING)
         reply = self._envelope(request.sequence, request.step)

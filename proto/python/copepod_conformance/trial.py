@@ -31,6 +31,8 @@ class Trial(Conversation):
         busy = protocol.is_busy(self.role, state)
         self.await_hello()
         for place, name in enumerate(path):
+            if name == "Save":
+                self.require("checkpoint")
             if name == "Welcome":
                 self.welcome()
             elif busy and place == len(path) - 1:

@@ -28,14 +28,15 @@ def _run(state, message):
         role = trial.role
         settled = protocol.settled(role, state)
         row = protocol.transition(role, settled, message=message)
-        if row is not None and message in ("Save", "Restore"):
-            trial.require("checkpoint")
-        saved = trial.subject.reference.checkpoint()[0] if row is not None and message == "Restore" else ""
+        can = trial.subject.can("checkpoint") or message not in ("Save", "Restore")
+        saved = trial.subject.reference.checkpoint()[0] if row is not None and can and message == "Restore" else ""
         trial.reach(state)
         _send(trial, message, saved)
         if settled != state:
             trial.expect(protocol.reply_to(protocol.path_to(role, state)[-1]))  # to the work at hand
-        if row is not None:
+        if row is not None and not can:
+            trial.expect_failure(_REFUSED)
+        elif row is not None:
             _expect_legal(trial, row, message)
         elif message in protocol.HANDSHAKE:
             trial.finish()
