@@ -41,8 +41,9 @@ SignalWatch::SignalWatch(RunSignals& signals) {
   handle(SIGTERM, on_stop);
   if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) handle(SIGHUP, on_stop);
   handle(SIGUSR1, on_checkpoint);
-  // A closed event stream must not end the run: its files are the result.
+  // A closed event stream must not end the run: its files are the result. A file that may not grow is a full disk.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 SignalWatch::~SignalWatch() { watched.store(nullptr); }

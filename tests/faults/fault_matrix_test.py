@@ -1,10 +1,10 @@
-"""A few cells of the fault matrix (matrix.py has all), random kills, and what a resumed run must survive."""
+"""A few cells of the fault matrix (matrix.py has all), random faults, and what a resumed run must survive."""
 
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
 import matrix
-import random_kills
+import random_faults
 from hurt_run import PROMPT_S, hurt, slow_down, undisturbed_digest
 
 CELLS = (
@@ -38,11 +38,12 @@ class FaultMatrix(unittest.TestCase):
         for victim in ("body", "fluid 0", "fluid 1"):
             self.assertEqual(slow_down(victim, seconds=3.0, deadline_s=1.0), self.digest, victim)
 
-    def test_random_kills_never_change_the_result(self):
-        with ThreadPoolExecutor(2) as pool:
-            for kills in pool.map(random_kills.run_under_fire, (101, 102)):
-                for kill in kills:
-                    self.assertEqual((kill["digest"], kill["leftovers"]), (self.digest, []), kill)
+    def test_random_faults_never_change_the_result(self):
+        """random_faults.py draws as many as you like."""
+        expected, latest_s = random_faults.undisturbed()
+        self.assertEqual(expected[0], self.digest)
+        faults = random_faults.draw(20, seed=1, jobs=2, latest_s=latest_s)
+        self.assertEqual(random_faults.report(faults, expected), 0)
 
 
 if __name__ == "__main__":
