@@ -27,8 +27,12 @@ namespace copepod::fluid {
 /// Every point of a link gives the same torque and the same e_α·u_w, so x_f stands for the wall point.
 ///
 /// Conserving formulas also count the mass that the surface absorbs, m = Σ_links (f̃_α − f_ᾱ), and its momentum,
-/// −Σ_links u_w (f̃_α − f_ᾱ), which makes the force Galilean invariant [Wen et al. 2014]. What a surface has
-/// absorbed it gives back within some steps, with f_ᾱ, in proportion to w_α: almost without momentum.
+/// which makes force and torque Galilean invariant [Wen et al. 2014]:
+///   F' = −Σ_links u_w (f̃_α − f_ᾱ),   T' = −Σ_links (x_w − X) × u_w (f̃_α − f_ᾱ)
+/// with u_w at the wall point x_w = x_f + q e_α: with that of x_f a sphere that turns while it moves would be off by
+/// Ω × U times half a cell on its whole surface. In T', Σ q² (f̃_α − f_ᾱ) e_α × (Ω × e_α) is neglected: it cancels on
+/// opposite sides. What a surface has absorbed it gives back within some steps, with f_ᾱ, in proportion to w_α: almost
+/// without momentum.
 ///
 /// Where the density is beyond that of any flow (largest_excess_density), what a surface sends back into a cell adds up
 /// to what it received, or to what brings the density nearer to 1: surfaces do not compress fluid without bound in

@@ -112,7 +112,8 @@ class SingleLinks {
       };
       double given = Formula::conserving ? returned : 0.0;  // mass, in proportion to w_α
       const auto reflect = [&](std::size_t n, int alpha, int seen, const Eigen::Vector3d& r, const Eigen::Vector3d& u,
-                               std::int64_t(&force)[3]) {
+                               CellSums& cell_sums) {
+        auto& [force, mass, arm] = cell_sums;
         T& population = boundary.by_link[per_link * (group.first_link[lane] + n) + Values::crossing];
         const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
         Link<double> link = link_at(n, alpha, seen, r, u);
@@ -143,12 +144,11 @@ class SingleLinks {
         }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - stored;
-          for (int axis = 0; axis < 3; ++axis) {
-            const std::int64_t of_absorbed = fixed_point::from_double(film.resolved * absorbed * u[axis]);
-            force[axis] -= of_absorbed;
-            kept[static_cast<std::size_t>(axis)] += of_absorbed;
-          }
-          sums[mass_component] += fixed_point::from_double(absorbed);
+          const std::int64_t at_surface = fixed_point::from_double(film.resolved * absorbed * link.wall_distance);
+          for (std::size_t axis = 0; axis < 3; ++axis) arm[axis] += e[axis] * at_surface;
+          const std::int64_t fixed_absorbed = fixed_point::from_double(absorbed);
+          mass += film.resolved < 1.0 ? fixed_point::from_double(film.resolved * absorbed) : fixed_absorbed;
+          sums[mass_component] += fixed_absorbed;
           sums[weight_component] += fixed_point::from_double(link.weight);
         }
       };
@@ -168,20 +168,21 @@ class SingleLinks {
         }
         if (gain * excess > 0.0) given -= gain / weight;
       }
-      std::int64_t force[3] = {0, 0, 0};
+      CellSums of_links;
       std::size_t n = 0;
       for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, ++n) {
         const int alpha = std::countr_zero(bits);
         if (((to_images >> alpha) & 1U) == 0) {
-          reflect(n, alpha, alpha, r, u, force);
+          reflect(n, alpha, alpha, r, u, of_links);
           continue;
         }
         const LinkToBody link = domain.link_to_body(body.position, cell, alpha);
-        std::int64_t on_image[3] = {0, 0, 0};
-        reflect(n, alpha, link.direction, link.r, body.surface_velocity(link.r), on_image);
-        add(link.r, on_image, sums);
+        const Eigen::Vector3d u_image = body.surface_velocity(link.r);
+        CellSums on_image;
+        reflect(n, alpha, link.direction, link.r, u_image, on_image);
+        add(body, link.r, u_image, on_image, sums, kept);
       }
-      add(r, force, sums);
+      add(body, r, u, of_links, sums, kept);
     }
   }
 
@@ -195,14 +196,39 @@ class SingleLinks {
     return {low[0] + group.cell[0][lane], low[1] + group.cell[1][lane], low[2] + group.cell[2][lane]};
   }
 
+  /// What the links of a cell exert, in fixed point.
+  struct CellSums {
+    std::int64_t force[3]{};  ///< Σ e_α (f̃_α + f_ᾱ)
+    std::int64_t mass = 0;    ///< absorbed, m = Σ (f̃_α − f_ᾱ)
+    std::int64_t arm[3]{};    ///< of its momentum, Σ q e_α (f̃_α − f_ᾱ)
+  };
+
+  static Eigen::Vector3d to_doubles(const std::int64_t (&sums)[3]) {
+    return {fixed_point::to_double(sums[0]), fixed_point::to_double(sums[1]), fixed_point::to_double(sums[2])};
+  }
+
   /// Force of a cell's links, and its torque, which is rounded cell by cell.
-  static void add(const Eigen::Vector3d& r, const std::int64_t (&force)[3], LoadSums& sums) {
-    const double f[3] = {fixed_point::to_double(force[0]), fixed_point::to_double(force[1]),
-                         fixed_point::to_double(force[2])};
-    for (std::size_t axis = 0; axis < 3; ++axis) sums[axis] += force[axis];
-    sums[3] += fixed_point::sum_from_double(r[1] * f[2] - r[2] * f[1]);
-    sums[4] += fixed_point::sum_from_double(r[2] * f[0] - r[0] * f[2]);
-    sums[5] += fixed_point::sum_from_double(r[0] * f[1] - r[1] * f[0]);
+  static void add(const Eigen::Vector3d& r, const std::int64_t (&force)[3], LoadSums& sums,
+                  const Eigen::Vector3d& further_torque = Eigen::Vector3d::Zero()) {
+    const Eigen::Vector3d torque = r.cross(to_doubles(force)) - further_torque;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sums[axis] += force[axis];
+      sums[3 + axis] += fixed_point::sum_from_double(torque[static_cast<Eigen::Index>(axis)]);
+    }
+  }
+
+  /// The same with the momentum of what the surface absorbs, −Σ u_w (f̃_α − f_ᾱ), u_w = u + Ω × q e_α.
+  static void add(const LatticeBody& body, const Eigen::Vector3d& r, const Eigen::Vector3d& u, CellSums& cell,
+                  LoadSums& sums, MomentumSums& kept) {
+    if constexpr (!Formula::conserving) return add(r, cell.force, sums);
+    const Eigen::Vector3d arm = to_doubles(cell.arm);
+    const Eigen::Vector3d momentum = fixed_point::to_double(cell.mass) * u + body.angular_velocity.cross(arm);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t fixed = fixed_point::from_double(momentum[static_cast<Eigen::Index>(axis)]);
+      cell.force[axis] -= fixed;
+      kept[axis] += fixed;
+    }
+    add(r, cell.force, sums, arm.cross(u));
   }
 
   Formula formula_;

@@ -104,6 +104,7 @@ struct ExchangeGroupLoop {
 
   static std::size_t run(const Formula& formula, const SphereInBlock& sphere, const CellGroup* const* groups,
                          std::size_t count, BoundaryValues<T>& values, LaneSums& sums) {
+    if (Formula::conserving && !is_slow(sphere)) return 0;
     for (std::size_t g = 0; g < count; ++g) {
       prefetch_ahead<per_link, per_cell>(groups + g, values);
       Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
@@ -125,6 +126,12 @@ struct ExchangeGroupLoop {
     return result;
   }
   static_assert(2.0 * d3q19::weight(7) == d3q19::weight(1));
+
+  /// Whether no cell beside the sphere, or its surface, moves by a cell or more in a step.
+  static bool is_slow(const SphereInBlock& sphere) {
+    const auto length = [](const double(&x)[3]) { return __builtin_sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); };
+    return length(sphere.velocity) + (sphere.radius + 2.0) * length(sphere.angular_velocity) < 1.0;
+  }
 
   [[gnu::always_inline]] static void keep(const Outcome& outcome, const CellGroup& group, BoundaryValues<T>& values,
                                           LaneSums& sums) {
@@ -214,6 +221,11 @@ struct ExchangeGroupLoop {
   [[gnu::always_inline]] static V dot(const V (&a)[3], const V (&b)[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   }
+  /// (x × y)_a
+  template <class X>
+  [[gnu::always_inline]] static V cross(const X* x, const V* y, std::size_t a) {
+    return x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3];
+  }
 
   /// Where links cross the sphere, as entry_into_sphere has it.
   [[gnu::always_inline]] static V wall_distance(const V& e_dot_r, const V& e_squared, const V& constant) {
@@ -228,19 +240,19 @@ struct ExchangeGroupLoop {
   [[gnu::always_inline]] static bool exchange(const Formula& formula, const SphereInBlock& sphere,
                                               const CellGroup& group, const BoundaryValues<T>& values, std::size_t lane,
                                               Outcome& outcome) {
-    // Where the squares of a cell's numbers, at most 36, add up to less, the numbers add up to 6 · 0.2 at most:
-    // exactly, without a rounding of sums, and below the limit.
+    // Where the squares of a cell's numbers, at most 18 of either kind, add up to less, each kind adds up to √18 · 0.2
+    // at most: exactly, without a rounding of sums, and below the limit with 1 that absorbed mass carries.
     constexpr double small = 0.2;
     V r[3];
     for (std::size_t a = 0; a < 3; ++a)
       r[a] = (load<V>(group.cell[a].data() + lane) + sphere.first_cell[a]) - sphere.position[a] - sphere.image[a];
     const double* w = sphere.angular_velocity;
-    const V u[3] = {sphere.velocity[0] + (w[1] * r[2] - w[2] * r[1]), sphere.velocity[1] + (w[2] * r[0] - w[0] * r[2]),
-                    sphere.velocity[2] + (w[0] * r[1] - w[1] * r[0])};
+    const V u[3] = {sphere.velocity[0] + cross(w, r, 0), sphere.velocity[1] + cross(w, r, 1),
+                    sphere.velocity[2] + cross(w, r, 2)};
     const V constant = dot(r, r) - sphere.radius * sphere.radius;
     V force[3] = {};
-    V kept[3] = {};
     V mass = {};
+    V arm[3] = {};
     V weights = {};
     V exchanged_squares = {};
     auto left = load<Integers>(group.directions.data() + lane);
@@ -251,7 +263,6 @@ struct ExchangeGroupLoop {
     constexpr double not_squeezed = 0.99 * largest_excess_density;  // squares are rounded: rather one by one
     Integers good = excess * excess < not_squeezed * not_squeezed;
     if constexpr (Formula::uses_second_cell) good &= (left & ~load<Integers>(group.second_cells.data() + lane)) == 0;
-    if constexpr (Formula::conserving) good &= dot(u, u) < 1.0;
     link.density = 1.0 + excess;
     [[maybe_unused]] V momentum[3];
     if constexpr (Formula::uses_second_cell)
@@ -287,17 +298,20 @@ struct ExchangeGroupLoop {
       if constexpr (Formula::conserving) {
         const V absorbed = link.leaving - returning;
         exchanged_squares = exchanged_squares + absorbed * absorbed;
-        for (std::size_t a = 0; a < 3; ++a) {
-          const V of_absorbed = rounded(absorbed * u[a]);
-          force[a] = force[a] - of_absorbed;
-          kept[a] = kept[a] + of_absorbed;
-        }
+        const V at_surface = rounded(absorbed * link.wall_distance);
+        for (std::size_t a = 0; a < 3; ++a) arm[a] = direction.add(a, arm[a], at_surface);
         mass = mass + rounded(absorbed);
         weights = weights + rounded(link.weight);
       }
     }
-    const V torque[3] = {r[1] * force[2] - r[2] * force[1], r[2] * force[0] - r[0] * force[2],
-                         r[0] * force[1] - r[1] * force[0]};
+    V kept[3] = {};
+    if constexpr (Formula::conserving) {
+      for (std::size_t a = 0; a < 3; ++a) kept[a] = mass * u[a] + cross(w, arm, a);
+      for (std::size_t a = 0; a < 3; ++a) force[a] = force[a] - (kept[a] = rounded(kept[a]));
+    }
+    V torque[3] = {cross(r, force, 0), cross(r, force, 1), cross(r, force, 2)};
+    if constexpr (Formula::conserving)
+      for (std::size_t a = 0; a < 3; ++a) torque[a] = torque[a] - cross(arm, u, a);
     good &= (exchanged_squares < small * small) & (dot(torque, torque) < LaneSums::limit * LaneSums::limit);
     const V added[] = {force[0], force[1], force[2], torque[0], torque[1], torque[2],
                        mass,     weights,  kept[0],  kept[1],   kept[2]};
