@@ -24,6 +24,37 @@ gravity_m_per_s2: [0, 0, -9.81]
 run: {steps: 1000}
 """
 
+HINGE = """
+case: hinge
+fluid:
+  solver: lattice_boltzmann
+  density_kg_per_m3: 1360
+  kinematic_viscosity_m2_per_s: 7.36e-5
+  cell_size_m: 1.0e-6
+  relaxation_time: 1
+  domain_cells: [56, 24, 24]
+bodies:
+  - &link
+    name: body
+    shape: capsule
+    radius_m: 3.0e-6
+    length_m: 10.0e-6
+    mass_kg: 5.0e-13
+    position_m: [28.0e-6, 12.0e-6, 12.0e-6]
+    orientation_wxyz: [0.7071067811865476, 0, 0.7071067811865476, 0]
+  - {<<: *link, name: rear, position_m: [18.0e-6, 12.0e-6, 12.0e-6]}
+joints:
+  - name: hinge
+    kind: hinge
+    bodies: [rear, body]
+    anchor_m: [23.0e-6, 12.0e-6, 12.0e-6]
+    axis: [0, 1, 0]
+    signal: {kind: sinusoid, amplitude_rad: 0.3, period_steps: 100}
+run: {steps: 150}
+output: {trajectory: {every_steps: 50}, checkpoint: {every_steps: 100}}
+services: {transport: in_process}
+"""
+
 
 def pendulum_rad(time_s, parts=20000):
     """Angle from the horizontal of a sphere on a massless rod, released there: φ̈ = g l cos φ / (l² + 2 r²/5)."""
@@ -101,6 +132,13 @@ class Joints(WholeRunTest):
             self.assertAlmostEqual(np.arcsin(across), 0.7 * angle, delta=1e-9)
             gap = places["body"] - places[link] + side * 8e-6 * (axes["body"] + axes[link])
             self.assertLess(np.linalg.norm(gap), 1e-16)
+
+    def test_links_that_overlap_go_on_from_a_checkpoint_as_if_they_had_not_stopped(self):
+        case = self.folder / "hinge.yaml"
+        case.write_text(HINGE)
+        undisturbed = self.run_of(case)
+        self.finish("run", case, "--branch-from", f"{undisturbed}:100", "--out", "branch", "--ranks", "3")
+        self.assertEqual(self.summary_of(self.folder / "branch")["digest"], self.summary_of(undisturbed)["digest"])
 
     def test_a_model_of_mujoco_moves_as_the_same_links_with_our_joints(self):
         places = {}

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <string>
 
@@ -49,9 +48,9 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     Footprint after = footprint(body);
     compare(before, after, index);
     before = std::move(after);
-    if (!has_started_) cover_cells();  // at once, since nothing was given up: a list of all cells would take memory
+    if (!has_started_) hand_over();  // at once, since nothing was given up: a list of all cells would take memory
   }
-  cover_cells();
+  hand_over();
   has_started_ = true;
   return !changed_.empty();
 }
@@ -188,39 +187,50 @@ void BodyMap::for_each_image(const Cell& unwrapped, const Visit& visit) const {
       for (int k = 0; k < count[2]; ++k) visit(Cell{images[0][i], images[1][j], images[2][k]});
 }
 
-/// The cell goes to the first of those that wait for it, or to the fluid.
 void BodyMap::give_up(const Cell& cell, std::int32_t body) {
-  std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(cell))];
-  if (owner != body + 1) {
-    std::erase(waiting_, ChangedCell{cell, body});
-    return;
-  }
-  owner = fresh;
-  uncovered_.emplace_back(cell, body);
-  changed_.emplace_back(cell, body);
-  const auto is_here = [&](const ChangedCell& w) { return w.cell() == cell; };
-  std::ranges::copy_if(waiting_, std::back_inserter(claimed_), is_here);
-  std::erase_if(waiting_, is_here);
+  const auto behind = behind_.find({layout_.cell(cell), body});
+  if (behind == behind_.end())
+    given_up_.emplace_back(cell, body);
+  else
+    behind_.erase(behind);
 }
 
-/// Where bodies overlap a cell belongs to the first of them, whatever they did before; the others wait
-/// for it.
-void BodyMap::cover_cells() {
-  for (const ChangedCell& c : claimed_) {
-    std::int32_t& owner = owner_[static_cast<std::size_t>(layout_.cell(c.cell()))];
-    if (owner == fresh) std::erase_if(uncovered_, [&](const ChangedCell& u) { return u.indices == c.indices; });
-    if (owner == c.body + 1) continue;  // its own periodic image
-    if (owner > fluid) {
-      const ChangedCell other(c.cell(), owner - 1);
-      waiting_.push_back(other.body < c.body ? c : other);
-      if (other.body < c.body) continue;
-      changed_.push_back(other);
+/// When every body has been compared, each of these cells goes to the first body that covers it, whatever they did
+/// before: if its owner left, to the first of those behind it that stayed, unless one before that has come.
+void BodyMap::hand_over() {
+  for (const ChangedCell& g : given_up_) {
+    const std::int64_t index = layout_.cell(g.cell());
+    std::int32_t& owner = owner_[static_cast<std::size_t>(index)];
+    const auto next = behind_.lower_bound({index, 0});
+    changed_.push_back(g);
+    if (next == behind_.end() || next->first != index) {
+      owner = fresh;
+      uncovered_.push_back(g);
+      continue;
     }
-    if (owner == fluid && has_started_) covered_.push_back(c);
+    owner = next->second + 1;
+    changed_.emplace_back(g.cell(), next->second);
+    behind_.erase(next);
+  }
+  for (const ChangedCell& c : claimed_) {
+    const std::int64_t index = layout_.cell(c.cell());
+    std::int32_t& owner = owner_[static_cast<std::size_t>(index)];
+    if (owner > fluid) {
+      const std::int32_t other = owner - 1;
+      behind_.emplace(index, std::max(other, c.body));
+      if (other <= c.body) continue;
+      changed_.emplace_back(c.cell(), other);
+    } else if (owner == fluid && has_started_) {
+      covered_.push_back(c);
+    }
     owner = c.body + 1;
     changed_.push_back(c);
   }
+  given_up_.clear();
   claimed_.clear();
+  std::erase_if(uncovered_, [this](const ChangedCell& u) {
+    return owner_[static_cast<std::size_t>(layout_.cell(u.cell()))] != fresh;
+  });
 }
 
 void BodyMap::accept_fresh_cells() {

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <set>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lattice_boltzmann/bodies/lattice_body.hpp"
@@ -12,7 +14,8 @@
 namespace copepod::fluid {
 
 /// Which cells of a block and its ghost layer are covered by which body: a cell belongs to a body if its
-/// centre lies inside [paper, section 2.3].
+/// centre lies inside [paper, section 2.3], and where bodies overlap to the first of them. So the owners follow from
+/// the present places alone; what is kept between updates only saves time.
 ///
 /// A body is kept as one interval of cells per row; from step to step only the ends of intervals differ, so
 /// an update costs a square root per row and touches only cells that change. A sphere is left out until its surface can
@@ -97,7 +100,7 @@ class BodyMap {
   template <class Visit>
   void for_each_image(const Cell& unwrapped, const Visit& visit) const;
   void give_up(const Cell& cell, std::int32_t body);
-  void cover_cells();
+  void hand_over();
   void check_inside(const LatticeBody& body, std::size_t index) const;
   void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;
   /// How far the body's surface is beyond a face.
@@ -109,10 +112,12 @@ class BodyMap {
   std::vector<Footprint> mapped_;
   HugeVector<std::int32_t> owner_;
   std::vector<ChangedCell> uncovered_;
-  bool has_started_ = false;          ///< bodies that changed their place since then move
-  std::vector<ChangedCell> waiting_;  ///< covered by a body, but those of another one that overlaps it
+  bool has_started_ = false;  ///< bodies that changed their place since then move
+  /// Cells with the bodies that cover them beside the owner: the owner itself where two of its images do.
+  std::multiset<std::pair<std::int64_t, std::int32_t>> behind_;
   std::vector<ChangedCell> changed_;
-  std::vector<ChangedCell> claimed_;  ///< taken when every body has given up its cells
+  std::vector<ChangedCell> given_up_;  ///< by their owners, in this update
+  std::vector<ChangedCell> claimed_;   ///< by bodies that have come to cover them, in this update
   std::vector<ChangedCell> covered_;
 };
 

@@ -1,13 +1,18 @@
 #include "lattice_boltzmann/bodies/body_map.hpp"
 
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <random>
+#include <set>
 #include <tuple>
 
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/bodies/boundary_links.hpp"
+#include "lattice_boltzmann/bodies/nearby_bodies.hpp"
+#include "ranks/block_partition.hpp"
 #include "surface_listing.hpp"
 
 namespace copepod::fluid {
@@ -22,10 +27,13 @@ FluidSetup periodic_box(const Cell& cells, std::vector<Shape> bodies) {
   return setup;
 }
 
-/// A map over a whole box on one rank.
+/// A map over a whole box on one rank, or over the block of one of several.
 struct MapFixture {
-  explicit MapFixture(const FluidSetup& setup)
-      : units(setup), domain(setup, units), layout(domain.box(), 8), map(domain, layout, bodies_of(setup)) {}
+  explicit MapFixture(const FluidSetup& setup, int ranks = 1, int rank = 0)
+      : units(setup),
+        domain(setup, units),
+        layout(BlockPartition(domain.cells(), ranks).block(rank), 8),
+        map(domain, layout, bodies_of(setup)) {}
 
   std::vector<LatticeBody> bodies_of(const FluidSetup& setup) const {
     std::vector<LatticeBody> bodies;
@@ -76,29 +84,6 @@ TEST(BodyMap, BodyThatCrossesAPeriodicFaceKeepsItsVolume) {
   inside.map.update();
   across.map.update();
   EXPECT_EQ(inside.covered(0), across.covered(0));
-}
-
-// Only the ends of rows are compared from step to step: no change may be missed.
-TEST(BodyMap, IncrementalMappingEqualsMappingFromScratch) {
-  const FluidSetup setup = periodic_box({18, 18, 18}, {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}});
-  MapFixture incremental(setup);
-  for (int step = 0; step < 400; ++step) {
-    const double t = 0.01 * step;
-    const auto place = [&](BodyMap& map) {
-      map.bodies()[0].position = {5.0 + 3.0 * t, 5.0, 4.0 + std::sin(t)};
-      map.bodies()[1].position = {12.0 + 3.0 * t, 12.0, 12.0};
-      map.bodies()[1].axis = {std::cos(t), std::sin(t), 0.0};
-    };
-    place(incremental.map);
-    incremental.map.update();
-    incremental.map.accept_fresh_cells();
-    if (step % 40 != 0) continue;
-    MapFixture fresh(setup);
-    place(fresh.map);
-    fresh.map.update();
-    for (std::int64_t cell = 0; cell < incremental.layout.cells(); ++cell)
-      ASSERT_EQ(incremental.map.owner(cell), fresh.map.owner(cell)) << "step " << step;
-  }
 }
 
 // Such a sphere is left out for some steps, but for none in which a centre crosses its surface: along its velocity,
@@ -238,6 +223,152 @@ TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
   expect_links_of_passing_spheres(15.1);  // at a distance of less than a cell
   expect_links_of_passing_spheres(14.2);  // some cells are in both
   expect_links_of_passing_spheres(10.0);  // one through the other
+}
+
+/// Spheres and capsules that cross each other and turn, inside faces that are not periodic and across those that are;
+/// now and then one is given at another periodic image. The first one stays on a symmetry plane.
+class CrossingBodies {
+ public:
+  CrossingBodies(const FluidSetup& setup, const Domain& domain, unsigned seed) : domain_(domain), random_(seed) {
+    for (const Shape& shape : setup.bodies) {
+      Way way;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double reach = shape.radius_m + 0.5 * shape.length_m + 1e-6;
+        const auto cells = static_cast<double>(domain.cells()[axis]);
+        const bool on_plane = domain.symmetric(axis) && ways_.empty();
+        way.middle[axis] = domain.periodic(axis) ? uniform(0.0, cells) : 0.5 * cells;
+        way.amplitude[axis] = domain.periodic(axis) ? uniform(2.0, 30.0) : uniform(0.5, 1.0) * (0.5 * cells - reach);
+        if (on_plane) way.middle[axis] = cells, way.amplitude[axis] = 0.0;
+        for (Eigen::Vector3d* const each : {&way.rate, &way.phase, &way.spin})
+          (*each)[axis] = uniform(-1.0, 1.0) * (each == &way.phase ? 3.0 : 0.05);
+      }
+      ways_.push_back(way);
+    }
+  }
+  void move(int step) {
+    states_.clear();
+    for (const Way& way : ways_) {
+      LatticeBody& state = states_.emplace_back();
+      for (int axis = 0; axis < 3; ++axis) {
+        state.position[axis] =
+            way.middle[axis] + way.amplitude[axis] * std::sin(way.rate[axis] * step + way.phase[axis]);
+        if (domain_.periodic(axis) && uniform(0.0, 1.0) < 0.02)
+          state.position[axis] += static_cast<double>(domain_.cells()[axis]);
+      }
+      state.axis = Eigen::Vector3d(1.0, std::sin(way.spin[0] * step), std::cos(way.spin[1] * step)).normalized();
+    }
+  }
+  void place(std::vector<LatticeBody>& bodies) const {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      bodies[b].position = states_[b].position;
+      bodies[b].axis = states_[b].axis;
+    }
+  }
+
+ private:
+  struct Way {
+    Eigen::Vector3d middle, amplitude, rate, phase, spin;
+  };
+  double uniform(double low, double high) { return std::uniform_real_distribution(low, high)(random_); }
+
+  const Domain& domain_;
+  std::mt19937 random_;
+  std::vector<Way> ways_;
+  std::vector<LatticeBody> states_;
+};
+
+/// Covered and uncovered cells must be those that the owners before and after imply, and where they differ both must be
+/// among the changed ones.
+void expect_lists_of(const BodyMap& map, const std::vector<std::int32_t>& before, const PopulationLayout& layout) {
+  using Listed = std::set<std::pair<std::int64_t, std::int32_t>>;
+  const auto listed = [&](const std::vector<BodyMap::ChangedCell>& cells) {
+    Listed result;
+    for (const BodyMap::ChangedCell& c : cells) result.emplace(layout.cell(c.cell()), c.body);
+    return result;
+  };
+  const Listed changed = listed(map.changed());
+  Listed covered, uncovered;
+  for (std::int64_t cell = 0; cell < layout.cells(); ++cell) {
+    const std::int32_t was = before[static_cast<std::size_t>(cell)];
+    const std::int32_t is = std::max(map.owner(cell), BodyMap::fluid);
+    if (was == is) continue;
+    if (was == BodyMap::fluid) covered.emplace(cell, is - 1);
+    if (is == BodyMap::fluid) uncovered.emplace(cell, was - 1);
+    for (const std::int32_t owner : {was, is})
+      EXPECT_TRUE(owner == BodyMap::fluid || changed.contains({cell, owner - 1})) << "cell " << cell;
+  }
+  EXPECT_EQ(listed(map.covered()), covered);
+  EXPECT_EQ(listed(map.uncovered()), uncovered);
+  EXPECT_EQ(map.covered().size(), covered.size());
+  EXPECT_EQ(map.uncovered().size(), uncovered.size());
+}
+
+/// Owners, lists and links of the blocks of so many ranks, each of which gets the bodies near its block only.
+void expect_map_from_scratch(const FluidSetup& setup, int ranks, unsigned seed) {
+  SCOPED_TRACE(std::to_string(ranks) + " ranks, seed " + std::to_string(seed));
+  std::vector<std::unique_ptr<MapFixture>> fixtures;
+  std::vector<std::unique_ptr<BoundaryLinks<double>>> links;
+  for (int rank = 0; rank < ranks; ++rank) {
+    fixtures.push_back(std::make_unique<MapFixture>(setup, ranks, rank));
+    links.push_back(std::make_unique<BoundaryLinks<double>>(fixtures.back()->map, fixtures.back()->layout, true));
+  }
+  const Domain& domain = fixtures[0]->domain;
+  const BlockPartition partition(domain.cells(), ranks);
+  const NearBlocks near_blocks(domain, partition, 0.0);
+  CrossingBodies crossing(setup, domain, seed);
+  std::vector<std::set<std::int32_t>> were_near(static_cast<std::size_t>(ranks));
+  for (int step = 0; step < 100; ++step) {
+    crossing.move(step);
+    std::vector<std::set<std::int32_t>> near(static_cast<std::size_t>(ranks));
+    std::vector<LatticeBody> bodies = fixtures[0]->map.bodies();
+    crossing.place(bodies);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      near_blocks.for_each_rank(
+          near_blocks.around(bodies[b].position, bodies[b].radius + bodies[b].half_length).blocks, {},
+          [&](int rank) { near[static_cast<std::size_t>(rank)].insert(static_cast<std::int32_t>(b)); });
+    for (int rank = 0; rank < ranks; ++rank) {
+      const auto r = static_cast<std::size_t>(rank);
+      MapFixture& fixture = *fixtures[r];
+      std::set<std::int32_t> listed = near[r];
+      listed.merge(were_near[r]);
+      std::vector<std::int32_t> before;
+      for (std::int64_t cell = 0; cell < fixture.layout.cells(); ++cell) before.push_back(fixture.map.owner(cell));
+      crossing.place(fixture.map.bodies());
+      if (fixture.map.update(std::vector(listed.begin(), listed.end()))) links[r]->update();
+      if (step > 0) expect_lists_of(fixture.map, before, fixture.layout);
+      fixture.map.accept_fresh_cells();
+      MapFixture fresh(setup, ranks, rank);
+      BoundaryLinks<double> fresh_links(fresh.map, fresh.layout, true);
+      crossing.place(fresh.map.bodies());
+      if (fresh.map.update()) fresh_links.update();
+      for (std::int64_t cell = 0; cell < fresh.layout.cells(); ++cell)
+        ASSERT_EQ(fixture.map.owner(cell), fresh.map.owner(cell)) << "step " << step << ", cell " << cell;
+      for (std::size_t b = 0; b < bodies.size(); ++b)
+        ASSERT_EQ(listing(links[r]->of_body(b), fixture.layout), listing(fresh_links.of_body(b), fresh.layout))
+            << "step " << step << ", body " << b;
+    }
+    were_near = near;
+  }
+}
+
+// What is kept from step to step only saves time, where bodies overlap as where they do not, and where one crosses its
+// own image.
+TEST(BodyMap, OfBodiesThatCrossEqualsOneMadeFromScratch) {
+  const std::vector<Shape> bodies = {{ShapeKind::sphere, 3.0, 0.0},  {ShapeKind::capsule, 2.0, 5.0},
+                                     {ShapeKind::capsule, 2.5, 4.0}, {ShapeKind::sphere, 3.5, 0.0},
+                                     {ShapeKind::capsule, 1.5, 6.0}, {ShapeKind::sphere, 2.2, 0.0}};
+  FluidSetup periodic = periodic_box({14, 15, 16}, bodies);
+  periodic.bodies.push_back({ShapeKind::capsule, 1.5, 18.0});  // meets its own image
+  FluidSetup walls = periodic_box({16, 14, 15}, bodies);
+  walls.boundaries[face_index(1, false)].kind = walls.boundaries[face_index(1, true)].kind = BoundaryKind::no_slip;
+  FluidSetup mirrors = periodic_box({14, 13, 30}, bodies);
+  mirrors.boundaries[face_index(1, false)].kind = mirrors.boundaries[face_index(1, true)].kind =
+      BoundaryKind::free_slip;
+  mirrors.boundaries[face_index(2, false)].kind = mirrors.boundaries[face_index(2, true)].kind = BoundaryKind::no_slip;
+  mirrors.symmetry_planes[2] = true;
+  unsigned seed = 1;
+  for (const FluidSetup& setup : {periodic, walls, mirrors})
+    for (const int ranks : {1, 2, 4}) expect_map_from_scratch(setup, ranks, seed++);
 }
 
 TEST(BoundaryLinks, EveryLinkJoinsAFluidCellAndACoveredOne) {
