@@ -1,6 +1,7 @@
 #include "run/run_case.hpp"
 
 #include <chrono>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
@@ -150,7 +151,10 @@ void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
   const DrivingProtocol driving(loaded_.assembly.drive);
   const CouplerState* resumed = beginning == Beginning::resumed ? &checkpoint->state : nullptr;
   RunObservers observers(loaded_, directory_, events_, resumed, step_);
-  const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies);
+  const double largest_speed_m_per_s = on_lattice(the_case)
+                                           ? largest_speed_lu * the_case.fluid.cell_size_m / the_case.step_s
+                                           : std::numeric_limits<double>::infinity();
+  const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies, largest_speed_m_per_s);
   SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_,
                         virtual_mass_, lubrication_);
   if (checkpoint) {

@@ -11,16 +11,20 @@ namespace {
 
 constexpr std::array axes{"x", "y", "z"};
 constexpr double quaternion_tolerance = 1e-3;
+constexpr double largest_turn_rad = 1.0;  // the surface then moves by a radius
 
 [[noreturn]] void fail(const BodySpecification& body, std::int64_t step, const std::string& found) {
   throw PeerFailed({ExitCode::solver_failed, "body", "", 0, step,
                     "In step " + std::to_string(step) + " body '" + body.name + "' " + found +
-                        ". Use a smaller step or smaller forces, or check the body component."});
+                        ". Use a smaller step, smaller forces, coupling.virtual_mass: auto for light bodies, or check "
+                        "the body component."});
 }
 
 }  // namespace
 
-Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies) : bodies_(bodies) {
+Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies,
+                           double largest_speed_m_per_s)
+    : bodies_(bodies), largest_speed_m_per_s_(largest_speed_m_per_s) {
   confined_.resize(bodies.size());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
@@ -65,6 +69,16 @@ void Plausibility::judge(const Kinematics& before, const Kinematics& after) cons
     if (!(distance <= body.shape.radius_m)) {
       fail(body, before.step,
            "moved by " + length_text(distance) + " (more than its radius of " + length_text(body.shape.radius_m) + ")");
+    }
+    const double half_turn = std::abs(after.orientation_wxyz.col(column).dot(before.orientation_wxyz.col(column)));
+    if (!(half_turn >= std::cos(0.5 * largest_turn_rad) * (1.0 - 2.0 * quaternion_tolerance)))
+      fail(body, before.step, "turned by more than one radian");
+    const double speed_m_per_s = after.velocity_m_per_s.col(column).norm() +
+                                 after.angular_velocity_rad_per_s.col(column).norm() * bounding_radius_m(body.shape);
+    if (!(speed_m_per_s <= largest_speed_m_per_s_) || !std::isfinite(speed_m_per_s)) {
+      fail(body, before.step,
+           "has a surface that moves at " + rounded_text(speed_m_per_s) + " m/s (the fluid follows up to " +
+               rounded_text(largest_speed_m_per_s_) + " m/s: the coupling has diverged)");
     }
   }
 }

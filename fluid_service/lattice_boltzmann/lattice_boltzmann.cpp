@@ -226,10 +226,9 @@ void LatticeBoltzmann<T>::check_row(std::int64_t x, std::int64_t y) const {
 template <class T>
 Moments<double> LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
   constexpr double largest_excess_density = 0.5;
-  constexpr double largest_momentum = 0.4;
   const Moments<double> m = moments_of(layout_.site(cell));
   const double momentum = m.momentum_vector().norm();
-  if (std::abs(m.excess_density) < largest_excess_density && momentum < largest_momentum) return m;
+  if (std::abs(m.excess_density) < largest_excess_density && momentum < largest_speed_lu) return m;
   throw SolverError("the flow diverged at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) + ", " +
                         std::to_string(cell[2]) + ") (density " + std::to_string(1.0 + m.excess_density) +
                         ", momentum " + std::to_string(momentum) +

@@ -18,6 +18,9 @@ enum class Precision { double_precision, single_precision };
 enum class MovingBoundary { bounce_back, interpolated, central_linear, parabolic };
 enum class Refill { equilibrium, nonequilibrium, grad };
 
+/// On a lattice, in cells per step: the scheme breaks above it. The speed of sound is 1/√3 = 0.577.
+constexpr double largest_speed_lu = 0.4;
+
 /// Condition on one face of the domain.
 struct Boundary {
   BoundaryKind kind = BoundaryKind::no_slip;

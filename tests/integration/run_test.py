@@ -179,6 +179,25 @@ class InOneProcess(RealRun):
             session.last_line, "fluid service on host .*, rank [01], at step [0-9]+: the flow diverged at cell"
         )
 
+    def test_a_body_that_outruns_the_lattice_in_the_last_step_ends_the_run(self):
+        """Its surface moves at 0.6 cells per step, faster than sound, 0.577; a vacuum has no such limit."""
+        fluid = {"density_kg_per_m3": 1, "kinematic_viscosity_m2_per_s": 0.1, "cell_size_m": 1}
+        torque = {"kind": "constant", "amplitude_N_m": 384}  # of a moment of inertia of 2560
+        case = {
+            "case": "top",
+            "fluid": {"solver": "lattice_boltzmann", "domain_cells": [16, 16, 16], **fluid},
+            "step_s": 1,
+            "bodies": [{"name": "top", "radius_m": 4, "mass_kg": 400, "position_m": [8, 8, 8]}],
+            "actuators": [{"kind": "world_torque", "body": "top", "direction": [0, 0, 1], "signal": torque}],
+            "run": {"steps": 1},
+        }
+        (self.folder / "top.yaml").write_text(json.dumps(case))
+        session = self.start("run", "top.yaml", *self.IN_PROCESS, "--out", "out")
+        self.assert_ends(session, 70)
+        self.assertRegex(session.last_line, "at step 0: .*body 'top' has a surface that moves at 0.6 m/s")
+        vacuum = self.start("run", "top.yaml", *self.IN_PROCESS, "--set", "fluid.solver=vacuum", "--out", "vacuum")
+        self.assert_ends(vacuum, 0)
+
 
 class OverTcp(RealRun):
     """Key files are made per run and role; a component without the right one is rejected."""

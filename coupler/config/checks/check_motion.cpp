@@ -12,16 +12,14 @@
 namespace copepod::coupler {
 namespace {
 
-/// Lattice velocities: above the first figure compressibility shows, above the second the scheme breaks.
-/// The speed of sound is 1/√3 = 0.577 cells per step.
+/// Lattice velocity above which compressibility shows.
 constexpr double fast_lu = 0.1;
-constexpr double too_fast_lu = 0.4;
 
 void judge_velocity(double velocity_m_per_s, const Case& the_case, const std::string& path, const std::string& what,
                     Problems& problems) {
   const double velocity_lu = velocity_m_per_s * the_case.step_s / the_case.fluid.cell_size_m;
   const std::string found = what + " is " + rounded_text(velocity_lu) + " cells per step";
-  if (velocity_lu > too_fast_lu) {
+  if (velocity_lu > largest_speed_lu) {
     problems.error(path, found +
                              " (the lattice is unstable above about 0.4; the speed of sound is 0.577). Use a smaller "
                              "step or slower motion.");
@@ -39,7 +37,7 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   const std::string found =
       "the pressure of " + path + " makes the density there " + rounded_text(1.0 + excess) + " times the fluid's";
   const std::string remedy = "Use a smaller step, or pressures nearer to 0 (only their differences drive the flow).";
-  if (std::abs(excess) > 1.5 * too_fast_lu * too_fast_lu) {
+  if (std::abs(excess) > 1.5 * largest_speed_lu * largest_speed_lu) {
     problems.error(path, found + " (unlike a liquid, the lattice fluid is compressible, and it fails at 0). " + remedy);
   } else if (std::abs(excess) > 1.5 * fast_lu * fast_lu) {
     problems.warning(path, found + " (volume fluxes will differ by as much between faces). " + remedy);

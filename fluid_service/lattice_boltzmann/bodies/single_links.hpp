@@ -20,9 +20,9 @@ namespace copepod::fluid {
 
 namespace single_links {
 
-/// Larger than any population of a flow that makes sense, and a cell's links together stay within the range
-/// of fixed_point::from_double; also catches NaN when negated.
-constexpr double absurd_population = 1e2;
+/// Larger than any population of a flow that makes sense: the sum of all is a density near 1. A cell's links together
+/// stay within the range of fixed_point::from_double. Also catches NaN when negated.
+constexpr double absurd_population = 2.0;
 
 /// e_α·u, never −0, as exchange_groups has it.
 inline double along(int direction, const Eigen::Ref<const Eigen::Vector3d>& u) {

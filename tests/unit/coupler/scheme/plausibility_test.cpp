@@ -1,6 +1,7 @@
 #include "scheme/plausibility.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -25,6 +26,8 @@ class PlausibilityTest : public testing::Test {
     }
     before.resize(2);
     before.step = 1234;
+    before.velocity_m_per_s.setZero();
+    before.angular_velocity_rad_per_s.setZero();
     for (Eigen::Index i = 0; i < 2; ++i) {
       before.position_m.col(i) = bodies[static_cast<std::size_t>(i)].position_m;
       before.orientation_wxyz.col(i) = Eigen::Vector4d(1, 0, 0, 0);
@@ -33,7 +36,7 @@ class PlausibilityTest : public testing::Test {
     after.step = 1235;
   }
 
-  void judge() const { Plausibility(fluid, bodies).judge(before, after); }
+  void judge() const { Plausibility(fluid, bodies, largest_speed_m_per_s).judge(before, after); }
 
   /// The report of a motion that must not pass.
   [[nodiscard]] FailureReport report() const {
@@ -48,6 +51,7 @@ class PlausibilityTest : public testing::Test {
 
   FluidSetup fluid;
   std::vector<BodySpecification> bodies;
+  double largest_speed_m_per_s = std::numeric_limits<double>::infinity();
   Kinematics before, after;
 };
 
@@ -108,6 +112,41 @@ TEST_F(PlausibilityTest, RefusesNumbersThatAreNotFinite) {
   after.position_m(2, 1) = before.position_m(2, 1);
   after.orientation_wxyz(3, 1) = std::nan("");
   EXPECT_NE(report().reason.find("length nan"), std::string::npos) << report().reason;
+  for (Eigen::Matrix3Xd* velocities : {&after.velocity_m_per_s, &after.angular_velocity_rad_per_s}) {
+    after = before;
+    (*velocities)(0, 1) = std::nan("");
+    EXPECT_NE(report().reason.find("moves at nan"), std::string::npos) << report().reason;
+    (*velocities)(0, 1) = std::numeric_limits<double>::infinity();
+    EXPECT_NE(report().reason.find("moves at inf"), std::string::npos) << report().reason;
+  }
+}
+
+TEST_F(PlausibilityTest, EndsWhereABodyTurnsByMoreThanARadian) {
+  const auto turned = [](double angle_rad) {
+    return Eigen::Vector4d(std::cos(0.5 * angle_rad), 0, 0, std::sin(0.5 * angle_rad));
+  };
+  for (const double angle_rad : {0.9, -0.9}) {
+    after.orientation_wxyz.col(0) = turned(angle_rad);
+    EXPECT_NO_THROW(judge());
+    after.orientation_wxyz.col(0) = -turned(angle_rad);  // the same orientation
+    EXPECT_NO_THROW(judge());
+  }
+  after.orientation_wxyz.col(0) = turned(1.1);
+  EXPECT_NE(report().reason.find("'first' turned by more than one radian"), std::string::npos) << report().reason;
+}
+
+TEST_F(PlausibilityTest, EndsWhereASurfaceIsFasterThanTheFluidCanFollow) {
+  largest_speed_m_per_s = 0.4;
+  after.velocity_m_per_s(1, 1) = 0.2;
+  after.angular_velocity_rad_per_s(2, 1) = 0.19 / 4e-6;
+  EXPECT_NO_THROW(judge());
+  bodies[1].shape.kind = ShapeKind::capsule;
+  bodies[1].shape.length_m = 1e-6;
+  EXPECT_NE(report().reason.find("'second' has a surface that moves at 0.4138 m/s (the fluid follows up to 0.4 m/s"),
+            std::string::npos)
+      << report().reason;
+  largest_speed_m_per_s = std::numeric_limits<double>::infinity();
+  EXPECT_NO_THROW(judge());
 }
 
 }  // namespace
