@@ -181,8 +181,8 @@ std::uintmax_t CheckpointStore::newest_bytes() const {
   if (folders.empty()) return 0;
   std::uintmax_t bytes = 0;
   std::error_code error;  // it may be anything of that name
-  for (auto entry = fs::recursive_directory_iterator(folders.front(), error); entry != fs::recursive_directory_iterator();
-       entry.increment(error)) {
+  for (auto entry = fs::recursive_directory_iterator(folders.front(), error);
+       entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     if (entry->is_regular_file(error)) bytes += entry->file_size(error);
   }
   return bytes;

@@ -33,6 +33,7 @@ _MOST_RANKS_PER_CORE = 32
 _STARTERS = ("mpirun", "mpiexec", "srun")
 _ANSWER_WITHIN_S = 20
 _ORPHAN_AFTER_S = 10.0  # default of a component's --orphan-after
+_OF_MPIRUN = ("OMPI_", "PMIX_", "PMI_", "PRTE_")
 _AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # mpirun would refuse to start
 
 
@@ -251,15 +252,25 @@ def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
         "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
+        "OMPI_MCA_plm": "^slurm",  # ranks run here, also in a job that has other nodes
+        "OMPI_MCA_ras": "^slurm",
         "OMPI_MCA_odls_base_sigkill_timeout": "0",  # when a rank died, mpirun need not wait to end the others
     }
     if ranks + 2 > len(os.sched_getaffinity(0)):
         # Cores are shared with the coupler and the bodies: ranks must neither be bound to one core nor spin there.
         settings["OMPI_MCA_hwloc_base_binding_policy"] = "none"
         settings["OMPI_MCA_mpi_yield_when_idle"] = "1"
-    return {**settings, **os.environ, "PYTHONPATH": python_path_of_components(), MARK: mark}
+    return {**settings, **_own_environment(), MARK: mark}
 
 
 def environment_to_ask() -> dict[str, str]:
     """Environment of a component that only answers a question."""
-    return {**_AS_ROOT, **os.environ, "PYTHONPATH": python_path_of_components()}
+    return {**_AS_ROOT, **_own_environment()}
+
+
+def _own_environment() -> dict[str, str]:
+    """The user's, without what an mpirun above this command has told its ranks: one below it would obey, and fail."""
+    variables = {**os.environ, "PYTHONPATH": python_path_of_components()}
+    if "OMPI_COMM_WORLD_RANK" in variables:
+        variables = {name: value for name, value in variables.items() if not name.startswith(_OF_MPIRUN)}
+    return variables

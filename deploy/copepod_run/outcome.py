@@ -177,12 +177,16 @@ def _of_exit(exit: Exit, step: int, host: str) -> Failure:
 
 
 def _last_line(output: str, log: str) -> str:
-    """The last error in its log, or else the last line of its own that is neither mpirun's nor a note in the log."""
+    """The last error in its log, or else the last line of its own that is neither mpirun's nor a note in the log; what
+    mpirun wrote if the program wrote nothing."""
     parsed = [(line, _LOG_LINE.match(line)) for line in _lines(log)]
     errors = [match["text"] for _, match in parsed if match and match["level"].lower() in ("error", "critical")]
-    lines = errors or _lines(output.split("-----------------")[0]) or [line for line, match in parsed if not match]
+    own, *of_mpirun = output.split("-----------------")
+    lines = errors or _lines(own) or [line for line, match in parsed if not match]
+    lines = lines or [" ".join(_lines(text)) for text in of_mpirun if _lines(text)][:1]
     return lines[-1][:300].rstrip(".") if lines else ""
 
 
 def _lines(text: str) -> list[str]:
-    return [line.strip() for line in text.splitlines() if line.strip()]
+    """With words in them: not those that only draw a frame."""
+    return [line.strip() for line in text.splitlines() if any(character.isalnum() for character in line)]

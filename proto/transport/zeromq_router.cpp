@@ -34,7 +34,7 @@ class ZeroMqRouter final : public Router {
     socket_.set(zmq::sockopt::router_mandatory,
                 true);                                 // sending to an absent peer is an error, not a silent loss
     socket_.set(zmq::sockopt::router_handover, true);  // a peer that comes back keeps its name
-    socket_.set(zmq::sockopt::sndtimeo, 0);  // a peer that reads nothing must not hold up the others
+    socket_.set(zmq::sockopt::sndtimeo, 0);            // a peer that reads nothing must not hold up the others
     try {
       socket_.bind(endpoint);
     } catch (const zmq::error_t& error) {
