@@ -119,7 +119,9 @@ def _ending(
     table: Callable[[Sequence[Entry]], str],
 ) -> int:
     if signals.received:
-        raise Stop(128 + signals.received[0], f"stopped by a signal; nothing is lost. Continue with the same command: {again}")
+        raise Stop(
+            128 + signals.received[0], f"stopped by a signal; nothing is lost. Continue with the same command: {again}"
+        )
     failed = [entry for entry in entries if entry.state is State.FAILED]
     print(table(entries), flush=True)
     say(f"results in {shown}/results.md, .csv, .json")

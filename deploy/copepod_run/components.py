@@ -72,7 +72,9 @@ def branch_arguments(options: Namespace) -> list[str]:
 
 
 def fluid_command(plan: Plan, connection: Connection) -> list[str]:
-    return with_ranks(plan, fluid_program(plan) + connection.arguments("fluid", not plan.fluid_command) + _patience(plan))
+    return with_ranks(
+        plan, fluid_program(plan) + connection.arguments("fluid", not plan.fluid_command) + _patience(plan)
+    )
 
 
 def body_command(plan: Plan, connection: Connection) -> list[str]:
@@ -269,7 +271,7 @@ def environment_to_ask() -> dict[str, str]:
 
 
 def _own_environment() -> dict[str, str]:
-    """The user's, without what an mpirun above this command has told its ranks: one below it would obey, and fail."""
+    """The user's, without the variables that an mpirun sets for this command if it starts it: ours would obey them."""
     variables = {**os.environ, "PYTHONPATH": python_path_of_components()}
     if "OMPI_COMM_WORLD_RANK" in variables:
         variables = {name: value for name, value in variables.items() if not name.startswith(_OF_MPIRUN)}

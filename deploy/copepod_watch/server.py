@@ -142,7 +142,11 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.SERVICE_UNAVAILABLE, "text/plain", f"{problem}\n")
             return
         if found is None:
-            self._send(HTTPStatus.NOT_FOUND, "text/plain", "There is no such page (use the address that copepod watch printed).\n")
+            self._send(
+                HTTPStatus.NOT_FOUND,
+                "text/plain",
+                "There is no such page (use the address that copepod watch printed).\n",
+            )
         else:
             self._send(HTTPStatus.OK, *found)
 

@@ -210,7 +210,11 @@ class BrokenComponents(unittest.TestCase):
         self.assertIn("not conformant: 2 passed, 1 failed, 0 skipped", output)
 
     def test_every_broken_component_is_tried(self):
-        scripts = {path.stem for path in (HERE / "broken").glob("*.py")} - {"foundation", "never_says_hello", "saves_nothing"}
+        scripts = {path.stem for path in (HERE / "broken").glob("*.py")} - {
+            "foundation",
+            "never_says_hello",
+            "saves_nothing",
+        }
         self.assertEqual(scripts, set(BROKEN))
 
     def test_a_component_without_checkpoints_is_not_asked_for_any_but_refuses_a_save(self):

@@ -96,7 +96,9 @@ class Judge(unittest.TestCase):
     def test_lack_of_memory_may_be_the_cause_where_memory_is_limited(self):
         with mock.patch("resource.getrlimit", return_value=(3 << 30, 3 << 30)):
             verdict = judge(None, [Exit("fluid", signal=11, host="sea")], 697, "here")
-        self.assertIn("a defect in the program, or a library that got no more memory: ulimit -v is 3145728)", verdict.reason)
+        self.assertIn(
+            "a defect in the program, or a library that got no more memory: ulimit -v is 3145728)", verdict.reason
+        )
 
     def test_the_words_of_an_mpirun_that_cannot_start_are_the_reason(self):
         frame = "-" * 74
