@@ -24,7 +24,11 @@ void LoadAverage::apply(const Loads& raw, Loads& applied) {
     applied = raw;
     return;
   }
-  if (previous_.bodies() != raw.bodies()) previous_ = raw;  // the first step averages with itself
+  if (previous_.bodies() != raw.bodies()) {
+    previous_.resize(raw.bodies());
+    previous_.force_N.setZero();
+    previous_.torque_N_m.setZero();
+  }
   applied.step = raw.step;
   applied.force_N = 0.5 * (raw.force_N + previous_.force_N);
   applied.torque_N_m = 0.5 * (raw.torque_N_m + previous_.torque_N_m);

@@ -1,4 +1,5 @@
-"""One flow in two frames of reference: a sphere that moves through fluid, and fluid that moves past a sphere."""
+"""One flow in two frames of reference: a sphere that moves through fluid, and fluid that moves past a sphere; a sphere
+that turns in fluid at rest, and in fluid that carries it along."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,51 +11,82 @@ from copepod_validation.experiment import CaseDict, Results, Section, lattice_ca
 from copepod_validation.experiment import table_by_point, uniform_flow, worst
 
 REFERENCE = (
-    "Galilean invariance: the force on a sphere is the same in every frame. A sphere of radius 4 in a periodic cube "
-    "of 40 cells starts suddenly at 0.02 or 0.04 cells per step through fluid at rest; in the other frame the fluid "
-    "starts at the same velocity, opposite, past a sphere at rest. Forces are means of steps 400 to 900."
+    "Galilean invariance: force and torque on a sphere are the same in every frame. A sphere of radius 4 in a periodic "
+    "cube of 40 cells starts suddenly at 0.02 or 0.04 cells per step through fluid at rest; in the other frame the "
+    "fluid starts at the same velocity, opposite, past a sphere at rest. Or the sphere turns with surface velocities "
+    "up to 0.02 in fluid at rest; in the other frame fluid and sphere start with a velocity across the axis. Forces "
+    "and torques are means of steps 400 to 900."
 )
 RADIUS = 4.0
+_SPIN = 0.02 / RADIUS
+_DISPLACED = 4.18879 * RADIUS**3
 _CELLS, _FROM, _STEPS = 40, 400, 900
 
 
 @dataclass(frozen=True)
 class Point:
-    frame: str  # "fluid" or "sphere": what moves
+    frame: str  # "fluid" or "sphere": what moves; of a sphere that turns, the one in which all rests or moves
     speed: float
     tau: float
+    motion: str = "moves"  # or "turns"
 
 
-POINTS = [Point(frame, speed, tau) for tau in (0.6, 1.0) for speed in (0.02, 0.04) for frame in ("fluid", "sphere")]
-LABEL = "{0.frame}_u{0.speed:g}_tau{0.tau:g}"
+POINTS = [
+    Point(frame, speed, tau, motion)
+    for motion in ("moves", "turns")
+    for tau in (0.6, 1.0)
+    for speed in (0.02, 0.04)
+    for frame in ("fluid", "sphere")
+]
+LABEL = "{0.motion}_{0.frame}_u{0.speed:g}_tau{0.tau:g}"
 FAST = POINTS[:2]
 
 
 def case_of(point: Point) -> CaseDict:
     place = (0.5 * _CELLS + 0.13, 0.5 * _CELLS + 0.31, 0.25 * _CELLS + 0.17)
+    turns = point.motion == "turns"
+    motion: CaseDict = {"angular_velocity_rad_per_s": [_SPIN, 0, 0]} if turns else {}
     flow: CaseDict = {"kind": "rest"}
     if point.frame == "sphere":
-        body = sphere(RADIUS, place, "prescribed", velocity_m_per_s=[0, 0, point.speed])
-    else:
-        body = sphere(RADIUS, place, "fixed")
+        motion["velocity_m_per_s"] = [0, 0, point.speed]
+        flow = uniform_flow(point.speed) if turns else flow
+    elif not turns:
         flow = uniform_flow(-point.speed)
+    body = sphere(RADIUS, place, "prescribed" if motion else "fixed", **motion)
     return lattice_case([_CELLS] * 3, point.tau, "periodic", [body], _STEPS, _FROM, initial_flow=flow)
 
 
-def evaluate(folder: Path, point: Point) -> float:
-    """Mean force along z [N]."""
+def evaluate(folder: Path, point: Point) -> np.ndarray:
+    """Mean force [N] and torque [N m]."""
     trajectory = Trajectory(folder)
-    return float(np.mean(trajectory.of("sphere")["force_N"][trajectory.steps >= _FROM, 2]))
+    loads = trajectory.of("sphere")
+    kept = trajectory.steps >= _FROM
+    return np.mean([loads["force_N"][kept], loads["torque_N_m"][kept]], axis=1)
 
 
-def section(results: Results[float]) -> Section:
-    forces = {(scheme, point): force for scheme, point, force in results}
-    errors = [
-        (scheme, point, 100 * (force / forces[scheme, replace(point, frame="fluid")] - 1))
-        for scheme, point, force in results
-        if point.frame == "sphere"
-    ]
+def section(results: Results[np.ndarray]) -> Section:
+    loads = {(scheme, point): value for scheme, point, value in results}
+    moves, turns = [], []
+    for scheme, point, (force, torque) in results:
+        if point.frame == "fluid":
+            continue
+        other_force, other_torque = loads[scheme, replace(point, frame="fluid")]
+        if point.motion == "moves":
+            moves.append((scheme, point, 100 * (abs(force[2] / other_force[2]) - 1)))
+            continue
+        unit = _DISPLACED * _SPIN * point.speed
+        of_torque = np.linalg.norm(torque - other_torque) / np.linalg.norm(other_torque)
+        turns.append((scheme, point, (np.linalg.norm(force - other_force) / unit, 100 * of_torque)))
     row = "{0.tau:g} | {0.speed:g}".format
-    markdown = table_by_point(errors, "τ | velocity [cells/step]", row, "{:+.2f}".format)
-    markdown += "\n\nForce on the moving sphere relative to that on the sphere at rest, minus one [%]."
-    return Section(markdown, worst(errors, "frames [%]", float, "+.2f"))
+    heads = "τ | velocity [cells/step]"
+    markdown = table_by_point(moves, heads, row, "{:+.2f}".format)
+    markdown += "\n\nForce on the moving sphere relative to that on the sphere at rest, minus one [%].\n\n"
+    markdown += table_by_point(turns, heads, row, lambda both: "{:.3f}, {:.2f}".format(*both), none="–")
+    markdown += (
+        "\n\nForce by which fluid that carries a turning sphere along pushes it [ρVωv], and by how much the torque "
+        "changes [%]."
+    )
+    overview = worst(moves, "frames [%]", float, "+.2f")
+    for scheme, found in worst(turns, "frames, turning [ρVωv]", lambda both: both[0], ".3f").items():
+        overview.setdefault(scheme, {}).update(found)
+    return Section(markdown, overview)
