@@ -47,7 +47,7 @@ class WatchServer(ThreadingHTTPServer):
         self._followers: dict[str, RunFollower] = {}
         self._states: dict[str, str] = {}
         self._next_look = 0.0
-        self.root = f"/{secrets.token_urlsafe(16)}/"  # of every path: other users of this machine do not know it
+        self.root = f"/{secrets.token_urlsafe(16)}/"  # of every path, secret to other users of this machine
         try:
             super().__init__((_LOOPBACK, port), _Handler)
         except (OSError, OverflowError) as problem:

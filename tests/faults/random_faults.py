@@ -224,7 +224,7 @@ def run_under_fire(seed, latest_s, bodies="own", kinds=None):
 
 
 def _hurt_once(folder, choose, latest_s, bodies, kinds):
-    """(what was done and how the command took it, in a list that is empty if it was too late; whether the run finished)."""
+    """([what was done and how the command took it], empty if it was too late; whether the run finished)."""
     name = choose.choices(kinds, [KINDS[kind][2] for kind in kinds])[0]
     act, among, _ = KINDS[name]
     arguments = _arguments(choose, bodies)

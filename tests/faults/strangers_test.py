@@ -1,4 +1,4 @@
-"""Other programs that connect to a run and have no key, or no token: the run goes on, with the same bits."""
+"""Other programs that connect to a run and have no key, or no token: the run continues, with the same bits."""
 
 import itertools
 import os
@@ -66,7 +66,7 @@ class Strangers(unittest.TestCase):
         self.assertEqual(len(crowd), IDLE)
 
     def test_a_peer_with_no_token_that_asks_and_never_reads(self):
-        """It says Hello 5000 times to the socket of a run of the same user."""
+        """It sends 5000 Hellos to the socket of a run of the same user."""
         run = self.start_halted()
         with zmq.Context() as context, context.socket(zmq.DEALER) as peer:
             peer.linger = 0
@@ -89,10 +89,10 @@ class Strangers(unittest.TestCase):
 
     @staticmethod
     def trickle(strangers, is_over):
-        """Each sends the greeting of ZeroMQ byte by byte, and connects again when it is cut off."""
-        greeting = itertools.cycle(b"\xff" + bytes(8) + b"\x7f\x03")
+        """Each begins ZeroMQ's handshake, byte by byte, and connects again when it is cut off."""
+        first_bytes = itertools.cycle(b"\xff" + bytes(8) + b"\x7f\x03")
         while not is_over.wait(0.05):
-            byte = bytes([next(greeting)])
+            byte = bytes([next(first_bytes)])
             for number, stranger in enumerate(strangers):
                 try:
                     stranger.send(byte)
