@@ -100,6 +100,16 @@ class Judge(unittest.TestCase):
             "a defect in the program, or a library that got no more memory: ulimit -v is 3145728)", verdict.reason
         )
 
+    def test_the_words_of_an_mpirun_that_cannot_start_are_the_reason(self):
+        frame = "-" * 74
+        outputs = (
+            f"{frame}\nAn ORTE daemon has failed\nafter launch.\n{frame}\n{frame}\nMore.\n{frame}\n",
+            f"{'*' * 60}\n{frame}\nAn ORTE daemon has failed\nafter launch.\n{frame}\n",
+        )
+        for output in outputs:
+            verdict = judge(None, [Exit("fluid", code=1, host="sea", output=output)], -1, "here")
+            self.assertIn("the last it wrote: «An ORTE daemon has failed after launch».", verdict.reason)
+
     def test_report_without_a_step_gets_the_last_known_one(self):
         verdict = judge(Failure(70, "body", "sea", "0", -1, "overlap."), [], 17, "here")
         self.assertEqual(verdict.step, 17)
