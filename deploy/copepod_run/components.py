@@ -6,6 +6,7 @@ import json
 import os
 import shlex
 import shutil
+import socket
 import subprocess
 from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
@@ -120,6 +121,7 @@ def settled(plan: Plan, options: Namespace) -> Plan:
     Raises Stop(2) if a program is missing or the ranks would exhaust the machine, before anything is started.
     """
     _require_programs(plan)
+    _require_address(plan.transport)
     hosts.require_first_here(plan)
     own = plan.fluid_command
     if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks or "fluid" in plan.unasked):
@@ -133,6 +135,23 @@ def settled(plan: Plan, options: Namespace) -> Plan:
             f"Use --ranks {cores}, or start ranks on several machines yourself: --fluid 'mpirun …'.",
         )
     return plan
+
+
+def _require_address(transport: str) -> None:
+    """Raises Stop(2) unless the coupler can listen there: at an address of this machine, or a name that has one."""
+    if not transport.startswith("tcp://"):
+        return
+    host = transport.removeprefix("tcp://").rpartition(":")[0].strip("[]")
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, socket.SOCK_STREAM) as listener:
+            listener.bind(address)
+    except OSError as problem:
+        raise Stop(
+            ExitCode.BAD_CASE,
+            f"the coupler cannot listen on {transport} ({host}: {problem.strerror}). Give services.transport "
+            "an address or a name of this machine.",
+        ) from None
 
 
 def _require_programs(plan: Plan) -> None:

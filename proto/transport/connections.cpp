@@ -1,8 +1,8 @@
 #include "transport/connections.hpp"
 
 #include <algorithm>
-#include <arpa/inet.h>
 #include <array>
+#include <netdb.h>
 #include <sys/socket.h>
 #include <tuple>
 
@@ -18,13 +18,15 @@ constexpr std::chrono::seconds kStalledAfter{3};
 
 /// Address of the other end: "10.0.0.7:4711", or what there is instead.
 std::string address_of(int descriptor) {
-  sockaddr_in address{};
+  sockaddr_storage address{};
   socklen_t size = sizeof address;
-  std::array<char, INET_ADDRSTRLEN> text{};
-  if (getpeername(descriptor, reinterpret_cast<sockaddr*>(&address), &size) != 0 || address.sin_family != AF_INET ||
-      inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size()) == nullptr)
+  std::array<char, NI_MAXHOST> host{};
+  std::array<char, NI_MAXSERV> port{};
+  auto* const generic = reinterpret_cast<sockaddr*>(&address);
+  if (getpeername(descriptor, generic, &size) != 0 || getnameinfo(generic, size, host.data(), host.size(), port.data(),
+                                                                  port.size(), NI_NUMERICHOST | NI_NUMERICSERV) != 0)
     return "an unknown address";
-  return std::string(text.data()) + ":" + std::to_string(ntohs(address.sin_port));
+  return std::string(host.data()) + ":" + port.data();
 }
 
 }  // namespace

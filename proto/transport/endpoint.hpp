@@ -17,6 +17,10 @@ bool stays_on_this_machine(const std::string& endpoint);
 /// @throws CaseError if other machines could listen and take part
 void require_keys_off_this_machine(const std::string& endpoint, bool has_keys);
 
+/// The same with the address of the host in place of its name, IPv4 if it has one, so that both sides use the same one.
+/// @throws CaseError if this machine cannot resolve the name
+std::string with_numeric_host(const std::string& endpoint);
+
 /// The socket file of an ipc endpoint; empty for others.
 std::string ipc_path(const std::string& endpoint);
 

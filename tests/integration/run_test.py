@@ -204,10 +204,10 @@ class OverTcp(RealRun):
 
     LENGTH = ("--set", "run.steps=300", "--set", "output.fields.mean_over_steps=[0, 0]", "--ranks", "1")
 
-    def transport(self):
+    def transport(self, host="127.0.0.1"):
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
-            return "--set", f"services.transport=tcp://127.0.0.1:{free.getsockname()[1]}"
+            return "--set", f"services.transport=tcp://{host}:{free.getsockname()[1]}"
 
     def fluid_with(self, change):
         """Command of a fluid service whose arguments ("$@") a line of bash changes first."""
@@ -221,7 +221,7 @@ class OverTcp(RealRun):
         session.wait_for("copepod: step 0 of")
         folder = self.folder / "out/.keys"
         self.assertEqual(folder.stat().st_mode & 0o777, 0o700)
-        files = sorted(folder.iterdir())
+        files = sorted(folder.glob("*.key"))
         self.assertEqual([file.name for file in files], ["body.key", "coupler.key", "fluid.key"])
         words = {word for file in files for word in file.read_text().split() if len(word) == 40}
         self.assertEqual(len(words), 6)
@@ -235,7 +235,20 @@ class OverTcp(RealRun):
 
     def test_digest_is_that_of_a_run_over_ipc(self):
         over_ipc = self.finish(QUICK, *self.LENGTH)
-        self.assertEqual(self.finish(QUICK, *self.LENGTH, *self.transport())["digest"], over_ipc["digest"])
+        for host in ("127.0.0.1", "localhost"):
+            self.assertEqual(self.finish(QUICK, *self.LENGTH, *self.transport(host))["digest"], over_ipc["digest"])
+
+    def test_addresses_on_which_the_coupler_cannot_listen_are_refused_by_check_too(self):
+        reasons = {
+            "192.0.2.1": "cannot listen on tcp://192.0.2.1:",
+            "no.such.name": "(no.such.name: ",
+            "*": "components cannot connect to all interfaces",
+        }
+        for host, reason in reasons.items():
+            for command in ("run", "check"):
+                session = self.start(command, QUICK, *self.transport(host))
+                self.assert_ends(session, 2)
+                self.assertIn(reason, "".join(session.stderr))
 
     def test_fluid_with_the_key_of_the_body_is_refused(self):
         fluid = self.fluid_with('set -- "${@//fluid.key/body.key}"')

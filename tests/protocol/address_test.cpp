@@ -1,5 +1,8 @@
 #include <csignal>
 #include <fstream>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -24,7 +27,11 @@ TEST(Address, SecondCouplerOnOneIpcPathIsRefused) {
 
 TEST(Address, LeftoversOfADeadCouplerAreNoObstacle) {
   const TemporaryFolder folder;
-  std::ofstream(folder.path("coupler.ipc")) << "left over";
+  const int left_over = socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+  folder.path("coupler.ipc").copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(left_over, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  close(left_over);
   std::ofstream(folder.path("coupler.ipc.lock")) << "1\n";
   EXPECT_NO_THROW(Link link(at("ipc://" + folder.path("coupler.ipc"))));
 }
@@ -39,6 +46,7 @@ TEST(Address, NonsenseIsRefusedBeforeAnythingIsBound) {
   EXPECT_THROW(Link link(at("ipc://relative/path")), CaseError);
   EXPECT_THROW(Link link(at("tcp://127.0.0.1")), CaseError);
   EXPECT_THROW(Link link(at("tcp://127.0.0.1:99999")), CaseError);
+  EXPECT_THROW(Link link(at("tcp://*:47613")), CaseError);
   EXPECT_THROW(Link link(at("ipc:///" + std::string(200, 'x'))), CaseError);
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "transport/endpoint.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -55,6 +56,11 @@ ServicesCase read_services(Reader services) {
       !result.transport.starts_with("tcp://")) {
     services.reject("transport", "is '" + result.transport +
                                      "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
+  }
+  try {
+    if (result.transport.starts_with("tcp://")) transport::check_endpoint(result.transport);
+  } catch (const CaseError& error) {
+    services.problems().error(services.path_of("transport"), error.what());
   }
   result.hosts = services.words("hosts");
   if (!result.hosts.empty()) {

@@ -74,6 +74,7 @@ def serve_component(served, capabilities, context, estimate=None):
         sock.linger, sock.maxmsgsize, sock.reconnect_ivl = LINGER_MS, MESSAGE_BYTES, _RECONNECT_MS
         if keys:
             sock.curve_publickey, sock.curve_secretkey, sock.curve_serverkey = keys
+        sock.ipv6 = "[" in options.endpoint
         sock.setsockopt(zmq.ROUTING_ID, f"{served.role}-{instance}-{lane}".encode())
         return sock
 

@@ -2,6 +2,8 @@
 
 #include <cstring>
 #include <fstream>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
@@ -30,10 +32,19 @@ class ZeroMq : public testing::TestWithParam<std::string> {
     for (const char* suffix : {"", ".lock"}) unlink((path_ + suffix).c_str());
   }
 
+  void SetUp() override {
+    const int descriptor = socket(AF_INET6, SOCK_STREAM, 0);
+    const sockaddr_in6 address{.sin6_family = AF_INET6, .sin6_addr = IN6ADDR_LOOPBACK_INIT};
+    const bool has_ipv6 = bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    close(descriptor);
+    if (GetParam() == "tcp_ipv6" && !has_ipv6) GTEST_SKIP() << "this machine has no IPv6";
+  }
+
   /// Unlikely to be used by another run of the tests at the same time.
   [[nodiscard]] std::string endpoint() const {
     if (GetParam() == "ipc") return "ipc://" + path_;
-    return "tcp://127.0.0.1:" + std::to_string(20000 + getpid() % 12000);
+    const std::string host = GetParam() == "tcp" ? "127.0.0.1" : GetParam() == "tcp_by_name" ? "localhost" : "[::1]";
+    return "tcp://" + host + ":" + std::to_string(20000 + getpid() % 12000);
   }
 
  private:
@@ -132,7 +143,7 @@ TEST_P(ZeroMq, MessagesWaitForACouplerThatStartsLater) {
   EXPECT_EQ(text_of(frame), "early");
 }
 
-INSTANTIATE_TEST_SUITE_P(Lanes, ZeroMq, testing::Values("ipc", "tcp"),
+INSTANTIATE_TEST_SUITE_P(Lanes, ZeroMq, testing::Values("ipc", "tcp", "tcp_by_name", "tcp_ipv6"),
                          [](const auto& instance) { return instance.param; });
 
 TEST(ZeroMqAddress, OfAnIpcSocketNeverReplacesAFileOfOthers) {
