@@ -84,6 +84,7 @@ TEST(SphereArrayDrag, DependsOnTheRelaxationTimeWithBgkButNotWithTrt) {
   EXPECT_NEAR(coarse_drag(bounce_back, trt, 1.0), 1.015, 0.005);
   EXPECT_NEAR(coarse_drag(central_linear, trt, 1.0), 1.0, 0.007);
   EXPECT_NEAR(coarse_drag(parabolic, trt, 1.0), 1.0, 0.004);
+  EXPECT_NEAR(coarse_drag(parabolic, bgk, 2.0 / 3.0), 1.010, 0.003);
 }
 
 }  // namespace

@@ -86,19 +86,24 @@ struct CentralLinear : LinkFormula {
 ///   X + S = (f̃⁻ − e)/(τ⁻ − 1) = Λ⁺ ∂²e − ∂(w_α ρ) + S,   ∂e = f̃_α(x_f) − f̃_α(x_f − e_α) + X
 /// The odd half remains as it is, but for a part of what is missing at the surface, r:
 ///   r = e − S/2 + q ∂e + q²/2 (X + S)/Λ⁺ − 3 w_α ρ_w e_α·u_w
-///   f_ᾱ(x_f) = f̃_α(x_f − e_α) − 2 (f̃⁻ + X) + 4 k/(1 + 2q) r,   k = min(τ⁺, 0.95)
+///   f_ᾱ(x_f) = f̃_α(x_f − e_α) − 2 (f̃⁻ + X) + 4 k/(1 + 2q) r,   k as below
 /// The steady state has r = 0 at every τ: a parabola through the surface, but for the gradient of pressure in X + S. Of
 /// the kind of [Marson et al. 2021; Ginzburg et al. 2023], without a state of its own. With k = 1 staggered momentum,
-/// (−1)^(x+t) j_x, which collisions conserve, would leave a surface as it came. Within 0.02 of τ⁻ = 1 the collision
-/// leaves nothing of f⁻ − e, and X + S is taken as 0.
+/// (−1)^(x+t) j_x, which collisions conserve, would leave a surface as it came; so it would, reversed, with 1/2. Within
+/// 0.02 of τ⁻ = 1 the collision leaves nothing of f⁻ − e, and X + S is taken as 0.
+/// Of a deviation of f⁻ from e a surface at q = 1 returns −2 + 4/3 k (1 + 1/(2Λ⁺τ⁻)) parts, at most 2 if it is not to
+/// grow from step to step. Hence k = min(τ⁺, 0.95, max(1/2, g/(1 + 1/(2Λ⁺τ⁻)))), with g = 2.75 where 3 is the limit.
+/// With trt, Λ⁺τ⁻ > 3/16, k is min(τ⁺, 0.95). With bgk it is smaller for τ < 0.8, and below τ = 2/3, where k = 1/2
+/// returns too much, 9 τ⁻ takes the place of 1/Λ⁺: part of the curvature is missing.
 class Parabolic : public LinkFormula {
  public:
   template <class T>
   explicit Parabolic(const CollisionConstants<T>& c)
       : force_{c.force[0], c.force[1], c.force[2]},
         per_odd_(std::abs(odd_time(c) - 1.0) < 0.02 ? 0.0 : 1.0 / (odd_time(c) - 1.0)),
-        per_even_(1.0 / (2.0 * even_time(c) - 1.0)),
-        share_(4.0 * std::min(even_time(c), 0.95)) {}
+        per_even_(std::min(1.0 / (2.0 * even_time(c) - 1.0), (stable_gain / least_share - 1.0) * odd_time(c))),
+        share_(4.0 *
+               std::min({even_time(c), 0.95, std::max(least_share, stable_gain / (1.0 + per_even_ / odd_time(c)))})) {}
 
   template <class V>
   [[gnu::always_inline]] [[nodiscard]] V returning(const Link<V>& link) const {
@@ -115,9 +120,11 @@ class Parabolic : public LinkFormula {
   }
 
  private:
+  static constexpr double stable_gain = 2.75;  ///< g
+  static constexpr double least_share = 0.5;   ///< of k
   double force_[3];
   double per_odd_;   ///< 1/(τ⁻ − 1), or 0
-  double per_even_;  ///< 1/(2 Λ⁺)
+  double per_even_;  ///< 1/(2 Λ⁺), or what is stable
   double share_;     ///< 4 k
 };
 
