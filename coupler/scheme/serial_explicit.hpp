@@ -21,8 +21,8 @@ namespace copepod::coupler {
 /// Loads that the bodies receive, computed from those that the fluid returns.
 ///   two_step:  F̄(n) = (F(n) + F(n−1)) / 2,   F̄(0) = F(0) / 2        [docs/theory.md, (C3); Ladd 1994]
 ///   none:      F̄(n) = F(n)
-/// Averaging removes the step-to-step oscillation that the explicit coupling grows with light bodies. All loads reach
-/// the bodies, half a step late: none counts twice, not even the large one of a sudden start.
+/// Averaging removes the step-to-step oscillation that the explicit coupling grows with light bodies. Bodies receive
+/// all that the fluid gives, half a step late: no load counts twice, not even the large one of a sudden start.
 class LoadAverage {
  public:
   /// @param not_averaged  bodies whose loads stay as they are

@@ -43,8 +43,8 @@ FAST = POINTS[:2]
 
 
 def case_of(point: Point) -> CaseDict:
-    place = (0.5 * _CELLS + 0.13, 0.5 * _CELLS + 0.31, 0.25 * _CELLS + 0.17)
     turns = point.motion == "turns"
+    place = (0.5 * _CELLS + (0.03 if turns else 0.13), 0.5 * _CELLS + 0.31, 0.25 * _CELLS + 0.17)
     motion: CaseDict = {"angular_velocity_rad_per_s": [_SPIN, 0, 0]} if turns else {}
     flow: CaseDict = {"kind": "rest"}
     if point.frame == "sphere":

@@ -175,10 +175,15 @@ void LatticeBoltzmann<T>::advance() {
     output_.after_step(0, [this] { return fields(); });  // the exchange has put the bodies in place
     timer_.book(Phase::output);
   }
-  const bool received = exchange_momentum_->uses_second_cell;  // in exchange
+  bool received = exchange_momentum_->uses_second_cell;  // in exchange
   if (!received) halo_.start(populations_.data(), placement_);
+  if (!received && !pressure_faces_.empty()) {
+    receive_halo();
+    received = true;
+  }
   // Before walls: it needs the moments of populations that no wall has changed.
-  pressure_faces_.apply(populations_.data(), placement_);
+  pressure_faces_.apply(populations_.data(), placement_,
+                        [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; });
   moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
   update(halo_.interior());

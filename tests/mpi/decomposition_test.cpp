@@ -19,6 +19,7 @@ struct Method {
   Precision precision = Precision::double_precision;
   MovingBoundary moving_boundary = MovingBoundary::bounce_back;
   Refill refill = Refill::equilibrium;
+  bool has_open_faces = false;
 };
 
 FluidSetup wandering_bodies(const Method& method) {
@@ -27,7 +28,9 @@ FluidSetup wandering_bodies(const Method& method) {
   setup.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
   setup.domain_cells = {16, 18, 22};
   for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
-  setup.boundaries[2].kind = setup.boundaries[3].kind = BoundaryKind::no_slip;
+  setup.boundaries[2].kind = setup.boundaries[3].kind =
+      method.has_open_faces ? BoundaryKind::pressure : BoundaryKind::no_slip;
+  if (method.has_open_faces) setup.boundaries[2].pressure_Pa = 2e-3;
   setup.precision = method.precision;
   setup.moving_boundary = method.moving_boundary;
   setup.refill = method.refill;
@@ -141,10 +144,13 @@ INSTANTIATE_TEST_SUITE_P(
     Methods, Decomposition,
     testing::Values(Method{}, Method{Precision::single_precision},
                     Method{Precision::single_precision, MovingBoundary::interpolated, Refill::grad},
-                    Method{Precision::double_precision, MovingBoundary::parabolic, Refill::nonequilibrium}),
+                    Method{Precision::double_precision, MovingBoundary::parabolic, Refill::nonequilibrium},
+                    Method{.has_open_faces = true},
+                    Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, true}),
     [](const auto& instance) {
       std::string name = instance.param.precision == Precision::double_precision ? "Double_" : "Single_";
       name += name_of(moving_boundary_names, instance.param.moving_boundary);
+      if (instance.param.has_open_faces) name += "OpenFaces";
       std::erase(name, '_');
       return name;
     });

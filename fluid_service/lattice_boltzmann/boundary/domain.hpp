@@ -129,7 +129,7 @@ struct GhostSource {
   enum class Kind {
     image,     ///< another cell, or the mirror image of one
     wall,      ///< the entered cell itself, bounced back
-    pressure,  ///< the same, replaced by anti-bounce-back
+    pressure,  ///< the same, replaced by what an open face lets in
   } kind = Kind::image;
   Cell cell{};                  ///< a cell of the computed domain, perhaps of another block
   int direction = 0;            ///< f̃ of that cell in this direction …

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "contract/errors.hpp"
 #include "lattice_boltzmann/boundary/wall.hpp"
 
 namespace copepod::fluid {
@@ -29,7 +30,7 @@ struct OpenEnds {
       : setup(open_ends(wall_velocity)), pressure(domain, layout, body_force_lu) {}
 
   void act() {
-    pressure.apply(populations.data(), Placement::home);
+    pressure.apply(populations.data(), Placement::home, [](std::int64_t) { return false; });
     MovingWalls(domain, layout).apply(populations.data(), Placement::home);
   }
 
@@ -66,6 +67,38 @@ TEST(PressureFace, TakesTheVelocityWithoutTheSecondHalfOfABodyForce) {
   const double out = ends.leaving(cell, d3q19::opposite(up));
   ends.act();
   EXPECT_NEAR(ends.entering(cell), -out + 2.0 * d3q19::weight(up) * 3.0 * u * u, 1e-16);
+}
+
+// With one layer of cells beside the face, x_f − n is another rank's.
+TEST(PressureFace, NeedsTwoLayersOfCellsOfARank) {
+  const FluidSetup setup = open_ends(0.0);
+  const LatticeUnits units(setup);
+  const Domain domain(setup, units);
+  const auto faces_of = [&](const Box& block) {
+    const PopulationLayout layout(block, sizeof(double), origin_rule(domain, block));
+    return PressureFaces(domain, layout, Eigen::Vector3d::Zero());
+  };
+  EXPECT_THROW(faces_of({{0, 0, 0}, {3, 6, 1}}), CaseError);
+  EXPECT_FALSE(faces_of({{0, 0, 0}, {3, 6, 2}}).empty());
+  EXPECT_TRUE(faces_of({{0, 0, 2}, {3, 6, 3}}).empty());
+}
+
+// Beyond two open faces, or where a body covers the cell beside, the flow is not known: anti-bounce-back.
+TEST(PressureFace, DoesNotContinueWhatBodiesCover) {
+  OpenEnds ends(0.0);
+  const Cell cell = {1, 3, 0};
+  const int aslant = d3q19::index_of({0, 1, 1});
+  ends.leaving({1, 2, 0}, aslant) = 0.01;  // of the cell beside
+  ends.leaving(cell, d3q19::opposite(aslant)) = 0.02;
+  const auto entering = [&](bool is_solid) {
+    OpenEnds each = ends;
+    PressureFaces faces(each.domain, each.layout, Eigen::Vector3d::Zero());
+    faces.apply(each.populations.data(), Placement::home, [is_solid](std::int64_t) { return is_solid; });
+    return each
+        .populations[static_cast<std::size_t>(each.layout.entry(each.layout.site(cell), aslant, Placement::home))];
+  };
+  EXPECT_NEAR(entering(false), 0.01 - 0.02 * 2.0 / 36.0, 1e-15);
+  EXPECT_NEAR(entering(true), -0.02, 1e-3);  // but for u²
 }
 
 }  // namespace
