@@ -97,6 +97,9 @@ class LocalProcess(Process):
         """Starts `command`; a restart appends to the same files. Raises OSError if it cannot be started."""
         self.name, self.host = name, own_host()
         self.output, self.log = logs / f"{name}.out", logs / f"{name}.log"
+        for path in (self.output, self.log):
+            if path.is_symlink():  # in a run directory from elsewhere: what it leads to is not ours
+                path.unlink()
         self._starts = {path: path.stat().st_size if path.exists() else 0 for path in (self.output, self.log)}
         parent = os.getpid()
         with open(self.output, "ab") as output:

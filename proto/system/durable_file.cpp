@@ -58,7 +58,7 @@ namespace {
 void write_then(const std::string& path, std::span<const std::byte> content, const std::function<void()>& on_piece,
                 const std::function<void(const std::string& unfinished)>& finish) {
   const std::string unfinished = path + ".unfinished";
-  const int file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const int file = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (file < 0) fail(path, errno);
   int error = write_pieces(file, content, on_piece) ? 0 : errno;
   if (::close(file) != 0 && error == 0) error = errno;

@@ -88,6 +88,21 @@ class Checkpoint(unittest.TestCase):
         self.assertIn("step_000000450 is left out", "".join(run.stderr))
         self.assertEqual((self.folder / "out/checkpoints/step_000000450").read_text(), "notes")
 
+    def test_links_in_a_run_directory_that_is_resumed_lead_to_no_change_elsewhere(self):
+        self.half_a_run()
+        notes = self.folder / "notes"
+        notes.write_text("not of the run")
+        for name in ("case.yaml.unfinished", "summary.json.unfinished", "logs/coupler.log", "logs/body.log"):
+            (self.folder / "out" / name).unlink(missing_ok=True)
+            (self.folder / "out" / name).symlink_to(notes)
+        refused = self.start("--resume")
+        self.assertEqual(refused.end(60), 73, "".join(refused.stderr))
+        self.assertIn("case.yaml cannot be written (Too many levels of symbolic links)", refused.last_line)
+        (self.folder / "out/case.yaml.unfinished").unlink()
+        (self.folder / "out/summary.json.unfinished").unlink()
+        self.assert_finishes(self.start("--resume"))
+        self.assertEqual(notes.read_text(), "not of the run")
+
     def test_sigusr1_writes_a_checkpoint_and_the_run_goes_on(self):
         run = self.start_halted("advance", 250, *NEVER)
         run.process.send_signal(signal.SIGUSR1)

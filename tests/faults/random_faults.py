@@ -109,7 +109,7 @@ def stop(chance, victim):
     """Asked to end, the run may save a checkpoint first."""
     number = chance.choose.choice(STOPS)
     chance.send(number, victim)
-    return Hurt((128 + number,), "stopped by")
+    return Hurt((128 + number, -number), "stopped by")  # the latter before the command's first line is read
 
 
 def end_a_service(chance, victim):

@@ -201,6 +201,19 @@ class RunLifecycle(TinyRunTest):
                 if code != 0:
                     self.assertIn("copepod: stopped by", said)
 
+    def test_a_signal_before_there_is_python(self):
+        """The shell that finds Python is held by a program that it needs."""
+        readlink = self.folder / "readlink"
+        readlink.write_text('#!/bin/sh\ntouch held\nsleep 0.3\nexec /usr/bin/readlink "$@"\n')
+        readlink.chmod(0o755)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            session = self.start("--version", environment={"PATH": f"{self.folder}:{os.environ['PATH']}"})
+            session.wait_for_file("held")
+            session.process.send_signal(number)
+            self.assert_ends(session, 128 + number)
+            self.assertEqual(session.last_line, f"copepod: stopped by {signal.Signals(number).name}.")
+            (self.folder / "held").unlink()
+
     def test_ctrl_c_while_an_import_defines_a_class(self):
         """Python 3.11 makes a RuntimeError of it."""
         interrupted = self.folder / "copepod_run" / "messages.py"
