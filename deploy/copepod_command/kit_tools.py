@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 from argparse import Namespace
@@ -62,7 +63,8 @@ def _run_in(folder: GuardedFolder, command: list[str], ranks: int) -> int:
 def _on_path_of_components(command: list[str]) -> list[str]:
     """The command of a component whose tool runs with our own modules first."""
     path = python_path_of_components()
-    return command if path == os.environ["PYTHONPATH"] or not command else ["env", f"PYTHONPATH={path}", *command]
+    is_program = bool(command) and shutil.which(command[0]) is not None  # the tool reports a missing one
+    return ["env", f"PYTHONPATH={path}", *command] if is_program and path != os.environ["PYTHONPATH"] else command
 
 
 def _selection(options: Namespace, role: str) -> list[str]:
