@@ -14,9 +14,23 @@ namespace {
 /// above it the half step by which averaging delays the drag does more harm.
 constexpr double averaged_below = 0.75;
 
-/// Of the torque of drag in one step, 15 ν / r² of the displaced fluid's angular momentum: above it a body without
-/// mass is unstable with any virtual mass.
+/// D, the part of the displaced fluid's angular momentum that the drag of one step takes: 15 ν/r². Above this one a
+/// rotation without mass is unstable with any virtual mass.
+double drag_of_a_step(double radius_cells, double relaxation_time) {
+  return 5.0 * (relaxation_time - 0.5) / (radius_cells * radius_cells);
+}
 constexpr double largest_drag_of_a_step = 0.65;
+
+/// Stress follows motion τ steps late: what rotates needs a mass of 0.3 (τ D − 1), or up to this τ D four times the
+/// virtual mass.
+constexpr double latest_drag = 1.6;
+double least_turning_mass(double late_drag) { return 0.3 * (late_drag - 1.0); }
+
+/// Of r (τ − 1/2): below it the sound of a periodic box of six radii drives any virtual mass that rotation needs.
+constexpr double least_damping_of_sound = 0.07;
+
+/// Below it no virtual mass suits both the rotation and the sound of averaged loads with bgk.
+constexpr double least_time_of_bgk = 0.55;
 
 double relaxation_time(const Case& the_case) {
   return relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
@@ -39,15 +53,17 @@ double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
 }  // namespace
 
 VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
-                                  MovingBoundary boundary) {
+                                  const FluidCase& fluid) {
   const double excess = relaxation_time - 0.5;
   const bool averages = averaging == LoadAveraging::two_step;
   const double oscillating = averages ? 1.4 : 2.8 / excess;
   VirtualMassRule rule;
   rule.needed_below = std::max(oscillating, 1.65 * std::pow(relaxation_time, 1.5)) / radius_cells;
-  if (averages && relaxation_time < averaged_below) {
-    rule.virtual_mass = 1.5 / radius_cells;
-    if (boundary != MovingBoundary::parabolic) rule.averaging = LoadAveraging::two_step;
+  const bool parabolic = fluid.moving_boundary == MovingBoundary::parabolic;
+  if ((averages || parabolic) && relaxation_time < averaged_below) {
+    if (!parabolic) rule.averaging = LoadAveraging::two_step;
+    const bool late = fluid.collision == CollisionKind::bgk && !parabolic;
+    rule.virtual_mass = (late ? 2.0 : std::min(1.5, 0.62 + 8.8 * excess)) / radius_cells;
   } else {
     rule.virtual_mass = 1.2 / (radius_cells * excess) + 21.0 * excess / (radius_cells * radius_cells);
   }
@@ -55,8 +71,13 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
 }
 
 VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the_case) {
-  return virtual_mass_rule(body.shape.radius_m / the_case.fluid.cell_size_m, relaxation_time(the_case),
-                           the_case.load_averaging, the_case.fluid.moving_boundary);
+  const double radius_cells = body.shape.radius_m / the_case.fluid.cell_size_m;
+  const double tau = relaxation_time(the_case);
+  VirtualMassRule rule = virtual_mass_rule(radius_cells, tau, the_case.load_averaging, the_case.fluid);
+  const double late_drag = tau * drag_of_a_step(radius_cells, tau);
+  if (late_drag <= latest_drag && mass_ratio(body, the_case.fluid) < least_turning_mass(late_drag))
+    rule.virtual_mass *= 4.0;
+  return rule;
 }
 
 double mass_ratio(const BodySpecification& body, const FluidCase& fluid) {
@@ -80,13 +101,13 @@ std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& asse
 
 LoadAveraging averaging_with_virtual_mass(const Case& the_case) {
   if (!on_lattice(the_case)) return LoadAveraging::none;
-  return virtual_mass_rule(1.0, relaxation_time(the_case), the_case.load_averaging, the_case.fluid.moving_boundary)
-      .averaging;
+  return virtual_mass_rule(1.0, relaxation_time(the_case), the_case.load_averaging, the_case.fluid).averaging;
 }
 
 void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {
   if (!on_lattice(the_case)) return;
-  const double radius_per_cell = 1.0 / the_case.fluid.cell_size_m;
+  const double tau = relaxation_time(the_case);
+  const MovingBoundary boundary = the_case.fluid.moving_boundary;
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
     const VirtualMassRule rule = virtual_mass_rule(body, the_case);
@@ -94,25 +115,39 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
     if (!moves_under_loads(body) || ratio >= rule.needed_below) continue;
     const std::string found =
         fmt::format("body '{}' has {:.3g} times the mass of the fluid that it displaces (", body.name, ratio);
-    const double radius_cells = body.shape.radius_m * radius_per_cell;
-    const double drag_of_a_step = 5.0 * (relaxation_time(the_case) - 0.5) / (radius_cells * radius_cells);
-    if (drag_of_a_step > largest_drag_of_a_step) {
-      problems.warning(
-          assembly.body_paths[i],
-          found + fmt::format("the drag of one step takes {:.2g} of the angular momentum of as much fluid: "
-                              "its rotation may diverge). Use a smaller step or smaller cells.",
-                              drag_of_a_step));
-    } else if (the_case.virtual_mass && *the_case.virtual_mass < 0.6 * rule.virtual_mass) {
+    const double radius_cells = body.shape.radius_m / the_case.fluid.cell_size_m;
+    const double drag = drag_of_a_step(radius_cells, tau);
+    const double given = the_case.virtual_mass.value_or(rule.virtual_mass);
+    const bool averages = rule.averaging == LoadAveraging::two_step;
+    if (drag > largest_drag_of_a_step || (tau * drag > latest_drag && ratio < least_turning_mass(tau * drag))) {
+      problems.warning(assembly.body_paths[i],
+                       found + fmt::format("at a relaxation time of {:.3g} the drag of one step takes {:.2g} of the "
+                                           "angular momentum of as much fluid: its rotation may diverge). Use a "
+                                           "smaller step.",
+                                           tau, drag));
+    } else if (given < 0.6 * rule.virtual_mass) {
       problems.warning("coupling.virtual_mass",
                        found + fmt::format("the coupling may be unstable below {:.2g} with less than {:.2g} displaced "
                                            "masses as virtual mass). Use coupling.virtual_mass: auto.",
                                            rule.needed_below, rule.virtual_mass));
-    } else if (rule.averaging == LoadAveraging::none && returns_staggered_momentum(the_case.fluid.moving_boundary)) {
+    } else if (tau < 0.6 && given > 1.4 * rule.virtual_mass) {
+      problems.warning("coupling.virtual_mass",
+                       found + fmt::format("at a relaxation time of {:.3g} sound may drive it with more than {:.2g} "
+                                           "displaced masses as virtual mass). Use coupling.virtual_mass: auto.",
+                                           tau, rule.virtual_mass));
+    } else if (!averages && (returns_staggered_momentum(boundary) ||
+                             (tau < averaged_below && boundary == MovingBoundary::interpolated))) {
       problems.warning("fluid.moving_boundary",
                        found +
                            "at some places between the cells it may oscillate from step to step). Use "
                            "moving_boundary: parabolic or, with load_averaging: two_step, a relaxation time below " +
                            fmt::format("{}.", averaged_below));
+    } else if (radius_cells * (tau - 0.5) < least_damping_of_sound ||
+               (averages && the_case.fluid.collision == CollisionKind::bgk && tau < least_time_of_bgk)) {
+      problems.warning(assembly.body_paths[i],
+                       found + fmt::format("at a relaxation time of {:.3g} sound is hardly damped and may make it "
+                                           "oscillate, the more so in a small domain). Use a larger relaxation time.",
+                                           tau));
     }
   }
 }

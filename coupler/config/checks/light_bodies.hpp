@@ -17,12 +17,13 @@ struct VirtualMassRule {
 /// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
 /// velocity or angular velocity [docs/decisions/virtual_mass.md]:
 ///   needed below  max(1.4, 1.65 τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.65 τ^(3/2)) / r   without
-///   τ < 0.75 and averaged loads:   m = 1.5 / r; parabolic boundaries, whose loads do not alternate: as they are
+///   τ < 0.75, averaged loads:      m = min(1.5, 0.62 + 8.8 (τ − 1/2)) / r, with bgk 2 / r; parabolic boundaries, whose
+///                                  loads do not alternate: the first of these, loads as they are
 ///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
 /// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
 /// @param averaging     that of the case
 VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
-                                  MovingBoundary boundary);
+                                  const FluidCase& fluid);
 
 /// Virtual mass of each body [kg], as the case gives it or by the rule; 0 for bodies whose motion no load changes.
 std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& assembly);
@@ -33,7 +34,8 @@ LoadAveraging averaging_with_virtual_mass(const Case& the_case);
 /// Mass of a body by that of the fluid it displaces.
 double mass_ratio(const BodySpecification& body, const FluidCase& fluid);
 
-/// The rule for a body of the case. @param body  in a lattice fluid
+/// The rule for a body of the case, with four times the virtual mass where only that keeps its rotation stable.
+/// @param body  in a lattice fluid
 VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the_case);
 
 }  // namespace copepod::coupler
