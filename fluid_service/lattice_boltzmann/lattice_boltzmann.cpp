@@ -6,6 +6,7 @@
 
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/boundary/mirror.hpp"
+#include "lattice_boltzmann/boundary/periodic.hpp"
 
 namespace copepod::fluid {
 
@@ -200,15 +201,17 @@ void LatticeBoltzmann<T>::advance() {
   timer_.book(Phase::output);
 }
 
-/// Looks at one row of 1024, or of as many as there are, another one in each step: every cell is seen within
-/// 1024 steps.
+/// Looks at one row of 1024 of the domain, or of as many as there are, another one in each step: every cell is seen
+/// within 1024 steps, in a step that does not depend on the ranks.
 template <class T>
 void LatticeBoltzmann<T>::check_rows() const {
   const Box& block = layout_.block();
-  const std::int64_t rows = block.extent(0) * block.extent(1);
-  const std::int64_t interval = std::min<std::int64_t>(1024, rows);
-  for (std::int64_t row = step_ % interval; row < rows; row += interval)
-    check_row(block.low[0] + row / block.extent(1), block.low[1] + row % block.extent(1));
+  const std::int64_t width = domain_.cells()[1];
+  const std::int64_t interval = std::min<std::int64_t>(1024, domain_.cells()[0] * width);
+  for (std::int64_t x = block.low[0]; x < block.high[0]; ++x) {
+    const std::int64_t first = block.low[1] + wrapped(step_ - x * width - block.low[1], interval);
+    for (std::int64_t y = first; y < block.high[1]; y += interval) check_row(x, y);
+  }
 }
 
 /// Before anything is saved or summed up: no run ends well with a flow that diverged since its row was seen.

@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
+#include "ranks/block_partition.hpp"
 #include "test_on_ranks.hpp"
 
 namespace copepod::fluid {
@@ -138,6 +140,32 @@ TEST_P_ON_RANKS(Decomposition, SumsTheTorqueOfABigSphereToTheSameBits) {
   SelfCommunicator self{own_context};
   EXPECT_EQ(distributed, first_torque(32.0, parameter, self));
   EXPECT_NEAR(distributed / first_torque(16.0, parameter, self), 1.0, 0.05);
+}
+
+// So a flow that diverges ends a run in the same step on any number of ranks: the ranks look at one row together here.
+TEST_ON_RANKS(Divergence, IsLookedForInStepsThatDoNotDependOnTheRanks) {
+  FluidSetup setup;
+  setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
+  setup.kinematic_viscosity_m2_per_s = 1.0 / 6.0;
+  setup.domain_cells = {6, 5, 4};
+  for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::periodic;
+  setup.initial_flow = {InitialFlowKind::uniform, {0.45, 0.0, 0.0}, 0.0};
+  const auto solver = make_lattice_boltzmann(setup, ranks);
+  const Box block = BlockPartition(setup.domain_cells, ranks.size()).block(ranks.rank());
+  constexpr std::int64_t rows = 30;
+  Loads loads;
+  for (std::int64_t step = 1; step <= 2 * rows; ++step) {
+    Kinematics no_bodies;
+    no_bodies.step = step - 1;
+    solver->exchange(no_bodies, loads);
+    bool noticed = false;
+    try {
+      solver->advance();
+    } catch (const SolverError&) {
+      noticed = true;
+    }
+    EXPECT_EQ(noticed, block.contains({step % rows / 5, step % 5, block.low[2]})) << "step " << step;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(
