@@ -154,8 +154,9 @@ def _of_killed(exit: Exit, step: int) -> Failure:
     name = signal.Signals(exit.signal).name if exit.signal in set(signal.Signals) else "unknown"
     is_defect = exit.signal in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
     cause = "a defect in the program" if is_defect else "sent by a user or another program"
-    if is_defect and (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) != resource.RLIM_INFINITY:
-        cause += f", or a library that got no more memory: ulimit -v is {limit >> 10}"  # its processes inherit it
+    for option, kind in (("v", resource.RLIMIT_AS), ("f", resource.RLIMIT_FSIZE)):  # which processes of a run inherit
+        if is_defect and (limit := resource.getrlimit(kind)[0]) != resource.RLIM_INFINITY:
+            cause += f", or a library that does not expect the limit: ulimit -{option} is {limit >> 10}"
     if exit.signal == signal.SIGKILL:
         cause = "sent by a user, or by the system for lack of memory"
     reason = f"killed by signal {exit.signal}, {name} ({cause})."

@@ -1,5 +1,6 @@
 """How the ending of a run is judged from the coupler's report and the exits of the processes."""
 
+import resource
 import unittest
 from unittest import mock
 
@@ -94,10 +95,11 @@ class Judge(unittest.TestCase):
         self.assertIn("See its log logs/body.log.", verdict.sentence())
 
     def test_lack_of_memory_may_be_the_cause_where_memory_is_limited(self):
-        with mock.patch("resource.getrlimit", return_value=(3 << 30, 3 << 30)):
+        with mock.patch("resource.getrlimit", lambda kind: (3 << 30 if kind == resource.RLIMIT_AS else -1, -1)):
             verdict = judge(None, [Exit("fluid", signal=11, host="sea")], 697, "here")
         self.assertIn(
-            "a defect in the program, or a library that got no more memory: ulimit -v is 3145728)", verdict.reason
+            "a defect in the program, or a library that does not expect the limit: ulimit -v is 3145728)",
+            verdict.reason,
         )
 
     def test_the_words_of_an_mpirun_that_cannot_start_are_the_reason(self):
