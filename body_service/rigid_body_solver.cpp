@@ -122,7 +122,7 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       driving_nodes_(static_cast<Eigen::Index>(nodes_.size())),
       near_pairs_(equations_.model().shapes(), resolves_contacts(setup) ? Contacts::reach_m(setup) : 0.0,
                   setup.periodic_length_m, jointed_pairs(setup.joints)),
-      overlap_check_(equations_.model(), setup.periodic_length_m, near_pairs_, setup.contact),
+      overlap_check_(equations_.model(), near_pairs_, setup.contact),
       state_(equations_.model().initial_state()) {
   require_positive_step(setup.step_s);
   correct_joints(0.0);

@@ -37,6 +37,15 @@ void check_contact(const BodySetup& setup) {
   }
 }
 
+/// The number of an image, with ten bits of each component: no two images of one body meet another one at a time that
+/// differ beyond these.
+std::uint32_t image_word(const Eigen::Vector3d& number) {
+  std::uint32_t word = 0;
+  for (const double component : number)
+    word = word << 10U | (static_cast<std::uint32_t>(static_cast<std::int64_t>(component)) & 1023U);
+  return word;
+}
+
 /// Place of each body among the names; bodies of one name keep their order.
 std::vector<int> bodies_by_name(const BodyModel& model) {
   std::vector<int> bodies(static_cast<std::size_t>(model.bodies()));
@@ -139,9 +148,17 @@ void Contacts::list_pairs(const Eigen::Matrix3Xd& position_m) {
 void Contacts::push_pair(int A, int B, const MotionState& state, const Interval& interval) {
   const Shape& shape_A = model_.shape(A);
   const Shape& shape_B = model_.shape(B);
-  const Eigen::Vector3d apart_m = near_pairs_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
   const double bound_m = bounding_radius_m(shape_A) + bounding_radius_m(shape_B) + near_m_;
-  if (apart_m.squaredNorm() > bound_m * bound_m) return;
+  near_pairs_.images().for_each(state.position_m.col(B) - state.position_m.col(A), bound_m,
+                                [&](const Eigen::Vector3d& apart_m, const Eigen::Vector3d& number) {
+                                  push_image(A, B, apart_m, image_word(number), state, interval);
+                                });
+}
+
+void Contacts::push_image(int A, int B, const Eigen::Vector3d& apart_m, std::uint32_t image, const MotionState& state,
+                          const Interval& interval) {
+  const Shape& shape_A = model_.shape(A);
+  const Shape& shape_B = model_.shape(B);
   const CoreSegment core_A{Eigen::Vector3d::Zero(), core(A, state).half_W_m};
   const CoreSegment core_B{apart_m, core(B, state).half_W_m};
   const Eigen::Vector3d at_A_m = nearest_place(core_A, core_B) * core_A.half_W_m;
@@ -156,7 +173,7 @@ void Contacts::push_pair(int A, int B, const MotionState& state, const Interval&
                       " (the contact is too soft for its load, or the step too long). Use a larger "
                       "contact.stiffness_N_per_m or a shorter step.");
   }
-  Touch touch{.A = A, .B = B, .normal = between_m / distance_m, .overlap_m = overlap_m};
+  Touch touch{.A = A, .B = B, .image = image, .normal = between_m / distance_m, .overlap_m = overlap_m};
   touch.arm_A_m = at_A_m + (shape_A.radius_m - 0.5 * overlap_m) * touch.normal;
   touch.arm_B_m = at_B_m - (shape_B.radius_m - 0.5 * overlap_m) * touch.normal;
   touch.friction = friction_;
@@ -228,10 +245,10 @@ void Contacts::act(const Touch& touch, int other, const MotionState& state, cons
   if (pressure_N == 0.0) return;
   Eigen::Vector3d force_N = pressure_N * touch.normal;  // on the other
   touches_.push_back(touch);
-  ContactMemory& memory = memory_.emplace_back(ContactMemory{.body = touch.A, .other = other});
+  ContactMemory& memory = memory_.emplace_back(ContactMemory{.body = touch.A, .other = other, .image = touch.image});
   if (touch.friction > 0.0) {
     const Eigen::Vector3d slip_m_per_s = relative - separation_m_per_s * touch.normal;
-    if (const ContactMemory* last = before(touch.A, other)) {
+    if (const ContactMemory* last = before(touch.A, other, touch.image)) {
       // The surfaces have moved with the mean of their velocities since then.
       memory.stretch_m = turned_into_plane(last->stretch_m, touch.normal) +
                          0.5 * interval.since_s * (slip_m_per_s + last->slip_m_per_s);
@@ -250,7 +267,7 @@ std::vector<std::uint64_t> Contacts::memory() const {
   words.reserve(words_per_contact * memory_.size());
   for (const ContactMemory& contact : memory_) {
     words.push_back(static_cast<std::uint64_t>(contact.body));
-    words.push_back(static_cast<std::uint64_t>(contact.other));
+    words.push_back(std::uint64_t{contact.image} << 32U | static_cast<std::uint32_t>(contact.other));
     for (const double stretch_m : contact.stretch_m) words.push_back(std::bit_cast<std::uint64_t>(stretch_m));
   }
   return words;
@@ -260,27 +277,28 @@ void Contacts::restore(std::span<const std::uint64_t> words) {
   bool valid = words.size() % words_per_contact == 0;
   memory_.clear();
   for (; valid && !words.empty(); words = words.subspan(words_per_contact)) {
-    valid = words[0] < rank_.size() && std::in_range<int>(words[1]);
-    memory_.push_back({.body = static_cast<int>(words[0]), .other = static_cast<int>(words[1])});
+    const auto other = static_cast<std::uint32_t>(words[1]);
+    valid = words[0] < rank_.size() && std::in_range<int>(other);
+    memory_.push_back({.body = static_cast<int>(words[0]),
+                       .other = static_cast<int>(other),
+                       .image = static_cast<std::uint32_t>(words[1] >> 32U)});
     for (int i = 0; i < 3; ++i) memory_.back().stretch_m[i] = std::bit_cast<double>(words[2 + i]);
   }
   if (!valid) throw StorageError("the saved body state has a contact of no body. Resume from another checkpoint.");
 }
 
-/// Contacts are asked for in the order in which they were left.
-const ContactMemory* Contacts::before(int body, int other) {
+/// Contacts are asked for in the order in which they were left, but for the images of one pair.
+const ContactMemory* Contacts::before(int body, int other, std::uint32_t image) {
   const auto place = [this](int first, int second) {
     const bool wall = second >= static_cast<int>(rank_.size());
     const auto rank = [&](int of) { return wall ? of : rank_[static_cast<std::size_t>(of)]; };
     return std::tuple(wall, rank(first), rank(second));
   };
   const auto wanted = place(body, other);
-  for (; next_before_ < before_.size(); ++next_before_) {
-    const ContactMemory& found = before_[next_before_];
-    const auto at = place(found.body, found.other);
-    if (at == wanted) return &found;
-    if (at > wanted) break;
-  }
+  const auto at = [&](std::size_t i) { return place(before_[i].body, before_[i].other); };
+  while (next_before_ < before_.size() && at(next_before_) < wanted) ++next_before_;
+  for (std::size_t i = next_before_; i < before_.size() && at(i) == wanted; ++i)
+    if (before_[i].image == image) return &before_[i];
   return nullptr;
 }
 

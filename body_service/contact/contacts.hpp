@@ -18,14 +18,16 @@ namespace copepod::body {
 /// What a contact carries from one push to the next.
 struct ContactMemory {
   int body = 0;
-  int other = 0;  ///< another body; beyond the last one: number of bodies + 2 · wall + end of a capsule
+  int other = 0;            ///< another body; beyond the last one: number of bodies + 2 · wall + end of a capsule
+  std::uint32_t image = 0;  ///< of the other body through periodic faces
   Eigen::Vector3d stretch_m{0, 0, 0};     ///< of the tangential spring, world frame
   Eigen::Vector3d slip_m_per_s{0, 0, 0};  ///< of the surfaces after the push; of no use at the start of a step
 };
 
 /// Soft contacts of spheres and capsules with each other and with walls; docs/theory_bodies.md has the equations.
 ///
-/// Two bodies have one contact, at the nearest points of their cores; a capsule and a wall have one at each end.
+/// Two bodies have one contact with each image, at the nearest points of their cores; a capsule and a wall have one at
+/// each end.
 /// Everything is summed in the order of the bodies' names, so that no bit depends on their order in the setup.
 class Contacts {
  public:
@@ -46,7 +48,8 @@ class Contacts {
   /// Changes velocities and angular momenta by the contacts' impulses over an interval.
   void push(MotionState& state, const Interval& interval);
 
-  /// Contacts that are closed, in an order of their own: 5 words each, the body, the other and the stretch.
+  /// Contacts that are closed, in an order of their own: 5 words each, the body, the other with its image, and the
+  /// stretch.
   [[nodiscard]] std::vector<std::uint64_t> memory() const;
   /// @param words  as memory() gave them
   /// @throws StorageError if they are of no bodies
@@ -57,6 +60,7 @@ class Contacts {
   struct Touch {
     int A = 0;
     int B = -1;                       ///< −1: a wall
+    std::uint32_t image = 0;          ///< as in ContactMemory
     Eigen::Vector3d normal{0, 0, 1};  ///< from A to B
     double overlap_m = 0.0;
     Eigen::Vector3d arm_A_m{0, 0, 0};  ///< from the centre to the contact
@@ -69,6 +73,9 @@ class Contacts {
   void prepare(const MotionState& state, const Interval& interval);
   void list_pairs(const Eigen::Matrix3Xd& position_m);
   void push_pair(int A, int B, const MotionState& state, const Interval& interval);
+  /// @param apart_m  from the centre of A to that image of B
+  void push_image(int A, int B, const Eigen::Vector3d& apart_m, std::uint32_t image, const MotionState& state,
+                  const Interval& interval);
   void push_from_wall(int body, std::size_t wall, const MotionState& state, const Interval& interval);
   /// Adds the loads of a contact if it is closed, and remembers it.
   /// @param other  as in ContactMemory
@@ -77,7 +84,7 @@ class Contacts {
   [[nodiscard]] double inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
                                            const MotionState& state) const;
   /// The contact in the push before; nullptr: it was open.
-  [[nodiscard]] const ContactMemory* before(int body, int other);
+  [[nodiscard]] const ContactMemory* before(int body, int other, std::uint32_t image);
   /// Velocity of the other surface relative to that of A.
   [[nodiscard]] Eigen::Vector3d relative_m_per_s(const Touch& touch, const MotionState& state) const;
   void apply(MotionState& state, double duration_s);

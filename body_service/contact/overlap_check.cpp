@@ -1,9 +1,9 @@
 #include "contact/overlap_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
-#include <limits>
 #include <string>
 
 #include "contract/errors.hpp"
@@ -31,12 +31,8 @@ std::string in_metres(double length_m) {
 
 }  // namespace
 
-OverlapCheck::OverlapCheck(const BodyModel& model, const std::array<double, 3>& periodic_length_m,
-                           NearPairs& near_pairs, const ContactSpecification& contact)
-    : model_(model),
-      periodic_length_m_(periodic_length_m),
-      near_pairs_(near_pairs),
-      contacts_are_resolved_(contact.stiffness_N_per_m > 0.0) {}
+OverlapCheck::OverlapCheck(const BodyModel& model, NearPairs& near_pairs, const ContactSpecification& contact)
+    : model_(model), near_pairs_(near_pairs), contacts_are_resolved_(contact.stiffness_N_per_m > 0.0) {}
 
 CoreSegment OverlapCheck::core(Eigen::Index body, const MotionState& state) const {
   const double half_length_m = core_half_length_m(model_.shape(body));
@@ -58,34 +54,10 @@ void OverlapCheck::check(const MotionState& state, std::int64_t step, ThreadTeam
 }
 
 void OverlapCheck::check_pair(int A, int B, const MotionState& state, std::int64_t step) const {
-  const double gap_m = smallest_gap_m(A, B, state);
-  if (gap_m < 0.0) report(A, B, gap_m, step);
-}
-
-double OverlapCheck::smallest_gap_m(int A, int B, const MotionState& state) const {
-  const CoreSegment first{Eigen::Vector3d::Zero(), core(A, state).half_W_m};
-  CoreSegment second = core(B, state);
-  const Eigen::Vector3d nearest_m = near_pairs_.nearest_image_m(state.position_m.col(B) - state.position_m.col(A));
-
-  // Of bodies longer than half the box, the image with the nearest centre need not be the nearest image.
   const double reach_m = bounding_radius_m(model_.shape(A)) + bounding_radius_m(model_.shape(B));
-  std::array<int, 3> images{};
-  for (int direction = 0; direction < 3; ++direction) {
-    const double length_m = periodic_length_m_[direction];
-    if (length_m > 0.0 && 2.0 * reach_m > length_m) images[direction] = 1 + static_cast<int>(reach_m / length_m);
-  }
-  double smallest_m = std::numeric_limits<double>::infinity();
-  for (int x = -images[0]; x <= images[0]; ++x) {
-    for (int y = -images[1]; y <= images[1]; ++y) {
-      for (int z = -images[2]; z <= images[2]; ++z) {
-        if (A == B && x == 0 && y == 0 && z == 0) continue;
-        second.centre_W_m = nearest_m + Eigen::Vector3d(x * periodic_length_m_[0], y * periodic_length_m_[1],
-                                                        z * periodic_length_m_[2]);
-        smallest_m = std::min(smallest_m, segment_distance_m(first, second));
-      }
-    }
-  }
-  return smallest_m - model_.shape(A).radius_m - model_.shape(B).radius_m;
+  const double distance_m = near_pairs_.images().smallest_distance_m(core(A, state), core(B, state), reach_m, A == B);
+  const double gap_m = distance_m - model_.shape(A).radius_m - model_.shape(B).radius_m;
+  if (gap_m < 0.0) report(A, B, gap_m, step);
 }
 
 void OverlapCheck::report(int A, int B, double gap_m, std::int64_t step) const {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -18,10 +17,8 @@ namespace copepod::body {
 class OverlapCheck {
  public:
   /// @param model, near_pairs  must outlive this object
-  /// @param periodic_length_m  0: that direction is not periodic
-  /// @param contact            for the error
-  OverlapCheck(const BodyModel& model, const std::array<double, 3>& periodic_length_m, NearPairs& near_pairs,
-               const ContactSpecification& contact = {});
+  /// @param contact  for the error
+  OverlapCheck(const BodyModel& model, NearPairs& near_pairs, const ContactSpecification& contact = {});
 
   /// @param state  finite
   /// @param step   for the error
@@ -31,11 +28,9 @@ class OverlapCheck {
  private:
   [[nodiscard]] CoreSegment core(Eigen::Index body, const MotionState& state) const;
   void check_pair(int A, int B, const MotionState& state, std::int64_t step) const;
-  [[nodiscard]] double smallest_gap_m(int A, int B, const MotionState& state) const;
   [[noreturn]] void report(int A, int B, double gap_m, std::int64_t step) const;
 
   const BodyModel& model_;
-  std::array<double, 3> periodic_length_m_;
   NearPairs& near_pairs_;
   bool contacts_are_resolved_;
 };

@@ -6,7 +6,6 @@
 
 #include "contract/errors.hpp"
 #include "geometry/rotation.hpp"
-#include "geometry/segment_distance.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -55,7 +54,7 @@ PrescribedBodies::PrescribedBodies(std::unique_ptr<BodySolver> others, const std
       prescribed_(std::move(prescribed)),
       free_(all_but(prescribed_, bodies.size())),
       step_s_(setup.step_s),
-      periodic_length_m_(setup.periodic_length_m),
+      images_{setup.periodic_length_m},
       signal_sums_(prescribed_.size()) {}
 
 void PrescribedBodies::kinematics(Kinematics& kinematics) {
@@ -109,14 +108,10 @@ void PrescribedBodies::check_overlaps(const Kinematics& kinematics) const {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       const BodySpecification& B = bodies_[b];
       if (&A == &B) continue;
-      CoreSegment second = core(B, kinematics, static_cast<Eigen::Index>(b));
-      for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        const double length_m = periodic_length_m_[static_cast<std::size_t>(axis)];
-        if (length_m <= 0.0) continue;
-        const double apart_m = second.centre_W_m[axis] - first.centre_W_m[axis];
-        second.centre_W_m[axis] -= length_m * std::round(apart_m / length_m);
-      }
-      if (segment_distance_m(first, second) >= A.shape.radius_m + B.shape.radius_m) continue;
+      const double reach_m = bounding_radius_m(A.shape) + bounding_radius_m(B.shape);
+      const double distance_m =
+          images_.smallest_distance_m(first, core(B, kinematics, static_cast<Eigen::Index>(b)), reach_m);
+      if (distance_m >= A.shape.radius_m + B.shape.radius_m) continue;
       throw SolverError("body '" + A.name + "' met body '" + B.name +
                             "' (the motion of the first is prescribed, and it pushes no other). Prescribe another "
                             "motion, or start them further apart.",

@@ -29,6 +29,15 @@ Matrix6 mirroring(const std::array<bool, 3>& mirrored) {
   return matrix;
 }
 
+/// Whether a film is counted elsewhere: by the other body, or, of a body with its own image, with the opposite image.
+bool is_done(int body, const NearSurface& surface) {
+  if (!surface.is_body() || surface.is_mirrored()) return false;
+  if (surface.other != body) return surface.other < body;
+  for (const double length_m : surface.core.centre_W_m)
+    if (length_m != 0.0) return length_m < 0.0;
+  return false;
+}
+
 }  // namespace
 
 Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, double roughness_m)
@@ -100,7 +109,7 @@ void Lubrication::find_films() {
   for (std::size_t body = 0; body < motion_.size(); ++body) {
     const Shape& shape = fluid_.bodies[body];
     for (const NearSurface& surface : surfaces_->of_body(body)) {
-      if (surface.is_body() && !surface.is_mirrored() && surface.other < static_cast<int>(body)) continue;  // done
+      if (is_done(static_cast<int>(body), surface)) continue;
       const Eigen::Vector3d axis = z_axis(moved_.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
       const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
       find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, limits_, contacts_);
@@ -156,10 +165,10 @@ void Lubrication::predict(double duration_s, const Loads& applied, const Loads& 
     if (film.other >= 0) {
       predict_body(film.other);
       const Matrix6& other = response_[static_cast<std::size_t>(film.other)];
+      const bool itself = film.other == film.body;
+      if (itself) film.response -= film.to_other * other;
       if (!film.image)
-        film.response += film.to_other * other * film.to_other.transpose();
-      else if (film.other == film.body)
-        film.response -= film.to_other * other;
+        film.response += (film.to_other * other - (itself ? other : Matrix6::Zero())) * film.to_other.transpose();
     }
     film.answer = (Matrix6::Identity() + film.resistance * film.response).partialPivLu().solve(film.resistance);
   }

@@ -48,10 +48,8 @@ class NearPairs {
   /// Bodies that are longer than the periodic box and may meet their own image.
   [[nodiscard]] const std::vector<int>& longer_than_the_box() const { return longer_than_the_box_; }
 
-  /// Vector between the nearest periodic images of two points [m].
-  [[nodiscard]] Eigen::Vector3d nearest_image_m(const Eigen::Vector3d& difference_m) const {
-    return grid_.nearest_image_m(difference_m);
-  }
+  /// Where the bodies of a pair meet.
+  [[nodiscard]] const PeriodicImages& images() const { return grid_.images(); }
 
  private:
   std::vector<double> margin_m_;  ///< by which a body may move before the pairs are listed anew

@@ -38,6 +38,8 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
       near_pairs_(setup.bodies, reach_m, periodic_length_m(setup)),
       surfaces_(setup.bodies.size()) {
   std::ranges::sort(setup_.jointed);
+  for (const double length_m : near_pairs_.images().length_m)
+    if (length_m > 0.0) shortest_period_m_ = std::min(shortest_period_m_, length_m);
   for (std::size_t face = 0; face < 6; ++face)
     mirror_[face] =
         setup.boundaries[face].kind == BoundaryKind::free_slip || (face % 2 == 1 && setup.symmetry_planes[face / 2]);
@@ -65,15 +67,17 @@ void NearSurfaces::find(const Kinematics& kinematics) {
   }
 }
 
-/// The other body itself and, where both are near mirrors, its images. A mirror image is further away than the body
-/// itself, so that its own images are all that a body may meet beside those of its partners.
+/// The other body, its images through periodic faces and, where both are near mirrors, those in them. A mirror image is
+/// further away than the body itself, so that its own are all that a body may meet beside those of its partners.
 void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics) {
   const CoreSegment own{Eigen::Vector3d::Zero(), core(body, kinematics).half_W_m};
-  const double radius_m = setup_.bodies[static_cast<std::size_t>(body)].radius_m;
   const CoreSegment original = core(other, kinematics);
   const Eigen::Vector3d centre_m = kinematics.position_m.col(body);
+  const Shape& shape = setup_.bodies[static_cast<std::size_t>(body)];
+  const double reach_m =
+      bounding_radius_m(shape) + bounding_radius_m(setup_.bodies[static_cast<std::size_t>(other)]) + reach_m_;
   const bool jointed = std::ranges::binary_search(setup_.jointed, BodyPair(std::minmax({body, other})));
-  for (unsigned axes = other == body ? 1 : 0; axes < 8; ++axes) {
+  for (unsigned axes = other == body && reach_m < shortest_period_m_ ? 1 : 0; axes < 8; ++axes) {
     NearSurface surface{.other = other, .core = original};
     surface.radius_m = setup_.bodies[static_cast<std::size_t>(other)].radius_m;
     bool exists = true;
@@ -88,10 +92,14 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
       surface.core.half_W_m[axis] *= -1.0;
     }
     if (!exists) continue;
-    surface.core.centre_W_m = near_pairs_.nearest_image_m(surface.core.centre_W_m - centre_m);
-    const double gap_m = segment_distance_m(own, surface.core) - radius_m - surface.radius_m;
-    const bool one_surface = jointed && axes == 0 && gap_m < 1e-3 * setup_.cell_size_m;
-    if (gap_m < reach_m_ && !one_surface) surfaces_[static_cast<std::size_t>(body)].push_back(surface);
+    const Eigen::Vector3d apart_m = surface.core.centre_W_m - centre_m;
+    near_pairs_.images().for_each(apart_m, reach_m, [&](const Eigen::Vector3d& place_m, const auto& number) {
+      if (axes == 0 && other == body && number.isZero(0.0)) return;
+      surface.core.centre_W_m = place_m;
+      const double gap_m = segment_distance_m(own, surface.core) - shape.radius_m - surface.radius_m;
+      const bool one_surface = jointed && axes == 0 && gap_m < 1e-3 * setup_.cell_size_m;
+      if (gap_m < reach_m_ && !one_surface) surfaces_[static_cast<std::size_t>(body)].push_back(surface);
+    });
   }
 }
 

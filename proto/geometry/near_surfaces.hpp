@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -46,8 +47,8 @@ struct NearSurface {
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
 };
 
-/// The surfaces that are near each body of a fluid. Mirrors are symmetry planes and faces with free slip; of a body
-/// longer than half a periodic domain only the image with the nearest centre is seen. Two bodies that a
+/// The surfaces that are near each body of a fluid: of others, of all their images through periodic faces and in
+/// mirrors, of its own images, and of walls. Mirrors are symmetry planes and faces with free slip. Two bodies that a
 /// joint holds in touch, or lets overlap, are not near each other.
 class NearSurfaces {
  public:
@@ -68,6 +69,7 @@ class NearSurfaces {
   FluidSetup setup_;
   double reach_m_;
   Eigen::Vector3d length_m_;
+  double shortest_period_m_ = std::numeric_limits<double>::infinity();
   std::array<bool, 6> mirror_{};  ///< by face
   NearPairs near_pairs_;
   std::vector<std::vector<NearSurface>> surfaces_;

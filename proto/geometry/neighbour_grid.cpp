@@ -37,7 +37,7 @@ std::int64_t wrapped(std::int64_t index, std::int64_t cells) {
 
 NeighbourGrid::NeighbourGrid(std::vector<double> radius_m, const std::array<double, 3>& periodic_length_m)
     : radius_m_(std::move(radius_m)),
-      periodic_length_m_(periodic_length_m),
+      images_{periodic_length_m},
       cell_of_ball_(radius_m_.size()),
       bucket_of_ball_(radius_m_.size()) {
   std::map<int, std::vector<int>> balls_of_size;
@@ -56,7 +56,7 @@ void NeighbourGrid::add_level(std::vector<int> balls, double largest_radius_m) {
   level.cell_width_m.setConstant(2.0 * largest_radius_m);
   for (int direction = 0; direction < 3; ++direction) {
     level.cells[direction] = 0;
-    const double length_m = periodic_length_m_[direction];
+    const double length_m = images_.length_m[direction];
     if (length_m <= 0.0) continue;
     level.cells[direction] = std::max<std::int64_t>(
         1, static_cast<std::int64_t>(std::min(length_m / level.cell_width_m[direction], furthest)));
@@ -133,15 +133,6 @@ void NeighbourGrid::add_partners(int ball, const Level& level, bool own_level, c
       }
     }
   }
-}
-
-Eigen::Vector3d NeighbourGrid::nearest_image_m(const Eigen::Vector3d& difference_m) const {
-  Eigen::Vector3d nearest_m = difference_m;
-  for (int direction = 0; direction < 3; ++direction) {
-    const double length_m = periodic_length_m_[direction];
-    if (length_m > 0.0) nearest_m[direction] -= length_m * std::round(nearest_m[direction] / length_m);
-  }
-  return nearest_m;
 }
 
 }  // namespace copepod

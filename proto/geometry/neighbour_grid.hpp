@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "contract/shape.hpp"
+#include "geometry/periodic_images.hpp"
 
 namespace copepod {
 
@@ -27,7 +28,11 @@ class NeighbourGrid {
   void find_pairs(const Eigen::Matrix3Xd& centre_m, std::vector<BodyPair>& pairs);
 
   /// Vector between the nearest periodic images of two points [m].
-  [[nodiscard]] Eigen::Vector3d nearest_image_m(const Eigen::Vector3d& difference_m) const;
+  [[nodiscard]] Eigen::Vector3d nearest_image_m(const Eigen::Vector3d& difference_m) const {
+    return images_.nearest_m(difference_m);
+  }
+
+  [[nodiscard]] const PeriodicImages& images() const { return images_; }
 
  private:
   using Cell = std::array<std::int64_t, 3>;
@@ -47,7 +52,7 @@ class NeighbourGrid {
   [[nodiscard]] Cell cell_of(const Level& level, const Eigen::Vector3d& point_m) const;
 
   std::vector<double> radius_m_;
-  std::array<double, 3> periodic_length_m_;
+  PeriodicImages images_;
   std::vector<Level> levels_;  ///< from fine to coarse
   std::vector<Cell> cell_of_ball_;
   std::vector<std::uint32_t> bucket_of_ball_;

@@ -58,7 +58,7 @@ void check_resolution(const FluidCase& fluid, const BodySpecification& body, con
   }
 }
 
-void check_in_domain(const FluidCase& fluid, const BodySpecification& body, const std::string& path,
+void check_in_domain(const FluidCase& fluid, const BodySpecification& body, const std::string& path, bool has_contacts,
                      Problems& problems) {
   const Eigen::Vector3d length = domain_length_m(fluid);
   const Eigen::Vector3d half = half_extents_m(body);
@@ -71,6 +71,10 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
     } else if (2 * half[axis] >= length[axis]) {
       problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[face / 2] +
                                " (it would meet its own image). Use a smaller body or more cells.");
+    } else if (has_contacts && 2.0 * bounding_radius_m(body.shape) > length[axis]) {
+      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[face / 2] +
+                               " (turned, it would be in contact with its own image). Use a larger domain.");
+      return;
     }
   }
 }
@@ -87,7 +91,7 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
     if (std::ranges::binary_search(jointed, BodyPair{a, b})) continue;
     const BodySpecification& A = assembly.bodies[a];
     const BodySpecification& B = assembly.bodies[b];
-    const double gap = surface_distance_m(A, B, nearest_image_m(periodic_length_m, A, B));
+    const double gap = surface_distance_m(A, B, periodic_length_m, fluid.cell_size_m);
     const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
     if (gap < 0.0) {
       problems.error(assembly.body_paths[b],
@@ -156,7 +160,7 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
   }
   const bool bounded = fluid.solver == FluidSolverChoice::lattice_boltzmann;
   for (std::size_t i = 0; i < assembly.bodies.size() && bounded; ++i) {
-    check_in_domain(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
+    check_in_domain(fluid, assembly.bodies[i], assembly.body_paths[i], the_case.contact.has_value(), problems);
     check_resolution(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
   }
   check_overlaps(fluid, assembly, problems);

@@ -9,6 +9,7 @@
 
 #include "contract/body_setup.hpp"
 #include "geometry/neighbour_grid.hpp"
+#include "geometry/periodic_images.hpp"
 #include "geometry/rotation.hpp"
 #include "geometry/segment_distance.hpp"
 
@@ -36,15 +37,15 @@ inline double surface_distance_m(const BodySpecification& A, const BodySpecifica
   return segment_distance_m(first, second) - A.shape.radius_m - B.shape.radius_m;
 }
 
-/// Shift of B to its image nearest to A [m].
-inline Eigen::Vector3d nearest_image_m(const std::array<double, 3>& periodic_length_m, const BodySpecification& A,
-                                       const BodySpecification& B) {
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const double length = periodic_length_m[static_cast<std::size_t>(axis)];
-    if (length > 0.0) shift[axis] = length * std::round((A.position_m[axis] - B.position_m[axis]) / length);
-  }
-  return shift;
+/// The least over all periodic images, as far as it is less than `reach_m`; otherwise more than that.
+/// @param periodic_length_m  of the domain; 0: not periodic along this axis
+inline double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
+                                 const std::array<double, 3>& periodic_length_m, double reach_m) {
+  const CoreSegment first{A.position_m, core_half_length_m(A.shape) * body_axis(A)};
+  const CoreSegment second{B.position_m, core_half_length_m(B.shape) * body_axis(B)};
+  const double bounds_m = bounding_radius_m(A.shape) + bounding_radius_m(B.shape);
+  return PeriodicImages{periodic_length_m}.smallest_distance_m(first, second, bounds_m + reach_m) - A.shape.radius_m -
+         B.shape.radius_m;
 }
 
 /// All pairs of bodies whose surfaces may be less than `reach_m` apart, and some more; ascending.

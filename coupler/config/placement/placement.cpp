@@ -62,7 +62,7 @@ std::vector<Touch> Placement::touches(const std::vector<Place>& places, std::siz
     if (first == second || second < static_cast<int>(from)) continue;
     const BodySpecification& A = bodies[static_cast<std::size_t>(a)];
     const BodySpecification& B = bodies[static_cast<std::size_t>(b)];
-    const double distance_m = surface_distance_m(A, B, nearest_image_m(room_.periodic_length_m, A, B));
+    const double distance_m = surface_distance_m(A, B, room_.periodic_length_m, room_.gap_m);
     if (distance_m < room_.gap_m) found.push_back({first, second, distance_m});
   }
   return found;

@@ -115,6 +115,30 @@ TEST_P(Restitution, OfTwoSpheresIsThatAskedFor) {
   });
 }
 
+/// Two long rods across a periodic box, whose nearest centres are not those of the images that meet.
+Kinematics rods_after_impact(double period_m, double friction) {
+  constexpr double third_m = radius_m / 3.0;
+  BodySetup setup = touching(
+      {rod("a", {14 * third_m, 9 * third_m, 9 * third_m}), rod("b", {14 * third_m, 16 * third_m, 26.8 * third_m})}, 0.5,
+      friction);
+  for (BodySpecification& body : setup.bodies) body.shape.length_m = 14.0 * third_m;
+  setup.bodies[0].orientation_wxyz = Eigen::Vector4d(1.0, -std::tan(std::numbers::pi / 8), 0, 0).normalized();
+  setup.bodies[1].velocity_m_per_s = {0.01, 0, -0.05};
+  setup.periodic_length_m = {0.0, period_m, period_m};
+  RigidBodySolver solver(setup);
+  return advance(solver, static_cast<std::int64_t>(0.5 * radius_m / 0.05 / setup.step_s));
+}
+
+TEST(Contacts, MeetImagesThatAreNotTheNearest) {
+  for (const double friction : {0.0, 0.3}) {
+    const Kinematics expected = rods_after_impact(0.0, friction),
+                     found = rods_after_impact(28.0 * radius_m / 3.0, friction);
+    EXPECT_GT(std::abs(expected.velocity_m_per_s(2, 1) + 0.05), 0.01) << "they have met";
+    EXPECT_LT((found.velocity_m_per_s - expected.velocity_m_per_s).norm(), 1e-9);
+    EXPECT_LT((found.angular_velocity_rad_per_s - expected.angular_velocity_rad_per_s).norm(), 1e-6);
+  }
+}
+
 TEST_P(Restitution, OnAFixedBodyIsThatAskedFor) {
   expect([](double gap_m) {
     BodySetup setup = touching({ball("a", {0, 0, 0}), ball("b", {0, 0, 2.0 * radius_m + gap_m})}, GetParam());

@@ -17,7 +17,7 @@ constexpr double um = 1e-6;
 std::string reason_at_start(const BodySetup& setup) {
   const BodyModel model(setup);
   NearPairs near_pairs(model.shapes(), 0.0, setup.periodic_length_m);
-  OverlapCheck check(model, setup.periodic_length_m, near_pairs);
+  OverlapCheck check(model, near_pairs);
   try {
     ThreadTeam alone(1);
     check.check(model.initial_state(), 3, alone);
@@ -113,7 +113,7 @@ TEST(OverlapCheck, CatchesABodyThatComesFromFarAway) {
   // The place where pairs were listed last before the impact differs with the start.
   for (const double start : {500.0, 497.0, 494.0, 491.0}) {
     NearPairs near_pairs(model.shapes(), 0.0, {});
-    OverlapCheck check(model, {}, near_pairs);
+    OverlapCheck check(model, near_pairs);
     MotionState state = model.initial_state();
     ThreadTeam alone(1);
     for (double z = start; z > 8.05; z -= 0.1) {
@@ -131,7 +131,7 @@ TEST(OverlapCheck, CatchesACapsuleThatTurnsIntoItsNeighbour) {
   const BodySetup setup = setup_of({rod, bead("post", {15 * um, 0, 0})}, 1e-9);
   const BodyModel model(setup);
   NearPairs near_pairs(model.shapes(), 0.0, {});
-  OverlapCheck check(model, {}, near_pairs);
+  OverlapCheck check(model, near_pairs);
   MotionState state = model.initial_state();
   ThreadTeam alone(1);
   const auto turn_to = [&](double angle) {

@@ -156,6 +156,51 @@ TEST(Lubrication, OfAPairThatMovesTogetherIsNothing) {
   EXPECT_NEAR(bodies.loads().torque_N_m.norm(), 0.0, 1e-8);
 }
 
+/// A row of spheres along z, 0.2 m apart, whose motion repeats itself after `period` of them.
+Bodies row(std::size_t spheres, std::size_t period, double mass_kg = 1e15) {
+  constexpr double spacing_m = 21.0;
+  Bodies bodies(std::vector<Shape>(spheres, {ShapeKind::sphere, 0.5 * (spacing_m - 0.2), 0.0}), mass_kg);
+  bodies.fluid.domain_cells[2] = static_cast<std::int64_t>(spacing_m) * static_cast<std::int64_t>(spheres);
+  for (std::size_t i = 0; i < spheres; ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const double sign = i % period == 0 ? 1.0 : -0.7;
+    bodies.kinematics.position_m(2, column) = spacing_m * (static_cast<double>(i) + 0.5);
+    bodies.kinematics.velocity_m_per_s.col(column) = sign * Eigen::Vector3d(0.5, 0.2, -1);
+    bodies.kinematics.angular_velocity_rad_per_s.col(column) = sign * Eigen::Vector3d(0.1, 0.2, 0.3);
+  }
+  return bodies;
+}
+
+Bodies periodic(Bodies bodies) {
+  for (const std::size_t face : {4, 5}) bodies.fluid.boundaries[face].kind = BoundaryKind::periodic;
+  return bodies;
+}
+
+TEST(Lubrication, ActsWithEveryPeriodicImage) {
+  for (const std::size_t period : {1, 2, 3}) {  // its own images, both sides of one neighbour, a row
+    const Loads expected = row(5 * period, period).loads(), found = periodic(row(period, period)).loads();
+    for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(period); ++i) {
+      const Eigen::Index middle = i + 2 * static_cast<Eigen::Index>(period);
+      EXPECT_GT(expected.torque_N_m.col(middle).norm(), 1.0);
+      EXPECT_LT((found.force_N.col(i) - expected.force_N.col(middle)).norm(), 1e-8) << period;
+      EXPECT_LT((found.torque_N_m.col(i) - expected.torque_N_m.col(middle)).norm(), 1e-8) << period;
+    }
+  }
+}
+
+TEST(Lubrication, OfABodyWithItsOwnImagesStopsItWithoutTurningItBack) {
+  Bodies bodies = periodic(row(1, 1, 1e-3));
+  bodies.fluid.step_s = 1.0;
+  const Loads loads = bodies.loads();
+  const double inertia_kg_m2 = moments_of_inertia(bodies.fluid.bodies[0], 1e-3).along_kg_m2;
+  const Eigen::Vector3d stopped = -loads.torque_N_m.col(0) / inertia_kg_m2;
+  EXPECT_LT(loads.force_N.norm(), 1e-9);
+  for (const Eigen::Index across : {0, 1})
+    EXPECT_NEAR(stopped[across] / bodies.kinematics.angular_velocity_rad_per_s(across, 0), 1.0, 1e-2);
+  EXPECT_LT(stopped[0], bodies.kinematics.angular_velocity_rad_per_s(0, 0));
+  EXPECT_NEAR(stopped[2], 0.0, 1e-9) << "images turn alike about the row";
+}
+
 TEST(Lubrication, WithAMirrorIsThatWithTheImage) {
   Bodies one({sphere}), two = pair(0.1);
   one.fluid.boundaries[4].kind = BoundaryKind::free_slip;

@@ -60,6 +60,31 @@ TEST(NearSurfaces, AreThoseOfPeriodicImages) {
   EXPECT_DOUBLE_EQ(surfaces.of_body(1)[0].core.centre_W_m.z(), 4.5);
 }
 
+TEST(NearSurfaces, AreThoseOnBothSidesInAPeriodicRow) {
+  FluidSetup setup = box(2, BoundaryKind::no_slip);
+  setup.boundaries[4].kind = setup.boundaries[5].kind = BoundaryKind::periodic;
+  for (Shape& sphere : setup.bodies) sphere.radius_m = 4.75;
+  NearSurfaces surfaces(setup, 1.0);
+  surfaces.find(at({{10, 10, 5.03}, {10, 10, 15.01 + 20}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 2U);
+  EXPECT_NEAR(surfaces.of_body(0)[0].core.centre_W_m.z(), 9.98 - 20, 1e-12);
+  EXPECT_NEAR(surfaces.of_body(0)[1].core.centre_W_m.z(), 9.98, 1e-12);
+  EXPECT_EQ(surfaces.of_body(1).size(), 2U);
+}
+
+TEST(NearSurfaces, AreThoseOfABodysOwnImages) {
+  FluidSetup setup = box(1, BoundaryKind::periodic);
+  setup.bodies[0].radius_m = 9.75;
+  NearSurfaces surfaces(setup, 1.0);
+  surfaces.find(at({{3, 4, 5}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 6U);
+  for (const NearSurface& image : surfaces.of_body(0)) {
+    EXPECT_EQ(image.other, 0);
+    EXPECT_FALSE(image.is_mirrored());
+    EXPECT_DOUBLE_EQ(image.core.centre_W_m.norm(), 20.0);
+  }
+}
+
 TEST(NearSurfaces, AreThoseOfImagesInMirrors) {
   NearSurfaces surfaces(box(2, BoundaryKind::free_slip), 1.0);
   surfaces.find(at({{10, 10, 2.25}, {14.25, 10, 2.25}}));
