@@ -49,6 +49,7 @@ Nearest nearest(const NearSurface& surface, const Eigen::Vector3d& point_m) {
 
 /// Iₙ = ∫ (1 − w) dh/hⁿ from h₀ on, w rising linearly from low to high.
 struct FilmIntegrals {
+  double I0 = 0.0;
   double I1 = 0.0;
   double I2 = 0.0;
 
@@ -56,6 +57,7 @@ struct FilmIntegrals {
     const double low = std::max(h0, range.low_m);
     const double high = range.high_m;
     const double width = range.high_m - range.low_m;
+    I0 = (low - h0) + 0.5 * (high - low) * (high - low) / width;
     I1 = std::log(low / h0) + (high * std::log(high / low) - (high - low)) / width;
     I2 = (1.0 / h0 - 1.0 / low) + (high * (1.0 / low - 1.0 / high) - std::log(high / low)) / width;
   }
@@ -108,17 +110,26 @@ class FilmFinder {
     const double part = outward.isZero(0.0)
                             ? 1.0
                             : std::clamp(0.5 - 0.5 * outward.dot(from.normal) * radius_m_ / film_radius_m, 0.0, 1.0);
-    const auto [I1, I2] = FilmIntegrals(h0, range_);
-    const double missing = 1.0 - h0 / range_.high_m;
-    contacts_.push_back({.point_m = centre_m - from.normal * (0.5 * (radius_m_ + from.distance_m)),
-                         .normal = from.normal,
-                         .gap_m = gap_m,
-                         .squeezing_N_s_per_m = part * squeezed(gap_m) * 3.0 * area * viscosity_Pa_s_ *
-                                                (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + 0.6 * missing),
-                         .shear_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing),
-                         .turning_N_s_per_m = part * area * viscosity_Pa_s_ * (I1 + 0.15 * missing - 0.5 * h0 * I2),
-                         .radius_m = R,
-                         .contrast = (k1 - k2) / (k1 + k2)});
+    const auto [I0, I1, I2] = FilmIntegrals(h0, range_);
+    const double q = (k1 - k2) / (k1 + k2);
+    const double inner = I1 - h0 * I2;
+    const double one_sided = second_.is_body() && !second_.is_mirrored() ? 0.0 : 1.0;
+    const double size = I0 / R;
+    const double rim = (range_.high_m - h0) / R;
+    const double even = 1.0 - q * q;
+    const double viscous = part * area * viscosity_Pa_s_;
+    contacts_.push_back(
+        {.point_m = centre_m - from.normal * (0.5 * (radius_m_ + from.distance_m)),
+         .normal = from.normal,
+         .gap_m = gap_m,
+         .squeezing_N_s_per_m = squeezed(gap_m) * 3.0 * viscous *
+                                (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + 0.6 * (1.0 - h0 / range_.high_m)),
+         .sliding_N_s_per_m =
+             viscous * (I1 + 0.6 * q * q * (inner + one_sided * h0 * I2) + 0.6 * even * size + 0.57 * q * q * rim),
+         .force_of_turning_N_s = viscous * R * (1.2 * (q * inner + one_sided * h0 * I2) + (0.5 - one_sided) * q * size),
+         .torque_of_sliding_N_s = viscous * R * q * (1.2 * inner + (0.5 + one_sided) * size),
+         .turning_N_m_s = viscous * R * R * (2.4 * inner + (1.2 - 0.7 * even) * size),
+         .spinning_N_m_s = viscous * R * (2.0 * (I0 - h0 * I1) + 0.6 * even * I0)});
   }
 
   void add_slices(const CoreSegment& first) const {
@@ -170,7 +181,7 @@ class FilmFinder {
                          .normal = normal,
                          .gap_m = gap_m,
                          .squeezing_N_s_per_m = squeezed(gap_m) * 6.0 * viscosity_Pa_s_ / (k1 + k2) * J2 * length_m,
-                         .shear_N_s_per_m = viscosity_Pa_s_ * J1 * length_m});
+                         .sliding_N_s_per_m = viscosity_Pa_s_ * J1 * length_m});
   }
 
   double radius_m_;
@@ -193,18 +204,14 @@ Eigen::Matrix<double, 6, 6> FilmContact::resistance() const {
     matrix << 0, -vector[2], vector[1], vector[2], 0, -vector[0], -vector[1], vector[0], 0;
     return matrix;
   };
-  const double q = contrast;
-  const double R = radius_m;
-  const double S = shear_N_s_per_m;
-  const double D = turning_N_s_per_m;
   const Eigen::Matrix3d along_normal = normal * normal.transpose();
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along_normal;
   const Eigen::Matrix3d n = cross(normal);
   const Eigen::Matrix3d x = cross(point_m);
-  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + (1.0 + 0.6 * q * q) * S * across;
-  const Eigen::Matrix3d F_w = -1.2 * q * R * S * n;
-  const Eigen::Matrix3d T_v = 1.2 * q * R * S * n;
-  const Eigen::Matrix3d T_w = -2.4 * R * R * D * n * n;
+  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + sliding_N_s_per_m * across;
+  const Eigen::Matrix3d F_w = -force_of_turning_N_s * n;
+  const Eigen::Matrix3d T_v = torque_of_sliding_N_s * n;
+  const Eigen::Matrix3d T_w = turning_N_m_s * across + spinning_N_m_s * along_normal;
   // About the origin: v = V + Δω × x, T = T_x + x × F.
   Eigen::Matrix<double, 6, 6> result;
   result << F_v, F_w - F_v * x, T_v + x * F_v, T_w - T_v * x + x * (F_w - F_v * x);
