@@ -178,10 +178,11 @@ def _of_exit(exit: Exit, step: int, host: str) -> Failure:
 
 
 def _last_line(output: str, log: str) -> str:
-    """The last error in its log, or else the last line of its own that is neither mpirun's nor a note in the log; what
-    mpirun wrote if the program wrote nothing."""
+    """The last error in its log or, as `error: …`, in its output; or else the last line of its own that is neither
+    mpirun's nor a note in the log; what mpirun wrote if the program wrote nothing."""
     parsed = [(line, _LOG_LINE.match(line)) for line in _lines(log)]
     errors = [match["text"] for _, match in parsed if match and match["level"].lower() in ("error", "critical")]
+    errors = errors or [line.removeprefix("error: ") for line in _lines(output) if line.startswith("error: ")]
     own, *of_mpirun = output.split("-----------------")
     lines = errors or _lines(own) or [line for line, match in parsed if not match]
     lines = lines or [" ".join(_lines(text)) for text in of_mpirun if _lines(text)][:1]

@@ -2,8 +2,10 @@
 
 #include <atomic>
 #include <chrono>
+#include <iostream>
 #include <new>
 
+#include "contract/exit_code.hpp"
 #include "system/block_signals.hpp"
 
 namespace copepod::fluid {
@@ -28,7 +30,13 @@ HeartbeatBoard::HeartbeatBoard(MPI_Comm ranks, const SolverContext& context) : c
   MPI_Comm machine = MPI_COMM_NULL;
   MPI_Comm_split_type(ranks, MPI_COMM_TYPE_SHARED, rank, MPI_INFO_NULL, &machine);
   void* memory = nullptr;
-  MPI_Win_allocate_shared(sizeof(Place), 1, MPI_INFO_NULL, machine, &memory, &window_);
+  const int result = MPI_Win_allocate_shared(sizeof(Place), 1, MPI_INFO_NULL, machine, &memory, &window_);
+  if (result != MPI_SUCCESS || memory == nullptr) {  // the ranks are not ready for exceptions yet
+    std::cerr << "error: the ranks' shared memory cannot be made (/dev/shm is full, or files may not grow). Free space "
+                 "there, or raise ulimit -f."
+              << std::endl;
+    MPI_Abort(MPI_COMM_WORLD, static_cast<int>(ExitCode::storage_failed));
+  }
   own_ = new (memory) Place;
   MPI_Barrier(machine);  // all entries are initialised before rank 0 reads them
   if (rank == 0) find_others(machine, ranks);

@@ -163,6 +163,15 @@ class Checkpoint(unittest.TestCase):
             self.assertIn("No space left on device", answer.stderr.splitlines()[-1])
         self.assertEqual(codes, {0, 73})
 
+    def test_ranks_without_shared_memory_report_it(self):
+        fluid = self.folder / "fluid"
+        own = f'case " $* " in *" --endpoint "*) ulimit -f 0;; esac\nexec {PROGRAMS}/fluid_service "$@"\n'
+        fluid.write_text(f"#!/bin/bash\n{own}")
+        fluid.chmod(0o755)
+        run = self.start("--fluid", str(fluid))
+        self.assertEqual(run.end(60), 73, "".join(run.stderr))
+        self.assertRegex(run.last_line, "fluid service on host .*the ranks' shared memory cannot be made")
+
     @staticmethod
     def limit_files_of_the_fluid(run, size):
         """As a quota: no file of rank 0, which lays the checkpoint out, may grow beyond `size` bytes."""

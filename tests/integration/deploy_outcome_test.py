@@ -145,6 +145,11 @@ class Judge(unittest.TestCase):
         self.assertIn("solver failed", verdict.reason)
         self.assertNotIn("----", verdict.reason)
 
+    def test_an_error_that_could_not_be_sent_is_quoted_before_what_mpirun_adds(self):
+        output = "error: no shared memory. Free some.\n[sea:16985] ORTE_ERROR_LOG: Data unpack would read past end\n"
+        failure = judge(None, [Exit("fluid", code=73, host="sea", output=output)], -1, "here")
+        self.assertIn("exited with code 73; the last it wrote: «no shared memory. Free some».", failure.reason)
+
     def test_last_error_of_the_log_is_quoted_where_there_is_one(self):
         for log in (
             "2026-11-21 10:00:00.1 error [body rank 0] [step -1] a fluid component already takes part. Start one.\n"
