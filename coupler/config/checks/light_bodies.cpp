@@ -26,11 +26,9 @@ constexpr double largest_drag_of_a_step = 0.65;
 constexpr double latest_drag = 1.6;
 double least_turning_mass(double late_drag) { return 0.3 * (late_drag - 1.0); }
 
-/// Of r (τ − 1/2): below it the sound of a periodic box of six radii drives any virtual mass that rotation needs.
-constexpr double least_damping_of_sound = 0.07;
-
-/// Below it no virtual mass suits both the rotation and the sound of averaged loads with bgk.
-constexpr double least_time_of_bgk = 0.55;
+/// Of r (τ − 1/2): below it the sound of a periodic box of six radii drives any virtual mass that rotation needs, which
+/// is more with bgk.
+double least_damping_of_sound(CollisionKind collision) { return collision == CollisionKind::bgk ? 0.19 : 0.07; }
 
 double relaxation_time(const Case& the_case) {
   return relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
@@ -63,7 +61,7 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
   if ((averages || parabolic) && relaxation_time < averaged_below) {
     if (!parabolic) rule.averaging = LoadAveraging::two_step;
     const bool late = fluid.collision == CollisionKind::bgk && !parabolic;
-    rule.virtual_mass = (late ? 2.0 : std::min(1.5, 0.62 + 8.8 * excess)) / radius_cells;
+    rule.virtual_mass = (late ? 0.85 + 4.6 / radius_cells : std::min(1.5, 0.62 + 8.8 * excess)) / radius_cells;
   } else {
     rule.virtual_mass = 1.2 / (radius_cells * excess) + 21.0 * excess / (radius_cells * radius_cells);
   }
@@ -142,8 +140,7 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
                            "at some places between the cells it may oscillate from step to step). Use "
                            "moving_boundary: parabolic or, with load_averaging: two_step, a relaxation time below " +
                            fmt::format("{}.", averaged_below));
-    } else if (radius_cells * (tau - 0.5) < least_damping_of_sound ||
-               (averages && the_case.fluid.collision == CollisionKind::bgk && tau < least_time_of_bgk)) {
+    } else if (radius_cells * (tau - 0.5) < least_damping_of_sound(the_case.fluid.collision)) {
       problems.warning(assembly.body_paths[i],
                        found + fmt::format("at a relaxation time of {:.3g} sound is hardly damped and may make it "
                                            "oscillate, the more so in a small domain). Use a larger relaxation time.",

@@ -41,7 +41,7 @@ double of_ball(const std::vector<std::string>& overrides, std::vector<std::strin
 TEST(LightBodies, GetTheVirtualMassOfTheRule) {
   EXPECT_NEAR(of_ball({}), 1.5 / 4.0, 1e-9);
   EXPECT_NEAR(of_ball({"fluid.relaxation_time=0.51"}), (0.62 + 8.8 * 0.01) / 4.0, 1e-9);
-  EXPECT_NEAR(of_ball({"fluid.collision=bgk", "fluid.moving_boundary=central_linear"}), 2.0 / 4.0, 1e-9);
+  EXPECT_NEAR(of_ball({"fluid.collision=bgk", "fluid.moving_boundary=central_linear"}), 0.85 / 4.0 + 4.6 / 16.0, 1e-9);
   EXPECT_EQ(of_ball({"fluid.collision=bgk"}), of_ball({}));
   EXPECT_NEAR(of_ball({"fluid.relaxation_time=2.0"}), 1.2 / (4.0 * 1.5) + 21.0 * 1.5 / 16.0, 1e-9);
   EXPECT_NEAR(of_ball({"fluid.relaxation_time=2.2"}), 1.2 / (4.0 * 1.7) + 21.0 * 1.7 / 16.0, 1e-9);
