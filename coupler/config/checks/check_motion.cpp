@@ -4,6 +4,8 @@
 #include <numbers>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "config/checks/checks.hpp"
 #include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
@@ -124,6 +126,22 @@ void judge_rest_length(std::size_t index, const Assembly& assembly, Problems& pr
                        " (they could collide). Use a smaller amplitude_m.");
 }
 
+/// Bounce-back, whose loads are not the same in every frame, leaves out ρ V Ω × U: in parts of Stokes' drag, 6π ρ ν r
+/// U, 2/9 r² Ω/ν of a sphere whose velocities are perpendicular.
+void judge_turning(const BodySpecification& body, double factor, const Case& the_case, const std::string& path,
+                   Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  const double speed_m_per_s = body.velocity_m_per_s.norm();
+  if (fluid.moving_boundary != MovingBoundary::bounce_back || !(factor * speed_m_per_s > 0.0)) return;
+  const double share = factor * body.angular_velocity_rad_per_s.cross(body.velocity_m_per_s).norm() / speed_m_per_s *
+                       volume_m3(body.shape) /
+                       (6.0 * std::numbers::pi * fluid.kinematic_viscosity_m2_per_s * body.shape.radius_m);
+  if (share < 0.05) return;
+  problems.warning(path,
+                   "body '" + body.name + "' moves and turns (moving_boundary: bounce_back leaves out the force " +
+                       "ρ V Ω × U, here " + rounded_text(share) + " times its drag). Use moving_boundary: parabolic.");
+}
+
 }  // namespace
 
 void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems) {
@@ -134,10 +152,12 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
                                                                     (body.shape.radius_m + 0.5 * body.shape.length_m);
     const auto moved = std::ranges::find(assembly.prescribed, static_cast<int>(i), &PrescribedBody::body);
     const bool varies = moved != assembly.prescribed.end();
-    judge_velocity(varies ? surface_speed * largest_magnitude(moved->signal) : surface_speed, the_case,
-                   assembly.body_paths[i] + (varies ? ".motion" : ".velocity_m_per_s"),
+    const double factor = varies ? largest_magnitude(moved->signal) : 1.0;
+    const std::string path = assembly.body_paths[i] + (varies ? ".motion" : ".velocity_m_per_s");
+    judge_velocity(surface_speed * factor, the_case, path,
                    (varies ? "the largest speed of body '" : "the initial speed of body '") + body.name + "'",
                    problems);
+    judge_turning(body, factor, the_case, path, problems);
   }
   const InitialFlow& flow = the_case.fluid.initial_flow;
   const double slenderness = static_cast<double>(the_case.fluid.domain_cells[1]) /
