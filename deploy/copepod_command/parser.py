@@ -268,13 +268,15 @@ def _add_validate(commands: _Commands) -> None:
         epilog=_epilog("validate --fast", "validate --cases sphere_array --schemes parabolic"),
         description="Runs experiments with a reference for every scheme at the surfaces of bodies, several at once, "
         "and writes accuracy.md with its figures. Runs are kept in runs/validation: repeat the command to continue, or "
-        "to make the page of other cases and schemes; only runs of another build are repeated.",
+        "to make the page of other cases and schemes; only runs of another build are repeated. With --all every "
+        "combination of schemes that `check` admits runs beside the most accurate one, and the page is all_schemes.md.",
     )
+    parser.add_argument("--all", action="store_true", help="every combination of schemes, for all_schemes.md")
     parser.add_argument(
         "--cases", nargs="+", metavar="CASE", help="experiments (default: all; an unknown one lists them)"
     )
     parser.add_argument("--schemes", nargs="+", metavar="SCHEME", help="schemes (default: all)")
-    parser.add_argument("--fast", action="store_true", help="a few points of each case")
+    parser.add_argument("--fast", action="store_true", help="a few points of each case, or a few combinations")
     parser.add_argument(
         "--fluid", type=argument_types.command, metavar="CMD", help="command that replaces the fluid service"
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from copepod_run import build, destinations
 from copepod_run.checkout import ROOT, build_digest
-from copepod_run.errors import ExitCode
+from copepod_run.errors import ExitCode, Stop
 
 
 def validate(options: Namespace) -> int:
@@ -15,9 +15,24 @@ def validate(options: Namespace) -> int:
     destinations.make_folder(folder)
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
-    from copepod_validation import matrix, page
+    from copepod_validation import all_schemes, matrix, page
     from copepod_validation.experiment import SCHEMES
 
+    if options.all:
+        for name in ("cases", "schemes", "fluid"):
+            if getattr(options, name):
+                raise Stop(
+                    ExitCode.BAD_CASE, f"--all has no --{name} (it runs every combination). Leave one of them out."
+                )
+        command = "deploy/copepod validate --all" + (" --fast" if options.fast else "")
+        results = all_schemes.judged(list(all_schemes.combinations(options.fast)), options.jobs)
+        path = all_schemes.write(folder, results, command, build_digest())
+        print(path)
+        if wrong := sum(row["verdict"] == "wrong" for row in results):
+            raise Stop(
+                ExitCode.FAILED, f"{wrong} of {len(results)} combinations that check admits are wrong. See {path}."
+            )
+        return ExitCode.FINISHED
     cases, schemes = options.cases or list(matrix.CASES), options.schemes or list(SCHEMES)
     words = ["validate"]
     words += ["--cases", *cases] if options.cases else []

@@ -58,7 +58,7 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
     head = _HEAD.format(
         command=command,
         date=datetime.date.today().isoformat(),
-        processor=_processor(),
+        processor=processor(),
         build=build,
         cases=", ".join(sections),
         schemes=", ".join(overview),
@@ -86,7 +86,7 @@ def _keys(scheme: str) -> str:
     return ", ".join(f"`{value}`" for value in SCHEMES[scheme].values())
 
 
-def _processor() -> str:
+def processor() -> str:
     """As in lscpu."""
     try:
         found = re.search(r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text())
