@@ -10,7 +10,7 @@ from typing import Any
 from copepod_campaign import campaign
 from copepod_run.errors import ExitCode, Stop
 from copepod_validation import crossing_sphere, frames, inertial_drag, light_bodies, oscillating_sphere
-from copepod_validation import settling_sphere, shear, slow_bodies, sphere_array, sudden_start, wall
+from copepod_validation import resistance, settling_sphere, shear, slow_bodies, sphere_array, sudden_start, wall
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section, experiments
 
 # Each module has REFERENCE, points (see `experiments`), case_of(point), evaluate(folder, point) and section(results).
@@ -18,6 +18,7 @@ _CASES = (
     sphere_array,
     wall,
     slow_bodies,
+    resistance,
     shear,
     oscillating_sphere,
     sudden_start,

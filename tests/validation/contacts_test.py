@@ -35,6 +35,19 @@ class Contacts(WholeRunTest):
             self.assertLess(abs(float(rows[-1]["vz_m_per_s"])), 0.01 * fastest)
             self.assertLess(max(float(row["vz_m_per_s"]) for row in rows), 0.5 * fastest)
 
+    def test_sphere_rolls_down_an_incline_in_oil_and_slides_where_there_is_no_friction(self):
+        """6πμr V [F_v − F_ω + 4/3 (T_ω − T_v)] is the weight along the incline if it rolls, and T_v V = T_ω ω r if it
+        slides, with the resistances of a sphere at a gap of r/100 [Goldman, Cox, Brenner 1967]."""
+        F_v, F_w, T_v, T_w = 3.4225, 0.3687, 0.2765, 2.2408
+        far = 32 * 4.905 * 4.0e-3**2 * 4 / 3 / (6 * 970 * 1.0e-4)
+        slides = far / (F_v - F_w * T_v / T_w)
+        rolls = far / (F_v - F_w + 4 / 3 * (T_w - T_v))
+        for friction, velocity, turning in ((0.5, rolls, rolls), (0, slides, slides * T_v / T_w)):
+            directory = self.run_of("examples/rolling_sphere.yaml", f"contact.friction={friction}")
+            last = list(csv.DictReader((directory / "trajectory.csv").read_text().splitlines()))[-1]
+            self.assertAlmostEqual(float(last["vx_m_per_s"]) / velocity, 1, delta=0.03)
+            self.assertAlmostEqual(float(last["wy_rad_per_s"]) * 4.0e-3 / turning, 1, delta=0.1)
+
     def test_a_sphere_beside_the_floor_is_refused_without_contacts(self):
         """As before: the run ends with the error of the fluid."""
         self.run_of("examples/sphere_in_a_box.yaml", "contact=null", "lubrication.cut_off_cells=none", code=70)

@@ -1,0 +1,107 @@
+"""Resistances of a sphere beside a wall and of two spheres that slide past each other and turn, with their films."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from copepod_report.trajectory import Trajectory
+from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere, table_by_point
+from copepod_validation.experiment import viscosity, worst
+
+REFERENCE = (
+    "Force over 6πμR and torque over 8πμR² of the velocity, for the turning ωR. At a wall: O'Neill [Mathematika 11, "
+    "1964], Dean and O'Neill [Mathematika 10, 1963], tabulated by Goldman, Cox, Brenner [Chem. Eng. Sci. 22, 1967]. "
+    "Pairs: Jeffrey and Onishi [J. Fluid Mech. 139, 1984], summed anew by collocation, and spinning by Jeffery [Proc. "
+    "London Math. Soc. 14, 1915]. «Sliding»: past the wall, or past each other at ±V; «turning»: about an axis along "
+    "the wall; «rolling»: both spheres alike, «geared»: against each other, about axes across their centres; "
+    "«spinning»: against each other about the line of centres. τ = 2, R = 4, of the other sphere 8 in 1:2; boxes of 24 "
+    "× 24 × 20 radii at walls and of 20 × 16 × 20 radii for pairs. All with `lubrication: {cut_off_cells: auto}`, "
+    "which acts at gaps below half a radius. The overview has the worst of the values above 0.3: smaller ones are "
+    "couplings that vanish far from the wall."
+)
+_SPEED = 1e-9
+# Force and torque on the (first) sphere; NaN: zero, or an effect of the box as large as itself.
+EXACT = {
+    ("wall", "sliding"): {0.5431: (1.5674, 0.01465), 0.1276: (2.1516, 0.07373), 0.0453: (2.6480, 0.14559)}
+    | {0.01: (3.4225, 0.27652)},
+    ("wall", "turning"): {0.5431: (0.01953, 1.0998), 0.1276: (0.09831, 1.3877), 0.0453: (0.19412, 1.6999)}
+    | {0.01: (0.36869, 2.2408)},
+    ("pair", "sliding"): {1.0: (1.38928, 0.12107), 0.2: (1.83479, 0.3663), 0.0453: (2.30958, 0.68058)}
+    | {0.01: (2.8084, 1.03888)},
+    ("pair", "rolling"): {1.0: (0.16142, 1.03965), 0.2: (0.4884, 1.21407), 0.0453: (0.90744, 1.49537)}
+    | {0.01: (1.38517, 1.84062)},
+    ("pair", "geared"): {1.0: (np.nan, 0.99632), 0.2: (np.nan, 1.06555), 0.0453: (np.nan, 1.22414)}
+    | {0.01: (np.nan, 1.4295)},
+    ("pair", "spinning"): {0.1276: (np.nan, 1.13609), 0.01: (np.nan, 1.19097)},
+    ("pair of 1:2", "sliding"): {0.1276: (2.43781, 0.46411), 0.0453: (2.90915, 0.69435)},
+}
+
+
+@dataclass(frozen=True)
+class Point:
+    kind: str
+    way: str
+    gap: float  # over the radius
+    radius: float = 4.0
+
+    @property
+    def reference(self) -> tuple[float, float]:
+        return EXACT[self.kind, self.way][self.gap]
+
+
+POINTS: list[Point] = []
+MORE = {"parabolic": [Point(*of, gap) for of, gaps in EXACT.items() for gap in gaps]}
+LABEL = "{0.kind}_{0.way}_gap{0.gap:g}_radius{0.radius:g}"
+FAST = [Point("wall", "sliding", 0.0453)]
+
+
+def case_of(point: Point) -> CaseDict:
+    R, at_wall = point.radius, point.kind == "wall"
+    axis = "z" if point.way == "spinning" else "y"
+    key, speed, along = "angular_velocity_rad_per_s", _SPEED / R, axis
+    if point.way == "sliding":
+        key, speed, along = "velocity_m_per_s", _SPEED, "x"
+    box = [24, 24, 20] if at_wall else [20, 16, 20]
+    height = 1 + point.gap if at_wall else 0.5 * box[2] - 0.5 * point.gap - 1
+    others: list[float] = {"wall": [], "pair": [1.0], "pair of 1:2": [2.0]}[point.kind]
+    bodies = []
+    for radius, place, sign in [(1.0, height, 1), *((r, height + 1 + point.gap + r, -1) for r in others)]:
+        velocity = [sign * speed * (one == along) for one in "xyz"]
+        if point.way == "rolling":
+            velocity = [abs(one) for one in velocity]
+        motion: CaseDict = {key: velocity, "name": "sphere" if sign > 0 else "other"}
+        centre = (0.5 * box[0] * R, 0.5 * box[1] * R, place * R)
+        bodies.append(sphere(radius * R, centre, "prescribed", **motion))
+    planes = [] if axis == "z" else ["y"]
+    boundaries = {"x": "periodic", "y": "free_slip" if planes else "periodic", "z": "no_slip"}
+    cells, steps = [int(edge * R) for edge in box], int(1000 * (R / 4) ** 2)
+    case = lattice_case(cells, 2.0, boundaries, bodies, steps, steps - 2, symmetry_planes=planes)
+    return case | {"lubrication": {"cut_off_cells": "auto"}}
+
+
+def evaluate(folder: Path, point: Point) -> tuple[float, float]:
+    """Force and torque on the first sphere, scaled, positive where the reference is."""
+    sample = Trajectory(folder).of("sphere")
+    force, torque = (sample[key][-2:].mean(axis=0) for key in ("force_N", "torque_N_m"))
+    scale = np.pi * viscosity(2.0) * point.radius * _SPEED
+    sign = {("wall", "sliding"): (-1, 1), ("wall", "turning"): (1, -1)}.get((point.kind, point.way), (-1, -1))
+    of = 2 if point.way == "spinning" else 1
+    return sign[0] * float(force[0]) / (6 * scale), sign[1] * float(torque[of]) / (8 * scale * point.radius)
+
+
+def section(results: Results[tuple[float, float]]) -> Section:
+    def row(point: Point) -> str:
+        exact = ", ".join("–" if np.isnan(value) else f"{value:.4g}" for value in point.reference)
+        return f"{point.kind} | {point.way} | {point.gap:g} | {exact}"
+
+    def cell(values: list[tuple[float, float]]) -> str:
+        return ", ".join("–" if np.isnan(exact) else f"{100 * (value / exact - 1):+.1f}" for value, exact in values)
+
+    pairs = [(scheme, point, list(zip(value, point.reference))) for scheme, point, value in results]
+    errors = [
+        (scheme, point, max((100 * (v / exact - 1) for v, exact in values if exact > 0.3), key=abs))
+        for scheme, point, values in pairs
+    ]
+    markdown = table_by_point(pairs, "bodies | way | gap / R | exact force, torque", row, cell) + "\n\nError [%]."
+    return Section(markdown, worst(errors, "resistances [%]", float))
