@@ -64,9 +64,9 @@ def case_of(point: Point) -> CaseDict:
         key, speed, along = "velocity_m_per_s", _SPEED, "x"
     box = [24, 24, 20] if at_wall else [20, 16, 20]
     height = 1 + point.gap if at_wall else 0.5 * box[2] - 0.5 * point.gap - 1
-    others: list[float] = {"wall": [], "pair": [1.0], "pair of 1:2": [2.0]}[point.kind]
+    others: dict[str, list[float]] = {"wall": [], "pair": [1.0], "pair of 1:2": [2.0]}
     bodies = []
-    for radius, place, sign in [(1.0, height, 1), *((r, height + 1 + point.gap + r, -1) for r in others)]:
+    for radius, place, sign in [(1.0, height, 1), *((r, height + 1 + point.gap + r, -1) for r in others[point.kind])]:
         velocity = [sign * speed * (one == along) for one in "xyz"]
         if point.way == "rolling":
             velocity = [abs(one) for one in velocity]
