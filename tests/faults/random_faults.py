@@ -123,11 +123,10 @@ def ask_for_a_checkpoint(chance, victim):
 
 
 def quota(chance, victim):
-    """No file may grow any more, once the run has begun: MPI crashes if it cannot make files of its own."""
-    wait_for(lambda: chance.has_ended() or any("running" in line for line in list(chance.run.stderr)), LONGEST_S)
+    """No file may grow any more, the shared memory of the ranks included."""
     size = chance.choose.choice((0, 1 << 12, 1 << 20))
     resource.prlimit(chance.run.pid(victim), resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
-    return Hurt((0, STORAGE), "written|File too large")
+    return Hurt((0, STORAGE), "written|File too large|cannot be made")
 
 
 def obstacle(chance, victim):
