@@ -19,7 +19,6 @@ from copepod_component.messages import Envelope, handshake, to_frame
 
 FILES = 1024  # that each process of the run may have open
 IDLE, SLOW = 1000, 100  # connections
-PORT = 47612
 
 
 class Strangers(unittest.TestCase):
@@ -46,12 +45,15 @@ class Strangers(unittest.TestCase):
         self.assertEqual(run.final_leftovers(), [])
 
     def connect(self):
-        stranger = socket.create_connection(("127.0.0.1", PORT))
+        stranger = socket.create_connection(self.address)
         self.addCleanup(stranger.close)
         return stranger
 
     def test_a_thousand_idle_and_a_hundred_slow_connections(self):
-        run = self.start_halted("--set", f"services.transport=tcp://127.0.0.1:{PORT}")
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.address = probe.getsockname()
+        run = self.start_halted("--set", f"services.transport=tcp://127.0.0.1:{self.address[1]}")
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
         self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
@@ -87,8 +89,7 @@ class Strangers(unittest.TestCase):
         self.assertNotRegex(ended.stderr, "[\x00-\x09\x0b-\x1f]")
         self.assertIn("has 'a?[31m?faked line?' (not a host)", ended.stderr)
 
-    @staticmethod
-    def trickle(strangers, is_over):
+    def trickle(self, strangers, is_over):
         """Each begins ZeroMQ's handshake, byte by byte, and connects again when it is cut off."""
         first_bytes = itertools.cycle(b"\xff" + bytes(8) + b"\x7f\x03")
         while not is_over.wait(0.05):
@@ -99,7 +100,7 @@ class Strangers(unittest.TestCase):
                 except OSError:
                     stranger.close()
                     with suppress(OSError):  # the run is over
-                        strangers[number] = socket.create_connection(("127.0.0.1", PORT))
+                        strangers[number] = socket.create_connection(self.address)
         for stranger in strangers:
             stranger.close()
 
