@@ -28,7 +28,8 @@ TEST(Address, SecondCouplerOnOneIpcPathIsRefused) {
 TEST(Address, LeftoversOfADeadCouplerAreNoObstacle) {
   const TemporaryFolder folder;
   const int left_over = socket(AF_UNIX, SOCK_STREAM, 0);
-  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
   folder.path("coupler.ipc").copy(address.sun_path, sizeof address.sun_path - 1);
   ASSERT_EQ(bind(left_over, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
   close(left_over);

@@ -34,7 +34,9 @@ class ZeroMq : public testing::TestWithParam<std::string> {
 
   void SetUp() override {
     const int descriptor = socket(AF_INET6, SOCK_STREAM, 0);
-    const sockaddr_in6 address{.sin6_family = AF_INET6, .sin6_addr = IN6ADDR_LOOPBACK_INIT};
+    sockaddr_in6 address{};
+    address.sin6_family = AF_INET6;
+    address.sin6_addr = IN6ADDR_LOOPBACK_INIT;
     const bool has_ipv6 = bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
     close(descriptor);
     if (GetParam() == "tcp_ipv6" && !has_ipv6) GTEST_SKIP() << "this machine has no IPv6";
