@@ -127,7 +127,7 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
   require_positive_step(setup.step_s);
   correct_joints(0.0);
   overlap_check_.check(state_, step_, team_);
-  if (resolves_contacts(setup)) contacts_.emplace(setup, equations_.model(), near_pairs_);
+  if (resolves_contacts(setup)) contacts_.emplace(setup, equations_.model(), equations_.joints(), near_pairs_);
   substeps_ = static_cast<std::int64_t>(contact_substeps(setup));
 }
 
@@ -202,18 +202,18 @@ void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
     const double part_s = (to - from) * step_s_;
     if (substep == 0) {
       equations_.joints().drive(applied_in_part_.actuation, part_s);
-      push_contacts({0.5 * substep_s, 0.25 * substep_s, 0.0}, 0.0);
+      push_contacts({0.5 * substep_s, 0.25 * substep_s, 0.0, 0.0});
     }
     integrate(applied_in_part_, part_s, nullptr);
-    if (substep + 1 < substeps_) push_contacts({substep_s, 0.0, substep_s}, 1.0);
+    if (substep + 1 < substeps_) push_contacts({substep_s, 0.0, substep_s, 1.0});
   }
-  push_contacts({0.5 * substep_s, -0.25 * substep_s, substep_s}, 1.0);
+  push_contacts({0.5 * substep_s, -0.25 * substep_s, substep_s, 1.0});
 }
 
-void RigidBodySolver::push_contacts(const Contacts::Interval& interval, double at) {
+void RigidBodySolver::push_contacts(const Contacts::Interval& interval) {
   const auto start = Clock::now();
   contacts_->push(state_, interval);
-  correct_joints(at);
+  correct_joints(interval.at);
   contact_s_ += seconds_since(start);
 }
 

@@ -42,8 +42,7 @@ class RigidBodySolver final : public BodySolver {
   void integrate(const AppliedLoads& applied, double step_s, Kinematics* next);
   /// In substeps, with the impulses of the contacts between them, and half of one at both ends.
   void integrate_with_contacts(const AppliedLoads& applied);
-  /// @param at  fraction of the part of the step that the drive is interpolated for
-  void push_contacts(const Contacts::Interval& interval, double at);
+  void push_contacts(const Contacts::Interval& interval);
   /// Values of the drive at the nodes of a part of the step.
   /// @param from, to  fractions of the step
   void interpolate_drive(const AppliedLoads& applied, double from, double to);

@@ -51,7 +51,11 @@ BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double 
       configuration_(small_pools()),
       dispatcher_(&configuration_),
       springs_(setup) {
-  if (is_resolving(contact_)) gContactBreakingThreshold = 0.0;
+  // Bullet forgets a contact whose points rounding has moved apart by more than this [radii].
+  if (is_resolving(contact_)) gContactBreakingThreshold = 1e-9;
+  plane_and_capsule_.m_swapped = true;
+  dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE, &capsule_and_plane_);
+  dispatcher_.registerCollisionCreateFunc(STATIC_PLANE_PROXYTYPE, CAPSULE_SHAPE_PROXYTYPE, &plane_and_capsule_);
   const Kinematics start = initial_kinematics(model);
   for (Eigen::Index body = 0; body < model.bodies(); ++body) {
     add_body(body);

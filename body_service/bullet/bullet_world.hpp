@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "bullet/capsule_on_plane.hpp"
 #include "bullet/spring_constraint.hpp"
 #include "contract/body_setup.hpp"
 #include "engine/engine_units.hpp"
@@ -43,6 +44,7 @@ class BulletWorld final : public EngineWorld {
   ContactSpecification contact_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
+  CapsuleOnPlane::CreateFunc capsule_and_plane_, plane_and_capsule_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::vector<std::unique_ptr<btRigidBody>> walls_;

@@ -64,8 +64,9 @@ double Contacts::reach_m(const BodySetup& setup) {
   return share_of_radius * smallest_m;
 }
 
-Contacts::Contacts(const BodySetup& setup, const BodyModel& model, NearPairs& near_pairs)
+Contacts::Contacts(const BodySetup& setup, const BodyModel& model, const Joints& joints, NearPairs& near_pairs)
     : model_(model),
+      joints_(joints),
       near_pairs_(near_pairs),
       friction_(setup.contact.friction),
       walls_(setup.walls),
@@ -177,8 +178,6 @@ void Contacts::push_image(int A, int B, const Eigen::Vector3d& apart_m, std::uin
   touch.arm_A_m = at_A_m + (shape_A.radius_m - 0.5 * overlap_m) * touch.normal;
   touch.arm_B_m = at_B_m - (shape_B.radius_m - 0.5 * overlap_m) * touch.normal;
   touch.friction = friction_;
-  touch.inverse_mass_per_kg = inverse_mass_per_kg(A, touch.arm_A_m, touch.normal, state) +
-                              inverse_mass_per_kg(B, touch.arm_B_m, touch.normal, state);
   act(touch, B, state, interval);
 }
 
@@ -203,10 +202,7 @@ void Contacts::push_from_wall(int body, std::size_t wall, const MotionState& sta
     touch.arm_A_m = at_m + (shape.radius_m - touch.overlap_m) * touch.normal;
     touch.wall_m_per_s = plane.velocity_m_per_s;
     touch.friction = plane.friction;
-    // On both ends a capsule bears like a sphere, each with half of its mass.
-    const bool lies = ends == 2 && overlap_m(0) > 0.0 && overlap_m(1) > 0.0;
-    touch.inverse_mass_per_kg = lies ? 2.0 * inverse_mass_per_kg(body, Eigen::Vector3d::Zero(), touch.normal, state)
-                                     : inverse_mass_per_kg(body, touch.arm_A_m, touch.normal, state);
+    touch.lies = ends == 2 && overlap_m(0) > 0.0 && overlap_m(1) > 0.0;
     act(touch, static_cast<int>(rank_.size() + 2 * wall) + end, state, interval);
   }
 }
@@ -225,6 +221,20 @@ double Contacts::inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, con
          torque.dot(model_.angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body), torque));
 }
 
+double Contacts::inverse_mass_per_kg(const Touch& touch, double at, const MotionState& state) {
+  // On both ends a capsule bears like a sphere, each with half of its mass.
+  const double shares = touch.lies ? 2.0 : 1.0;
+  const Eigen::Vector3d& n = touch.normal;
+  const Eigen::Vector3d arm_A_m = touch.lies ? Eigen::Vector3d(0, 0, 0) : touch.arm_A_m;
+  double alone_per_kg = inverse_mass_per_kg(touch.A, arm_A_m, n, state);
+  if (touch.B >= 0) alone_per_kg += inverse_mass_per_kg(touch.B, touch.arm_B_m, n, state);
+  if (joints_.empty()) return shares * alone_per_kg;
+  const JointRow apart{{-n, n}, {n.cross(arm_A_m), touch.arm_B_m.cross(n)}};
+  const double taken_per_kg = joints_.inverse_mass_taken_per_kg({touch.A, touch.B}, apart, at, state, joints_work_);
+  constexpr double held = 1e-9;  // by rounding of what joints hold altogether, as a wall is held
+  return alone_per_kg - taken_per_kg > held * alone_per_kg ? shares * (alone_per_kg - taken_per_kg) : 0.0;
+}
+
 Eigen::Vector3d Contacts::relative_m_per_s(const Touch& touch, const MotionState& state) const {
   const auto surface_m_per_s = [&](int body, const Eigen::Vector3d& arm_m) -> Eigen::Vector3d {
     const Eigen::Vector3d spin_rad_per_s = model_.angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body),
@@ -236,11 +246,13 @@ Eigen::Vector3d Contacts::relative_m_per_s(const Touch& touch, const MotionState
 }
 
 void Contacts::act(const Touch& touch, int other, const MotionState& state, const Interval& interval) {
-  if (!(touch.inverse_mass_per_kg > 0.0)) return;
   const Eigen::Vector3d relative = relative_m_per_s(touch, state);
   const double separation_m_per_s = relative.dot(touch.normal);
-  const double mass_kg = 1.0 / touch.inverse_mass_per_kg;
   const double overlap_m = touch.overlap_m - interval.after_s * separation_m_per_s;
+  if (overlap_m + 0.5 * interval.duration_s * std::abs(separation_m_per_s) <= 0.0) return;
+  const double inverse_per_kg = inverse_mass_per_kg(touch, interval.at, state);
+  if (!(inverse_per_kg > 0.0)) return;
+  const double mass_kg = 1.0 / inverse_per_kg;
   const double pressure_N = law_.normal_force_N(overlap_m, -separation_m_per_s, mass_kg, interval.duration_s);
   if (pressure_N == 0.0) return;
   Eigen::Vector3d force_N = pressure_N * touch.normal;  // on the other

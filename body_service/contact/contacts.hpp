@@ -10,6 +10,7 @@
 #include "contract/body_setup.hpp"
 #include "geometry/near_pairs.hpp"
 #include "geometry/segment_distance.hpp"
+#include "joints/joints.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"
 
@@ -31,9 +32,9 @@ struct ContactMemory {
 /// Everything is summed in the order of the bodies' names, so that no bit depends on their order in the setup.
 class Contacts {
  public:
-  /// @param model, near_pairs  must outlive this object; pairs as far apart as `reach_m` must be listed
+  /// @param model, joints, near_pairs  must outlive this object; pairs as far apart as `reach_m` must be listed
   /// @throws CaseError if the setup's contacts or walls are not valid
-  Contacts(const BodySetup& setup, const BodyModel& model, NearPairs& near_pairs);
+  Contacts(const BodySetup& setup, const BodyModel& model, const Joints& joints, NearPairs& near_pairs);
 
   /// How far from each other surfaces may be for contacts that begin within a substep [m].
   static double reach_m(const BodySetup& setup);
@@ -43,13 +44,13 @@ class Contacts {
     double duration_s = 0.0;
     double after_s = 0.0;  ///< from the state to the middle of the interval
     double since_s = 0.0;  ///< from the push before to the state
+    double at = 0.0;       ///< of the state, a fraction of the part of the step that joints are driven in
   };
 
   /// Changes velocities and angular momenta by the contacts' impulses over an interval.
   void push(MotionState& state, const Interval& interval);
 
-  /// Contacts that are closed, in an order of their own: 5 words each, the body, the other with its image, and the
-  /// stretch.
+  /// Closed contacts, in an order of their own: 5 words each, the body, the other with its image, and the stretch.
   [[nodiscard]] std::vector<std::uint64_t> memory() const;
   /// @param words  as memory() gave them
   /// @throws StorageError if they are of no bodies
@@ -67,7 +68,7 @@ class Contacts {
     Eigen::Vector3d arm_B_m{0, 0, 0};
     Eigen::Vector3d wall_m_per_s{0, 0, 0};
     double friction = 0.0;
-    double inverse_mass_per_kg = 0.0;
+    bool lies = false;  ///< a capsule on a wall, with both ends
   };
 
   void prepare(const MotionState& state, const Interval& interval);
@@ -83,6 +84,8 @@ class Contacts {
   [[nodiscard]] CoreSegment core(int body, const MotionState& state) const;
   [[nodiscard]] double inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
                                            const MotionState& state) const;
+  /// Inverse of the effective mass of a contact, with what joints hold.
+  [[nodiscard]] double inverse_mass_per_kg(const Touch& touch, double at, const MotionState& state);
   /// The contact in the push before; nullptr: it was open.
   [[nodiscard]] const ContactMemory* before(int body, int other, std::uint32_t image);
   /// Velocity of the other surface relative to that of A.
@@ -91,6 +94,8 @@ class Contacts {
   [[nodiscard]] bool moves(int body) const;
 
   const BodyModel& model_;
+  const Joints& joints_;
+  Joints::Work joints_work_;
   NearPairs& near_pairs_;
   ContactLaw law_;
   double friction_;

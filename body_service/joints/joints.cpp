@@ -18,6 +18,9 @@ namespace {
 /// of solve() take its effect away.
 constexpr double regularisation = 1e-11;
 
+/// Share of a radius, or of a radian, that does not count.
+constexpr double negligible_share = 1e-9;
+
 void check_limits(const JointSpecification& joint, const std::string& name) {
   if (!has_axis(joint.kind)) throw CaseError(name + " has limits (only hinges and sliders can). Remove them.");
   if (!(std::isfinite(joint.lowest) && std::isfinite(joint.highest) && joint.lowest <= 0.0 && joint.highest >= 0.0))
@@ -145,9 +148,11 @@ Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
     int& at = place[island_of_body[moving]];
     if (at < 0) {
       at = static_cast<int>(islands_.size());
-      islands_.push_back({moving, {}, 0});
+      islands_.push_back({moving, {}, {}, 0});
     }
     Island& island = islands_[at];
+    for (const int body : {joint.body_A, joint.body_B})
+      if (moves(body) && std::ranges::find(island.bodies, body) == island.bodies.end()) island.bodies.push_back(body);
     const MotionState& start = model.initial_state();
     const std::array<JointSide, 2> sides{side(joint.body_A, 0, start), side(joint.body_B, 0, start)};
     check_anchors(joint, i, sides, model);
@@ -156,6 +161,9 @@ Joints::Joints(const BodySetup& setup, const BodyModel& model) : model_(model) {
     island.rows += island.joints.back().rows();
   }
   std::ranges::sort(islands_, {}, &Island::block_key);
+  island_of_.assign(setup.bodies.size(), -1);
+  for (std::size_t i = 0; i < islands_.size(); ++i)
+    for (const int body : islands_[i].bodies) island_of_[body] = static_cast<int>(i);
 }
 
 std::span<const Joints::Island> Joints::islands_of(const BodyBlock& block) const {
@@ -164,9 +172,9 @@ std::span<const Joints::Island> Joints::islands_of(const BodyBlock& block) const
 }
 
 void Joints::drive(const Eigen::MatrixXd& actuation, double step_s) {
-  if (islands_.empty() || actuation.cols() != 3) return;
-  nodes_ = actuation;
+  if (islands_.empty()) return;
   step_s_ = step_s;
+  if (actuation.cols() == 3) nodes_ = actuation;
 }
 
 /// The parabola through s₀, s₁, s₂ at 0, 1/2 and 1 of a step h, at x of it:
@@ -230,7 +238,19 @@ void Joints::list_rows(const Island& island, Eigen::Index first, double at, cons
   }
 }
 
-/// Of a joint beyond a limit C = s − limit; otherwise a row that does nothing, so that rows keep their places.
+template <class State>
+Joints::Reach Joints::reach(const Joint& joint, Eigen::Index first, const State& state) const {
+  const JointSpecification& limits = joint.specification;
+  if (!limits.has_limits()) return {};
+  const JointSide A = side(joint.bodies[0], first, state), B = side(joint.bodies[1], first, state);
+  const JointRow motion = joint.equations.motion(A, B);
+  const double unit = limits.kind == JointKind::hinge ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
+  const bool highest = limits.highest - motion.error < motion.error - limits.lowest;
+  return {highest ? 1 : -1, highest ? motion.error - limits.highest : limits.lowest - motion.error,
+          (highest ? 1.0 : -1.0) * rate(motion, A, B), negligible_share * unit};
+}
+
+/// Of a joint at a stop C = s − limit; otherwise a row that does nothing, so that rows keep their places.
 JointRow Joints::stop_row(const Joint& joint, int stop, const std::array<JointSide, 2>& sides) const {
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
   if (stop == 0) return {{none, none}, {none, none}};
@@ -293,29 +313,45 @@ void Joints::solve(Eigen::Index rows, Work& work) {
 
 void Joints::add_loads(const BodyBlock& block, const BlockState& state, double at, BlockVectors& force_N,
                        BlockVectors& torque_N_m, Work& work) const {
+  const bool first_stage = at == 0.0;  // stops that hold then hold through the step
+  if (first_stage) work.held.clear();
+  auto held = work.held.cbegin();
   for (const Island& island : islands_of(block)) {
     work.stops.assign(island.joints.size(), 0);
+    for (std::size_t i = 0; i < island.joints.size(); ++i) {
+      if (!first_stage) {
+        work.stops[i] = *held++;
+        continue;
+      }
+      const Reach it = reach(island.joints[i], block.first, state);
+      if (it.beyond >= -it.negligible && std::abs(it.rate) * step_s_ <= it.negligible) work.stops[i] = it.stop;
+    }
     list_rows(island, block.first, at, state, work);
     add_springs(island, block.first, work, force_N, torque_N_m);
-    factorise(island, work);
-    work.right_side.resize(island.rows);
-    for (std::size_t i = 0; i < island.joints.size(); ++i) {
-      const Joint& joint = island.joints[i];
-      std::array<JointSide, 2> acceleration;  // as if the joints exerted nothing
-      for (const int end : {0, 1}) {
-        const int body = joint.bodies[end];
-        if (!moves(body)) continue;
-        const Eigen::Index column = body - block.first;
-        const Eigen::Vector3d w = work.sides[i][end].angular_velocity_rad_per_s;
-        const Eigen::Vector3d L = state.angular_momentum_N_m_s.col(column);
-        acceleration[end].velocity_m_per_s = per_mass(body, force_N.col(column));
-        acceleration[end].angular_velocity_rad_per_s =
-            per_inertia(body, work.sides[i][end], torque_N_m.col(column) - w.cross(L));
+    for (;;) {
+      factorise(island, work);
+      work.right_side.resize(island.rows);
+      for (std::size_t i = 0; i < island.joints.size(); ++i) {
+        const Joint& joint = island.joints[i];
+        std::array<JointSide, 2> acceleration;  // as if the joints exerted nothing
+        for (const int end : {0, 1}) {
+          const int body = joint.bodies[end];
+          if (!moves(body)) continue;
+          const Eigen::Index column = body - block.first;
+          const Eigen::Vector3d w = work.sides[i][end].angular_velocity_rad_per_s;
+          const Eigen::Vector3d L = state.angular_momentum_N_m_s.col(column);
+          acceleration[end].velocity_m_per_s = per_mass(body, force_N.col(column));
+          acceleration[end].angular_velocity_rad_per_s =
+              per_inertia(body, work.sides[i][end], torque_N_m.col(column) - w.cross(L));
+        }
+        for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
+          work.right_side[row] = -work.rows[row].curvature - rate(work.rows[row], acceleration[0], acceleration[1]);
       }
-      for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
-        work.right_side[row] = -work.rows[row].curvature - rate(work.rows[row], acceleration[0], acceleration[1]);
+      solve(island.rows, work);
+      if (!first_stage || !release(island, 0.0, work)) break;
+      list_rows(island, block.first, at, state, work);
     }
-    solve(island.rows, work);
+    if (first_stage) work.held.insert(work.held.end(), work.stops.begin(), work.stops.end());
     for (const Joint& joint : island.joints) {
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
         for (const int end : {0, 1}) {
@@ -330,37 +366,66 @@ void Joints::add_loads(const BodyBlock& block, const BlockState& state, double a
 }
 
 void Joints::correct(const BodyBlock& block, double at, MotionState& state, std::int64_t step, Work& work) const {
-  for (const Island& island : islands_of(block)) correct(island, at, state, step, work);
+  auto held = work.held.cbegin();
+  for (const Island& island : islands_of(block)) {
+    work.stops.assign(island.joints.size(), 0);
+    if (!work.held.empty()) held = std::ranges::copy_n(held, std::ssize(work.stops), work.stops.begin()).in;
+    meet_stops(island, at, state, work);
+    correct(island, at, state, step, work);
+  }
+  work.held.clear();
 }
 
-/// Finds the joints that are beyond a limit.
-void Joints::stop(const Island& island, const MotionState& state, Work& work) const {
-  work.stops.assign(island.joints.size(), 0);
+/// Joints that have passed a limit go back to when the first of them did, along straight lines, lose what they have of
+/// outward velocity, and continue from there: momentum and angular momentum are kept, as with every impulse.
+void Joints::meet_stops(const Island& island, double at, MotionState& state, Work& work) const {
+  double ago_s = 0.0;
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
-    const Joint& joint = island.joints[i];
-    if (!joint.specification.has_limits()) continue;
-    const double moved = joint.equations.motion(side(joint.bodies[0], 0, state), side(joint.bodies[1], 0, state)).error;
-    work.stops[i] = moved > joint.specification.highest ? 1 : moved < joint.specification.lowest ? -1 : 0;
+    const Reach it = reach(island.joints[i], 0, state);
+    if (work.stops[i] != 0 || it.beyond < -it.negligible || !(it.rate > 0.0)) continue;
+    work.stops[i] = it.stop;
+    ago_s = std::max(ago_s, std::min(it.beyond / it.rate, step_s_));
+  }
+  if (ago_s == 0.0) return;
+  at -= ago_s / step_s_;
+  drift(island, -ago_s, state);
+  list_rows(island, 0, at, state, work);
+  factorise(island, work);
+  correct_velocities(island, at, work, state);
+  drift(island, ago_s, state);
+}
+
+void Joints::drift(const Island& island, double duration_s, MotionState& state) const {
+  for (const int body : island.bodies) {
+    const Eigen::Vector4d q_WB = state.orientation_wxyz.col(body);
+    const Eigen::Vector3d w_rad_per_s =
+        model_.angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(body));
+    state.position_m.col(body) += duration_s * state.velocity_m_per_s.col(body);
+    state.orientation_wxyz.col(body) = rotated(duration_s * w_rad_per_s, q_WB).normalized();
   }
 }
 
-/// Stops do not hold joints that move inwards.
-/// @return whether there are any
-bool Joints::release(const Island& island, Work& work) {
-  bool any = false;
+/// Lets the stop go that pulls most, by what it changes of the rate or of the acceleration of the joint's motion.
+/// @param least  change that counts, in shares of a motion that do not
+/// @return whether there is one
+bool Joints::release(const Island& island, double least, Work& work) const {
+  std::size_t most = island.joints.size();
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];
-    if (work.stops[i] == 0) continue;
-    const JointRow& row = work.rows[joint.first_row + joint.equations.rows()];
-    if (work.stops[i] * rate(row, work.sides[i][0], work.sides[i][1]) > 0.0) continue;
-    work.stops[i] = 0;
-    any = true;
+    const int row = joint.first_row + joint.equations.rows();
+    if (work.stops[i] == 0 || work.scale[row] == 0.0) continue;
+    const double unit = joint.specification.kind == JointKind::hinge ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
+    const double change = work.stops[i] * work.multipliers[row] / (work.scale[row] * work.scale[row]);
+    if (!(change > least * negligible_share * unit)) continue;
+    least = change / (negligible_share * unit);
+    most = i;
   }
-  return any;
+  if (most == island.joints.size()) return false;
+  work.stops[most] = 0;
+  return true;
 }
 
 void Joints::correct(const Island& island, double at, MotionState& state, std::int64_t step, Work& work) const {
-  stop(island, state, work);
   double last = 0.0;
   for (int correction = 0;; ++correction) {
     list_rows(island, 0, at, state, work);
@@ -376,19 +441,52 @@ void Joints::correct(const Island& island, double at, MotionState& state, std::i
     correct_positions(island, work, state);
   }
   require_closed(island, work, step);
-  if (release(island, work)) {
-    list_rows(island, 0, at, state, work);
-    factorise(island, work);
+  correct_velocities(island, at, work, state);
+}
+
+double Joints::inverse_mass_taken_per_kg(const std::array<int, 2>& bodies, const JointRow& contact, double at,
+                                         const MotionState& state, Work& work) const {
+  double taken = 0.0;
+  std::array<int, 2> islands{-1, -1};
+  for (const int end : {0, 1}) islands[end] = bodies[end] < 0 ? -1 : island_of_[bodies[end]];
+  for (const int number : islands) {
+    if (number < 0 || (&number == &islands[1] && number == islands[0])) continue;
+    const Island& island = islands_[number];
+    work.stops.assign(island.joints.size(), 0);
+    for (std::size_t i = 0; i < island.joints.size(); ++i) {
+      const Reach it = reach(island.joints[i], 0, state);
+      if (it.beyond >= -it.negligible && std::abs(it.rate) * step_s_ <= it.negligible) work.stops[i] = it.stop;
+    }
+    Eigen::VectorXd changes(island.rows);  // of the rows' rates by a unit impulse at the contact
+    do {
+      list_rows(island, 0, at, state, work);
+      factorise(island, work);
+      for (std::size_t i = 0; i < island.joints.size(); ++i) {
+        const Joint& joint = island.joints[i];
+        std::array<JointSide, 2> pushed;
+        for (const int end : {0, 1}) {
+          for (const int of : {0, 1}) {
+            if (bodies[of] < 0 || bodies[of] != joint.bodies[end]) continue;
+            pushed[end].velocity_m_per_s += per_mass(bodies[of], contact.linear[of]);
+            pushed[end].angular_velocity_rad_per_s += per_inertia(bodies[of], work.sides[i][end], contact.angular[of]);
+          }
+        }
+        for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
+          changes[row] = rate(work.rows[row], pushed[0], pushed[1]);
+      }
+      work.right_side = -changes;
+      solve(island.rows, work);
+    } while (release(island, 0.0, work));
+    taken -= changes.dot(work.multipliers);
   }
-  correct_velocities(island, work, state);
+  return taken;
 }
 
 void Joints::require_closed(const Island& island, const Work& work, std::int64_t step) const {
-  constexpr double tolerance = 1e-9;  // of a radius, and of a radian
   for (const Joint& joint : island.joints) {
     for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
       const double unit = work.rows[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
-      if (std::abs(work.rows[row].error) <= tolerance * unit) continue;
+      if (std::abs(work.rows[row].error) <= negligible_share * unit) continue;
       throw SolverError("the joint of body '" + model_.name(joint.bodies[0]) +
                             "' comes apart (the step is too long for its motion). Use a shorter step.",
                         0, step);
@@ -415,14 +513,19 @@ void Joints::correct_positions(const Island& island, const Work& work, MotionSta
   }
 }
 
-void Joints::correct_velocities(const Island& island, Work& work, MotionState& state) const {
-  work.right_side.resize(island.rows);
-  for (std::size_t i = 0; i < island.joints.size(); ++i) {
-    const Joint& joint = island.joints[i];
-    for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
-      work.right_side[row] = -work.rows[row].drift - rate(work.rows[row], work.sides[i][0], work.sides[i][1]);
+void Joints::correct_velocities(const Island& island, double at, Work& work, MotionState& state) const {
+  for (;;) {
+    work.right_side.resize(island.rows);
+    for (std::size_t i = 0; i < island.joints.size(); ++i) {
+      const Joint& joint = island.joints[i];
+      for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
+        work.right_side[row] = -work.rows[row].drift - rate(work.rows[row], work.sides[i][0], work.sides[i][1]);
+    }
+    solve(island.rows, work);
+    if (!release(island, 1.0 / step_s_, work)) break;
+    list_rows(island, 0, at, state, work);
+    factorise(island, work);
   }
-  solve(island.rows, work);
   for (const Joint& joint : island.joints) {
     for (const int end : {0, 1}) {
       const int body = joint.bodies[end];

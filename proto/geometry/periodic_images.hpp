@@ -25,8 +25,8 @@ struct PeriodicImages {
   }
 
   /// Calls act(place_m, number) for every image of a point nearer than `reach_m` to the origin, in ascending order of
-  /// its number:  place = point + number · length. Images more than three lengths away, or of points too far out for
-  /// their last digits to tell images apart, are left out.
+  /// its number:  place = point + number · length. Images more than three lengths away, or of points so far out
+  /// that images do not differ in their last digits, are left out.
   template <class Act>
   void for_each(const Eigen::Vector3d& point_m, double reach_m, const Act& act) const {
     Eigen::Vector3d first(0, 0, 0), last(0, 0, 0);

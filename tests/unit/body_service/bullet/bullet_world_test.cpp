@@ -1,10 +1,13 @@
 #include "bullet/bullet_world.hpp"
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
 #include "engine/engine_under_test.hpp"
 #include "geometry/contact_time.hpp"
+#include "geometry/rotation.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {
@@ -42,6 +45,33 @@ TEST(BulletWorld, SlidesAlongWallsByCoulombsLaw) {
   const Kinematics after = advance(bullet, 500);
   EXPECT_NEAR(after.velocity_m_per_s(0, 0), 3.0 - 0.2 * 2.0, 0.01);
   EXPECT_NEAR(after.angular_velocity_rad_per_s(1, 0), 2.5 * 0.4 / 4e-6, 0.02 * 2.5 * 0.4 / 4e-6);
+}
+
+/// A capsule above a floor.
+BodySetup falling_capsule(double tilt_rad, double height_m) {
+  BodySetup setup = setup_of({capsule("thrown", {0, 0, height_m})}, 1e-8);
+  setup.bodies[0].orientation_wxyz = rotated({0, tilt_rad, 0}, {1, 0, 0, 0});
+  setup.bodies[0].velocity_m_per_s = {0, 0, -1};
+  setup.contact = {stiffness_of_contact(4e-7, largest_inverse_mass_per_kg(setup.bodies)), 0.8, 0.0};
+  setup.walls = {{{0, 0, 0}, {0, 0, 1}}};
+  return setup;
+}
+
+TEST(BulletWorld, LetsACapsuleThatFallsFlatReboundWithBothEnds) {
+  EngineBodySolver bullet = engine_solver(falling_capsule(0.5 * std::numbers::pi, 4.2e-6));
+  const Kinematics after = advance(bullet, 100);
+  EXPECT_NEAR(after.velocity_m_per_s(2, 0), 0.8, 0.001);
+  EXPECT_LT(after.angular_velocity_rad_per_s.norm(), 1e-6 * 0.8 / 4e-6);
+}
+
+TEST(BulletWorld, LetsNoCapsulePassThroughAWall) {
+  for (int sample = 0; sample < 1500; ++sample) {
+    const double tilt_rad = std::numbers::pi * (sample + 0.5) / 1500.0;
+    BodySetup setup = falling_capsule(tilt_rad, 8.2e-6);
+    setup.bodies[0].position_m.x() = 1e-7 * sample;
+    EngineBodySolver bullet = engine_solver(setup);
+    EXPECT_GT(advance(bullet, 900).position_m(2, 0), 4e-6) << tilt_rad;
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "contact/contacts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -77,11 +78,11 @@ class Restitution : public testing::TestWithParam<double> {
   static constexpr double speed = 0.05;
 
   /// Advances until long after an impact that begins after `gap_m`.
-  static Kinematics after_impact(const BodySetup& setup, double gap_m, double closing_m_per_s) {
+  static Kinematics after_impact(const BodySetup& setup, double gap_m, double closing_m_per_s, double contacts = 3.0) {
     RigidBodySolver solver(setup);
     const double contact_s = std::numbers::pi * std::sqrt(mass_kg / setup.contact.stiffness_N_per_m);
-    return advance(solver,
-                   static_cast<std::int64_t>(std::ceil((gap_m / closing_m_per_s + 3.0 * contact_s) / setup.step_s)));
+    return advance(
+        solver, static_cast<std::int64_t>(std::ceil((gap_m / closing_m_per_s + contacts * contact_s) / setup.step_s)));
   }
 
   /// Over impacts that begin at different places within a substep.
@@ -181,6 +182,53 @@ TEST_P(Restitution, OfASphereOnTheSideOfACapsuleIsThatAskedFor) {
     return (after.velocity_m_per_s(0, 1) - after.velocity_m_per_s(0, 0)) / speed;
   });
 }
+
+/// A sphere of which a joint to a heavy one takes the freedom, and which something heavy hits.
+class JointedRestitution : public Restitution {
+ protected:
+  static BodySetup held(JointKind kind, const Eigen::Vector3d& other_m, std::vector<BodySpecification> hit_by) {
+    std::vector<BodySpecification> bodies{ball("a", {0, 0, 0}), ball("b", other_m)};
+    bodies[1].mass_kg *= 10.0;
+    bodies.insert(bodies.end(), hit_by.begin(), hit_by.end());
+    BodySetup setup = touching(bodies, GetParam());
+    setup.joints = {{kind, 0, 1, other_m}};
+    return setup;
+  }
+  static constexpr double slow = 0.01 * speed;  // the joint hardly turns during the contact
+  static constexpr std::array kinds{JointKind::fixed, JointKind::hinge, JointKind::ball, JointKind::slider};
+  static inline const std::array<Eigen::Vector3d, 3> places_m{
+      {{3.0 * radius_m, 0, 0}, {2.0 * radius_m, 3.0 * radius_m, 0}, {radius_m, 2.0 * radius_m, -2.0 * radius_m}}};
+};
+
+TEST_P(JointedRestitution, OfTwoSpheresIsThatAskedFor) {
+  for (const JointKind kind : kinds) {
+    for (const Eigen::Vector3d& place_m : places_m) {
+      BodySpecification thrown = ball("c", {-2.0 * radius_m - 3.1e-6, 0, 0});
+      thrown.mass_kg *= 10.0;
+      thrown.velocity_m_per_s = {slow, 0, 0};
+      const BodySetup setup = held(kind, place_m, {thrown});
+      const Kinematics after = after_impact(setup, 3.1e-6, slow, 6.0);
+      EXPECT_NEAR((after.velocity_m_per_s(0, 0) - after.velocity_m_per_s(0, 2)) / slow, GetParam(), 0.01 * GetParam())
+          << static_cast<int>(kind) << ", " << place_m.transpose();
+      const Eigen::Vector3d momentum = after.velocity_m_per_s * Eigen::Vector3d(1, 10, 10);
+      EXPECT_LT((momentum - Eigen::Vector3d(10.0 * slow, 0, 0)).norm(), 1e-12 * slow);
+    }
+  }
+}
+
+TEST_P(JointedRestitution, OnAWallIsThatAskedFor) {
+  for (const JointKind kind : kinds) {
+    for (const Eigen::Vector3d& place_m : places_m) {
+      BodySetup setup = held(kind, place_m, {});
+      setup.walls = {wall({-radius_m - 3.1e-6, 0, 0}, {1, 0, 0})};
+      for (BodySpecification& body : setup.bodies) body.velocity_m_per_s = {-slow, 0, 0};
+      EXPECT_NEAR(after_impact(setup, 3.1e-6, slow, 6.0).velocity_m_per_s(0, 0) / slow, GetParam(), 0.01 * GetParam())
+          << static_cast<int>(kind) << ", " << place_m.transpose();
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Contacts, JointedRestitution, testing::Values(0.2, 0.5, 0.9, 1.0));
 
 INSTANTIATE_TEST_SUITE_P(Contacts, Restitution, testing::Values(0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0));
 

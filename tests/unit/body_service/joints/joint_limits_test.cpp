@@ -93,6 +93,100 @@ TEST(JointLimit, EndsTheSwingOfAPendulumWithoutAddingEnergy) {
   EXPECT_NEAR(state.angular_velocity_rad_per_s.norm(), 0.0, 1e-9);
 }
 
+/// Two beads on a slider along x, which turn about their centre of mass and move apart.
+BodySetup turning_pair(double step_s, double apart_m_per_s) {
+  BodySetup setup = setup_of({bead("a", {1, 0, 0}), bead("b", {-1, 0, 0})}, step_s);
+  for (BodySpecification& body : setup.bodies) {
+    body.shape.radius_m = 0.1;
+    body.mass_kg = 1.0;
+    body.angular_velocity_rad_per_s = {0, 0, 1};
+    body.velocity_m_per_s = Eigen::Vector3d(0.5 * apart_m_per_s, 1, 0) * body.position_m.x();
+  }
+  setup.joints = {limited(JointKind::slider, 1, -0.1, 0.0, {1, 0, 0})};
+  setup.joints[0].anchor_A_m = {-1, 0, 0};
+  setup.joints[0].anchor_B_m = {1, 0, 0};
+  return setup;
+}
+
+/// About z and the origin, of beads like these.
+double angular_momentum(const Kinematics& state, const BodySetup& setup) {
+  double sum = 0.0;
+  for (Eigen::Index body = 0; body < state.position_m.cols(); ++body) {
+    const BodySpecification& of = setup.bodies[static_cast<std::size_t>(body)];
+    const Eigen::Vector3d x = state.position_m.col(body), v = state.velocity_m_per_s.col(body);
+    sum += of.mass_kg * x.cross(v).z() +
+           moments_of_inertia(of.shape, of.mass_kg).across_kg_m2 * state.angular_velocity_rad_per_s(2, body);
+  }
+  return sum;
+}
+
+double kinetic_energy(const Kinematics& state, const BodySetup& setup) {
+  double sum = 0.0;
+  for (Eigen::Index body = 0; body < state.position_m.cols(); ++body) {
+    const BodySpecification& of = setup.bodies[static_cast<std::size_t>(body)];
+    sum += 0.5 * of.mass_kg * state.velocity_m_per_s.col(body).squaredNorm() +
+           0.5 * moments_of_inertia(of.shape, of.mass_kg).across_kg_m2 *
+               state.angular_velocity_rad_per_s.col(body).squaredNorm();
+  }
+  return sum;
+}
+
+TEST(JointLimit, KeepsEnergyAndMomentaOfWhatItHolds) {
+  for (const double step_s : {1e-2, 1e-3}) {
+    const BodySetup setup = turning_pair(step_s, 0.0);
+    RigidBodySolver solver(setup);
+    Kinematics start;
+    solver.kinematics(start);
+    const Kinematics end = advance(solver, std::lround(20.0 / step_s));
+    EXPECT_NEAR(angular_momentum(end, setup) / angular_momentum(start, setup), 1.0, 1e-8) << step_s;
+    EXPECT_NEAR(kinetic_energy(end, setup) / kinetic_energy(start, setup), 1.0, 1e-8) << step_s;
+    EXPECT_NEAR((end.position_m.col(0) - end.position_m.col(1)).norm(), 2.0, 1e-12) << step_s;
+    EXPECT_NEAR((end.velocity_m_per_s.col(0) + end.velocity_m_per_s.col(1)).norm(), 0.0, 1e-12) << step_s;
+  }
+}
+
+TEST(JointLimit, KeepsAngularMomentumInAnImpactToSecondOrderInTheStep) {
+  const auto change = [](double step_s) {
+    BodySetup setup = turning_pair(step_s, 0.3);
+    setup.joints[0].highest = 0.0777;
+    RigidBodySolver solver(setup);
+    Kinematics start;
+    solver.kinematics(start);
+    const Kinematics end = advance(solver, std::lround(1.0 / step_s));
+    EXPECT_NEAR((end.position_m.col(0) - end.position_m.col(1)).norm(), 2.0777, 1e-12);
+    return std::abs(angular_momentum(end, setup) / angular_momentum(start, setup) - 1.0);
+  };
+  EXPECT_LT(change(1e-3), 1e-6);
+  EXPECT_LT(change(1e-4), 1e-8);
+}
+
+TEST(JointLimit, LetsAPendulumWhoseBobItHoldsKeepItsEnergy) {
+  BodySetup setup = setup_of({capsule("arm", {0, 0, -8e-6}), bead("bob", {0, 0, -20e-6})}, limited_step_s);
+  setup.gravity_m_per_s2 = {0, 0, -9.81};
+  for (BodySpecification& body : setup.bodies) {
+    body.angular_velocity_rad_per_s = {0, 400, 0};
+    body.velocity_m_per_s = body.angular_velocity_rad_per_s.cross(body.position_m);
+  }
+  JointSpecification hook{JointKind::hinge, 0, -1, {0, 0, 8e-6}};
+  hook.axis = {0, 1, 0};
+  JointSpecification rail = limited(JointKind::slider, 0, -1e-6, 0.0, {0, 0, -1});
+  rail.body_A = 1;
+  rail.anchor_B_m = {0, 0, -12e-6};
+  setup.joints = {hook, rail};
+  const auto energy = [&](const Kinematics& state) {
+    double sum = kinetic_energy(state, setup);
+    for (const Eigen::Index body : {0, 1})
+      sum += 9.81 * setup.bodies[static_cast<std::size_t>(body)].mass_kg * (state.position_m(2, body) + 20e-6);
+    return sum;
+  };
+  RigidBodySolver solver(setup);
+  Kinematics start;
+  solver.kinematics(start);
+  const Kinematics end = advance(solver, 50000);  // some 8 periods
+  EXPECT_NEAR(energy(end) / energy(start), 1.0, 1e-6);
+  EXPECT_NEAR((end.position_m.col(1) - end.position_m.col(0)).norm(), 12e-6, 1e-18);
+}
+
 TEST(JointLimit, IsRefusedWhereThereIsNoMotionOrTheStartIsBeyondIt) {
   const auto refusal_of = [](const JointSpecification& joint) {
     BodySetup setup = setup_of({bead("a", {0, 0, 0})}, limited_step_s);
