@@ -36,7 +36,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       stream_collide_(choose_stream_collide<T>().update),
       halo_(domain_, partition_, layout_, communicator),
       moving_walls_(domain_, layout_),
-      pressure_faces_(domain_, layout_, units_.body_force_lu(setup.body_force_N_per_m3)),
+      pressure_faces_(domain_, layout_),
       map_(domain_, layout_, make_bodies(setup, units_)),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
       films_(setup),
