@@ -39,6 +39,7 @@ def response(radius, tau, scheme, turns, place, steps, box):
     motion = {"angular_velocity_rad_per_s" if turns else "velocity_m_per_s": [0, 0, speed]}
     body = sphere(radius, [box / 2 + 0.5 + shift for shift in place], "prescribed", **motion)
     case = {"case": "load_response", **lattice_case([box] * 3, tau, "periodic", [body], steps, **scheme)}
+    case["services"] = {"transport": "in_process"}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.yaml")
         file.write_text(json.dumps(case), encoding="utf-8")

@@ -30,6 +30,9 @@ double least_turning_mass(double late_drag) { return 0.3 * (late_drag - 1.0); }
 /// is more with bgk.
 double least_damping_of_sound(CollisionKind collision) { return collision == CollisionKind::bgk ? 0.19 : 0.07; }
 
+/// Below it the same holds for averaged loads with bgk, whatever the radius.
+constexpr double averaged_with_bgk_from = 0.58;
+
 double relaxation_time(const Case& the_case) {
   return relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
                                    the_case.fluid.kinematic_viscosity_m2_per_s);
@@ -61,7 +64,7 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
   if ((averages || parabolic) && relaxation_time < averaged_below) {
     if (!parabolic) rule.averaging = LoadAveraging::two_step;
     const bool late = fluid.collision == CollisionKind::bgk && !parabolic;
-    rule.virtual_mass = (late ? 0.85 + 4.6 / radius_cells : std::min(1.5, 0.62 + 8.8 * excess)) / radius_cells;
+    rule.virtual_mass = (late ? 3.4 : std::min(1.5, 0.62 + 8.8 * excess)) / radius_cells;
   } else {
     rule.virtual_mass = 1.2 / (radius_cells * excess) + 21.0 * excess / (radius_cells * radius_cells);
   }
@@ -140,7 +143,8 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
                            "at some places between the cells it may oscillate from step to step). Use "
                            "moving_boundary: parabolic or, with load_averaging: two_step, a relaxation time below " +
                            fmt::format("{}.", averaged_below));
-    } else if (radius_cells * (tau - 0.5) < least_damping_of_sound(the_case.fluid.collision)) {
+    } else if (radius_cells * (tau - 0.5) < least_damping_of_sound(the_case.fluid.collision) ||
+               (averages && the_case.fluid.collision == CollisionKind::bgk && tau < averaged_with_bgk_from)) {
       problems.warning(assembly.body_paths[i],
                        found + fmt::format("at a relaxation time of {:.3g} sound is hardly damped and may make it "
                                            "oscillate, the more so in a small domain). Use a larger relaxation time.",

@@ -17,7 +17,7 @@ struct VirtualMassRule {
 /// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
 /// velocity or angular velocity [docs/decisions/virtual_mass.md]:
 ///   needed below  max(1.4, 1.65 τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.65 τ^(3/2)) / r   without
-///   τ < 0.75, averaged loads:      m = min(1.5, 0.62 + 8.8 (τ − 1/2)) / r, with bgk 0.85 / r + 4.6 / r²; parabolic
+///   τ < 0.75, averaged loads:      m = min(1.5, 0.62 + 8.8 (τ − 1/2)) / r, with bgk 3.4 / r; parabolic
 ///                                  boundaries, whose loads do not alternate: the first of these, loads as they are
 ///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
 /// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
