@@ -96,6 +96,19 @@ void visit_members(AnySums& sums, const Visit& visit) {
   visit("before_last", sums.before_last);
 }
 
+template <typename AnySums, typename Visit>
+requires std::same_as<std::remove_const_t<AnySums>, BalanceSums>
+void visit_members(AnySums& sums, const Visit& visit) {
+  visit("start_kg_m_per_s", sums.start_kg_m_per_s);
+  visit("from_fluid_N_s", sums.from_fluid_N_s);
+  visit("from_drive_N_s", sums.from_drive_N_s);
+  visit("withheld_N_s", sums.withheld_N_s);
+  visit("exchanged_N_s", sums.exchanged_N_s);
+  visit("start_J", sums.start_J);
+  visit("from_fluid_J", sums.from_fluid_J);
+  visit("from_drive_J", sums.from_drive_J);
+}
+
 template <typename Members>
 requires requires(const Members& members) {
   visit_members(members, [](const char*, const auto&) {});
@@ -126,6 +139,7 @@ ordered_json to_json(const CouplerState& state) {
           {"previous_loads", encoded(state.previous_loads)},
           {"previous_kinematics", encoded(state.previous_kinematics)},
           {"swimmers", swimmers},
+          {"balance", encoded(state.balance)},
           {"tables", tables},
           {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}},
           {"components", {{"fluid", state.fluid_component}, {"body", state.body_component}}}};
@@ -139,6 +153,7 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
     decode(json.at("previous_loads"), state.previous_loads);
     decode(json.at("previous_kinematics"), state.previous_kinematics);
     for (const ordered_json& swimmer : json.at("swimmers")) decode(swimmer, state.swimmers.emplace_back());
+    decode(json.at("balance"), state.balance);
     for (const auto& [name, end] : json.at("tables").items())
       state.tables[name] = {whole_number<std::uint64_t>(end.at("bytes")),
                             whole_number<std::uint64_t>(end.at("checksum"))};

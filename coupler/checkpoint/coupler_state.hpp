@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "analysis/balance.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "contract/exchange.hpp"
 #include "storage/table_end.hpp"
@@ -27,6 +28,7 @@ struct CouplerState {
   Loads previous_loads;             ///< of the load averaging; no bodies: none yet
   Kinematics previous_kinematics;   ///< of the virtual masses; no bodies: none yet, or none needed
   std::vector<CycleSums> swimmers;  ///< of the analysis, in the order of the case
+  BalanceSums balance;              ///< since the run started
   TableEnds tables;                 ///< where the tables of the run directory ended
   MeanSampling mean;                ///< the fluid keeps its sums of the mean field for these steps only
   std::string fluid_component;      ///< name of the component whose state lies beside this one; empty: unknown

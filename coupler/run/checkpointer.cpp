@@ -77,10 +77,10 @@ void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExpl
     throw StorageError(std::to_string(available) + " bytes are free where a checkpoint takes about " +
                        std::to_string(needed) + " (the disk is nearly full). Free some space; the run continues.");
   }
-  store_.prepare(
-      fluid, body,
-      {scheme.step(), first_of_run_, scheme.previous_loads(), scheme.previous_kinematics(), observers.cycles().sums(),
-       observers.sync_files(), mean_, components_.fluid_capabilities().name, components_.body_capabilities().name});
+  store_.prepare(fluid, body,
+                 {scheme.step(), first_of_run_, scheme.previous_loads(), scheme.previous_kinematics(),
+                  observers.cycles().sums(), observers.balance().sums(), observers.sync_files(), mean_,
+                  components_.fluid_capabilities().name, components_.body_capabilities().name});
   components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
   spdlog::info("checkpoint of step {}", scheme.step());
 }

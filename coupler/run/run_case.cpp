@@ -160,7 +160,10 @@ void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
   if (checkpoint) {
     scheme.restore(checkpoint->state.step, checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
   }
-  if (resumed != nullptr) observers.cycles().restore(resumed->swimmers, resumed->step, resumed->first_step);
+  if (resumed != nullptr) {
+    observers.cycles().restore(resumed->swimmers, resumed->step, resumed->first_step);
+    observers.balance().restore(resumed->balance);
+  }
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");
   Checkpointer checkpointer(store, components_, able ? Checkpointer::Ability::saves : Checkpointer::Ability::none,
@@ -176,15 +179,18 @@ void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
     scheme.run(the_case.steps, pause);
     if (scheme.step() < the_case.steps) checkpointer.write(*fluid_, *body_, scheme, observers);
   }
-  const SolverSummary fluid_summary = fluid_->summarise();  // answered after the last bulk update
+  SolverSummary fluid_summary = fluid_->summarise();  // answered after the last bulk update
   timing.loop_s = std::chrono::duration<double>(Clock::now() - start).count();
   timing.fluid_wait_s = scheme.fluid_wait_s();
   timing.body_wait_s = scheme.body_wait_s();
   scheme.finish();
 
   events_.phase("finishing");
-  const auto summary = make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(), scheme.kinematics(),
-                                    timing, swimmer_reports(the_case, observers.cycles()));
+  auto analysis = swimmer_reports(the_case, observers.cycles());
+  analysis["balance"] = observers.balance().report();
+  if (fluid_summary.momentum_drift) *fluid_summary.momentum_drift += observers.balance().withheld();
+  const auto summary =
+      make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(), scheme.kinematics(), timing, analysis);
   components_.finish();
   timeline_.close();
   write_durably(directory_.summary(), summary.dump(2) + "\n");

@@ -43,7 +43,8 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
                   loaded.content.output.trajectory_every_steps, loaded.content.output.trajectory_from_step,
                   end_of(trajectory_path_, resumed)),
       progress_(events, loaded.content.steps),
-      cycles_(groups_of(loaded.content, loaded.assembly)) {
+      cycles_(groups_of(loaded.content, loaded.assembly)),
+      balance_(loaded.assembly.bodies, loaded.content.step_s) {
   if (have_cycles(cycles_.groups())) {
     cycle_table_.emplace(directory.cycles().string(), cycles_.groups(), loaded.content.fluid, loaded.content.step_s,
                          end_of(directory.cycles(), resumed));
@@ -59,6 +60,7 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
   all_.add(trajectory_);
   if (bodies_) all_.add(*bodies_);
   all_.add(cycles_);
+  all_.add(balance_);
   all_.add(progress_);
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "analysis/balance.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "checkpoint/coupler_state.hpp"
 #include "config/load_case.hpp"
@@ -42,6 +43,7 @@ class RunObservers {
   Observer& all() { return all_; }
 
   [[nodiscard]] CycleObserver& cycles() { return cycles_; }
+  [[nodiscard]] Balance& balance() { return balance_; }
 
   /// Brings all rows so far to the disk.
   /// @return where the tables end now
@@ -56,6 +58,7 @@ class RunObservers {
   Progress progress_;
   std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
   CycleObserver cycles_;
+  Balance balance_;
   Observers all_;
 };
 

@@ -23,7 +23,7 @@ struct RunTiming {
 std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, const Kinematics& kinematics);
 
 /// Content of summary.json (docs: "The run directory").
-/// @param swimmers  its keys about swimmers
+/// @param swimmers  its keys about swimmers, and the balance of the bodies
 nlohmann::ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const SolverSummary& fluid,
                                     const SolverSummary& body, const Kinematics& kinematics, const RunTiming& timing,
                                     const nlohmann::ordered_json& swimmers);

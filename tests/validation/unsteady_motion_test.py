@@ -47,6 +47,38 @@ class UnsteadyMotion(WholeRunTest):
             )
             self.assertAlmostEqual(impulse[step] / expected, 1, delta=0.015)
 
+    def test_started_sphere_and_fluid_keep_their_momentum(self):
+        for ratio in (0.5, 1, 2):
+            mass = ratio * 4 / 3 * math.pi * DENSITY * (4 * CELL_M) ** 3
+            body = (
+                f"{{name: ball, radius_m: 4.0e-5, mass_kg: {mass:.9e}, position_m: [1.21e-4, 1.19e-4, 1.23e-4], "
+                "velocity_m_per_s: [2.0e-3, 0, 0]}"
+            )
+            rows = self.rows_of(
+                "oscillating_sphere",
+                f"bodies=[{body}]",
+                "coupling.load_averaging=two_step",
+                "fluid.domain_cells=[24, 24, 24]",
+                "run.steps=300",
+                "output.fields.every_steps=300",
+            )
+            with h5py.File(self.directory / "fields.h5") as fields:
+                last = fields["step_000000300"]
+                momenta = last["density_kg_per_m3"][...] * last["velocity_m_per_s"][..., 0] * CELL_M**3
+                of_fluid = np.sum(momenta[last["body"][...] == 0])
+            end = mass * float(rows[-1]["vx_m_per_s"])
+            self.assertAlmostEqual((of_fluid + end) / (mass * 2e-3), 1, delta=0.005)
+            summary = json.loads((self.directory / "summary.json").read_text())
+            self.assertLess(summary["momentum_drift"], 0.005)
+            momentum = summary["balance"]["momentum_N_s"]
+            self.assertAlmostEqual(momentum["bodies_at_start"][0] / (mass * 2e-3), 1, delta=1e-12)
+            self.assertAlmostEqual(momentum["bodies_at_end"][0] / end, 1, delta=1e-12)
+            self.assertAlmostEqual(-momentum["from_fluid"][0] / of_fluid, 1, delta=0.005)
+            energy = summary["balance"]["energy_J"]
+            self.assertAlmostEqual(energy["bodies_at_start"] / (0.5 * mass * 4e-6), 1, delta=1e-12)
+            # The first load acts with the velocity before it: the bodies lose less than the fluid receives.
+            self.assertLess(energy["from_fluid"], energy["bodies_at_end"] - energy["bodies_at_start"])
+
     def test_light_sphere_beside_a_moved_one_gets_its_own_virtual_mass(self):
         mass = 4 / 3 * math.pi * DENSITY * (4 * CELL_M) ** 3
         moved = "velocity_m_per_s: [0, 0, 2.0e-3], signal: {kind: sinusoid, amplitude: 1, period_steps: 400}"

@@ -20,7 +20,9 @@ void check_springs(const Case& the_case, const Assembly& assembly, Problems& pro
 void check_joints(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems);     ///< of springs
 void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< for the coupling
-void check_contact(const Case& the_case, const Assembly& assembly, Problems& problems);       ///< stiffness, walls
+/// Forces on the fluid that bodies do not feel, and those on both that nothing takes up.
+void check_mixture(const Case& the_case, const Assembly& assembly, Problems& problems);
+void check_contact(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< stiffness, walls
 void check_signals(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_strokes(const Case& the_case, Problems& problems);
 void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< Mach number

@@ -43,6 +43,8 @@ CouplerState state_of(std::int64_t step) {
   sums.last.translation_m = Eigen::Vector3d::Random() / 3.0;
   sums.last.arms = Eigen::Matrix3Xd::Random(3, 2);
   state.swimmers = {sums, CycleSums{}};
+  state.balance.from_fluid_N_s = Eigen::Vector3d::Random() / 3.0;
+  state.balance.from_drive_J = 1.0 / 7.0;
   return state;
 }
 
@@ -79,6 +81,8 @@ TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   EXPECT_EQ(found.swimmers[0].power_W, state.swimmers[0].power_W);
   EXPECT_EQ(found.swimmers[0].power_as_in_paper_W, state.swimmers[0].power_as_in_paper_W);
   EXPECT_EQ(found.swimmers[0].samples, 12345);
+  EXPECT_EQ(found.balance.from_fluid_N_s, state.balance.from_fluid_N_s);
+  EXPECT_EQ(found.balance.from_drive_J, state.balance.from_drive_J);
   EXPECT_EQ(found.swimmers[0].first_position_m, state.swimmers[0].first_position_m);
   EXPECT_EQ(found.swimmers[0].turned, state.swimmers[0].turned);
   EXPECT_EQ(found.swimmers[0].last.arms, state.swimmers[0].last.arms);
