@@ -71,11 +71,11 @@ class UnsteadyMotion(WholeRunTest):
             summary = json.loads((self.directory / "summary.json").read_text())
             self.assertLess(summary["momentum_drift"], 0.005)
             momentum = summary["balance"]["momentum_N_s"]
-            self.assertAlmostEqual(momentum["bodies_at_start"][0] / (mass * 2e-3), 1, delta=1e-12)
-            self.assertAlmostEqual(momentum["bodies_at_end"][0] / end, 1, delta=1e-12)
+            self.assertAlmostEqual(momentum["bodies_at_start"][0] / (mass * 2e-3), 1, delta=1e-8)
+            self.assertAlmostEqual(momentum["bodies_at_end"][0] / end, 1, delta=1e-8)
             self.assertAlmostEqual(-momentum["from_fluid"][0] / of_fluid, 1, delta=0.005)
             energy = summary["balance"]["energy_J"]
-            self.assertAlmostEqual(energy["bodies_at_start"] / (0.5 * mass * 4e-6), 1, delta=1e-12)
+            self.assertAlmostEqual(energy["bodies_at_start"] / (0.5 * mass * 4e-6), 1, delta=1e-8)
             # The first load acts with the velocity before it: the bodies lose less than the fluid receives.
             self.assertLess(energy["from_fluid"], energy["bodies_at_end"] - energy["bodies_at_start"])
 
