@@ -148,7 +148,9 @@ def judged(chosen: Sequence[Combination], jobs: int | None) -> list[Row]:
         for one, (verdict, motion, said) in zip(chosen, pool.map(run, chosen)):
             deviation = _deviation_percent(motion, expected[one.reference])
             verdict = verdict or ("right" if deviation <= one.limit else "wrong")
-            rows.append(asdict(one) | {"verdict": verdict, "deviation": deviation, "limit": one.limit, "messages": said})
+            rows.append(
+                asdict(one) | {"verdict": verdict, "deviation": deviation, "limit": one.limit, "messages": said}
+            )
     return rows
 
 
