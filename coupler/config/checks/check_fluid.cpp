@@ -22,12 +22,13 @@ const char* time_key(const Case& the_case) {
 struct SettlingError {
   CollisionKind collision;
   MovingBoundary boundary;
-  double warned_from;  ///< bounce_back with bgk, the paper's scheme, is off by 9 at the paper's relaxation time
+  double warned_from;  ///< bounce_back with bgk, the paper's scheme, is off by 9 at the paper's relaxation time;
+                       ///< interpolated ones from 1.7 on by more than 10 if a light sphere has a radius of 2
   std::array<double, 9> percent;
 };
 constexpr std::array<double, 9> measured_times{0.55, 0.6, 0.6667, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0};
 constexpr std::array settling_errors{
-    SettlingError{CollisionKind::trt, MovingBoundary::interpolated, 2.0, {0.7, 1.0, 1.4, 2.3, 3.2, 4.0, 5.0, 6.1, 7.1}},
+    SettlingError{CollisionKind::trt, MovingBoundary::interpolated, 1.7, {0.7, 1.0, 1.4, 2.3, 3.2, 4.0, 5.0, 6.1, 7.1}},
     SettlingError{
         CollisionKind::bgk, MovingBoundary::parabolic, 2.0, {-4.7, -3.3, -1.6, 2.3, 3.2, 6.5, 11.4, 17.8, 24.0}},
     SettlingError{
