@@ -135,7 +135,7 @@ std::int64_t coupler_bytes(const Case& the_case) {
   const bool saves = the_case.output.checkpoint_every_steps > 0;
   if (the_case.services.transport == in_process_transport) {  // fluid and bodies included, but not the cells
     const bool has_cells = the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann;
-    return (saves && has_cells ? 22 : 17) * mebibyte;
+    return (saves && has_cells ? 22 : 18) * mebibyte;
   }
   return (saves ? 13 : 12) * mebibyte;
 }

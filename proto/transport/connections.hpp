@@ -28,7 +28,7 @@ class Connections {
   /// A message of this peer came over the connection with this file descriptor.
   void spoke(const std::string& peer, int descriptor);
 
-  /// Whether the connection over which the peer spoke last still stands.
+  /// Whether the connection over which the peer spoke last still stands. The thread may learn of it after the message.
   [[nodiscard]] bool connected(const std::string& peer);
 
   void remark(std::string text);

@@ -24,13 +24,14 @@ class ZeroMqDealer final : public Dealer {
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);
     socket_.set(zmq::sockopt::linger, kDealerLingerMs);
-    socket_.set(zmq::sockopt::ipv6, true);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
     socket_.set(zmq::sockopt::routing_id, name);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);
     socket_.set(zmq::sockopt::sndtimeo, 1000);
     try {
-      socket_.connect(with_numeric_host(endpoint));
+      const std::string address = with_numeric_host(endpoint);
+      socket_.set(zmq::sockopt::ipv6, address.starts_with("tcp://["));
+      socket_.connect(address);
     } catch (const zmq::error_t& error) {
       throw CaseError("The endpoint " + endpoint + " cannot be connected to (" + error.what() +
                       "). Use the address that the coupler was given.");

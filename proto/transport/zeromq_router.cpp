@@ -30,14 +30,15 @@ class ZeroMqRouter final : public Router {
     require_keys_off_this_machine(endpoint, keys.has_value());
     if (keys) use(*keys);
     socket_.set(zmq::sockopt::linger, kRouterLingerMs);
-    socket_.set(zmq::sockopt::ipv6, true);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
     socket_.set(zmq::sockopt::router_mandatory,
                 true);                                 // sending to an absent peer is an error, not a silent loss
     socket_.set(zmq::sockopt::router_handover, true);  // a peer that comes back keeps its name
     socket_.set(zmq::sockopt::sndtimeo, 0);            // a peer that reads nothing must not hold up the others
     try {
-      socket_.bind(with_numeric_host(endpoint));
+      const std::string address = with_numeric_host(endpoint);
+      socket_.set(zmq::sockopt::ipv6, address.starts_with("tcp://["));
+      socket_.bind(address);
     } catch (const zmq::error_t& error) {
       if (is_storage_errno(error.num()))
         throw StorageError("The socket " + endpoint + " cannot be made (" + error.what() +

@@ -61,7 +61,8 @@ class CountingFluid final : public FluidSolver {
 };
 
 FluidComponent counting_component(int& exchanges) {
-  return {{}, [&exchanges](const FluidSetup&, SolverContext&) { return std::make_unique<CountingFluid>(exchanges); }};
+  return {{"counting", "1.0", {"checkpoint"}},
+          [&exchanges](const FluidSetup&, SolverContext&) { return std::make_unique<CountingFluid>(exchanges); }};
 }
 
 TEST(Server, RefusesAMinorVersionThatItDidNotOffer) {
