@@ -97,6 +97,8 @@ class MemoryServer {
     spdlog::logger log("test", std::make_shared<spdlog::sinks::null_sink_mt>());
     session::Hello hello;
     hello.role = solver.role();
+    hello.capabilities =
+        solver.role() == session::Role::fluid ? fluid_component_.capabilities : body_component_.capabilities;
     hello.host = "here";
     hello.session_token = "token";
     exit_code_ = Server(*dealer, solver, vitals, log, hello, connect_deadline_s).run();

@@ -222,6 +222,18 @@ TEST(Server, CheckpointThatCannotBeWrittenIsToldAndTheSolverGoesOn) {
   EXPECT_EQ(server.join(), ExitCode::finished);
 }
 
+TEST(Server, WithoutCheckpointsRefusesToSave) {
+  int exchanges = 0;
+  FluidComponent component = counting_component(exchanges);
+  component.capabilities.features.clear();
+  MemoryServer server(component);
+  server.configure(one_sphere_in_water());
+  server.ask(moving_at(0));
+  server.header.step = 1;
+  EXPECT_EQ(server.ask(MessageKind::save, session::CheckpointPath{"/some/file"}), MessageKind::failure);
+  EXPECT_EQ(server.join(), ExitCode::refused);
+}
+
 TEST(Server, FailingConstructionOfTheSolverIsReportedWithItsReason) {
   const FluidComponent component = {{}, [](const FluidSetup&, SolverContext&) -> std::unique_ptr<FluidSolver> {
                                       throw CaseError("The domain is empty (0 cells). Enlarge it.");
