@@ -43,8 +43,9 @@ class ComponentProcess:
         ) as standard_input:
             self._popen = subprocess.Popen(
                 command,
-                # Components that are started by mpirun at the same time would share a folder in /tmp otherwise.
-                env={"OMPI_MCA_orte_tmpdir_base": os.path.abspath(folder), **environment, name: value},
+                # Components that are started by mpirun at the same time would share a folder otherwise, which the one
+                # that ends removes while another starts.
+                env={**environment, "OMPI_MCA_orte_tmpdir_base": os.path.abspath(folder), name: value},
                 stdin=standard_input,
                 stdout=None if shows_output else output,
                 stderr=None if shows_output else errors,
