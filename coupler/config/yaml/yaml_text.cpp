@@ -1,9 +1,12 @@
 #include "config/yaml/yaml_text.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <set>
+#include <sstream>
 #include <vector>
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include "config/yaml/document.hpp"
@@ -111,6 +114,27 @@ class Conversion {
   int level_ = 0;
 };
 
+/// Where a second document begins, which YAML::Load does not read; YAML::LoadAll may never end.
+std::optional<YAML::Mark> second_document(const std::string& text) {
+  struct Documents final : YAML::EventHandler {
+    std::vector<YAML::Mark> starts;
+    void OnDocumentStart(const YAML::Mark& mark) override { starts.push_back(mark); }
+    void OnDocumentEnd() override {}
+    void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+    void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+    void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+    void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+    void OnSequenceEnd() override {}
+    void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+    void OnMapEnd() override {}
+  } documents;
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  while (documents.starts.size() < 2 && parser.HandleNextDocument(documents)) {
+  }
+  return documents.starts.size() < 2 ? std::nullopt : std::optional(documents.starts[1]);
+}
+
 /// The emitter leaves some control characters bare, a lone carriage return for one, which no reader
 /// gives back.
 void emit_text(YAML::Emitter& out, const std::string& text) {
@@ -150,12 +174,11 @@ Value parse_yaml(const std::string& text, const std::string& source, LineNumbers
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") || text.find('\0') != std::string::npos)
     throw CaseInvalid(Origin{source, 1}, "this is not UTF-8 text (saved as UTF-16, or not text). Save it as UTF-8.");
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1)
-      throw CaseInvalid(conversion.origin(documents[1].Mark()),
-                        "a second document begins here (a case is one document; `---` separates several). Put it in a "
-                        "file of its own.");
-    return documents.empty() ? Value{} : conversion.convert(documents[0]);
+    if (const auto second = second_document(text))
+      throw CaseInvalid(conversion.origin(*second),
+                        "a second document begins here (a case is one document, a mapping; `---` separates several). "
+                        "Put it in a file of its own, or look at the line before.");
+    return conversion.convert(YAML::Load(text));
   } catch (const YAML::Exception& error) {
     throw CaseInvalid(conversion.origin(error.mark),
                       "this is not valid YAML (" + error.msg + "). Look at indentation, brackets and colons here.");
