@@ -176,8 +176,8 @@ Value parse_yaml(const std::string& text, const std::string& source, LineNumbers
   try {
     if (const auto second = second_document(text))
       throw CaseInvalid(conversion.origin(*second),
-                        "a second document begins here (a case is one document, a mapping; `---` separates several). "
-                        "Put it in a file of its own, or look at the line before.");
+                        "a second document begins here (a case is one document; `---` separates several). Put it in a "
+                        "file of its own.");
     return conversion.convert(YAML::Load(text));
   } catch (const YAML::Exception& error) {
     throw CaseInvalid(conversion.origin(error.mark),

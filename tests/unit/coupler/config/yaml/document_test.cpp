@@ -88,7 +88,6 @@ TEST(Document, RejectsAPositionThatIsTheNameOfAnotherItem) {
 TEST(YamlText, RefusesASecondDocumentAndOtherEncodings) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"case: a\n---\ncase: b\n", "case.yaml:2: error: a second document begins here"},
-      {"case: a\nfluid: {x: 1}\n--set run.steps=3\n", "case.yaml:3: error: a second document begins here"},
       {std::string("\xFF\xFE"
                    "c\0:\0",
                    6),
