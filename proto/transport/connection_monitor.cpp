@@ -12,6 +12,7 @@ constexpr int kOpened = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_ACCEPTED;
 constexpr int kClosed = ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CLOSED;
 constexpr int kTurnedAway = ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL;
 constexpr int kBrokenOff = ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL;
+constexpr int kEvents = kOpened | kClosed | kTurnedAway | kBrokenOff | ZMQ_EVENT_MONITOR_STOPPED;
 
 }  // namespace
 
@@ -19,7 +20,7 @@ ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& wat
                                      std::chrono::milliseconds wait)
     : watched_(watched), socket_(context, zmq::socket_type::pair) {
   const std::string address = "inproc://" + name;
-  if (zmq_socket_monitor(watched.handle(), address.c_str(), kOpened | kClosed | kTurnedAway | kBrokenOff) != 0) {
+  if (zmq_socket_monitor(watched.handle(), address.c_str(), kEvents) != 0) {
     throw Refused(std::string("The connections cannot be watched (") + zmq_strerror(zmq_errno()) +
                   "). Raise the limit of open files.");
   }
@@ -28,7 +29,9 @@ ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& wat
   socket_.connect(address);
 }
 
-ConnectionMonitor::~ConnectionMonitor() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
+ConnectionMonitor::~ConnectionMonitor() { stop(); }
+
+void ConnectionMonitor::stop() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
 
 ConnectionMonitor::Event ConnectionMonitor::next(int& descriptor) {
   // Frame 1: event (16 bits), value (32 bits); frame 2: address [zmq_socket_monitor(3)].
@@ -46,6 +49,7 @@ ConnectionMonitor::Event ConnectionMonitor::next(int& descriptor) {
   std::memcpy(&event, event_frame.data(), sizeof(event));
   std::memcpy(&value, static_cast<const char*>(event_frame.data()) + sizeof(event), sizeof(value));
   descriptor = value;
+  if (event == ZMQ_EVENT_MONITOR_STOPPED) return Event::stopped;
   if ((event & kOpened) != 0) return Event::opened;
   if ((event & kClosed) != 0) return Event::closed;
   if ((event & kTurnedAway) != 0) return Event::turned_away;

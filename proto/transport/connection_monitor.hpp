@@ -22,7 +22,10 @@ class ConnectionMonitor {
   ConnectionMonitor& operator=(const ConnectionMonitor&) = delete;
   ~ConnectionMonitor();
 
-  /// The next event; none if there was none in time, stopped once the context has been shut down.
+  /// Ends it, and a wait of another thread in next(); by the thread that uses the watched socket, before that closes.
+  void stop();
+
+  /// The next event; none if there was none in time, stopped after stop().
   /// @param descriptor  of the connection it is about
   Event next(int& descriptor);
 

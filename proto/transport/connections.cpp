@@ -32,10 +32,11 @@ std::string address_of(int descriptor) {
 }  // namespace
 
 Connections::Connections(zmq::context_t& context, zmq::socket_t& watched)
-    : context_(context), monitor_(context, watched, "router-monitor", kLook), thread_([this] { watch(); }) {}
+    : monitor_(context, watched, "router-monitor", kLook), thread_([this] { watch(); }) {}
 
 Connections::~Connections() {
-  context_.shutdown();  // ends the thread's wait
+  is_over_ = true;
+  monitor_.stop();  // ends the thread's wait
   thread_.join();
 }
 
@@ -67,7 +68,7 @@ std::string Connections::next_remark() {
 
 void Connections::watch() {
   block_signals();
-  for (int descriptor = -1;;) {
+  for (int descriptor = -1; !is_over_;) {
     const ConnectionMonitor::Event event = monitor_.next(descriptor);
     const std::lock_guard lock(mutex_);
     switch (event) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -19,7 +20,7 @@ class Connections {
  public:
   static constexpr std::size_t kMost = 64;  ///< a run needs four
 
-  /// @param context  of `watched`; shut down at the end
+  /// @param context  of `watched`
   Connections(zmq::context_t& context, zmq::socket_t& watched);
   Connections(const Connections&) = delete;
   Connections& operator=(const Connections&) = delete;
@@ -50,13 +51,13 @@ class Connections {
   void note_stalled();
   void keep(std::string remark);
 
-  zmq::context_t& context_;
   ConnectionMonitor monitor_;
   std::mutex mutex_;                    ///< of what follows
   std::map<int, Connection> standing_;  ///< by file descriptor
   std::map<std::string, int> last_;     ///< connection on which each peer spoke last
   std::uint64_t messages_ = 0;
   std::deque<std::string> remarks_;
+  std::atomic<bool> is_over_ = false;
   std::thread thread_;
 };
 
