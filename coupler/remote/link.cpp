@@ -29,6 +29,7 @@ constexpr std::chrono::milliseconds kMoment{20};  ///< most work beside the link
 session::Patience patience_of(const LinkSettings& settings) {
   session::Patience patience;
   patience.silence_s = settings.silence_s;
+  patience.disconnected_s = std::max(patience.disconnected_s, 0.1 * settings.silence_s);
   patience.progress_deadline_s = settings.progress_deadline_s;
   return patience;
 }

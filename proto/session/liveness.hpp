@@ -11,7 +11,7 @@ namespace copepod::session {
 struct Patience {
   double ping_every_s = 0.5;          ///< at rest
   double ping_broken_s = 0.05;        ///< while a connection is broken: the first pong shows that it is back
-  double disconnected_s = 0.5;        ///< a broken connection may come back for so long
+  double disconnected_s = 0.5;        ///< a broken connection may come back for so long, at least
   double silence_s = 3.0;             ///< a ping may stay without pong for so long
   double progress_deadline_s = 60.0;  ///< step, phase and progress may stand still for so long while work is due
   double pause_s = 1.0;               ///< a gap in the coupler's own attention that excuses the component

@@ -58,6 +58,17 @@ TEST(LostComponent, KilledFluidIsReportedByName) {
   EXPECT_TRUE(contains(reason, "at step 3 is gone")) << reason;
 }
 
+TEST(LostComponent, ABrokenConnectionMayComeBackForATenthOfTheSilenceLimit) {
+  CoupledRun run({"--slow-ms", "20"}, {}, with_silence(15.0));
+  run.begin();
+  run.advance(3);
+  run.fluid_process->signal(SIGKILL);
+  const auto start = Clock::now();
+  const std::string reason = run.advance_until_failure();
+  EXPECT_GT(seconds_since(start), 1.4);
+  EXPECT_TRUE(contains(reason, "is gone")) << reason;
+}
+
 TEST(LostComponent, KilledBodyIsNoticedWhileTheCouplerWaitsForTheFluid) {
   const HaltedFluid halted(5);
   CoupledRun run(halted.options(), {});
