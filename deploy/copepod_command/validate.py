@@ -4,7 +4,8 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from copepod_run import build, destinations
+from copepod_run import destinations
+from copepod_run.build import ensure_programs
 from copepod_run.checkout import ROOT, build_digest
 from copepod_run.errors import ExitCode, Stop
 
@@ -13,7 +14,7 @@ def validate(options: Namespace) -> int:
     """Runs the matrix, writes the page and prints where it is."""
     folder = Path(options.out or ROOT / "docs/results")
     destinations.make_folder(folder)
-    build.ensure_programs()
+    ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
     from copepod_validation import all_schemes, matrix, page
     from copepod_validation.experiment import SCHEMES
@@ -25,8 +26,9 @@ def validate(options: Namespace) -> int:
                     ExitCode.BAD_CASE, f"--all has no --{name} (it runs every combination). Leave one of them out."
                 )
         command = "deploy/copepod validate --all" + (" --fast" if options.fast else "")
-        results = all_schemes.judged(list(all_schemes.combinations(options.fast)), options.jobs)
-        path = all_schemes.write(folder, results, command, build_digest())
+        build, kept = build_digest(), matrix.FOLDER / "all_schemes.jsonl"
+        results = all_schemes.judged(list(all_schemes.combinations(options.fast)), options.jobs, build, kept)
+        path = all_schemes.write(folder, results, command, build)
         print(path)
         if wrong := sum(row["verdict"] == "wrong" for row in results):
             raise Stop(

@@ -9,7 +9,8 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,8 @@ from copepod_report.trajectory import Trajectory
 from copepod_run.checkout import ROOT, program
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode
+from copepod_run.messages import Stage
 from copepod_validation.experiment import CaseDict, lattice_case, sphere, table, viscosity
-from copepod_validation.matrix import FOLDER
 from copepod_validation.page import processor
 
 _BOUNDARIES = ("bounce_back", "interpolated", "central_linear", "parabolic")
@@ -139,19 +140,43 @@ def _motion(one: Combination, trajectory: Trajectory) -> np.ndarray:
     return (0.5 * (loads[1:] + loads[:-1]))[one.steps // 3 :]
 
 
-def judged(chosen: Sequence[Combination], jobs: int | None) -> list[Row]:
-    """Runs them, and before them their references, several at once."""
-    references = list(dict.fromkeys(one.reference for one in chosen))
-    rows = []
-    with ThreadPoolExecutor(jobs or len(os.sched_getaffinity(0))) as pool:
+def judged(chosen: Sequence[Combination], jobs: int | None, build: str, kept: Path) -> list[Row]:
+    """Runs them and before them their references, several at once, and adds a line to `kept` for each. What it has
+    from programs of this build is not run again."""
+    rows = {row: verdict for row, verdict in _read(kept, build)}
+    left = [one for one in chosen if one not in rows]
+    make_folder(kept.parent)
+    references = list(dict.fromkeys(one.reference for one in left))
+    with Stage("combinations") as stage, kept.open("a") as file, _pool(jobs) as pool:
         expected = {one: motion for one, (_, motion, _) in zip(references, pool.map(run, references))}
-        for one, (verdict, motion, message) in zip(chosen, pool.map(run, chosen)):
+        for one, (verdict, motion, message) in zip(left, pool.map(run, left)):
             deviation = _deviation_percent(motion, expected[one.reference])
             verdict = verdict or ("right" if deviation <= one.limit else "wrong")
-            rows.append(
-                asdict(one) | {"verdict": verdict, "deviation": deviation, "limit": one.limit, "message": message}
-            )
-    return rows
+            rows[one] = {"verdict": verdict, "deviation": deviation, "limit": one.limit, "message": message}
+            file.write(json.dumps(asdict(one) | rows[one] | {"build": build}) + "\n")
+            file.flush()
+            stage.count(len(rows), len(chosen))
+    return [asdict(one) | rows[one] for one in chosen]
+
+
+def _read(kept: Path, build: str) -> Iterator[tuple[Combination, Row]]:
+    """What this build has found; the file keeps nothing else, such as a line that was cut off."""
+    lines = kept.read_text().splitlines(keepends=True) if kept.exists() else []
+    own = [line for line in lines if line.endswith(f'"build": "{build}"}}\n')]
+    if own != lines:
+        kept.write_text("".join(own))
+    for row in map(json.loads, own):
+        yield Combination(*(row.pop(field.name) for field in fields(Combination))), row
+
+
+@contextmanager
+def _pool(jobs: int | None) -> Iterator[ThreadPoolExecutor]:
+    """Ends with what runs, however much is left to do, if it is interrupted."""
+    pool = ThreadPoolExecutor(jobs or len(os.sched_getaffinity(0)))
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _deviation_percent(motion: np.ndarray | None, expected: np.ndarray | None) -> float:
@@ -165,9 +190,7 @@ def _deviation_percent(motion: np.ndarray | None, expected: np.ndarray | None) -
 
 
 def write(folder: Path, rows: Sequence[Row], command: str, build: str) -> Path:
-    """The tables of the page, below its text. All rows go to all_schemes.json beside the other runs."""
-    make_folder(FOLDER)
-    (FOLDER / "all_schemes.json").write_text("[" + ",\n".join(map(json.dumps, rows)) + "]\n")
+    """The tables of the page, below its text."""
     grouped: dict[str, list[Row]] = {}
     for row in rows:
         grouped.setdefault("{collision} | {moving_boundary} | {tau:g}".format(**row), []).append(row)
