@@ -141,7 +141,7 @@ void CheckpointStore::keep_two_up_to(std::int64_t newest) const {
   std::size_t used = 0;
   for (const fs::path& folder : newest_first()) {
     const bool is_later = step_of_name(folder.filename().string()) > newest;
-    if (is_later || ++used > kept) remove_checkpoint(folder);
+    if (is_later || (fs::is_directory(folder) && ++used > kept)) remove_checkpoint(folder);
   }
 }
 

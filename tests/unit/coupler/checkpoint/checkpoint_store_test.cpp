@@ -101,6 +101,14 @@ TEST_F(Store, KeepsTheNewestTwoAndNothingUnfinished) {
   EXPECT_EQ(store.newest().state.step, 1'000'000'000);
 }
 
+TEST_F(Store, CountsNoFileOfOthersAmongTheNewestTwo) {
+  for (const std::int64_t step : {1000L, 2000L}) write(step);
+  std::ofstream(folder / "step_000002500") << "notes";
+  write(3000);
+  EXPECT_TRUE(fs::exists(folder / "step_000002000" / "manifest.json"));
+  EXPECT_TRUE(fs::exists(folder / "step_000002500"));
+}
+
 TEST_F(Store, KeepsNoneOfALaterStepWhichTheRunCouldNotUse) {
   for (const std::int64_t step : {1000L, 2000L}) write(step);
   fs::resize_file(folder / "step_000002000" / "body.bin", 3);
