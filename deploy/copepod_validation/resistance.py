@@ -15,7 +15,7 @@ REFERENCE = (
     "Pairs: Jeffrey and Onishi [J. Fluid Mech. 139, 1984], summed anew by collocation, and spinning by Jeffery [Proc. "
     "London Math. Soc. 14, 1915]. «Sliding»: past the wall, or past each other at ±V; «turning»: about an axis along "
     "the wall; «rolling»: both spheres alike, «geared»: against each other, about axes across their centres; "
-    "«spinning»: against each other about the line of centres. τ = 2, R = 4, of the other sphere 8 in 1:2; boxes of 24 "
+    "«spinning»: against each other about the line of centres. τ = 2; the other sphere of 1:2 has 2R; boxes of 24 "
     "× 24 × 20 radii at walls and of 20 × 16 × 20 radii for pairs. All with `lubrication: {cut_off_cells: auto}`, "
     "which acts at gaps below half a radius. The overview has the worst of the values above 0.3: smaller ones are "
     "couplings that vanish far from the wall."
@@ -51,7 +51,17 @@ class Point:
 
 
 POINTS: list[Point] = []
-MORE = {"parabolic": [Point(*of, gap) for of, gaps in EXACT.items() for gap in gaps]}
+_FINER = {
+    ("wall", "sliding"): (0.1276, 0.0453),
+    ("wall", "turning"): (0.1276, 0.0453),
+    ("pair", "sliding"): (0.2, 0.0453),
+    ("pair", "rolling"): (0.0453,),
+    ("pair of 1:2", "sliding"): (0.0453,),
+}
+MORE = {
+    "parabolic": [Point(*of, gap) for of, gaps in EXACT.items() for gap in gaps]
+    + [Point(*of, gap, 8.0) for of, gaps in _FINER.items() for gap in gaps]
+}
 LABEL = "{0.kind}_{0.way}_gap{0.gap:g}_radius{0.radius:g}"
 FAST = [Point("wall", "sliding", 0.0453)]
 
@@ -93,7 +103,7 @@ def evaluate(folder: Path, point: Point) -> tuple[float, float]:
 def section(results: Results[tuple[float, float]]) -> Section:
     def row(point: Point) -> str:
         exact = ", ".join("–" if np.isnan(value) else f"{value:.4g}" for value in point.reference)
-        return f"{point.kind} | {point.way} | {point.gap:g} | {exact}"
+        return f"{point.kind} | {point.way} | {point.radius:g} | {point.gap:g} | {exact}"
 
     def cell(values: list[tuple[float, float]]) -> str:
         return ", ".join("–" if np.isnan(exact) else f"{100 * (value / exact - 1):+.1f}" for value, exact in values)
@@ -103,5 +113,5 @@ def section(results: Results[tuple[float, float]]) -> Section:
         (scheme, point, max((100 * (v / exact - 1) for v, exact in values if exact > 0.3), key=abs))
         for scheme, point, values in pairs
     ]
-    markdown = table_by_point(pairs, "bodies | way | gap / R | exact force, torque", row, cell) + "\n\nError [%]."
+    markdown = table_by_point(pairs, "bodies | way | R [cells] | gap / R | exact force, torque", row, cell) + "\n\nError [%]."
     return Section(markdown, worst(errors, "resistances [%]", float))
