@@ -81,8 +81,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
 
   void operator()(std::span<const std::int32_t> bodies, BoundaryLinks<T>& links, std::span<const double> returned,
                   std::span<LoadSums> loads, MomentumSums& kept_back) const override {
-    const std::vector<const CellGroup*> groups = in_order(bodies, links);
-    const CellGroup* const* group = groups.data();
+    std::vector<const CellGroup*> groups = in_order(bodies, links);
+    const CellGroup** group = groups.data();
     for (std::size_t place = 0; place < bodies.size(); ++place) {
       const auto body = static_cast<std::size_t>(bodies[place]);
       const std::size_t count = links.of_body(body).groups.size();
@@ -107,11 +107,15 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return groups;
   }
 
-  void exchange(std::size_t body, std::size_t place, std::span<const CellGroup* const> groups,
-                BoundaryValues<T>& values, double returned, std::span<LoadSums> loads, MomentumSums& kept_back) const {
+  void exchange(std::size_t body, std::size_t place, std::span<const CellGroup*> groups, BoundaryValues<T>& values,
+                double returned, std::span<LoadSums> loads, MomentumSums& kept_back) const {
     const bool by_lanes = is_simple(body);
     SphereInBlock sphere;
-    if (by_lanes) sphere = in_block(map_.bodies()[body], groups, returned);
+    CellsByFilms cells;
+    if (by_lanes) {
+      sphere = in_block(map_.bodies()[body], groups, returned);
+      if (films_.beside(body)) cells = take_apart(body, groups);
+    }
     for (std::size_t g = 0; g < groups.size();) {
       const std::size_t end = std::min(groups.size(), g + LaneSums::most_groups);
       if (by_lanes) {
@@ -127,13 +131,42 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       if (!by_lanes) prefetch_ahead<per_link, per_cell>(groups.data() + g, values);
       single_links_(body, place, *groups[g++], values, returned, loads, kept_back);
     }
+    for (const CellGroup& group : cells.beside) single_links_(body, place, group, values, returned, loads, kept_back);
   }
 
-  /// Whether the links of a body are what exchange_groups is for: into a sphere, itself or one image of it, whose loads
-  /// no film is left out of.
+  /// Groups taken apart: the cells of `beside` may have films, those of `away` have none; lanes of the others are free.
+  struct CellsByFilms {
+    std::vector<CellGroup> away, beside;
+  };
+
+  /// @param groups  of the body; where some of its cells may have films, those without take the place of the group
+  CellsByFilms take_apart(std::size_t body, std::span<const CellGroup*> groups) const {
+    CellsByFilms cells;
+    cells.away.reserve(groups.size());
+    const Cell& low = layout_.block().low;
+    for (const CellGroup*& group : groups) {
+      std::array<bool, surface_lanes> beside{};
+      for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+        const auto& at = group->cell;
+        const Eigen::Vector3d r = map_.domain().from_position(
+            map_.bodies()[body].position, {low[0] + at[0][lane], low[1] + at[1][lane], low[2] + at[2][lane]});
+        beside[lane] = films_.may_meet(body, r, group->directions[lane]);
+      }
+      if (std::ranges::find(beside, true) == beside.end()) continue;
+      CellGroup& with = cells.beside.emplace_back(*group);
+      CellGroup& without = cells.away.emplace_back(*group);
+      for (std::size_t lane = 0; lane < surface_lanes; ++lane)
+        if (group->directions[lane] != 0) (beside[lane] ? without : with).set_free(lane);
+      group = &without;
+    }
+    return cells;
+  }
+
+  /// Whether the links of a body are what exchange_groups is for: into a sphere, itself or one image of it. Its films
+  /// are computed one by one.
   [[nodiscard]] bool is_simple(std::size_t index) const {
     const LatticeBody& body = map_.bodies()[index];
-    if (body.kind != ShapeKind::sphere || films_.beside(index)) return false;
+    if (body.kind != ShapeKind::sphere) return false;
     const Domain& domain = map_.domain();
     const double reach = body.radius + 2.0;
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
 #include "geometry/near_surfaces.hpp"
+#include "lattice_boltzmann/lattice/d3q19.hpp"
 
 namespace copepod::fluid {
 
@@ -17,7 +19,8 @@ namespace copepod::fluid {
 /// the cell centres happen to lie, so loads leave it out, and the coupler adds what lubrication theory gives.
 class ThinFilms {
  public:
-  explicit ThinFilms(const FluidSetup& setup) : setup_(setup), range_(setup) {}
+  explicit ThinFilms(const FluidSetup& setup)
+      : setup_(setup), range_(setup), high_(range_.high_m / setup.cell_size_m) {}
 
   /// Looks at some bodies of the setup only.
   /// @param bodies      ascending
@@ -38,6 +41,22 @@ class ThinFilms {
   }
 
   [[nodiscard]] bool beside(std::size_t body) const { return surfaces_ && !of_body(body).empty(); }
+
+  /// Whether a film can be where links from a cell meet the surface of a body, which has films beside it.
+  /// @param r  from the body's centre to the cell, in cells
+  [[nodiscard]] bool may_meet(std::size_t body, const Eigen::Vector3d& r, std::uint32_t directions) const {
+    return directions != 0 && std::ranges::any_of(of_body(body), [&](const NearSurface& surface) {
+             const double beyond = surface.distance_m(setup_.cell_size_m * r) / setup_.cell_size_m - high_;
+             if (beyond >= 1.5) return false;  // more than the longest link
+             double nearer = 1e-6;             // along a link, at most; more than what is rounded
+             for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1) {
+               const auto& e = d3q19::velocity[static_cast<std::size_t>(std::countr_zero(bits))];
+               const Eigen::Vector3d link(e[0], e[1], e[2]);
+               nearer = std::max(nearer, 1e-6 + (surface.is_body() ? link.norm() : -link.dot(surface.normal)));
+             }
+             return beyond < nearer;
+           });
+  }
 
   /// The film at a point of a body's surface.
   struct Film {
@@ -72,6 +91,7 @@ class ThinFilms {
 
   FluidSetup setup_;
   FilmRange range_;
+  double high_;  ///< of the range, in cells
   std::vector<std::int32_t> bodies_;
   std::optional<NearSurfaces> surfaces_;  ///< of these bodies, by place
 };

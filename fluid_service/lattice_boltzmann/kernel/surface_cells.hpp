@@ -27,6 +27,11 @@ struct CellGroup {
   Lanes<std::uint32_t> moments{};             ///< place of each cell's moments
   std::uint32_t links = 0;                    ///< of each cell
   std::uint32_t used = 0;                     ///< lanes
+
+  void set_free(std::size_t lane) {
+    directions[lane] = first_link[lane] = moments[lane] = 0;
+    --used;
+  }
 };
 
 /// A row's part of the arrays by link and by cell, which are in the order of z there, with room for more.
@@ -120,10 +125,6 @@ inline void BodySurface::move_here(const CellGroup& group, SurfacePlace& place) 
   here.moments[place.lane] = group.moments[lane];
 }
 
-inline void BodySurface::remove(const SurfacePlace& place) {
-  CellGroup& group = groups[place.group];
-  group.directions[place.lane] = group.first_link[place.lane] = group.moments[place.lane] = 0;
-  --group.used;
-}
+inline void BodySurface::remove(const SurfacePlace& place) { groups[place.group].set_free(place.lane); }
 
 }  // namespace copepod::fluid

@@ -310,9 +310,23 @@ TEST(MomentumExchange, ABodyThatMovesWithAUniformFlowFeelsNoForce) {
   EXPECT_GT(resting.force().normalized().dot(u.normalized()), 0.99);
 }
 
-/// Populations of any size, a sphere that moves and turns.
-Box16 stirred(double scale) {
-  Box16 box;
+/// Populations of any size, a sphere that moves and turns; with films, one at a wall and one to a smaller sphere.
+Box16 stirred(double scale, bool films = false, double radius = 3.3) {
+  const Shape small{ShapeKind::sphere, 2.0, 0.0};
+  Box16 box({ShapeKind::sphere, radius, 0.0}, films ? BoundaryKind::no_slip : BoundaryKind::periodic,
+            films ? std::vector{small} : std::vector<Shape>{});
+  if (films) {
+    Kinematics kinematics;
+    kinematics.resize(2);
+    kinematics.position_m << 8.2, 8.0, 7.9, 10.1 + radius, radius + 1.3, 5.8;
+    kinematics.orientation_wxyz << 1, 1, 0, 0, 0, 0, 0, 0;
+    for (std::size_t body = 0; body < 2; ++body)
+      box.map->bodies()[body].position = kinematics.position_m.col(static_cast<Eigen::Index>(body));
+    box.move();
+    box.setup.film_thickness_m = 2.4;
+    box.films = ThinFilms(box.setup);
+    box.films.find({0, 1}, kinematics);
+  }
   for (std::size_t i = 0; i < box.populations.size(); ++i)
     box.populations[i] = scale * std::sin(static_cast<double>(i * i % 1013));
   box.body().velocity = {0.01, -0.02, 0.013};
@@ -354,14 +368,22 @@ TEST(MomentumExchange, AddsUpToTheSameBitsWhateverTheOrderAndTheShares) {
 TEST(MomentumExchange, OfEightCellsAtOnceHasTheBitsOfOneByOne) {
   for (const MovingBoundary formula : {MovingBoundary::bounce_back, MovingBoundary::interpolated,
                                        MovingBoundary::central_linear, MovingBoundary::parabolic})
-    for (const double scale : {1e-3, 0.15, 0.5}) {
-      Box16 box = stirred(scale);
+    for (const auto& [scale, films, radius] : {std::tuple{1e-3, false, 3.3},
+                                               {0.15, false, 3.3},
+                                               {0.5, false, 3.3},
+                                               {1e-3, true, 3.3},
+                                               {1e-3, true, 1.6},
+                                               {1e-3, true, 1.2}}) {
+      Box16 box = stirred(scale, films, radius);
       box.exchange(formula);
-      const LoadSums at_once = box.sums;
+      const std::vector<LoadSums> at_once = box.all_sums;
+      const MomentumSums kept_back = box.kept_back;
       const std::vector<double> returned = box.returned;
       box.body().kind = ShapeKind::capsule;
+      box.kept_back = {};
       box.exchange(formula);
-      EXPECT_EQ(box.sums, at_once) << scale;
+      EXPECT_EQ(box.all_sums, at_once) << scale;
+      EXPECT_EQ(box.kept_back, kept_back) << scale;
       EXPECT_EQ(box.returned, returned) << scale;
     }
 }
