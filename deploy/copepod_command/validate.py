@@ -30,6 +30,8 @@ def validate(options: Namespace) -> int:
         results = all_schemes.judged(list(all_schemes.combinations(options.fast)), options.jobs, build, kept)
         path = all_schemes.write(folder, results, command, build)
         print(path)
+        if not options.fast:
+            print(all_schemes.write_errors(folder if options.out else ROOT / "coupler/config/checks", results))
         if wrong := sum(row["verdict"] == "wrong" for row in results):
             raise Stop(
                 ExitCode.FAILED, f"{wrong} of {len(results)} combinations that check admits are wrong. See {path}."

@@ -207,6 +207,23 @@ def write(folder: Path, rows: Sequence[Row], command: str, build: str) -> Path:
     return path
 
 
+def write_errors(folder: Path, rows: Sequence[Row]) -> Path:
+    """What `check` warns of: the largest deviations, by collision, boundary, motion, radius and relaxation time."""
+    largest: dict[tuple[Any, ...], float] = {}
+    for row in rows:
+        key = tuple(row[name] for name in ("collision", "moving_boundary", "motion", "radius", "tau"))
+        deviation = row["deviation"] if row["deviation"] < 99.0 else 99.0  # NaN where it diverged
+        largest[key] = max(largest.get(key, 0.0), deviation)
+    lines = [f"// Written by `copepod validate --all`, {datetime.date.today()}.\n"]
+    for words in itertools.product(("bgk", "trt"), _BOUNDARIES, _MOTIONS):
+        by_radius = ("{" + ", ".join(str(largest[*words, radius, tau]) for tau in _TAUS) + "}" for radius in _LIMIT)
+        names = "CollisionKind::{}, MovingBoundary::{}, Sphere::{}".format(*words)
+        lines.append(f"SchemeErrors{{{names}, {{{{{', '.join(by_radius)}}}}}}},\n")
+    path = folder / "scheme_errors.inc"
+    path.write_text("".join(lines))
+    return path
+
+
 def _counts(rows: Sequence[Row]) -> list[str]:
     verdicts = [row["verdict"] for row in rows]
     useless = sum(row["verdict"] == "warned" and row["deviation"] <= row["limit"] for row in rows)

@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 
 #include <spdlog/fmt/fmt.h>
 
@@ -15,42 +13,6 @@ namespace {
 
 const char* time_key(const Case& the_case) {
   return the_case.fluid.relaxation_time ? "fluid.relaxation_time" : "step_s";
-}
-
-/// By how much a sphere of radius 4 and twice the fluid's density settles too fast, relative to trt with parabolic
-/// boundaries [%] (tests/validation/settling_error.py). The others with trt stay within 2 %.
-struct SettlingError {
-  CollisionKind collision;
-  MovingBoundary boundary;
-  double warned_from;  ///< bounce_back with bgk, the paper's scheme, is off by 9 at the paper's relaxation time;
-                       ///< interpolated ones from 1.7 on by more than 10 if a light sphere has a radius of 2
-  std::array<double, 9> percent;
-};
-constexpr std::array<double, 9> measured_times{0.55, 0.6, 0.6667, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0};
-constexpr std::array settling_errors{
-    SettlingError{CollisionKind::trt, MovingBoundary::interpolated, 1.7, {0.7, 1.0, 1.4, 2.3, 3.2, 4.0, 5.0, 6.1, 7.1}},
-    SettlingError{
-        CollisionKind::bgk, MovingBoundary::parabolic, 2.0, {-4.7, -3.3, -1.6, 2.3, 3.2, 6.5, 11.4, 17.8, 24.0}},
-    SettlingError{
-        CollisionKind::bgk, MovingBoundary::central_linear, 2.0, {-6.3, -5.7, -4.6, 1.9, 9.2, 17.3, 29.4, 45.6, 59.6}},
-    SettlingError{
-        CollisionKind::bgk, MovingBoundary::interpolated, 2.0, {-6.0, -5.0, -3.6, 3.6, 11.0, 19.4, 32.0, 48.1, 61.9}},
-    SettlingError{
-        CollisionKind::bgk, MovingBoundary::bounce_back, 9.5, {-11.9, -10.7, -8.9, -0.1, 8.3, 16.9, 28.5, 45.0, 59.3}}};
-
-/// Between the measured relaxation times linear, beyond them that of the last one; 0 where there is nothing to warn of.
-double settling_error_percent(const FluidCase& fluid, double tau) {
-  for (const SettlingError& error : settling_errors) {
-    if (error.collision != fluid.collision || error.boundary != fluid.moving_boundary) continue;
-    const auto next = std::ranges::upper_bound(measured_times, tau);
-    const auto high = static_cast<std::size_t>(
-        std::clamp<std::ptrdiff_t>(next - measured_times.begin(), 1, std::ssize(measured_times) - 1));
-    const double along =
-        std::clamp((tau - measured_times[high - 1]) / (measured_times[high] - measured_times[high - 1]), 0.0, 1.0);
-    const double percent = std::lerp(error.percent[high - 1], error.percent[high], along);
-    return std::abs(percent) < error.warned_from ? 0.0 : percent;
-  }
-  return 0.0;
 }
 
 bool is_wall(const Boundary& face) { return face.kind == BoundaryKind::no_slip || face.kind == BoundaryKind::velocity; }
@@ -113,16 +75,6 @@ void check_time(const Case& the_case, Problems& problems) {
   } else if (the_case.fluid.collision == CollisionKind::bgk && tau < 0.52) {
     problems.error(time_key(the_case),
                    found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
-  } else if (const double percent = settling_error_percent(the_case.fluid, tau);
-             percent != 0.0 && !(the_case.bodies.empty() && the_case.swimmers.empty())) {
-    problems.warning(
-        time_key(the_case),
-        found + fmt::format(" (with collision {} and moving_boundary {} a sphere of 4 cells settles {:.0f} % "
-                            "too {}; the error falls with the square of its radius). Use collision: trt "
-                            "with moving_boundary: parabolic, or smaller cells.",
-                            name_of(collision_names, the_case.fluid.collision),
-                            name_of(moving_boundary_names, the_case.fluid.moving_boundary), std::abs(percent),
-                            percent > 0.0 ? "fast" : "slowly"));
   } else if (tau > 2.0) {
     problems.warning(time_key(the_case), found +
                                              " (bounce-back walls shift noticeably above about 2, most with bgk). "

@@ -18,7 +18,9 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
 /// Springs, bends and pair forces.
 void check_springs(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_joints(const Case& the_case, const Assembly& assembly, Problems& problems);
-void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems);     ///< of springs
+void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< of springs
+/// Errors of loads and of motions that the combination of schemes is known for.
+void check_schemes(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< for the coupling
 /// Forces on the fluid that bodies do not feel, and those on both that nothing takes up.
 void check_mixture(const Case& the_case, const Assembly& assembly, Problems& problems);

@@ -26,13 +26,6 @@ constexpr double largest_drag_of_a_step = 0.65;
 constexpr double latest_drag = 1.6;
 double least_turning_mass(double late_drag) { return 0.3 * (late_drag - 1.0); }
 
-/// Of r (τ − 1/2): below it the sound of a periodic box of six radii drives any virtual mass that rotation needs, which
-/// is more with bgk.
-double least_damping_of_sound(CollisionKind collision) { return collision == CollisionKind::bgk ? 0.19 : 0.07; }
-
-/// Below it the same holds for averaged loads with bgk, whatever the radius.
-constexpr double averaged_with_bgk_from = 0.58;
-
 double relaxation_time(const Case& the_case) {
   return relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
                                    the_case.fluid.kinematic_viscosity_m2_per_s);
@@ -43,15 +36,15 @@ bool returns_staggered_momentum(MovingBoundary boundary) {
   return boundary == MovingBoundary::bounce_back || boundary == MovingBoundary::central_linear;
 }
 
-bool moves_under_loads(const BodySpecification& body) {
-  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
-}
-
 double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
   return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
 }
 
 }  // namespace
+
+bool moves_under_loads(const BodySpecification& body) {
+  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
+}
 
 VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
                                   const FluidCase& fluid) {
@@ -143,12 +136,6 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
                            "at some places between the cells it may oscillate from step to step). Use "
                            "moving_boundary: parabolic or, with load_averaging: two_step, a relaxation time below " +
                            fmt::format("{}.", averaged_below));
-    } else if (radius_cells * (tau - 0.5) < least_damping_of_sound(the_case.fluid.collision) ||
-               (averages && the_case.fluid.collision == CollisionKind::bgk && tau < averaged_with_bgk_from)) {
-      problems.warning(assembly.body_paths[i],
-                       found + fmt::format("at a relaxation time of {:.3g} sound is hardly damped and may make it "
-                                           "oscillate, the more so in a small domain). Use a larger relaxation time.",
-                                           tau));
     }
   }
 }

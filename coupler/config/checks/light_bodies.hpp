@@ -31,6 +31,9 @@ std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& asse
 /// Averaging of the loads of bodies that have a virtual mass.
 LoadAveraging averaging_with_virtual_mass(const Case& the_case);
 
+/// Free in at least one direction.
+bool moves_under_loads(const BodySpecification& body);
+
 /// Mass of a body by that of the fluid it displaces.
 double mass_ratio(const BodySpecification& body, const FluidCase& fluid);
 
