@@ -66,6 +66,7 @@ void CycleObserver::observe(const StepRecord& record) {
 }
 
 void CycleObserver::finish(const StepRecord& last) {
+  end_position_m_ = last.kinematics.position_m;
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     if (sums_[i].number >= 0 && sums_[i].samples == groups_[i].period_steps) close(groups_[i], sums_[i], last);
   }

@@ -41,6 +41,8 @@ class CycleObserver final : public Observer {
 
   [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
   [[nodiscard]] const std::vector<CycleSums>& sums() const { return sums_; }
+  /// Of all bodies when the run ends, shape (3, bodies).
+  [[nodiscard]] const Eigen::Matrix3Xd& end_position_m() const { return end_position_m_; }
   /// @param step        that comes next
   /// @param first_step  of the run; a cycle that began before it is not measured
   /// @throws StorageError if the sums are not of these swimmers before that step
@@ -54,6 +56,7 @@ class CycleObserver final : public Observer {
 
   std::vector<Group> groups_;
   std::vector<CycleSums> sums_;
+  Eigen::Matrix3Xd end_position_m_;
   CycleTable* table_ = nullptr;
   std::int64_t phase_within_ = -1, phase_period_ = 0;  ///< of which cosine and sine are; most swimmers share them
   double cosine_ = 1.0, sine_ = 0.0;

@@ -1,5 +1,6 @@
 #include "analysis/rigid_fit.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
@@ -22,17 +23,28 @@ Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
   return turn.angle() * turn.axis();
 }
 
+namespace {
+
+/// Whether points about their centroid leave a line by less than a thousandth of their extent along it.
+bool is_row(const Eigen::Matrix3Xd& points) {
+  const Eigen::Matrix3d moments = points * points.transpose();
+  const Eigen::Vector3d squares = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues();
+  return squares[1] <= 1e-6 * squares[2];
+}
+
+}  // namespace
+
 RigidMotion fit_rigid_motion(const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after) {
   const Eigen::Vector3d from = before.rowwise().mean(), to = after.rowwise().mean();
   RigidMotion motion;
   motion.translation_m = to - from;
-  const Eigen::Matrix3d covariance = (before.colwise() - from) * (after.colwise() - to).transpose();
+  const Eigen::Matrix3Xd p = before.colwise() - from, q = after.colwise() - to;
+  const Eigen::Matrix3d covariance = p * q.transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d &U = svd.matrixU(), &V = svd.matrixV();
   const Eigen::Vector3d& S = svd.singularValues();
-  constexpr double collinear = 1e-6;  // the square of what points may leave their line by
   if (S[0] == 0.0) return motion;
-  if (S[1] <= collinear * S[0]) {
+  if (is_row(p) || is_row(q)) {
     motion.rotation = shortest_rotation(U.col(0), V.col(0));
     return motion;
   }

@@ -14,8 +14,8 @@ struct RigidMotion {
 /// (Kabsch, Acta Cryst. A 32, 922 (1976); docs/theory.md, (C13)).
 ///   H = Σ (p − c)(p' − c')ᵀ = U S Vᵀ,   R = V diag(1, 1, det(V Uᵀ)) Uᵀ
 /// For points on a line the rotation about that line is undetermined, and the shortest rotation that turns the line is
-/// returned; the same holds for points that leave their line by less than some thousandth of its length. A single point
-/// does not rotate.
+/// returned; the same holds where the points leave their line by less than a thousandth of its length, before or after.
+/// A single point does not rotate.
 /// @param before, after  shape (3, points), at least one point, equal weights
 RigidMotion fit_rigid_motion(const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after);
 

@@ -70,7 +70,7 @@ SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimm
   figures.K_per_m = geometrical_factor_per_m(equivalent_radii_m(swimmer), {arm1.mean_m, arm2.mean_m});
   figures.at_omega = figures_at(2.0 * pi / period_s, measured.mean_power_W, figures, measured, swimmer, the_case.fluid);
   const double viscosity = the_case.fluid.kinematic_viscosity_m2_per_s;
-  if (viscosity > 0.0) figures.Re_swim = figures.u_swim_m_per_s * rest_length_m(swimmer) / viscosity;
+  if (viscosity > 0.0) figures.Re_swim = std::abs(figures.u_swim_m_per_s) * rest_length_m(swimmer) / viscosity;
   figures.Re_bodies = reynolds_numbers(measured.max_speed_m_per_s, swimmer, the_case.fluid);
   return figures;
 }

@@ -174,9 +174,10 @@ void add_figures_of_paper(ordered_json& report, const Swimmer& swimmer, const Gr
   report["as_in_paper"] = paper;
 }
 
-/// All swimmers together, at the end of the last full cycle of each: mean and standard deviation of the speed along
-/// their own axes, polar order |Σ e|/N, and the distance from each centroid to the nearest other one.
+/// All swimmers together: mean and standard deviation of the speed along their own axes and polar order |Σ e|/N, of the
+/// last full cycle of each, and the distance from each centroid to the nearest other one at the end of the run.
 ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
+  if (observer.end_position_m().cols() == 0) return nullptr;  // the run has not ended
   Eigen::Matrix3Xd centroids_m(3, static_cast<Eigen::Index>(the_case.swimmers.size()));
   Eigen::VectorXd speeds_m_per_s(centroids_m.cols());
   Eigen::Vector3d order = Eigen::Vector3d::Zero();
@@ -185,7 +186,7 @@ ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
     const Group& group = observer.groups()[i];
     const CycleSums& sums = observer.sums()[i];
     if (sums.last.number < 0) continue;
-    centroids_m.col(count) = sums.last.centroid_m + sums.last.translation_m;
+    centroids_m.col(count) = observer.end_position_m()(Eigen::all, group.bodies).rowwise().mean();
     speeds_m_per_s[count++] = evaluate(sums.last, group, the_case.fluid, the_case.step_s).along_m_per_s;
     order += sums.turned * group.axis;
   }

@@ -10,12 +10,12 @@ from typing import Any
 
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.sweep import swept_keys, value_text
-from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
+from copepod_run.figures import FIGURES, Figure, compared, measured, number_text, percent_text
 
 
 @dataclass(frozen=True)
 class Row:
-    """A swimmer of a case; a case that has none, or is not done, has one row without figures."""
+    """A swimmer or group; a case that has none, or is not done, has one row without figures."""
 
     entry: Entry
     swimmer: str  # empty where there is no other
@@ -38,7 +38,7 @@ def records(name: str, entries: Sequence[Entry]) -> dict[str, Any]:
 
 
 def markdown(entries: Sequence[Entry]) -> str:
-    """A row per swimmer; a cell holds our figure, and in brackets the published one and our deviation from it."""
+    """A row per swimmer and group; a cell holds our figure, in brackets the published one and our deviation from it."""
     rows = _rows(entries)
     heads, known = _known_columns(rows)
     keys = [key for key in FIGURES if any(key in row.figures for row in rows)]
@@ -65,7 +65,7 @@ def text(entries: Sequence[Entry]) -> str:
 def _rows(entries: Sequence[Entry]) -> list[Row]:
     rows = []
     for entry in entries:
-        swimmers = (entry.summary or {}).get("swimmers") or [] if entry.state is State.DONE else []
+        swimmers = measured(entry.summary or {}) if entry.state is State.DONE else []
         if not swimmers:
             rows.append(Row(entry, "", {}))
         for number, swimmer in enumerate(swimmers):

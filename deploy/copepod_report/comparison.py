@@ -12,12 +12,12 @@ Row = tuple[int, str, dict[str, Figure]]  # number of the run, swimmer name, fig
 
 
 def comparison_rows(runs: Sequence[RunRecord]) -> list[Row]:
-    """A row for every swimmer, or one for a run without any."""
-    return [
-        (number, name, figures)
-        for number, run in enumerate(runs)
-        for name, figures in [(swimmer.name, compared(swimmer.figures)) for swimmer in run.swimmers] or [("", {})]
-    ]
+    """A row for every swimmer and group, or one for a run without any."""
+    rows: list[Row] = []
+    for number, run in enumerate(runs):
+        entries = [swimmer.figures for swimmer in run.swimmers] + (run.summary.get("groups") or [])
+        rows += [(number, entry.get("name", ""), compared(entry)) for entry in entries or [{}]]
+    return rows
 
 
 def comparison_columns(rows: Sequence[Row]) -> list[tuple[str, str]]:

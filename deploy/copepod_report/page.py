@@ -80,7 +80,7 @@ def comparison_section(runs: Sequence[RunRecord], anchors: Sequence[str], figure
     body = ""
     for number, swimmer_name, cells in rows:
         run = runs[number]
-        shown = f"<small>{escape(swimmer_name)}</small>" if len(run.swimmers) > 1 else ""
+        shown = f"<small>{escape(swimmer_name)}</small>" if len(measured(run.summary)) > 1 else ""
         label = f'<td><a href="#{anchors[number]}">{escape(run.name)}</a>{shown}</td>'
         parameters = [number_text(run.sweep.values[key]) if key in run.sweep.values else "" for key in swept]
         values = "".join(f"<td>{escape(text)}</td>" for text in parameters)

@@ -95,6 +95,16 @@ TEST(RigidFit, TakesARowThatTremblesForARow) {
   EXPECT_LT(rotation_vector(fit_rigid_motion(before, after).rotation).norm(), 1e-5);
 }
 
+TEST(RigidFit, TakesBeadsForARowThatLieInOneBeforeOrAfter) {
+  // Bent to different sides, by little once and much once: a quarter turn about the row that nothing made.
+  Eigen::Matrix3Xd straight = row(), bent = row();
+  straight(0, 1) += 1e-9;
+  bent(1, 1) += 5e-6;
+  const Eigen::Matrix3Xd turned = moved(bent, turn(0.08, {1, 1, 0}), {0, 0, 0});
+  EXPECT_NEAR(rotation_vector(fit_rigid_motion(straight, turned).rotation).norm(), 0.08, 0.01);
+  EXPECT_NEAR(rotation_vector(fit_rigid_motion(turned, straight).rotation).norm(), 0.08, 0.01);
+}
+
 TEST(RigidFit, MovesASinglePointWithoutTurningIt) {
   const Eigen::Matrix3Xd point = Eigen::Vector3d(1, 2, 3);
   const RigidMotion fit = fit_rigid_motion(point, Eigen::Matrix3Xd(Eigen::Vector3d(1, 2, 4)));

@@ -121,7 +121,8 @@ TEST(SwimmerReport, DescribesASwarm) {
     both.position_m << slow.at(step).position_m, moved_m.colwise() + (start_m + Eigen::Vector3d(95 * cell_m, 0, 0));
     both.velocity_m_per_s.setZero();
     both.angular_velocity_rad_per_s.setZero();
-    observer.observe({step, both, none, none, none});
+    if (step < 3 * period) observer.observe({step, both, none, none, none});
+    if (step == 3 * period) observer.finish({step, both, none, none, none});
   }
   const auto swarm = swimmer_reports(the_case, observer)["swarm"];
   EXPECT_EQ(swarm["swimmers"], 2);
