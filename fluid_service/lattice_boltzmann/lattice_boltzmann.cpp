@@ -47,7 +47,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       timer_(communicator.context().timeline()),
       output_(setup, communicator) {
   populations_.touch(showing_progress());  // or the first step would wait for memory
-  if (setup.initial_flow.kind != InitialFlowKind::rest)
+  if (setup.initial_flow.kind != InitialFlowKind::rest || has_force_)
     initialise([&](const Cell& cell) { return initial_flow(setup_, units_, cell); });
   std::int64_t ready[] = {0};
   communicator.sum_to_all(ready);  // no rank is late for the first step

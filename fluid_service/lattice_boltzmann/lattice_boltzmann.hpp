@@ -159,8 +159,10 @@ template <class T>
 template <class Flow>
 void LatticeBoltzmann<T>::initialise(const Flow& flow) {
   const double relaxation_time = units_.relaxation_time(setup_.kinematic_viscosity_m2_per_s);
+  const Eigen::Vector3d force = units_.body_force_lu(setup_.body_force_N_per_m3);
   for_each_cell(layout_.block(), [&](const Cell& cell) {
-    const LocalFlow local = flow(cell);
+    LocalFlow local = flow(cell);
+    local.force = force;
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       populations_[static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement_))] =
           static_cast<T>(starting_deviation(alpha, local, relaxation_time));

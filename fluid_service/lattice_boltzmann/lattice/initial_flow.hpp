@@ -19,18 +19,21 @@ struct LocalFlow {
   double excess_density = 0.0;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();  ///< ∂u_i/∂x_j, without trace
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();     ///< of the body force, per cell
 };
 
 /// Deviation f̃_α − w_α of a population after the collision, of second order in the cell:
-///   f̃_α = f_α^eq − 3 w_α ρ (τ − 1) Σ_ij e_i e_j ∂u_i/∂x_j                                  (F14)
-/// from f_α^neq = −3 w_α ρ τ e·(e·∇)u, of which the collision leaves the part 1 − 1/τ [Skordos 1993].
+///   f̃_α = f_α^eq − 3 w_α ρ (τ − 1) Σ_ij e_i e_j ∂u_i/∂x_j + 3 w_α e·F/2                    (F14)
+/// from f_α^neq = −3 w_α ρ τ e·(e·∇)u, of which the collision leaves the part 1 − 1/τ [Skordos 1993], and with the half
+/// of the force F that a collision has already added for the half step to come [Guo, Zheng, Shi 2002].
 inline double starting_deviation(int alpha, const LocalFlow& flow, double relaxation_time) {
   const auto& e = d3q19::e[alpha];
   const Eigen::Vector3d direction(e[0], e[1], e[2]);
   const double velocity[3] = {flow.velocity[0], flow.velocity[1], flow.velocity[2]};
   return equilibrium_deviation(alpha, flow.excess_density, velocity) -
          3.0 * d3q19::weight(alpha) * (1.0 + flow.excess_density) * (relaxation_time - 1.0) *
-             direction.dot(flow.gradient * direction);
+             direction.dot(flow.gradient * direction) +
+         1.5 * d3q19::weight(alpha) * direction.dot(flow.force);
 }
 
 /// Linear between the two walls of which one moves, whose axis is the only one with a moving wall.

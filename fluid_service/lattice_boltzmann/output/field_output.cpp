@@ -262,12 +262,10 @@ bool FieldSchedule::enters_mean(std::int64_t step) const {
          (step - output_.mean_start) % output_.mean_every_steps == 0;
 }
 
-/// How many of the steps up to `step` enter the mean.
+/// How many of the steps up to `step` enter the mean. Step 0 does as the first one begins: a state of step 0 lacks it.
 std::int64_t FieldSchedule::samples_by(std::int64_t step) const {
-  if (output_.mean_stop == 0) return 0;
-  const std::int64_t first = output_.mean_start > 0 ? output_.mean_start : output_.mean_every_steps;
   const std::int64_t last = std::min(step, output_.mean_stop - 1);
-  return last < first ? 0 : 1 + (last - first) / output_.mean_every_steps;
+  return step == 0 || last < output_.mean_start ? 0 : 1 + (last - output_.mean_start) / output_.mean_every_steps;
 }
 
 void FieldSchedule::restore(std::int64_t step, const Sampling& sampling, MeanField mean) {
@@ -280,7 +278,7 @@ void FieldSchedule::restore(std::int64_t step, const Sampling& sampling, MeanFie
 void FieldSchedule::after_step(std::int64_t step, const std::function<FieldBlock()>& fields) {
   if (!writer_) return;
   const bool snapshot = output_.every_steps > 0 && step % output_.every_steps == 0;
-  const bool sample = step > 0 && enters_mean(step);
+  const bool sample = enters_mean(step);
   if (snapshot || sample) {
     const FieldBlock block = fields();
     if (snapshot) writer_->write_snapshot(step, block);

@@ -29,6 +29,7 @@ class MeanRun {
 
   void advance_to(std::int64_t step) {
     while (step_ < step) {
+      if (step_ == 0) schedule_->after_step(0, [] { return cell_at(0); });
       ++step_;
       schedule_->after_step(step_, [this] { return cell_at(step_); });
     }
@@ -63,6 +64,8 @@ TEST(FieldSchedule, SamplesItsWindow) {
   const MeanRun run(10, 21, 5, 25);
   EXPECT_EQ(run.samples(), 3);
   EXPECT_EQ(run.sum(), 10 + 15 + 20);
+  EXPECT_EQ(MeanRun(0, 30, 1, 30).samples(), 30);
+  EXPECT_EQ(MeanRun(0, 10, 10, 10).samples(), 1);
 }
 
 TEST(FieldSchedule, GoesOnWithTheSumsOfTheSameWindow) {
@@ -93,7 +96,7 @@ TEST(FieldSchedule, LeavesOutTheSumsOfOtherStepsAndSaysSo) {
        {Window{5, 100, 1}, Window{1, 100, 1}, Window{0, 100, 2}, Window{0, 15, 1}, Window{40, 90, 1}}) {
     MeanRun resumed(start, stop, every);
     const std::string log = resumed.resume(MeanRun(0, 100, 1, 20));
-    EXPECT_NE(log.find("The 20 samples of the checkpoint"), std::string::npos) << log;
+    EXPECT_NE(log.find("The 21 samples of the checkpoint"), std::string::npos) << log;
     EXPECT_EQ(log.find("will lack") == std::string::npos, start == 40) << log;
     EXPECT_EQ(resumed.samples(), 0) << start << ' ' << stop << ' ' << every;
   }
@@ -101,7 +104,7 @@ TEST(FieldSchedule, LeavesOutTheSumsOfOtherStepsAndSaysSo) {
 
 TEST(FieldSchedule, LeavesOutSumsOfAWindowThatWasMadeLongerTooLate) {
   MeanRun resumed(0, 40, 1);
-  EXPECT_NE(resumed.resume(MeanRun(0, 20, 1, 25)).find("will lack 25 samples"), std::string::npos);
+  EXPECT_NE(resumed.resume(MeanRun(0, 20, 1, 25)).find("will lack 26 samples"), std::string::npos);
   resumed.advance_to(26);
   EXPECT_EQ(resumed.sum(), 26);
 }
