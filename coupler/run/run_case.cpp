@@ -41,6 +41,7 @@ void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch,
   if (beginning == Beginning::branched) {
     checkpoint = find_checkpoint(CheckpointStore(branch->directory / "checkpoints", branch->case_key), branch->step);
     checkpoint->state.first_step = checkpoint->state.step;
+    require_own_samples(*branch, checkpoint->state.step);
   }
   on_ready(components_.fluid_capabilities(), components_.body_capabilities(), first_step(checkpoint));
   check_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
@@ -82,6 +83,15 @@ FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store, std::opti
   notice_missing_samples(found.state);
   spdlog::info("resuming at step {}", step);
   return found;
+}
+
+/// A mean is of one case: samples of steps before a branch are those of another.
+void CaseRun::require_own_samples(const Branch& branch, std::int64_t step) const {
+  const FieldOutput& fields = loaded_.content.output.fields;
+  if (branch.changed.empty() || fields.mean_start >= step || fields.mean_stop <= step) return;
+  throw CaseError("output.fields.mean_over_steps starts at " + std::to_string(fields.mean_start) +
+                  ", before the branch at step " + std::to_string(step) + " (its samples so far are of another case, " +
+                  branch.changed.begin()->first + " differs). Start it at " + std::to_string(step) + " or later.");
 }
 
 /// A component reads its own checkpoints only.

@@ -41,6 +41,7 @@ class CaseRun {
 
  private:
   [[nodiscard]] FoundCheckpoint find_checkpoint(const CheckpointStore& store, std::optional<std::int64_t> step);
+  void require_own_samples(const Branch& branch, std::int64_t step) const;
   void require_same_components(const CouplerState& state) const;
   void notice_missing_samples(const CouplerState& state);
   void notice(const std::string& text);

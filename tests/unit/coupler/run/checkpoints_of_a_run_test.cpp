@@ -231,6 +231,21 @@ TEST_F(BranchedProgram, IsResumedFromACheckpointOfItsOwn) {
   EXPECT_EQ(file("summary.json")["digest"], digest);
 }
 
+TEST_F(BranchedProgram, AveragesNoFieldsOfTheOtherCase) {
+  const auto changed = [this](const std::string& window) {
+    return branch({"--set", "swimmers.0.stroke.amplitude_N=1.0e-5", "--set", "output.fields.mean_over_steps=" + window,
+                   "--branch-step", "1400"});
+  };
+  EXPECT_EQ(changed("[1300, 2000]"), 2);
+  const auto reason = events().back()["reason"].get<std::string>();
+  EXPECT_NE(reason.find("mean_over_steps starts at 1300, before the branch at step 1400 (its samples so far are of "
+                        "another case, swimmers.0.stroke.amplitude_N differs). Start it at 1400 or later."),
+            std::string::npos)
+      << reason;
+  EXPECT_EQ(changed("[1400, 2000]"), 0) << out.str() << err.str();
+  EXPECT_EQ(branch({"--set", "output.fields.mean_over_steps=[1300, 2000]", "--branch-step", "1400"}), 0) << err.str();
+}
+
 TEST_F(BranchedProgram, NeedsTheSameBodiesAndACheckpointThatIsThere) {
   EXPECT_EQ(branch({"--set", "swimmers.0.beads.0.radius_m=3.0e-6"}), 2);
   EXPECT_NE(err.str().find("the bodies or their shapes would change"), std::string::npos) << err.str();
