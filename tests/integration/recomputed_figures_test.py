@@ -2,8 +2,7 @@
 
 Written from docs/theory.md, (C7) to (C15), and docs/conventions.md, with other means than the program where there are
 any: rotations by NumPy, arms by least squares. No bodies are so close that films act: their loads are not averaged, and
-only a trajectory without them tells the loads before averaging. A key that this test does not know
-fails.
+loads before averaging follow from a trajectory without them only. An unknown key fails.
 """
 
 import csv
