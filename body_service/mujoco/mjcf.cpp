@@ -36,6 +36,9 @@ std::string attribute(const char* name, std::initializer_list<double> numbers) {
   return attribute<std::initializer_list<double>>(name, numbers);
 }
 
+/// Constraints are solved until rounding ends that.
+constexpr const char* solver = " solver=\"Newton\" tolerance=\"0\" iterations=\"50\"";
+
 /// name="b3" and the like.
 std::string label(const char* name, char kind, int number) {
   std::ostringstream text;
@@ -60,8 +63,8 @@ class Writer {
     const std::size_t rows = 4 * contacts + 6 * setup_.joints.size();
     return "<compiler angle=\"radian\"/>\n<size nconmax=\"" + std::to_string(contacts) + "\" njmax=\"" +
            std::to_string(rows) + "\"/>\n<option" + attribute("timestep", {mujoco_step}) +
-           " gravity=\"0 0 0\" integrator=\"Euler\" solver=\"Newton\" cone=\"elliptic\" tolerance=\"0\""
-           " iterations=\"50\"><flag warmstart=\"disable\"/></option>\n";
+           " gravity=\"0 0 0\" integrator=\"Euler\" cone=\"elliptic\"" + solver +
+           "><flag warmstart=\"disable\"/></option>\n";
   }
 
   [[nodiscard]] std::string walls() const {
@@ -113,8 +116,8 @@ class Writer {
   [[nodiscard]] std::string plane(const WallSpecification& wall) const {
     require_at_rest(wall);
     const Eigen::Quaterniond q = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), wall.normal);
-    return R"(<geom type="plane" priority="1")" + attribute("size", {0, 0, 1}) +
-           attribute("pos", Eigen::Vector3d(wall.point_m / units_.length_m)) +
+    return R"(<geom type="plane" priority="1" contype="2147483647" conaffinity="2147483647" margin="0" gap="0")" +
+           attribute("size", {0, 0, 1}) + attribute("pos", Eigen::Vector3d(wall.point_m / units_.length_m)) +
            attribute("quat", {q.w(), q.x(), q.y(), q.z()}) +
            contact_attributes(0.5 * largest_inverse_mass_per_kg(setup_.bodies)) + "/>\n";
   }
@@ -260,9 +263,10 @@ std::string mjcf_of(const BodySetup& setup, const EngineUnits& units) {
 std::string mjcf_around_model(const BodySetup& setup, const EngineUnits& units, double step) {
   const double acceleration = units.length_m / (units.time_s * units.time_s);
   return "<mujoco>\n<include file=\"model.xml\"/>\n<option" + attribute("timestep", {step}) +
-         attribute("gravity", Eigen::Vector3d(setup.gravity_m_per_s2 / acceleration)) +
-         "><flag warmstart=\"disable\"/></option>\n<worldbody>\n" + Writer(setup, units, step, {}).walls() +
-         "</worldbody>\n</mujoco>\n";
+         attribute("gravity", Eigen::Vector3d(setup.gravity_m_per_s2 / acceleration)) + attribute("wind", {0, 0, 0}) +
+         attribute("density", {0}) + attribute("viscosity", {0}) + solver +
+         "><flag gravity=\"enable\" warmstart=\"disable\"/></option>\n<worldbody>\n" +
+         Writer(setup, units, step, {}).walls() + "</worldbody>\n</mujoco>\n";
 }
 
 }  // namespace copepod::body

@@ -35,8 +35,13 @@ Shape shape_of(const mjModel& mujoco, int geom, double unit_m) {
                   "' is neither sphere nor capsule (the fluid has no other bodies). Replace it by some of these.");
 }
 
-/// Whether MuJoCo lets two bodies of its own overlap [MuJoCo 2.2, "Computation", collision detection].
-bool may_overlap(const mjModel& mujoco, int body1, int body2) {
+/// Whether MuJoCo lets two geoms overlap [MuJoCo 2.2, "Computation", collision detection].
+bool may_overlap(const mjModel& mujoco, int geom1, int geom2) {
+  if ((mujoco.geom_contype[geom1] & mujoco.geom_conaffinity[geom2]) == 0 &&
+      (mujoco.geom_contype[geom2] & mujoco.geom_conaffinity[geom1]) == 0)
+    return true;
+  const int body1 = mujoco.geom_bodyid[geom1];
+  const int body2 = mujoco.geom_bodyid[geom2];
   const auto [low, high] = std::minmax(body1, body2);
   for (int i = 0; i < mujoco.nexclude; ++i)
     if (mujoco.exclude_signature[i] == (low << 16) + high) return true;
@@ -44,7 +49,8 @@ bool may_overlap(const mjModel& mujoco, int body1, int body2) {
   const int weld2 = mujoco.body_weldid[body2];
   const int above1 = mujoco.body_weldid[mujoco.body_parentid[weld1]];
   const int above2 = mujoco.body_weldid[mujoco.body_parentid[weld2]];
-  return weld1 == weld2 || (weld1 != 0 && weld2 != 0 && (weld1 == above2 || weld2 == above1));
+  const bool parents_meet = (mujoco.opt.disableflags & mjDSBL_FILTERPARENT) != 0;
+  return weld1 == weld2 || (!parents_meet && weld1 != 0 && weld2 != 0 && (weld1 == above2 || weld2 == above1));
 }
 
 /// Whether it has an element `include` or an attribute `file`.
@@ -60,11 +66,42 @@ bool names_a_file(const std::string& mjcf) {
   return false;
 }
 
+/// Refuses what would undo the contacts or the controls of the case, or has no effect in steps between exchanges. What
+/// else a model may set is ours (mjcf_around_model) or acts as in MuJoCo alone.
+void require_options(const mjModel& mujoco) {
+  const mjOption& option = mujoco.opt;
+  const auto disables = [&](int flag) { return (option.disableflags & flag) != 0; };
+  const auto has_user_type = [&](const int* types, int user) {
+    return std::ranges::count(types, types + mujoco.nu, user) > 0;
+  };
+  const struct {
+    bool found;
+    const char* problem;
+  } refused[]{
+      {option.integrator == mjINT_RK4,
+       "integrator is RK4 (loads are those of the start of each step). Use Euler or implicit."},
+      {option.collision != mjCOL_ALL,
+       "collision is not all (bodies would pass through walls of the case). Use all, and <exclude> for pairs."},
+      {disables(mjDSBL_CONTACT), "flag contact is disabled (bodies would pass through walls of the case). Remove it."},
+      {disables(mjDSBL_CONSTRAINT),
+       "flag constraint is disabled (bodies would pass through walls of the case). Remove it."},
+      {disables(mjDSBL_ACTUATION), "flag actuation is disabled (controls of the case would do nothing). Remove it."},
+      {(option.enableflags & mjENBL_OVERRIDE) != 0,
+       "flag override is enabled (it changes the contacts that the case gives its walls). Remove it."},
+      {has_user_type(mujoco.actuator_dyntype, mjDYN_USER) || has_user_type(mujoco.actuator_gaintype, mjGAIN_USER) ||
+           has_user_type(mujoco.actuator_biastype, mjBIAS_USER),
+       "type of an actuator is user (there is no such function). Use another dyntype, gaintype and biastype."},
+  };
+  for (const auto& [found, problem] : refused)
+    if (found) throw CaseError(std::string("the model's ") + problem);
+}
+
 nlohmann::json array_of(const auto& vector) { return std::vector<double>(vector.begin(), vector.end()); }
 
 }  // namespace
 
 std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecification& model) {
+  require_options(mujoco);
   const MujocoData data = new_data(mujoco);
   mj_kinematics(&mujoco, data.get());
   std::vector<ModelBody> bodies;
@@ -112,8 +149,7 @@ std::string bodies_as_json(const ModelSpecification& model) {
                       {"orientation_wxyz", array_of(body.orientation_wxyz)}});
     for (std::size_t j = 0; j < i; ++j) {
       const bool fixed = body.motion == MotionKind::fixed && found[j].body.motion == MotionKind::fixed;
-      if (fixed || !may_overlap(*mujoco, mujoco->geom_bodyid[found[j].geom], mujoco->geom_bodyid[found[i].geom]))
-        continue;
+      if (fixed || !may_overlap(*mujoco, found[j].geom, found[i].geom)) continue;
       joints.push_back({{"name", found[j].body.name + " and " + body.name},
                         {"kind", "model"},
                         {"bodies", {found[j].body.name, body.name}}});

@@ -61,6 +61,9 @@ void MujocoWorld::find_bodies(const BodySetup& setup) {
     for (const ModelBody& body : bodies) {
       if (body.body.motion == MotionKind::free)
         own_weight_N_.col(static_cast<Eigen::Index>(geoms_.size())) = body.body.mass_kg * setup.gravity_m_per_s2;
+      if (!setup.walls.empty() && mujoco_->geom_contype[body.geom] == 0 && mujoco_->geom_conaffinity[body.geom] == 0)
+        throw CaseError("geom '" + body.body.name +
+                        "' meets no wall of the case (its contype and conaffinity are 0). Set one of them to 1.");
       geoms_.push_back(body.geom);
     }
   } else {

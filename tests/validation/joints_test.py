@@ -14,6 +14,21 @@ sys.path[:0] = [str(ROOT / "tests" / "integration"), str(ROOT / "deploy")]
 from copepod_session import WholeRunTest  # noqa: E402
 from copepod_swimmers.theory import Stroke, small_stroke_velocity  # noqa: E402
 
+SETTLING = """
+case: settling
+fluid: {solver: stokes, density_kg_per_m3: 1000, kinematic_viscosity_m2_per_s: 1.0e-6, cell_size_m: 1.0e-6}
+step_s: 1.0e-7
+body: {solver: mujoco, model: {file: bead.xml, length_m: 1.0e-6, mass_kg: 1.0e-15, time_s: 1.0e-6}}
+gravity_m_per_s2: [0, 0, -9.81]
+run: {steps: 2000}
+output: {trajectory: {every_steps: 2000}}
+"""
+
+BEAD = (
+    '<mujoco><option%s</option><worldbody><body pos="0 0 0"><freejoint/>'
+    '<geom name="bead" type="sphere" size="4" density="2"/></body></worldbody></mujoco>'
+)
+
 PENDULUM = """
 case: pendulum
 fluid: {solver: vacuum}
@@ -139,6 +154,17 @@ class Joints(WholeRunTest):
         undisturbed = self.run_of(case)
         self.finish("run", case, "--branch-from", f"{undisturbed}:100", "--out", "branch", "--ranks", "3")
         self.assertEqual(self.summary_of(self.folder / "branch")["digest"], self.summary_of(undisturbed)["digest"])
+
+    def test_a_model_of_mujoco_settles_in_the_fluid_and_the_gravity_of_the_case(self):
+        case = self.folder / "settling.yaml"
+        case.write_text(SETTLING)
+        stokes_m_per_s = -2 / 9 * 1000 * 9.81 * 4e-6**2 / 1e-3
+        for option in (">", ' density="1" viscosity="1">', '><flag gravity="disable"/>', ' wind="9 0 0" density="9">'):
+            (self.folder / "bead.xml").write_text(BEAD % option)
+            row = self.rows_of(self.run_of(case), "bead")[-1]
+            self.assertAlmostEqual(float(row["vz_m_per_s"]), stokes_m_per_s, delta=1e-9)
+        (self.folder / "bead.xml").write_text(BEAD % ' integrator="RK4">')
+        self.assertIn("the model's integrator is RK4", "".join(self.finish("check", case, code=2).stderr))
 
     def test_a_model_of_mujoco_moves_as_the_same_links_with_our_joints(self):
         places = {}

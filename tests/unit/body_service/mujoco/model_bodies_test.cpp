@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <mujoco/mujoco.h>
 #include <set>
 #include <unistd.h>
 
@@ -133,6 +134,136 @@ TEST(ModelBodies, FallTogetherAndTurnOnlyByBuoyancy) {
   const double inertia = (heavy_kg + light_kg) * 0.4 * 4e-12 + heavy_kg * 1.6e-6 * 1.6e-6 + light_kg * 6.4e-6 * 6.4e-6;
   const double expected_per_s = 1000.0 * 2.0 * ball_m3 * 1e6 * off_middle_m / inertia * (0.1 * time_s);
   EXPECT_NEAR(turned.angular_velocity_rad_per_s(1, 0), -expected_per_s, 1e-3 * expected_per_s);
+}
+
+/// A pendulum of two links with a spring, friction, a limit, an equality and a motor, where options show.
+ModelSpecification pendulum_with(const std::string& options) {
+  ModelSpecification model = model_of(
+      R"(<body><geom name="upper" type="capsule" fromto="0 0 0 8 0 0" size="1" density="1"/>
+           <joint name="shoulder" axis="0 1 0" limited="true" range="-5 5"/>
+           <body pos="8 0 0"><geom name="lower" type="capsule" fromto="1 0 0 8 0 1" size="1.5" density="1"/>
+             <joint name="elbow" axis="0 1 0" damping="100" stiffness="50" armature="30" frictionloss="20"/></body></body>
+         <body pos="0 9 0"><geom name="other" type="sphere" size="1" density="1"/><joint name="slide" type="slide"/></body>)",
+      R"(<actuator><motor name="motor" joint="elbow" gear="900" ctrllimited="true" ctrlrange="-0.1 0.1"/></actuator>
+         <equality><joint joint1="slide" joint2="shoulder"/></equality>)" +
+          options);
+  return model;
+}
+
+constexpr int option_steps = 300;
+const Eigen::Vector3d option_gravity_m_per_s2(0, 0, -9.81e6);  // 9.81 in units of the model
+
+/// Places of the bodies [m], and what the pendulum's are in MuJoCo alone.
+Eigen::Matrix3Xd moved(const std::string& options) {
+  BodySetup setup = setup_of_model(pendulum_with(options));
+  setup.gravity_m_per_s2 = option_gravity_m_per_s2;
+  setup.actuators.emplace_back().kind = ActuatorKind::control;
+  setup.actuators.back().control = "motor";
+  EngineBodySolver solver = engine_solver(setup);
+  return advance(solver, option_steps, control_of_half_a_radian, 1).position_m;
+}
+
+Eigen::Matrix3Xd moved_by_mujoco_alone(const std::string& options) {
+  const MujocoModel model = compiled(pendulum_with(options).text);
+  model->opt.solver = mjSOL_NEWTON;
+  model->opt.tolerance = 0.0;
+  model->opt.iterations = 50;
+  model->opt.disableflags |= mjDSBL_WARMSTART;
+  const MujocoData data = new_data(*model);
+  data->ctrl[0] = 0.5;
+  for (int step = 0; step < option_steps; ++step) mj_step(model.get(), data.get());
+  mj_kinematics(model.get(), data.get());
+  return micrometre * Eigen::Map<const Eigen::Matrix3Xd>(data->geom_xpos, 3, model->ngeom);
+}
+
+TEST(ModelBodies, MoveInTheFluidAndTheGravityOfTheCaseAlone) {
+  const Eigen::Matrix3Xd expected = moved("");
+  for (const std::string option :
+       {R"(density="2000" viscosity="30")", R"(viscosity="9" wind="100 0 0")", R"(gravity="0 5 0" timestep="0.1")",
+        R"(solver="PGS" iterations="1")", R"(solver="CG" tolerance="0.1")",
+        R"(apirate="7" mpr_tolerance="1" mpr_iterations="1" magnetic="1 2 3")"}) {
+    EXPECT_EQ(moved("<option " + option + "/>"), expected) << option;
+  }
+  for (const std::string flag :
+       {R"(gravity="disable")", R"(warmstart="enable")", R"(energy="enable")", R"(fwdinv="enable")",
+        R"(sensor="disable")", R"(sensornoise="enable")", R"(multiccd="enable")", R"(refsafe="disable")"}) {
+    EXPECT_LT((moved("<option><flag " + flag + "/></option>") - expected).norm(), 1e-9 * micrometre) << flag;
+  }
+  EXPECT_EQ(moved(R"(<statistic meaninertia="1e9" extent="3"/><size nkey="2" nuser_geom="3"/><custom>
+                     <numeric name="n" data="1"/></custom><keyframe><key qpos="1 1 1"/></keyframe>)"),
+            expected);
+}
+
+TEST(ModelBodies, KeepTheOptionsOfTheirJointsAsInMujocoAlone) {
+  const Eigen::Matrix3Xd usual = moved("");
+  for (const std::string options :
+       {R"(<flag equality="disable"/>)", R"(<flag frictionloss="disable"/>)", R"(<flag limit="disable"/>)",
+        R"(<flag passive="disable"/>)", R"(<flag clampctrl="disable"/>)", R"(<flag filterparent="disable"/>)"}) {
+    const std::string text = "<option>" + options + "</option>";
+    EXPECT_LT((moved(text) - moved_by_mujoco_alone(text)).norm(), 1e-9 * micrometre) << options;
+    EXPECT_GT((moved(text) - usual).norm(), 1e-3 * micrometre) << options;
+  }
+  for (const std::string options : {R"(<option integrator="implicit"/>)", R"(<option cone="elliptic" impratio="10"/>)",
+                                    R"(<option noslip_iterations="3"/>)", R"(<compiler settotalmass="500"/>)",
+                                    R"(<compiler boundmass="200"/>)", R"(<compiler boundinertia="9000"/>)"})
+    EXPECT_LT((moved(options) - moved_by_mujoco_alone(options)).norm(), 1e-9 * micrometre) << options;
+  EXPECT_LT((moved(R"(<option integrator="implicit"/>)") - usual).norm(), 0.02 * micrometre);
+}
+
+TEST(ModelBodies, RefuseOptionsThatUndoWhatTheCaseAsksFor) {
+  for (const auto& [options, reason] : std::vector<std::pair<std::string, std::string>>{
+           {R"(<option integrator="RK4"/>)", "integrator is RK4"},
+           {R"(<option collision="predefined"/>)", "collision is not all"},
+           {R"(<option collision="dynamic"/>)", "collision is not all"},
+           {R"(<option><flag contact="disable"/></option>)", "flag contact is disabled"},
+           {R"(<option><flag constraint="disable"/></option>)", "flag constraint is disabled"},
+           {R"(<option><flag actuation="disable"/></option>)", "flag actuation is disabled"},
+           {R"(<option><flag override="enable"/></option>)", "flag override is enabled"},
+           {R"(<actuator><general joint="elbow" dyntype="user"/></actuator>)", "type of an actuator is user"},
+           {R"(<actuator><general joint="elbow" biastype="user"/></actuator>)", "type of an actuator is user"},
+           {R"(<option gravcomp="1"/>)", "gravcomp"},
+           {R"(<extension/>)", "extension"}}) {
+    const ModelSpecification model = pendulum_with(options);
+    EXPECT_TRUE(contains(reason_of<CaseError>([&] { bodies_as_json(model); }), reason)) << options;
+    EXPECT_TRUE(contains(reason_of<CaseError>([&] { setup_of_model(model); }), reason)) << options;
+  }
+}
+
+// A model's defaults and masks hold for its own geoms.
+TEST(ModelBodies, MeetTheWallsOfTheCaseWhateverTheirMasksAre) {
+  const auto fall = [](const std::string& defaults) {
+    BodySetup setup = setup_of_model(model_of(R"(<body pos="0 0 3"><freejoint/>
+      <geom name="ball" type="sphere" size="2" density="1"/></body>)",
+                                              "<default><geom " + defaults + "/></default>"));
+    setup.walls.push_back({{0, 0, 0}, {0, 0, 1}});
+    setup.gravity_m_per_s2 = option_gravity_m_per_s2;
+    EngineBodySolver solver = engine_solver(setup);
+    return advance(solver, 1000).position_m(2, 0);
+  };
+  const double lying_m = fall("");
+  EXPECT_NEAR(lying_m, 2e-6, 0.02e-6);
+  for (const std::string defaults : {R"(contype="2" conaffinity="4")", R"(contype="0")", R"(conaffinity="0")"})
+    EXPECT_EQ(fall(defaults), lying_m) << defaults;
+  EXPECT_TRUE(contains(reason_of<CaseError>([&] { fall(R"(contype="0" conaffinity="0")"); }), "'ball' meets no wall"));
+}
+
+TEST(ModelBodies, MayOverlapWhereMasksOrFlagsLetThem) {
+  const auto pairs = [](const std::string& mask, const std::string& others = "") {
+    const ModelSpecification model = model_of(
+        R"(<body><joint/><geom name="a" type="sphere" size="2" density="1"/><body pos="9 0 0"><joint/>
+             <geom name="b" type="sphere" size="2" density="1"/></body></body>
+           <body pos="0 9 0"><joint/><geom name="c" type="sphere" size="2" density="1" )" +
+            mask + "/></body>",
+        others);
+    std::set<std::string> names;
+    const auto found = nlohmann::json::parse(bodies_as_json(model));
+    for (const auto& joint : found.at("joints")) names.insert(joint.at("name"));
+    return names;
+  };
+  EXPECT_EQ(pairs(""), std::set<std::string>{"a and b"});
+  EXPECT_EQ(pairs(R"(contype="2" conaffinity="2")"), (std::set<std::string>{"a and b", "a and c", "b and c"}));
+  EXPECT_EQ(pairs(R"(contype="2" conaffinity="1")"), std::set<std::string>{"a and b"});
+  EXPECT_EQ(pairs("", R"(<option><flag filterparent="disable"/></option>)"), std::set<std::string>{});
 }
 
 TEST(ModelBodies, FollowTheControlsOfTheCase) {
