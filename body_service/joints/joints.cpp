@@ -434,13 +434,16 @@ void Joints::correct(const Island& island, double at, MotionState& state, std::i
     for (Eigen::Index row = 0; row < island.rows; ++row) work.right_side[row] = -work.rows[row].error;
     // In units of the response: lengths and cosines are compared by what it takes to remove them.
     const double left = (work.right_side.array() * work.scale.array()).matrix().norm();
-    // Newton's method squares the error until rounding ends that.
-    if (left == 0.0 || (correction > 0 && !(left < 0.1 * last))) break;
+    // Newton's method squares the error until rounding ends that; it may begin slowly.
+    if (left == 0.0 || (correction > 0 && !(left < (open_joint(island, work) == nullptr ? 0.1 : 0.9) * last))) break;
     last = left;
     solve(island.rows, work);
     correct_positions(island, work, state);
   }
-  require_closed(island, work, step);
+  if (const Joint* joint = open_joint(island, work))
+    throw SolverError("the joint of body '" + model_.name(joint->bodies[0]) +
+                          "' comes apart (the step is too long for its motion). Use a shorter step.",
+                      0, step);
   correct_velocities(island, at, work, state);
 }
 
@@ -482,16 +485,14 @@ double Joints::inverse_mass_taken_per_kg(const std::array<int, 2>& bodies, const
   return taken;
 }
 
-void Joints::require_closed(const Island& island, const Work& work, std::int64_t step) const {
+const Joints::Joint* Joints::open_joint(const Island& island, const Work& work) const {
   for (const Joint& joint : island.joints) {
     for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
       const double unit = work.rows[row].linear[0].isZero(0.0) ? 1.0 : model_.shape(joint.bodies[0]).radius_m;
-      if (std::abs(work.rows[row].error) <= negligible_share * unit) continue;
-      throw SolverError("the joint of body '" + model_.name(joint.bodies[0]) +
-                            "' comes apart (the step is too long for its motion). Use a shorter step.",
-                        0, step);
+      if (!(std::abs(work.rows[row].error) <= negligible_share * unit)) return &joint;
     }
   }
+  return nullptr;
 }
 
 void Joints::correct_positions(const Island& island, const Work& work, MotionState& state) const {

@@ -118,7 +118,7 @@ class Joints {
   [[nodiscard]] bool release(const Island& island, double least, Work& work) const;
   [[nodiscard]] JointRow stop_row(const Joint& joint, int stop, const std::array<JointSide, 2>& sides) const;
   /// @throws SolverError if the rows have errors that Newton's method did not remove
-  void require_closed(const Island& island, const Work& work, std::int64_t step) const;
+  [[nodiscard]] const Joint* open_joint(const Island& island, const Work& work) const;
   void correct_positions(const Island& island, const Work& work, MotionState& state) const;
   void correct_velocities(const Island& island, double at, Work& work, MotionState& state) const;
 

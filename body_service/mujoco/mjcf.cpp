@@ -37,7 +37,7 @@ std::string attribute(const char* name, std::initializer_list<double> numbers) {
 }
 
 /// Constraints are solved until rounding ends that.
-constexpr const char* solver = " solver=\"Newton\" tolerance=\"0\" iterations=\"50\"";
+constexpr const char* solver = R"( solver="Newton" tolerance="0" iterations="50")";
 
 /// name="b3" and the like.
 std::string label(const char* name, char kind, int number) {
@@ -63,7 +63,7 @@ class Writer {
     const std::size_t rows = 4 * contacts + 6 * setup_.joints.size();
     return "<compiler angle=\"radian\"/>\n<size nconmax=\"" + std::to_string(contacts) + "\" njmax=\"" +
            std::to_string(rows) + "\"/>\n<option" + attribute("timestep", {mujoco_step}) +
-           " gravity=\"0 0 0\" integrator=\"Euler\" cone=\"elliptic\"" + solver +
+           R"( gravity="0 0 0" integrator="Euler" cone="elliptic")" + solver +
            "><flag warmstart=\"disable\"/></option>\n";
   }
 

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "config/checks/checks.hpp"
 #include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -67,9 +69,19 @@ void check_limits(const NamedJoint& joint, const std::string& path, Problems& pr
 }
 
 /// Of a joint that is driven.
-void check_signal(const Signal& signal, Integrator integrator, const std::string& path, Problems& problems) {
+void check_signal(const Signal& signal, Integrator integrator, std::int64_t steps, const std::string& path,
+                  Problems& problems) {
   if (signal.kind == SignalKind::square)
     problems.error(path, path + " is square (bodies cannot jump). Use trapezoid, with a rise_fraction.");
+  for (const std::int64_t step : {signal.start_step, signal.stop_step}) {
+    if (step == 0 || step >= steps || signal.kind == SignalKind::square) continue;
+    const double jump = value_of(signal, step, 0.0) - value_of(signal, step - 1, 1.0);
+    if (std::abs(jump) <= 1e-9 * std::abs(signal.amplitude)) continue;
+    problems.error(path,
+                   path + " jumps by " + rounded_text(jump) + " at step " + std::to_string(step) +
+                       (step == signal.start_step ? ", as it starts" : ", as it stops") +
+                       " (bodies cannot jump). Start and stop it where it is 0, or give ramp_steps for the start.");
+  }
   if (integrator != Integrator::runge_kutta_4) {
     problems.error(path, path + " is given with integrator: " + name_of(integrator_names, integrator) +
                              " (the motion of a joint takes the middle of each step). Use runge_kutta_4.");
@@ -102,7 +114,7 @@ void check_joints(const Case& the_case, const Assembly& assembly, Problems& prob
                                            "nothing). Remove one of them.");
     }
     if (joint.has_limits()) check_limits(named, path, problems);
-    if (named.signal) check_signal(*named.signal, the_case.body.integrator, path + ".signal", problems);
+    if (named.signal) check_signal(*named.signal, the_case.body.integrator, the_case.steps, path + ".signal", problems);
     if (!check_jointed_bodies(named, joint, path + ".bodies", assembly, problems)) continue;
     if (joint.kind == JointKind::distance) check_length(joint, path, assembly, problems);
   }

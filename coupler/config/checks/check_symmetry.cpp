@@ -170,7 +170,7 @@ void check_symmetric_actuator(const ActuatorSpecification& actuator, const std::
                           " (symmetry plane " + name + " allows none). Change its direction, or remove the plane.");
 }
 
-/// Stokes flow computes bodies on a plane whole, which is the same, but no mirror images.
+/// Without cells bodies on a plane are computed whole, which is the same, but no mirror images.
 void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly, std::size_t axis, Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (middle_m(fluid, axis) == 0.0) {
@@ -184,8 +184,9 @@ void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly,
     if (lies_on(assembly.bodies[i], fluid, axis)) continue;
     problems.error(assembly.body_paths[i],
                    "body '" + assembly.bodies[i].name + "' lies beside " + plane +
-                       " (solver: stokes computes no mirror images). Give its image as a body too and remove "
-                       "the plane, or use solver: lattice_boltzmann.");
+                       " (solver: " + name_of(solver_names, fluid.solver) +
+                       " computes no mirror images). Give its image as a body too and remove the plane, or use "
+                       "solver: lattice_boltzmann.");
   }
 }
 
@@ -194,12 +195,15 @@ void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly,
 void check_symmetry(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!fluid.symmetry_planes[axis]) continue;
-    if (fluid.solver == FluidSolverChoice::stokes) check_images_not_computed(fluid, assembly, axis, problems);
-    if (fluid.solver != FluidSolverChoice::lattice_boltzmann) continue;
-    check_symmetric_faces(fluid, axis, problems);
-    check_symmetric_vector(fluid.body_force_N_per_m3, axis, "fluid.body_force_N_per_m3", problems);
-    check_symmetric_vector(fluid.initial_flow.velocity_m_per_s, axis, "fluid.initial_flow.velocity_m_per_s", problems);
+    if (!fluid.symmetry_planes[axis] || fluid.solver == FluidSolverChoice::external) continue;
+    if (fluid.solver == FluidSolverChoice::lattice_boltzmann) {
+      check_symmetric_faces(fluid, axis, problems);
+      check_symmetric_vector(fluid.body_force_N_per_m3, axis, "fluid.body_force_N_per_m3", problems);
+      check_symmetric_vector(fluid.initial_flow.velocity_m_per_s, axis, "fluid.initial_flow.velocity_m_per_s",
+                             problems);
+    } else {
+      check_images_not_computed(fluid, assembly, axis, problems);
+    }
     check_symmetric_vector(the_case.body.gravity_m_per_s2, axis, "gravity_m_per_s2", problems);
     for (std::size_t i = 0; i < assembly.bodies.size(); ++i)
       check_symmetric_body(assembly.bodies[i], assembly.body_paths[i], fluid, axis, problems);

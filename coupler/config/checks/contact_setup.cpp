@@ -97,6 +97,19 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
   return {};
 }
 
+/// Where a lattice is, a body that leaves it ends the run.
+void warn_of_open_faces(const Case& the_case, Problems& problems) {
+  std::string open;
+  for (std::size_t face = 0; face < 6 && !on_lattice(the_case); ++face) {
+    if (box_m(the_case.fluid)[static_cast<Eigen::Index>(face / 2)] == 0.0 || wall_at(the_case, face)) continue;
+    if (the_case.fluid.boundaries[face].kind == BoundaryKind::periodic) continue;
+    open.append(open.empty() ? "" : ", ").append(face_path(face));
+  }
+  if (open.empty()) return;
+  problems.warning("contact", "contact leaves out " + open + " (there is no wall for bodies in solver: " +
+                                  name_of(solver_names, the_case.fluid.solver) + "). They pass through.");
+}
+
 /// Where a lattice is, check_bodies has looked at its faces.
 void check_walls_at_start(const Case& the_case, const Assembly& assembly, Problems& problems) {
   if (on_lattice(the_case)) return;
@@ -197,6 +210,7 @@ void check_contact(const Case& the_case, const Assembly& assembly, Problems& pro
                      "contact leaves out bodies whose motion is a function of time (the coupler moves them, and a run "
                      "in which they meet another body ends). Prescribe constant velocities with motion: prescribed.");
   }
+  warn_of_open_faces(the_case, problems);
   check_walls_at_start(the_case, assembly, problems);
 }
 

@@ -1,6 +1,7 @@
 // Joints whose motion is given; docs/theory_bodies.md, (B30).
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -72,6 +73,26 @@ TEST(DrivenHinge, TurnsItsFirstBodyByTheAngleThatIsGiven) {
               1e-19);
     const double rate = sign * 1.2 * omega_per_s * cosine_after(700);
     EXPECT_NEAR(end.angular_velocity_rad_per_s(1, 0), rate, of_a_velocity * 1.2 * omega_per_s);
+  }
+}
+
+// 0.08 rad in the first step, from rest: Newton's method begins with less than a digit.
+TEST(DrivenHinge, StaysClosedInStepsOfAFortiethOfAPeriod) {
+  BodySetup setup = driven(setup_of({bead("bob", {2e-5, 0, 0})}, drive_step_s));
+  setup.joints = {{JointKind::hinge, 0, -1, {-2e-5, 0, 0}, {0, 0, 0}, {0, 1, 0}}};
+  RigidBodySolver solver(setup);
+  const auto angle = [](double steps) { return 0.5 * std::sin(2.0 * std::numbers::pi * steps / 40.0); };
+  const auto drive = [&](AppliedLoads& applied) {
+    for (int node = 0; node < 3; ++node)
+      applied.actuation(0, node) = angle(static_cast<double>(applied.hydrodynamic.step) + 0.5 * node);
+  };
+  for (const std::int64_t steps : {1, 10, 33}) {
+    Kinematics now;
+    solver.kinematics(now);
+    const Kinematics end = advance(solver, steps - now.step, drive, 1);
+    const double turned = angle(static_cast<double>(steps));
+    const Eigen::Vector3d expected_m(2e-5 * std::cos(turned), 0, -2e-5 * std::sin(turned));
+    EXPECT_LT((end.position_m.col(0) - expected_m).norm(), 1e-18) << steps;
   }
 }
 

@@ -34,6 +34,25 @@ TEST(ContactSetup, LeavesContactsOutOfACaseWithoutThem) {
   EXPECT_TRUE(setup.walls.empty());
 }
 
+TEST(ContactSetup, WarnsOfFacesThatAreNoWallsForBodies) {
+  const auto warnings_of = [](const std::vector<std::string>& overrides) {
+    std::string text;
+    for (const std::string& warning : falling(overrides).warnings) text += warning;
+    return text;
+  };
+  EXPECT_EQ(warnings_of({}), "");
+  EXPECT_EQ(warnings_of({"fluid.boundaries={x: periodic, y: free_slip}"}), "");
+  EXPECT_NE(
+      warnings_of({"fluid.boundaries={x: {low: {pressure_Pa: 0}, high: {velocity_m_per_s: [1, 0, 0]}}}"})
+          .find("leaves out fluid.boundaries.x.low, fluid.boundaries.x.high (there is no wall for bodies in solver: "
+                "vacuum). They pass through."),
+      std::string::npos);
+  EXPECT_NE(warnings_of({"fluid.solver=stokes", "fluid.density_kg_per_m3=1000",
+                         "fluid.kinematic_viscosity_m2_per_s=1.0e-6", "fluid.no_slip_plane=z_low"})
+                .find("fluid.boundaries.y.high, fluid.boundaries.z.high (there is"),
+            std::string::npos);
+}
+
 TEST(ContactSetup, KeepsTheOverlapOfAnImpactSmall) {
   const BodySetup setup = setup_of(falling());
   // From 1 cm: u² = 2 g h; the overlap of a sphere on a wall is u √(m/k).
