@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_run.checkout import ROOT, program
+from copepod_run.components import mpirun
 from copepod_run.errors import ExitCode, Stop
 
 Figures = dict[str, Any]
@@ -43,7 +44,7 @@ def measure_fluid(
     The limit is the rate of 19 streams updated in place; each sample's share compares it with the fluid
     of the same moment.
     """
-    command = ["mpirun", "-n", str(ranks), "--oversubscribe", str(program("fluid_benchmark"))]
+    command = [mpirun(), "-n", str(ranks), "--oversubscribe", str(program("fluid_benchmark"))]
     command += ["--domain", *map(str, domain), "--samples", str(samples), "--steps", str(steps)]
     command += ["--single"] if precision == "single" else []
     command += ["--trt"] if collision == "trt" else []

@@ -22,7 +22,7 @@ _RECORDING = (sys.executable, "-P", "-m", "copepod_recording")
 def python(options: Namespace) -> int:
     """Becomes Debian's Python with the same arguments, in which `import copepod` works."""
     packages.ensure(packages.PYTHON)
-    path = os.pathsep.join([str(ROOT / "python"), os.environ["PYTHONPATH"]])
+    path = os.pathsep.join([str(ROOT / "python"), os.environ["PYTHONPATH"], python_path_of_components()])
     os.execve(sys.executable, [sys.executable, *options.arguments], {**os.environ, "PYTHONPATH": path})
 
 

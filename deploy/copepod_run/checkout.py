@@ -43,9 +43,10 @@ def program(name: str) -> Path:
 
 def python_path_of_components() -> str:
     """PYTHONPATH with what the user had in it first: a component runs on the kit that it was installed with. That of
-    this checkout, which deploy/copepod has put before it, is for components that bring none."""
+    this checkout, which alone deploy/copepod has left in it, is for components that bring none."""
     own = (ROOT / "deploy", ROOT / "proto/python", (chosen_programs() or BUILD / "bin").parent / "python")
-    entries = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    variables = ("COPEPOD_USERS_PYTHONPATH", "PYTHONPATH")
+    entries = [entry for name in variables for entry in os.environ.get(name, "").split(os.pathsep)]
     return os.pathsep.join(sorted(filter(None, entries), key=lambda entry: Path(entry) in own))
 
 

@@ -103,7 +103,13 @@ def with_ranks(plan: Plan, command: list[str]) -> list[str]:
     """The command of a fluid, behind mpirun where that is needed."""
     if not _needs_mpirun(plan):
         return command
-    return ["mpirun", "-n", str(plan.fluid_ranks), *([] if hosts.others(plan) else ["--oversubscribe"]), *command]
+    return [mpirun(), "-n", str(plan.fluid_ranks), *([] if hosts.others(plan) else ["--oversubscribe"]), *command]
+
+
+def mpirun() -> str:
+    """That of the MPI which our fluid service was built with: another one starts ranks that do not find each other."""
+    built, found = program("mpirun"), shutil.which("mpirun")
+    return str(built.resolve()) if built.exists() and not (found and built.samefile(found)) else "mpirun"
 
 
 def _needs_mpirun(plan: Plan) -> bool:

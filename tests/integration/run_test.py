@@ -54,7 +54,35 @@ class RealRun(CommandTest):
         return session
 
 
+FOREIGN_MPIRUN = """#!/bin/sh
+# Starts programs that know nothing of each other, as an mpirun does whose MPI they are not built with.
+ranks=$2; shift 3
+while [ $((ranks -= 1)) -ge 0 ]; do "$@" & done
+wait
+"""
+
+
 class Finishing(RealRun):
+    def test_modules_of_the_user_do_not_hide_those_of_the_command(self):
+        (self.folder / "google").mkdir()
+        for file in ("google/__init__.py", "enum.py"):
+            (self.folder / file).write_text("")
+        for arguments in (
+            ("check", VACUUM),
+            ("conformance", "--role", "body", "--only", "handshake", "--quick", "--", PROGRAMS / "body_service"),
+        ):
+            session = self.start(*arguments, environment={"PYTHONPATH": str(self.folder)})
+            self.assert_ends(session, 0, timeout_s=100)
+
+    def test_ranks_find_each_other_whichever_mpirun_comes_first_in_path(self):
+        (self.folder / "mpirun").write_text(FOREIGN_MPIRUN)
+        (self.folder / "mpirun").chmod(0o755)
+        session = self.start(
+            "run", QUICK, *SHORT, "--ranks", "2", "--out", "out", environment={"PATH": f"{self.folder}:/usr/bin:/bin"}
+        )
+        self.assert_ends(session, 0, timeout_s=100)
+        self.assertEqual(json.loads((self.folder / "out/summary.json").read_text())["ranks"], 2)
+
     def test_vacuum_run_writes_everything_it_promises(self):
         session = self.start("run", VACUUM, "--out", "out")
         self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
