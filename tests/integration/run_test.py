@@ -55,7 +55,7 @@ class RealRun(CommandTest):
 
 
 FOREIGN_MPIRUN = """#!/bin/sh
-# Starts programs that know nothing of each other, as an mpirun does whose MPI they are not built with.
+# Starts programs that do not find each other, like the mpirun of an MPI with which they were not built.
 ranks=$2; shift 3
 while [ $((ranks -= 1)) -ge 0 ]; do "$@" & done
 wait
