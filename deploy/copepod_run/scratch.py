@@ -2,6 +2,7 @@
 
 import os
 import secrets
+import socket
 import stat
 import tempfile
 import time
@@ -37,9 +38,10 @@ class Scratch:
         self.locks: list[int] = []  # descriptors
         self.run_path = Path(run_path)
         self.sockets = Path(run_path) / ".sockets"
-        if len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH:
+        is_short = len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH
+        if is_short:
             self._fresh_folder(self.sockets)
-        else:
+        if not is_short or not _holds_sockets(self.sockets):
             self.sockets = self._private_folder("/tmp")
         self.mpi_files = self._private_folder("/tmp")
         self.shared_memory = self._private_folder("/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp")
@@ -131,6 +133,18 @@ def _is_abandoned(folder: Path) -> bool:
         return take_lock(lock) is Lock.OURS
     finally:
         os.close(lock)
+
+
+def _holds_sockets(folder: Path) -> bool:
+    """Whether its file system has Unix sockets."""
+    probe = folder / "coupler.ipc"
+    try:
+        with socket.socket(socket.AF_UNIX) as listener:
+            listener.bind(str(probe))
+        probe.unlink()
+    except OSError:
+        return False
+    return True
 
 
 def _write_private(path: Path, lines: dict[str, str]) -> Path:

@@ -40,7 +40,7 @@ class ZeroMqRouter final : public Router {
       socket_.set(zmq::sockopt::ipv6, address.starts_with("tcp://["));
       socket_.bind(address);
     } catch (const zmq::error_t& error) {
-      if (is_storage_errno(error.num()))
+      if (is_storage_errno(error.num()) && error.num() != EIO)  // EIO: a file system without sockets
         throw StorageError("The socket " + endpoint + " cannot be made (" + error.what() +
                            "). Free space and inodes on that disk.");
       throw Refused("The address " + endpoint + " cannot be bound (" + error.what() +

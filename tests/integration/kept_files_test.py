@@ -8,7 +8,7 @@ import time
 import unittest
 from pathlib import Path
 
-from copepod_session import ROOT, CommandTest, TinyRunTest
+from copepod_session import CommandTest, ROOT, TinyRunTest, WholeRunTest
 from synthetic_run import write_run
 
 from copepod_run import cleanup
@@ -138,6 +138,37 @@ class WithoutLocks(FilesTest):
             words = ["/usr/bin/python3", "-c", script]
             found = subprocess.run(words, cwd=self.folder, env=variables, capture_output=True, text=True, check=True)
             self.assertEqual(found.stdout.strip(), state)
+
+
+_NO_SOCKETS = """#include <errno.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/un.h>
+#include <unistd.h>
+int bind(int fd, const struct sockaddr *to, socklen_t size) {
+  const char *path = ((const struct sockaddr_un *)to)->sun_path;
+  if (to->sa_family != AF_UNIX || !strstr(path, "/.sockets/")) return syscall(SYS_bind, fd, to, size);
+  errno = REFUSAL;
+  return -1;
+}
+"""
+
+
+class WithoutSockets(WholeRunTest):
+    """In a folder whose file system has no Unix sockets."""
+
+    def test_runs_put_their_sockets_elsewhere(self):
+        source = self.folder / "no_sockets.c"
+        source.write_text(_NO_SOCKETS)
+        for refusal in ("EOPNOTSUPP", "EPERM", "EIO", "ENOSYS"):
+            with self.subTest(refusal=refusal):
+                library = self.folder / f"{refusal}.so"
+                build = ["cc", "-shared", "-fPIC", f"-DREFUSAL={refusal}", "-o", library, source]
+                subprocess.run(build, check=True)
+                arguments = ("run", ROOT / "configs/quick/vacuum.yaml", "--set", "run.steps=5", "--out", refusal)
+                session = self.start(*arguments, environment={"LD_PRELOAD": str(library)})
+                self.assert_ends(session, 0, timeout_s=60)
 
 
 class Campaign(FilesTest):
