@@ -1,4 +1,4 @@
-"""Some of the random scenes of docs/results/engines.md: engines agree, or differ where the page says so."""
+"""Some of the random scenes of docs/results/engines.md: engines agree, or differ where the page lists it."""
 
 import tempfile
 import unittest
