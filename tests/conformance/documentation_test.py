@@ -127,7 +127,7 @@ class InstalledKit(unittest.TestCase):
         self.assertIn("\nconformant: ", output)
         recording = Path(self.folder.name) / "run/wire/attempt_001.rec"
         recording.parent.mkdir(parents=True)
-        shutil.copy(ROOT / "tests/fuzz/corpus/read_recording/seed.rec", recording)
+        shutil.copy(ROOT / "tests/fuzz/corpus/read_recording.rec", recording)
         self.assertIn("Kinematics", self.run_python("-m", "copepod_recording", "count", "run"))
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from copepod_recording.listing import counts, lines
 from copepod_recording.reader import MAGIC, Recording, UnreadableRecording
 
-SEED = Path(__file__).resolve().parent / "corpus/read_recording/seed.rec"
+SEED = Path(__file__).resolve().parent / "corpus/read_recording.rec"
 
 
 class Bytes(Recording):

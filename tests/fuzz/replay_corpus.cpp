@@ -1,11 +1,10 @@
-// Main of a fuzz target in builds without libFuzzer: runs it on every file of the given folders, and on every
-// file with one byte changed, left out or cut off.
+// Main of a fuzz target in builds without libFuzzer: runs it on every input of the given corpora, and on every
+// input with one byte changed, left out or cut off. A corpus has a line `name bytes` for each, in hexadecimal digits.
 
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <string>
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size);
@@ -14,11 +13,13 @@ namespace {
 
 using Input = std::vector<std::uint8_t>;
 
-constexpr std::size_t kPlaces = 24;  ///< bytes per file that are tampered with
+constexpr std::size_t kPlaces = 24;  ///< bytes per input that are tampered with
 
-Input content_of(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+Input input_of(const std::string& line) {
+  Input input;
+  for (std::size_t place = line.find(' ') + 1; place < line.size(); place += 2)
+    input.push_back(static_cast<std::uint8_t>(std::stoul(line.substr(place, 2), nullptr, 16)));
+  return input;
 }
 
 int run(const Input& input) {
@@ -44,15 +45,15 @@ int run_tampered(const Input& input) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  int files = 0;
+  int inputs = 0;
   int runs = 0;
   for (int i = 1; i < argc; ++i) {
-    for (const auto& entry : std::filesystem::directory_iterator(argv[i])) {
-      const Input input = content_of(entry.path());
+    std::ifstream corpus(argv[i]);
+    for (std::string line; std::getline(corpus, line); ++inputs) {
+      const Input input = input_of(line);
       runs += run(input) + run_tampered(input);
-      ++files;
     }
   }
-  std::printf("%d files, %d runs\n", files, runs);
-  return files == 0 ? 1 : 0;
+  std::printf("%d inputs, %d runs\n", inputs, runs);
+  return inputs == 0 ? 1 : 0;
 }
