@@ -1,18 +1,16 @@
-"""Configures and builds the checkout: nothing is run while the programs are up to date, ninja decides otherwise."""
+"""Configures and builds the checkout; ninja decides what there is to do."""
 
-import hashlib
-import json
 import os
 import re
 import select
 import shlex
 import shutil
 import subprocess
+import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from copepod_run import packages
 from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
@@ -24,10 +22,7 @@ _BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40
 _MOMENT_S = 1.0  # a build that takes longer is announced
 _LOOK_EVERY_S = 0.2  # at a build that another process has under way
-_ALL = "all"  # in the stamp, for a build of every target
-_STAMP = BUILD / "up_to_date.json"  # the sources and packages of the last build, and the targets that it made
 _LOG = BUILD / "build.log"
-_SOURCES = "CMakeLists.txt CMakePresets.json cmake proto fluid_service body_service coupler in_process tests".split()
 _COUNTER = re.compile(rb"^\[(\d+)/(\d+)\]", re.MULTILINE)  # ninja's
 
 
@@ -43,7 +38,7 @@ def ensure_everything() -> None:
 
 def ensure_targets(targets: Sequence[str]) -> None:
     """Builds `targets` (none: all) unless they are up to date. Raises Stop(1) with the compiler's errors."""
-    if chosen_programs() or _only_its_owner_builds() or _is_up_to_date(targets):
+    if chosen_programs() or _only_its_owner_builds():
         return
     packages.ensure()
     if not shutil.which("ninja") or not shutil.which("cmake"):
@@ -52,15 +47,13 @@ def ensure_targets(targets: Sequence[str]) -> None:
             "cmake and ninja are not in PATH (not a Debian machine?). Install them, g++ 12 "
             "and these libraries' equivalents: " + " ".join(packages.BUILD_AND_RUN),
         )
+    if _is_up_to_date(targets):
+        return
     BUILD.mkdir(exist_ok=True)
     with _one_build_at_a_time():
-        sources = _state_of_sources()
-        if not _is_stamp_valid(_read_stamp(), sources):
-            _STAMP.unlink(missing_ok=True)  # the build may be interrupted
         if not _is_configured():
             _configure()
         _build(targets)
-        _write_stamp(sources, targets)
 
 
 def parallel_jobs() -> int:
@@ -84,110 +77,40 @@ def _only_its_owner_builds() -> bool:
 
 
 def _is_up_to_date(targets: Sequence[str]) -> bool:
-    """Whether `targets` were built from the present sources and packages; takes no lock and some milliseconds."""
-    stamp = _read_stamp()
-    made = set(stamp["targets"])
-    return bool(targets) and (_ALL in made or made.issuperset(targets)) and _is_stamp_valid(stamp, _state_of_sources())
-
-
-def _read_stamp() -> dict[str, Any]:
-    try:
-        stamp = json.loads(_STAMP.read_text())
-        return {"sources": stamp["sources"], "configured": stamp["configured"], "targets": list(stamp["targets"])}
-    except (OSError, ValueError, KeyError, TypeError):
-        return {"sources": None, "configured": None, "targets": []}
-
-
-def _is_stamp_valid(stamp: dict[str, Any], sources: str) -> bool:
-    """Whether it is of the present sources and configuration, and the programs are there."""
-    present = all(program(name).exists() for name in PROGRAMS)
-    return present and stamp["sources"] == sources and stamp["configured"] == _time_of_configuration()
-
-
-def _write_stamp(sources: str, targets: Sequence[str]) -> None:
-    """`sources`: their state before the build; what has changed since is built by the next call."""
-    made = sorted({*_read_stamp()["targets"], *(targets or [_ALL])})
-    stamp = {"sources": sources, "configured": _time_of_configuration(), "targets": made}
-    fresh = _STAMP.with_suffix(".new")
-    fresh.write_text(json.dumps(stamp) + "\n")
-    fresh.replace(_STAMP)
-
-
-def _time_of_configuration() -> int:
-    try:
-        return (BUILD / "build.ninja").stat().st_mtime_ns
-    except OSError:
-        return 0
-
-
-def _state_of_sources() -> str:
-    """Digest of the names, times and sizes of all sources, and of the list of installed packages."""
-    digest = hashlib.sha256(os.fsencode(ROOT))
-    for path in (*(ROOT / name for name in _SOURCES), Path("/var/lib/dpkg/status")):
-        _add_state(os.fsencode(path), digest.update)
-    return digest.hexdigest()
-
-
-def _add_state(path: bytes, add: Callable[[bytes], None]) -> None:
-    try:
-        if os.path.isdir(path):
-            for entry in sorted(os.listdir(path)):
-                if not entry.startswith(b".") and entry != b"__pycache__":
-                    _add_state(path + b"/" + entry, add)
-        else:
-            state = os.stat(path)
-            add(b"%b %d %d\n" % (path, state.st_mtime_ns, state.st_size))
-    except OSError:  # removed meanwhile, or no such file on this machine
-        add(path + b" is missing\n")
+    """Whether ninja would do nothing; takes no lock, so that another build is not waited for."""
+    command = ["ninja", "-n", "-C", str(BUILD), *targets]
+    return _is_configured() and b"no work to do" in subprocess.run(command, capture_output=True).stdout
 
 
 @contextmanager
 def _one_build_at_a_time() -> Iterator[None]:
-    """Lock on the build folder itself, so that no lock file can be left behind."""
-    folder = os.open(BUILD, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        while (found := take_lock(folder)) is Lock.HELD:
-            _wait_for_other_build(folder)
+    """Lock on a file that names the command that builds."""
+    with open(BUILD / "builder", "a+") as builder:
+        found = take_lock(builder.fileno())
+        if found is Lock.HELD:
+            found = _wait_for_other_build(builder)
         if found is Lock.IMPOSSIBLE:
             say(f"{BUILD} cannot be locked (its file system has no locks). Let no other copepod build there now.")
+        words = sys.orig_argv
+        command = ["copepod", *words[words.index("copepod_command") + 1 :]] if "copepod_command" in words else words
+        builder.truncate(0)
+        builder.write(f"{shlex.join(command)} (process {os.getpid()}")
+        builder.flush()
         yield
-    finally:
-        os.close(folder)
 
 
-def _wait_for_other_build(folder: int) -> None:
-    """Until the process that builds now has ended its build; shows which one that is, and how far."""
-    builder = _process_that_locks(folder)
-    if builder is None:  # it has just ended
-        time.sleep(_LOOK_EVERY_S)
-        return
-    what = f"waiting for the build of another command: {_description(builder)}; log: {_LOG}"
-    with Stage(what) as stage:
-        while _process_that_locks(folder) == builder:
-            stage.count(*_progress_in_log())
-            time.sleep(_LOOK_EVERY_S)
-
-
-def _process_that_locks(folder: int) -> int | None:
-    """Process id of the lock's holder, 0 if it is invisible here (another container), None if there is none."""
-    inode = str(os.fstat(folder).st_ino)
-    for line in Path("/proc/locks").read_text().splitlines():
-        words = line.split()  # number: FLOCK ADVISORY WRITE pid device:inode start end
-        if words[1] == "FLOCK" and words[5].rpartition(":")[2] == inode:
-            return max(int(words[4]), 0)
-    return None
-
-
-def _description(pid: int) -> str:
-    """«copepod test (process 4711, started 2 min 05 s ago)»"""
-    try:
-        words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")[:-1]
-        ticks = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
-    except (OSError, IndexError, ValueError):
-        return f"process {pid}" if pid else "in another container"
-    age_s = time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
-    command = ["copepod", *words[words.index("copepod_command") + 1 :]] if "copepod_command" in words else words
-    return f"{shlex.join(command)} (process {pid}, started {elapsed_text(age_s)} ago)"
+def _wait_for_other_build(builder: IO[str]) -> Lock:
+    """Until the lock is free; shows which command builds now, and how far it is."""
+    found = Lock.HELD
+    while found is Lock.HELD:
+        builder.seek(0)
+        since = os.fstat(builder.fileno()).st_mtime
+        other = f"{builder.read()}, started {elapsed_text(time.time() - since)} ago)"
+        with Stage(f"waiting for the build of another command: {other}; log: {_LOG}") as stage:
+            while since == os.fstat(builder.fileno()).st_mtime and found is Lock.HELD:
+                stage.count(*_progress_in_log())
+                found = take_lock(builder.fileno(), _LOOK_EVERY_S)
+    return found
 
 
 def _progress_in_log() -> tuple[int, int]:
