@@ -35,8 +35,7 @@ constexpr std::array scheme_errors{
 #include "config/checks/scheme_errors.inc"
 };
 
-/// Where a value lies between the two of a sorted table that are next to it; those at its ends stand for what is
-/// beyond.
+/// Where a value lies between its two neighbours in a sorted table; the ends stand for all beyond them.
 struct Between {
   std::size_t high;
   double part;
