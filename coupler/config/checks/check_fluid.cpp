@@ -75,7 +75,7 @@ void check_time(const Case& the_case, Problems& problems) {
   } else if (the_case.fluid.collision == CollisionKind::bgk && tau < 0.52) {
     problems.error(time_key(the_case),
                    found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
-  } else if (tau > 2.0) {
+  } else if (tau > 2.0 && std::ranges::any_of(the_case.fluid.boundaries, is_wall)) {
     problems.warning(time_key(the_case), found +
                                              " (bounce-back walls shift noticeably above about 2, most with bgk). "
                                              "Use a smaller step or a larger cell.");

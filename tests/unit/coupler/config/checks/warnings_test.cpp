@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -140,6 +141,20 @@ TEST(DoubtfulCases, AreNotStrongForcesThatInertiaResists) {
   };
   EXPECT_TRUE(warnings_of("100").empty());
   EXPECT_FALSE(warnings_of("4000").empty());
+}
+
+TEST(DoubtfulCases, AreNotLargeRelaxationTimesWithoutWalls) {
+  const auto walls_are_warned_of = [](const std::string& faces) {
+    const LoadedCase loaded = load_case(
+        std::string(CONFIGS) + "/quick/three_sphere.yaml",
+        {"fluid.relaxation_time=2.5", "fluid.collision=trt", "fluid.moving_boundary=parabolic",
+         "fluid.symmetry_planes=[]", "fluid.boundaries={x: periodic, y: periodic, z: " + faces + "}", "swimmers=[]"});
+    return std::ranges::any_of(loaded.warnings, [](const std::string& warning) {
+      return warning.find("walls shift noticeably") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(walls_are_warned_of("no_slip"));
+  EXPECT_FALSE(walls_are_warned_of("periodic"));
 }
 
 TEST(DoubtfulCases, AreNotThoseOfOurConfigs) {
