@@ -81,6 +81,16 @@ TEST(SwimmerFigures, ReproduceThePapersRowOfDesignA) {
   EXPECT_NEAR(*figures.Re_swim, 6.51e-3, 0.01e-3);
 }
 
+TEST(SwimmerFigures, HaveThePositiveReynoldsNumberOfASwimmerThatSwimsBackwards) {
+  DesignA a;
+  const SwimmerFigures forwards = evaluate(a.measured, a.swimmer, a.the_case);
+  a.measured.displacement_m *= -1.0;
+  const SwimmerFigures backwards = evaluate(a.measured, a.swimmer, a.the_case);
+  EXPECT_EQ(backwards.u_swim_m_per_s, -forwards.u_swim_m_per_s);
+  EXPECT_GT(*forwards.Re_swim, 0.0);
+  EXPECT_EQ(*backwards.Re_swim, *forwards.Re_swim);
+}
+
 TEST(SwimmerFigures, ExchangeTheVelocitiesOfTheFirstTwoReynoldsColumnsAsThePaperDoes) {
   const DesignA a;
   const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
