@@ -4,6 +4,7 @@ the page.
 
 import json
 import secrets
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -57,6 +58,12 @@ class WatchServer(ThreadingHTTPServer):
     @property
     def address(self) -> str:
         return f"http://{_LOOPBACK}:{self.server_address[1]}{self.root}"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A signal that arrives while a connection is accepted ends the server, too."""
+        if isinstance(sys.exception(), Stop):
+            raise
+        super().handle_error(request, client_address)
 
     def service_actions(self) -> None:
         """Between requests: announces the end of a run, once."""

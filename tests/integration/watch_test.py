@@ -6,14 +6,18 @@ import json
 import os
 import re
 import signal
+import socket
 import unittest
+from unittest import mock
 from urllib.parse import urlsplit
 
 from browser import CHROMIUM, Browser
 from copepod_session import CommandTest, wait_until
 from synthetic_run import PERIOD, write_run
+from copepod_run.errors import Stop
 from copepod_run.progress import RecordedProgress
 from copepod_watch.follower import TrajectoryFollower
+from copepod_watch.server import WatchServer
 
 
 class GrowingRun:
@@ -144,6 +148,13 @@ class Server(WatchTest):
         _, address = self.watch("all")
         self.assertIn('<a href="case_2/">case_2</a>', self.get(address)[2])
         self.assertEqual(self.state(address, "/case_2/state")["steps"], 2000)
+
+    def test_a_signal_while_a_connection_is_accepted_ends_the_server(self):
+        GrowingRun(self.folder / "run").release()
+        with WatchServer(self.folder / "run", 0, None, None, None) as server:
+            server.process_request = mock.Mock(side_effect=Stop(143, "stopped by SIGTERM."))
+            with socket.create_connection(server.server_address), self.assertRaises(Stop):
+                server.serve_forever(poll_interval=0.05)
 
     def test_without_a_run_there_is_an_error(self):
         (self.folder / "empty").mkdir()
