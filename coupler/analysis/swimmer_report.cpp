@@ -9,6 +9,7 @@
 #include "analysis/as_in_paper.hpp"
 #include "analysis/nearest_distances.hpp"
 #include "config/load_case.hpp"
+#include "config/setups.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/yaml/document.hpp"
+#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -18,31 +19,36 @@ namespace fs = std::filesystem;
 constexpr std::array own_folders{"logs", "programs"};
 
 /// The settings of an entry; its keys are those of the case, which the case's own reading checks.
-std::vector<std::string> read_settings(Reader& entry) {
-  std::vector<std::string> settings;
-  { entry.section("set").accept_all(); }
-  const Value* set = entry.raw("set");
-  if (set == nullptr) return settings;
-  if (set->kind != Value::Kind::mapping) {
-    entry.reject("set", "is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
-  }
+void declare_settings(Keys& keys, std::vector<std::string>& settings) {
+  if (keys.describes())
+    keys.describe("set", {{"type", "object"}, {"additionalProperties", {{"description", "New value."}}}},
+                  "Changes to the case, by key path (fluid.precision: double), as with --set.");
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return;
+  { reader->section("set").accept_all(); }
+  const Value* set = reader->raw("set");
+  if (set == nullptr) return;
+  if (set->kind != Value::Kind::mapping)
+    reader->reject("set", "is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
   for (const Value::Entry& setting : set->entries)
     settings.push_back(setting.key + "=" + to_json(setting.value).dump());
-  return settings;
 }
 
-CampaignEntry read_entry(Reader entry, const fs::path& folder) {
-  CampaignEntry result;
-  const std::string file = entry.text("case");
-  result.case_file = (folder / file).string();
-  result.name = entry.name("name", fs::path(file).stem().string());
-  result.settings = read_settings(entry);
-  if (std::find(own_folders.begin(), own_folders.end(), result.name) != own_folders.end()) {
-    entry.reject("name", "is '" + result.name +
-                             "' (the campaign keeps its own files in a folder of this name). Give "
-                             "it another `name`.");
-  }
-  return result;
+void declare(Keys& keys, CampaignEntry& entry, const fs::path& folder) {
+  std::string file;
+  keys.text(required("case"), file, "Case file, relative to the folder of the campaign file.");
+  entry.case_file = (folder / file).string();
+  entry.name = fs::path(file).stem().string();
+  keys.name(
+      "name", entry.name,
+      "Name of the run's folder and of its rows in the tables (default: the file's name). Required if a case appears "
+      "twice.");
+  declare_settings(keys, entry.settings);
+  if (Reader* reader = keys.reader();
+      reader != nullptr && std::ranges::find(own_folders, entry.name) != own_folders.end())
+    reader->reject(
+        "name",
+        "is '" + entry.name + "' (the campaign keeps its own files in a folder of this name). Give it another `name`.");
 }
 
 void check_names(const std::vector<CampaignEntry>& cases, Problems& problems) {
@@ -56,21 +62,26 @@ void check_names(const std::vector<CampaignEntry>& cases, Problems& problems) {
   }
 }
 
-Campaign read_campaign(Reader top, const fs::path& folder) {
-  Campaign result;
-  result.name = top.name("campaign");
-  result.jobs = top.integer("jobs", Range::positive, 0);
-  for (std::size_t i = 0; i < top.size("cases"); ++i) result.cases.push_back(read_entry(top.item("cases", i), folder));
-  if (result.cases.empty()) {
-    top.problems().error("cases", "the campaign has no cases (there is nothing to run). List them below `cases:`.");
-  }
-  check_names(result.cases, top.problems());
-  return result;
+void declare(Keys& keys, Campaign& campaign, const fs::path& folder) {
+  keys.name(required("campaign"), campaign.name, "Name of the campaign, for people and for its folder.");
+  keys.integer({"jobs", Need::in_some_cases}, campaign.jobs, Range::positive,
+               "Cases run at once (default: one per core); the cores are divided among them as ranks of the fluid.");
+  keys.list<CampaignEntry>(required("cases"), campaign.cases, "What to run, in this order.",
+                           [&](Keys& entry, CampaignEntry& item) { declare(entry, item, folder); });
+  keys.describe_also("cases", {{"minItems", 1}});
 }
 
-Campaign read_document(const Document& document, const std::string& source, AskedKeys* asked) {
+Campaign read_document(const Document& document, const std::string& source) {
   Problems problems(document);
-  Campaign campaign = read_campaign(Reader(&document.root(), "", problems, asked), fs::path(source).parent_path());
+  Campaign campaign;
+  {
+    Reader top(&document.root(), "", problems);
+    Keys keys = Keys::reading(top);
+    declare(keys, campaign, fs::path(source).parent_path());
+  }
+  if (campaign.cases.empty())
+    problems.error("cases", "the campaign has no cases (there is nothing to run). List them below `cases:`.");
+  check_names(campaign.cases, problems);
   problems.throw_if_any();
   return campaign;
 }
@@ -83,14 +94,28 @@ bool names_campaign(const std::string& file) {
 }
 
 Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides) {
-  Campaign campaign = read_document(Document::load(file, {}), file, nullptr);
+  Campaign campaign = read_document(Document::load(file, {}), file);
   for (CampaignEntry& entry : campaign.cases)
     entry.settings.insert(entry.settings.end(), overrides.begin(), overrides.end());
   return campaign;
 }
 
-Campaign load_campaign_text(const std::string& text, const std::string& source, AskedKeys* asked) {
-  return read_document(Document::parse(text, source, {}), source, asked);
+Campaign load_campaign_text(const std::string& text, const std::string& source) {
+  return read_document(Document::parse(text, source, {}), source);
+}
+
+nlohmann::ordered_json campaign_schema() {
+  nlohmann::ordered_json schema;
+  Keys keys = Keys::describing(schema);
+  Campaign any;
+  declare(keys, any, "");
+  nlohmann::ordered_json result{
+      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+      {"$id", "campaign.schema.json"},
+      {"title", "Copepod campaign"},
+      {"description", "A list of cases that `copepod campaign` runs as one, resuming where it stopped."}};
+  result.update(schema);
+  return result;
 }
 
 }  // namespace copepod::coupler

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "config/yaml/reader.hpp"
+#include <nlohmann/json_fwd.hpp>
 
 namespace copepod::coupler {
 
@@ -32,7 +32,9 @@ bool names_campaign(const std::string& file);
 Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides = {});
 
 /// The same from text; `source` names it in messages and its folder is where case files are looked for.
-/// `asked`, if given, receives every key that was looked for.
-Campaign load_campaign_text(const std::string& text, const std::string& source, AskedKeys* asked = nullptr);
+Campaign load_campaign_text(const std::string& text, const std::string& source);
+
+/// JSON schema of a campaign file.
+nlohmann::ordered_json campaign_schema();
 
 }  // namespace copepod::coupler

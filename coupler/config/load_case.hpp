@@ -1,17 +1,12 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "config/sections/case.hpp"
 #include "config/sections/expand.hpp"
 #include "config/sections/sweep.hpp"
-#include "config/yaml/reader.hpp"
-#include "contract/body_setup.hpp"
-#include "contract/capabilities.hpp"
-#include "contract/fluid_setup.hpp"
 
 namespace copepod::coupler {
 
@@ -28,23 +23,8 @@ struct LoadedCase {
 /// @throws CaseInvalid with every error found
 LoadedCase load_case(const std::string& file, const std::vector<std::string>& overrides);
 
-/// The same from text; `source` names it in messages. `asked`, if given, receives every key
-/// that the reading asks for.
-LoadedCase load_case_text(const std::string& text, const std::string& source, const std::vector<std::string>& overrides,
-                          AskedKeys* asked = nullptr);
-
-/// @param field_directory  absolute path of the run directory
-FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory);
-BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
-
-/// Features that a case requires of its components: those of the setup (contract/features.hpp) and those of
-/// the run.
-std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly);
-std::set<std::string> required_of_body(const Case& the_case, const BodySetup& setup);
-
-/// What to report to the user about a component: required features that it neglects, and announced names that
-/// are not features.
-/// @throws Refused naming the features that the component lacks
-std::vector<std::string> require_features(const Capabilities& capabilities, const std::set<std::string>& required);
+/// The same from text; `source` names it in messages.
+LoadedCase load_case_text(const std::string& text, const std::string& source,
+                          const std::vector<std::string>& overrides);
 
 }  // namespace copepod::coupler

@@ -46,6 +46,8 @@ Options parse_command_line(int argc, const char* const* argv) {
   app.set_version_flag("--version", build_info().version);
   auto* plan_option = app.add_option("--plan", plan, "Check a case or campaign file and print it as JSON");
   app.add_option("--run", run, "Run a case file")->excludes(plan_option);
+  app.add_option("--schema", options.schema, "Print the JSON schema of case or campaign files")
+      ->check(CLI::IsMember({"case", "campaign"}));
   app.add_option("--set", options.overrides, "Replace a value of the case: key.path=value")->expected(1)->take_all();
   app.add_option("--ranks", ranks, "Processes of the fluid service")->check(CLI::PositiveNumber);
   app.add_option("--fluid", fluid, "Command that starts another fluid component");
@@ -68,6 +70,10 @@ Options parse_command_line(int argc, const char* const* argv) {
     return options;
   } catch (const CLI::ParseError& error) {
     throw CaseError(std::string(error.what()) + " (the command line makes no sense). See --help.");
+  }
+  if (!options.schema.empty()) {
+    options.action = Options::Action::schema;
+    return options;
   }
   if (plan.empty() && run.empty()) throw CaseError("neither --plan nor --run is given (nothing to do). See --help.");
   options.action = !plan.empty() ? Options::Action::plan : Options::Action::run;

@@ -9,10 +9,11 @@ namespace copepod::coupler {
 
 /// What the coupler was asked to do.
 struct Options {
-  enum class Action { plan, run, nothing };  ///< nothing: --help or --version was answered
+  enum class Action { plan, run, schema, nothing };  ///< nothing: --help or --version was answered
 
   Action action = Action::nothing;
   std::string case_file;               ///< to plan also a campaign file
+  std::string schema;                  ///< of a case or of a campaign
   std::vector<std::string> overrides;  ///< of --set, --ranks, --fluid and --body, as "key.path=value"
   std::string out;                     ///< run directory
   std::string endpoint;

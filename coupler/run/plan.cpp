@@ -11,6 +11,7 @@
 #include "config/checks/light_bodies.hpp"
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"
+#include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/features.hpp"
 #include "conversion/setup_conversion.hpp"

@@ -95,6 +95,11 @@ int run_plan(const Options& options, std::ostream& out) {
   return static_cast<int>(ExitCode::finished);
 }
 
+int print_schema(const std::string& of, std::ostream& out) {
+  out << (of == "case" ? case_schema() : campaign_schema()).dump(1) << std::endl;
+  return static_cast<int>(ExitCode::finished);
+}
+
 int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components, RunSignals& signals) {
   Events events(out);
   events.phase("starting");
@@ -152,6 +157,7 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
     const Options options = parse_command_line(argc, argv);
     if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
     if (options.action == Options::Action::plan) return run_plan(options, out);
+    if (options.action == Options::Action::schema) return print_schema(options.schema, out);
     raise_limit_of_open_files();
     RunSignals signals;
     const SignalWatch watch(signals);

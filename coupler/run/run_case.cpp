@@ -9,6 +9,7 @@
 #include "analysis/swimmer_report.hpp"
 #include "config/checks/light_bodies.hpp"
 #include "config/sections/sections.hpp"
+#include "config/setups.hpp"
 #include "driving/lowered_bodies.hpp"
 #include "driving/prescribed_bodies.hpp"
 #include "recording/timeline.hpp"

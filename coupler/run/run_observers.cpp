@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "analysis/groups.hpp"
+#include "config/setups.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -46,6 +46,7 @@ BUILD_AND_RUN = (
 PYTHON = ("python3-pandas", "python3-xarray", "python3-yaml")  # for `import copepod`
 CONTINUOUS_INTEGRATION = (
     *PYTHON,
+    "python3-jsonschema",
     "python3-nbclient",
     "python3-ipykernel",
     "python3-pip",

@@ -18,12 +18,14 @@ from pathlib import Path
 from copepod_session import ROOT, CommandTest, wait_until
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
-PACKAGES = ("pandas", "xarray", "yaml")
+PACKAGES = ("jsonschema", "pandas", "xarray", "yaml")
 if any(importlib.util.find_spec(name) is None for name in PACKAGES):
     raise unittest.SkipTest(f"{', '.join(PACKAGES)} are not installed (deploy/copepod setup --ci)")
 
 sys.path.insert(0, str(ROOT / "python"))
 os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
+
+import jsonschema  # noqa: E402
 
 import copepod  # noqa: E402
 from copepod_run.errors import Stop  # noqa: E402
@@ -45,6 +47,20 @@ def environment(*folders):
 def temporary_folder():
     with tempfile.TemporaryDirectory(prefix="copepod_test_") as folder:
         yield Path(folder).resolve()
+
+
+class Schema(unittest.TestCase):
+    def test_allows_every_case_of_ours(self):
+        schema = json.loads((ROOT / "configs/schema/case.schema.json").read_text())
+        validator = jsonschema.Draft202012Validator(schema)
+        checked = 0
+        for file in sorted([*(ROOT / "configs").rglob("*.yaml"), *(ROOT / "examples").rglob("*.yaml")]):
+            case = copepod.Case.load(file).to_dict()
+            if "case" in case:
+                self.assertEqual([error.message for error in validator.iter_errors(case)], [], file)
+                checked += 1
+        self.assertGreater(checked, 50)
+        self.assertFalse(validator.is_valid({**case, "fluid": {"solver": "lattice_boltzman"}}))
 
 
 class Cases(unittest.TestCase):

@@ -116,12 +116,6 @@ void read_table(Reader& signal, double step_s, Signal& result) {
                     " (a table that repeats ends before it starts again). Remove rows, or use a longer period.");
 }
 
-const char* amplitude_key(ActuatorKind kind, bool rest_length) {
-  if (rest_length) return "amplitude_m";
-  if (kind == ActuatorKind::control) return factor_key;
-  return kind == ActuatorKind::body_torque || kind == ActuatorKind::world_torque ? "amplitude_N_m" : "amplitude_N";
-}
-
 /// Words of `kind`: those of the contract, and the rest length, which the coupler turns into a pair force.
 struct DriveWord {
   ActuatorKind kind = ActuatorKind::pair_force;
@@ -145,139 +139,191 @@ constexpr std::array signal_names{
     Choice<SignalKind>{"square", SignalKind::square}, Choice<SignalKind>{"trapezoid", SignalKind::trapezoid},
     Choice<SignalKind>{"table", SignalKind::table}};
 
+void declare_period(Keys& keys, Signal& signal, double step_s) {
+  if (Reader* reader = keys.reader()) signal.period_steps = read_period(*reader, step_s);
+  if (ordered_json* resolved = keys.resolved(); resolved != nullptr && signal.period_steps > 0)
+    (*resolved)["period_steps"] = signal.period_steps;
+  if (!keys.describes()) return;
+  keys.describe(
+      "period_steps", schema_of_integer(Range::positive),
+      "Period T in steps; not of a constant. A table with a period repeats, one without holds its last value.");
+  keys.describe("period_s", schema_of_number(Range::positive),
+                "Period in seconds instead of period_steps, rounded to whole steps.");
+}
+
+void declare_lag(Keys& keys, Signal& signal, double step_s) {
+  if (Reader* reader = keys.reader()) signal.lag_steps = read_lag(*reader, signal, step_s);
+  if (ordered_json* resolved = keys.resolved()) (*resolved)["lag_steps"] = signal.lag_steps;
+  if (!keys.describes()) return;
+  const ordered_json number = schema_of_number(Range::any);
+  keys.describe("lag_steps", number, "Lag in steps; whole or not. Default: 0.");
+  keys.describe("lag_s", number, "Lag in seconds instead of lag_steps.");
+  keys.describe("lag_rad", number, "Lag as an angle [rad]: the period times lag_rad/2π.");
+  keys.describe("lag_deg", number, "Lag as an angle in degrees: the period times lag_deg/360.");
+}
+
+void declare_rise(Keys& keys, Signal& signal) {
+  Reader* reader = keys.reader();
+  const bool is_trapezoid = signal.kind == SignalKind::trapezoid;
+  if (!keys.when(is_trapezoid || (reader != nullptr && reader->has("rise_fraction")))) return;
+  if (keys.resolved() == nullptr) signal.rise = 0.125;
+  keys.number("rise_fraction", signal.rise, Range::positive,
+              "Of a trapezoid: time from 0 to the amplitude, in periods; 0.25 is a triangle wave.");
+  keys.describe_also("rise_fraction", {{"maximum", 0.25}});
+  if (reader != nullptr && (signal.rise > 0.25 || !is_trapezoid))
+    reader->reject(
+        "rise_fraction",
+        "must be at most 0.25, of a trapezoid (the time from 0 to the amplitude, in periods). Use a value such "
+        "as 0.125.");
+}
+
+void declare_table(Keys& keys, Signal& signal, double step_s) {
+  if (Reader* reader = keys.reader(); reader != nullptr && signal.kind == SignalKind::table)
+    read_table(*reader, step_s, signal);
+  if (ordered_json* resolved = keys.resolved()) {
+    for (const Signal::Point& point : signal.table) {
+      (*resolved)["times_steps"].push_back(point.time_steps);
+      (*resolved)["values"].push_back(point.value);
+    }
+  }
+  if (!keys.describes()) return;
+  const ordered_json numbers = schema_of_list(schema_of_number(Range::any), 0);
+  keys.describe(
+      "file", {{"type", "string"}},
+      "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the case "
+      "file. The run keeps its content.");
+  keys.describe("times_steps", numbers, "Of a table: its times in steps, instead of a file.");
+  keys.describe("values", numbers, "Of a table: its values at times_steps.");
+}
+
+void declare_stop(Keys& keys, Signal& signal) {
+  const char* key = "stop_step";
+  if (Reader* reader = keys.reader()) {
+    const Value* stop = reader->raw(key);
+    if (stop != nullptr && stop->text != "never") signal.stop_step = reader->integer(key, Range::not_negative);
+    if (signal.stop_step <= signal.start_step)
+      reader->reject(key, "is " + std::to_string(signal.stop_step) + ", the signal starts at " +
+                              std::to_string(signal.start_step) +
+                              " (it would never act). Stop later, or leave it out.");
+  }
+  if (ordered_json* resolved = keys.resolved())
+    (*resolved)[key] = signal.stop_step == Signal::never ? ordered_json("never") : ordered_json(signal.stop_step);
+  if (keys.describes())
+    keys.describe(key, {{"anyOf", {schema_of_integer(Range::positive), {{"const", "never"}}}}, {"default", "never"}},
+                  "First step in which it does not act any more.");
+}
+
+constexpr Amplitude force{"amplitude_N", "Amplitude A of a force [N]. Of a table: factor of its values, by default 1."};
+constexpr Amplitude torque{"amplitude_N_m", "Amplitude of a torque [N m]."};
+constexpr Amplitude rest_length{"amplitude_m", "Amplitude of a rest length [m]."};
+constexpr Amplitude input{"amplitude", "Amplitude of a control, in the units of body.model.", true, true};
+
 }  // namespace
 
-Signal read_signal(Reader signal, double step_s, const std::string& amplitude) {
-  Signal result;
-  const auto kind = signal.kind(signal_names);
-  if (!kind) return result;
-  result.kind = *kind;
-  const bool table = result.kind == SignalKind::table;
-  const bool periodic = !table && result.kind != SignalKind::constant;
-  const bool factor = table || amplitude == factor_key;
-  result.amplitude = signal.number(amplitude, Range::any, factor ? std::optional(1.0) : std::nullopt);
-  result.period_steps = read_period(signal, step_s);
-  if (periodic && result.period_steps == 0) {
-    signal.reject("period_steps", "is missing (the signal repeats). Give period_steps or period_s.");
-  } else if (result.kind == SignalKind::constant && result.period_steps > 0) {
-    signal.reject(signal.has("period_s") ? "period_s" : "period_steps",
-                  "is given for a constant (it has no period). Remove it, or use kind: sinusoid.");
+void declare(Keys& keys, Signal& signal, double step_s, std::initializer_list<Amplitude> amplitudes) {
+  if (!keys.kind(
+          signal.kind, signal_names,
+          "constant; sinusoid: A sin(2π (t − lag)/T); square: A and −A for half a period each; trapezoid: from 0 "
+          "to A within rise_fraction, held, and so on; table: linear between the rows of a table."))
+    return;
+  const bool is_table = signal.kind == SignalKind::table;
+  for (const Amplitude& amplitude : amplitudes) {
+    if (!keys.when(amplitude.applies)) continue;
+    const bool has_default = is_table || amplitude.is_factor;
+    if (has_default && keys.resolved() == nullptr) signal.amplitude = 1.0;
+    const Key key = has_default ? Key(amplitude.key) : keys.needed(amplitude.key);
+    keys.number(key, signal.amplitude, Range::any, amplitude.description);
   }
-  result.lag_steps = read_lag(signal, result, step_s);
-  if (signal.has("rise_fraction") || result.kind == SignalKind::trapezoid) {
-    result.rise = signal.number("rise_fraction", Range::positive, 0.125);
-    if (result.rise > 0.25 || result.kind != SignalKind::trapezoid)
-      signal.reject("rise_fraction",
-                    "must be at most 0.25, of a trapezoid (the time from 0 to the amplitude, in "
-                    "periods). Use a value such as 0.125.");
+  declare_period(keys, signal, step_s);
+  if (Reader* reader = keys.reader()) {
+    if (signal.kind == SignalKind::constant && signal.period_steps > 0)
+      reader->reject(reader->has("period_s") ? "period_s" : "period_steps",
+                     "is given for a constant (it has no period). Remove it, or use kind: sinusoid.");
+    else if (signal.kind != SignalKind::constant && !is_table && signal.period_steps == 0)
+      reader->reject("period_steps", "is missing (the signal repeats). Give period_steps or period_s.");
   }
-  if (table) read_table(signal, step_s, result);
-  result.ramp_steps = signal.integer("ramp_steps", Range::not_negative, 0);
-  result.start_step = signal.integer("start_step", Range::not_negative, 0);
-  const Value* stop = signal.raw("stop_step");
-  if (stop != nullptr && stop->text != "never") result.stop_step = signal.integer("stop_step", Range::not_negative);
-  if (result.stop_step <= result.start_step) {
-    signal.reject("stop_step", "is " + std::to_string(result.stop_step) + ", the signal starts at " +
-                                   std::to_string(result.start_step) +
-                                   " (it would never act). Stop later, or leave it out.");
+  declare_lag(keys, signal, step_s);
+  declare_rise(keys, signal);
+  declare_table(keys, signal, step_s);
+  keys.integer("ramp_steps", signal.ramp_steps, Range::not_negative,
+               "The signal grows linearly to its full size within so many steps from its start.");
+  keys.integer("start_step", signal.start_step, Range::not_negative, "First step in which it acts.");
+  declare_stop(keys, signal);
+}
+
+void declare(Keys& keys, Drive& drive, double step_s) {
+  if (!keys.kind(drive.kind, arm_words,
+                 "pair_force: equal and opposite forces along the arm, positive ones push apart; rest_length: the "
+                 "spring's rest length varies by the signal."))
+    return;
+  const bool is_length = drive.kind == DriveKind::rest_length;
+  keys.section(required("signal"), "How it varies in time.", [&](Keys& signal) {
+    declare(signal, drive.signal, step_s, {force.where(!is_length), rest_length.where(is_length)});
+  });
+}
+
+void declare(Keys& keys, NamedActuator& actuator, double step_s) {
+  DriveWord word{actuator.kind, actuator.rest_length};
+  if (keys.resolved() == nullptr) actuator.bodies.resize(1);
+  if (!keys.kind(
+          word, drive_words,
+          "pair_force: equal and opposite, along the current line between both bodies, positive ones push apart; "
+          "rest_length: the rest length of the spring between both bodies varies by the signal; body_force, "
+          "body_torque: direction fixed to the body; world_force, world_torque: direction fixed in the world; "
+          "control: the input of an actuator of body.model."))
+    return;
+  actuator.kind = word.kind;
+  actuator.rest_length = word.rest_length;
+  const bool is_pair = word.kind == ActuatorKind::pair_force;
+  const bool is_control = word.kind == ActuatorKind::control;
+  if (keys.when(is_pair))
+    declare_names(keys, keys.needed("bodies"), actuator.bodies, 2, "a pair has two). Write bodies: [a, b].",
+                  "Names of both bodies of a pair_force or rest_length.");
+  if (keys.when(is_pair && !word.rest_length))
+    declare_anchors(keys, actuator.anchor_A_m, actuator.anchor_B_m,
+                    "Of a pair_force: where it acts on both bodies, in their frames. Default: their centres.");
+  if (keys.when(is_control)) {
+    actuator.bodies.clear();
+    keys.text(keys.needed("control"), actuator.control,
+              "Of a control: name of the actuator in the model; the signal's amplitude is in the model's units.");
   }
-  return result;
-}
-
-ordered_json resolved_signal(const Signal& signal, const char* amplitude) {
-  ordered_json section{{"kind", name_of(signal_names, signal.kind)}, {amplitude, signal.amplitude}};
-  if (signal.period_steps > 0) section["period_steps"] = signal.period_steps;
-  section["lag_steps"] = signal.lag_steps;
-  if (signal.kind == SignalKind::trapezoid) section["rise_fraction"] = signal.rise;
-  for (const Signal::Point& point : signal.table) {
-    section["times_steps"].push_back(point.time_steps);
-    section["values"].push_back(point.value);
+  if (keys.when(!is_pair && !is_control)) {
+    actuator.bodies.resize(1);
+    keys.text(keys.needed("body"), actuator.bodies[0], "Name of the body of any other kind.");
+    declare_direction(keys, keys.needed("direction"), actuator.direction,
+                      "Direction of a force or torque, in the frame of the body or of the world; it is normalised.");
   }
-  section["ramp_steps"] = signal.ramp_steps;
-  section["start_step"] = signal.start_step;
-  section["stop_step"] = signal.stop_step == Signal::never ? ordered_json("never") : ordered_json(signal.stop_step);
-  return section;
+  const bool turns = word.kind == ActuatorKind::body_torque || word.kind == ActuatorKind::world_torque;
+  keys.section(required("signal"), "How it varies in time.", [&](Keys& signal) {
+    declare(signal, actuator.signal, step_s,
+            {force.where(!turns && !word.rest_length && !is_control), torque.where(turns),
+             rest_length.where(word.rest_length), input.where(is_control)});
+  });
 }
 
-Drive read_drive(Reader drive, double step_s) {
-  Drive result;
-  const auto kind = drive.kind(arm_words);
-  if (!kind) return result;
-  result.kind = *kind;
-  const bool rest_length = result.kind == DriveKind::rest_length;
-  result.signal = read_signal(drive.section("signal"), step_s, amplitude_key(ActuatorKind::pair_force, rest_length));
-  return result;
-}
-
-ordered_json resolved_drive(const Drive& drive) {
-  const char* amplitude = amplitude_key(ActuatorKind::pair_force, drive.kind == DriveKind::rest_length);
-  return {{"kind", name_of(arm_words, drive.kind)}, {"signal", resolved_signal(drive.signal, amplitude)}};
-}
-
-NamedActuator read_actuator(Reader actuator, double step_s) {
-  NamedActuator result;
-  result.bodies.resize(1);
-  const auto word = actuator.kind(drive_words);
-  if (!word) return result;
-  result.kind = word->kind;
-  result.rest_length = word->rest_length;
-  if (result.kind == ActuatorKind::pair_force) {
-    result.bodies = read_names(actuator, "bodies", 2, "a pair has two). Write bodies: [a, b].");
-    if (!result.rest_length) std::tie(result.anchor_A_m, result.anchor_B_m) = read_anchors(actuator);
-  } else if (result.kind == ActuatorKind::control) {
-    result.bodies.clear();
-    result.control = actuator.text("control");
-  } else {
-    result.bodies = {actuator.text("body")};
-    result.direction = read_direction(actuator, "direction", {});
+void declare(Keys& keys, BendSpecification& bend) {
+  keys.number(required("stiffness_N_m_per_rad"), bend.stiffness_N_m_per_rad, Range::positive,
+              "Stiffness κ of the energy κ (θ − θ₀)²/2.");
+  if (Reader* reader = keys.reader()) {
+    const std::vector<std::string> found = given(*reader, {"rest_angle_rad", "rest_angle_deg"});
+    if (found.empty()) return;
+    const double angle = reader->number(found[0], Range::not_negative, std::numbers::pi);
+    bend.rest_angle_rad = found[0] == "rest_angle_deg" ? angle * (std::numbers::pi / 180.0) : angle;
+    if (bend.rest_angle_rad > std::numbers::pi * (1.0 + 1e-6))
+      reader->reject(found[0], "is more than half a turn (an angle between two arms is at most that). Use 0 to 180°.");
+    bend.rest_angle_rad = std::min(bend.rest_angle_rad, std::numbers::pi);
   }
-  result.signal = read_signal(actuator.section("signal"), step_s, amplitude_key(result.kind, result.rest_length));
-  return result;
+  if (ordered_json* resolved = keys.resolved()) (*resolved)["rest_angle_rad"] = bend.rest_angle_rad;
+  if (!keys.describes()) return;
+  keys.describe("rest_angle_rad", schema_of_number(Range::not_negative), "Rest angle θ₀ [rad]. Default: π, straight.");
+  keys.describe("rest_angle_deg", schema_of_number(Range::not_negative), "Rest angle in degrees.");
 }
 
-ordered_json resolved_actuator(const NamedActuator& actuator) {
-  ordered_json section{{"kind", name_of(drive_words, DriveWord{actuator.kind, actuator.rest_length})}};
-  if (actuator.kind == ActuatorKind::pair_force) {
-    section["bodies"] = actuator.bodies;
-    if (!actuator.rest_length) section["anchors_m"] = resolved_anchors(actuator.anchor_A_m, actuator.anchor_B_m);
-  } else if (actuator.kind == ActuatorKind::control) {
-    section["control"] = actuator.control;
-  } else {
-    section["body"] = actuator.bodies[0];
-    section["direction"] = actuator.direction;
-  }
-  section["signal"] = resolved_signal(actuator.signal, amplitude_key(actuator.kind, actuator.rest_length));
-  return section;
-}
-
-void read_bend(Reader& bend, BendSpecification& result) {
-  result.stiffness_N_m_per_rad = bend.number("stiffness_N_m_per_rad", Range::positive);
-  const std::vector<std::string> keys = given(bend, {"rest_angle_rad", "rest_angle_deg"});
-  if (keys.empty()) return;
-  const double angle = bend.number(keys[0], Range::not_negative, std::numbers::pi);
-  result.rest_angle_rad = keys[0] == "rest_angle_deg" ? angle * (std::numbers::pi / 180.0) : angle;
-  if (result.rest_angle_rad > std::numbers::pi * (1.0 + 1e-6))
-    bend.reject(keys[0], "is more than half a turn (an angle between two arms is at most that). Use 0 to 180°.");
-  result.rest_angle_rad = std::min(result.rest_angle_rad, std::numbers::pi);
-}
-
-void add_bend(ordered_json& section, const BendSpecification& bend) {
-  section["stiffness_N_m_per_rad"] = bend.stiffness_N_m_per_rad;
-  section["rest_angle_rad"] = bend.rest_angle_rad;
-}
-
-NamedBend read_named_bend(Reader bend) {
-  NamedBend result;
-  result.bodies =
-      read_names(bend, "bodies", 3, "a bend has three, the vertex in the middle). Write bodies: [a, b, c].");
-  read_bend(bend, result);
-  return result;
-}
-
-ordered_json resolved_named_bend(const NamedBend& bend) {
-  ordered_json section{{"bodies", bend.bodies}};
-  add_bend(section, bend);
-  return section;
+void declare(Keys& keys, NamedBend& bend) {
+  declare_names(keys, required("bodies"), bend.bodies, 3,
+                "a bend has three, the vertex in the middle). Write bodies: [a, b, c].",
+                "Names of three bodies, the vertex in the middle.");
+  declare(keys, static_cast<BendSpecification&>(bend));
 }
 
 }  // namespace copepod::coupler

@@ -32,6 +32,11 @@ inline bool computes_no_cells(FluidSolverChoice solver) {
 /// Section `fluid` of the case: the setup that the component receives, as far as this section determines it
 /// (`make_fluid_setup` adds what follows from other sections), and how the case specifies it.
 struct FluidCase : FluidSetup {
+  FluidCase() {  // what a case gets that names no schemes
+    collision = CollisionKind::trt;
+    moving_boundary = MovingBoundary::parabolic;
+    refill = Refill::nonequilibrium;
+  }
   FluidSolverChoice solver = FluidSolverChoice::lattice_boltzmann;
   std::vector<std::string> command;       ///< of solver: {command: …}
   std::optional<double> relaxation_time;  ///< as given; absent where step_s was
@@ -88,7 +93,7 @@ using PublishedFigures = std::vector<std::pair<std::string, double>>;
 /// What the three-bead shorthand holds beyond the beads and arms that it stands for: B2 (trailing), B1 (middle), B3
 /// (leading) in a row along z, all of one mass, arms of one spring.
 struct ThreeBeads {
-  std::array<double, 2> rest_gap_m{};  ///< surface to surface: B2-B1, B1-B3
+  Eigen::Vector2d rest_gap_m = Eigen::Vector2d::Zero();  ///< surface to surface: B2-B1, B1-B3
   Stroke stroke;
 };
 
@@ -170,7 +175,8 @@ struct ContactCase {
 enum class TrajectoryFormat { by_bodies, csv, hdf5 };
 
 struct OutputCase {
-  std::int64_t trajectory_every_steps = 0;                           ///< 0: first and last step only
+  OutputCase() { fields.mean_every_steps = 10; }
+  std::int64_t trajectory_every_steps = 100;                         ///< 0: first and last step only
   std::int64_t trajectory_from_step = 0;                             ///< no samples before but the first step
   TrajectoryFormat trajectory_format = TrajectoryFormat::by_bodies;  ///< settled once the bodies are known
   std::int64_t bodies_every_steps = 0;                               ///< 0: no surfaces of the bodies

@@ -14,7 +14,8 @@ Boundary read_face(Reader& faces, const std::string& key) {
   Boundary boundary;
   const Value* value = faces.raw(key);
   if (value == nullptr || value->kind == Value::Kind::scalar) {
-    boundary.kind = faces.choice(key, boundary_names, std::optional(BoundaryKind::no_slip));
+    Keys keys = Keys::reading(faces);
+    keys.choice(key.c_str(), boundary.kind, boundary_names, "");
     if (boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure) {
       const std::string name = name_of(boundary_names, boundary.kind);
       faces.reject(key, "is '" + name +
@@ -77,20 +78,15 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
   return FluidKind::lattice_boltzmann;
 }
 
-InitialFlow read_initial_flow(Reader flow) {
-  InitialFlow result;
-  result.kind = flow.choice("kind", initial_flow_names, std::optional(InitialFlowKind::rest));
-  if (result.kind == InitialFlowKind::uniform) result.velocity_m_per_s = flow.numbers("velocity_m_per_s", 3);
-  if (result.kind == InitialFlowKind::taylor_green)
-    result.speed_m_per_s = flow.number("speed_m_per_s", Range::positive);
-  return result;
-}
-
-ordered_json resolved_initial_flow(const InitialFlow& flow) {
-  ordered_json section{{"kind", name_of(initial_flow_names, flow.kind)}};
-  if (flow.kind == InitialFlowKind::uniform) section["velocity_m_per_s"] = flow.velocity_m_per_s;
-  if (flow.kind == InitialFlowKind::taylor_green) section["speed_m_per_s"] = flow.speed_m_per_s;
-  return section;
+void declare(Keys& keys, InitialFlow& flow) {
+  keys.choice(
+      "kind", flow.kind, initial_flow_names,
+      "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: U "
+      "(cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic.");
+  if (keys.when(flow.kind == InitialFlowKind::uniform))
+    keys.numbers(keys.needed("velocity_m_per_s"), flow.velocity_m_per_s, "For kind: uniform.");
+  if (keys.when(flow.kind == InitialFlowKind::taylor_green))
+    keys.number(keys.needed("speed_m_per_s"), flow.speed_m_per_s, Range::positive, "For kind: taylor_green, U.");
 }
 
 ordered_json resolved_face(const Boundary& boundary) {
@@ -104,71 +100,109 @@ ordered_json resolved_face(const Boundary& boundary) {
   }
 }
 
-ordered_json resolved_boundaries(const FluidCase& fluid) {
-  ordered_json boundaries;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    boundaries[axis_names[axis]] = {{"low", resolved_face(fluid.boundaries[2 * axis])},
-                                    {"high", resolved_face(fluid.boundaries[2 * axis + 1])}};
-  return boundaries;
+ordered_json schema_of_face() {
+  ordered_json condition;
+  Keys keys = Keys::describing(condition);
+  keys.describe("velocity_m_per_s", schema_of_list(schema_of_number(Range::any), 3), "Velocity of the wall.");
+  keys.describe("pressure_Pa", schema_of_number(Range::any), "Pressure, relative to the fluid at rest.");
+  condition["description"] = "A wall that moves, or an opening.";
+  return {{"anyOf", {{{"enum", {"no_slip", "periodic", "free_slip"}}}, condition}}};
+}
+
+ordered_json schema_of_axis() {
+  ordered_json faces;
+  Keys keys = Keys::describing(faces);
+  keys.describe("low", schema_of_face(), "Face at the lower end of the axis. Default: no_slip.");
+  keys.describe("high", schema_of_face(), "Face at the upper end of the axis. Default: no_slip.");
+  faces["description"] = "Low and high face separately.";
+  ordered_json forms = schema_of_face();
+  forms["anyOf"].push_back(faces);
+  return forms;
+}
+
+void declare_axis(Keys& keys, std::size_t axis, Boundary& low, Boundary& high) {
+  const char* name = axis_names[axis];
+  if (Reader* reader = keys.reader()) read_axis(*reader, name, low, high);
+  if (ordered_json* resolved = keys.resolved())
+    (*resolved)[name] = {{"low", resolved_face(low)}, {"high", resolved_face(high)}};
+  if (keys.describes())
+    keys.describe(name, schema_of_axis(),
+                  "Both faces normal to this axis, or low and high separately. Default: no_slip.");
+}
+
+void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {
+  const char* name = "symmetry_planes";
+  if (Reader* reader = keys.reader()) planes = read_symmetry_planes(*reader);
+  if (ordered_json* resolved = keys.resolved()) {
+    (*resolved)[name] = ordered_json::array();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (planes[axis]) (*resolved)[name].push_back(axis_names[axis]);
+  }
+  if (!keys.describes()) return;
+  keys.describe(
+      name, schema_of_list({{"enum", axis_names}}, 0),
+      "Mirror planes through the middle of the domain, named after their normal. Only a half, quarter or eighth "
+      "is computed; all input and output is for the whole domain. A body is centred on the plane, or lies "
+      "entirely in the lower half, where it also represents its mirror image.");
+  keys.describe_also(name, {{"uniqueItems", true}});
 }
 
 }  // namespace
 
-FluidCase read_fluid(Reader fluid) {
-  FluidCase result;
-  result.solver = read_solver<FluidSolverChoice>(fluid, solver_names, std::nullopt, result.command);
-  result.kind = fluid_kind(result.solver);
-  const bool known = !fluid.problems().any_under(fluid.path_of("solver"));  // else no key is missing for sure
-  const bool lattice = known && result.solver == FluidSolverChoice::lattice_boltzmann;
-  const bool viscous = lattice || result.solver == FluidSolverChoice::stokes;
-  const auto unless = [](bool required) { return required ? std::optional<double>() : std::optional(0.0); };
-  result.density_kg_per_m3 =
-      fluid.number("density_kg_per_m3", lattice ? Range::positive : Range::not_negative, unless(viscous));
-  result.kinematic_viscosity_m2_per_s =
-      fluid.number("kinematic_viscosity_m2_per_s", viscous ? Range::positive : Range::not_negative, unless(viscous));
-  result.cell_size_m = fluid.number("cell_size_m", lattice ? Range::positive : Range::not_negative, unless(lattice));
-  if (fluid.has("relaxation_time")) result.relaxation_time = fluid.number("relaxation_time", Range::positive);
-  const auto cells = fluid.integers("domain_cells", 3, lattice ? Range::positive : Range::not_negative,
-                                    lattice ? std::nullopt : std::optional(std::vector<std::int64_t>(3, 0)));
-  std::copy(cells.begin(), cells.end(), result.domain_cells.begin());
-  {
-    Reader boundaries = fluid.section("boundaries");
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      read_axis(boundaries, axis_names[axis], result.boundaries[2 * axis], result.boundaries[2 * axis + 1]);
-    }
-  }
-  result.no_slip_plane = fluid.choice("no_slip_plane", plane_names, std::optional(-1));
-  result.symmetry_planes = read_symmetry_planes(fluid);
-  result.body_force_N_per_m3 = fluid.numbers("body_force_N_per_m3", 3, Eigen::VectorXd::Zero(3));
-  result.initial_flow = read_initial_flow(fluid.section("initial_flow"));
-  result.collision = fluid.choice("collision", collision_names, std::optional(CollisionKind::trt));
-  result.moving_boundary =
-      fluid.choice("moving_boundary", moving_boundary_names, std::optional(MovingBoundary::parabolic));
-  result.refill = fluid.choice("refill", refill_names, std::optional(Refill::nonequilibrium));
-  result.precision = fluid.choice("precision", precision_names, std::optional(Precision::double_precision));
-  return result;
-}
-
-ordered_json resolved_fluid(const FluidCase& fluid) {
-  ordered_json section{{"solver", name_of(solver_names, fluid.solver)},
-                       {"density_kg_per_m3", fluid.density_kg_per_m3},
-                       {"kinematic_viscosity_m2_per_s", fluid.kinematic_viscosity_m2_per_s},
-                       {"cell_size_m", fluid.cell_size_m}};
-  if (fluid.relaxation_time) section["relaxation_time"] = *fluid.relaxation_time;
-  section["domain_cells"] = fluid.domain_cells;
-  section["boundaries"] = resolved_boundaries(fluid);
-  section["no_slip_plane"] = name_of(plane_names, fluid.no_slip_plane);
-  section["symmetry_planes"] = ordered_json::array();
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (fluid.symmetry_planes[axis]) section["symmetry_planes"].push_back(axis_names[axis]);
-  }
-  section["body_force_N_per_m3"] = fluid.body_force_N_per_m3;
-  section["initial_flow"] = resolved_initial_flow(fluid.initial_flow);
-  section["collision"] = name_of(collision_names, fluid.collision);
-  section["moving_boundary"] = name_of(moving_boundary_names, fluid.moving_boundary);
-  section["refill"] = name_of(refill_names, fluid.refill);
-  section["precision"] = name_of(precision_names, fluid.precision);
-  return section;
+void declare(Keys& keys, FluidCase& fluid) {
+  declare_solver(keys, required("solver"), fluid.solver, solver_names, fluid.command,
+                 "lattice_boltzmann: D3Q19; stokes: quasi-steady flow around spheres by mobility; vacuum: no fluid; "
+                 "{command: …}: your own component. Changing this line swaps the solver: keys that it does not use are "
+                 "ignored.");
+  fluid.kind = fluid_kind(fluid.solver);
+  const Reader* reader = keys.reader();  // where the solver cannot be used, no key is missing for sure
+  const bool known = reader != nullptr && !keys.reader()->problems().any_under(reader->path_of("solver"));
+  const bool lattice = known && fluid.solver == FluidSolverChoice::lattice_boltzmann;
+  const bool viscous = lattice || (known && fluid.solver == FluidSolverChoice::stokes);
+  const auto above_zero = [](bool needed) { return needed ? Range::positive : Range::not_negative; };
+  keys.number(keys.needed("density_kg_per_m3", viscous), fluid.density_kg_per_m3, above_zero(lattice),
+              "Density of the fluid.");
+  keys.number(keys.needed("kinematic_viscosity_m2_per_s", viscous), fluid.kinematic_viscosity_m2_per_s,
+              above_zero(viscous), "Kinematic viscosity of the fluid.");
+  keys.number(keys.needed("cell_size_m", lattice), fluid.cell_size_m, above_zero(lattice),
+              "Edge length of a lattice cell. Without a lattice: only the unit of results reported in cells.");
+  keys.number("relaxation_time", fluid.relaxation_time, Range::positive,
+              "Relaxation time τ of the collision, in steps; the step follows from it for every solver: Δt = (τ − 1/2) "
+              "Δx² / (3 ν). Give this or step_s.");
+  keys.integers(keys.needed("domain_cells", lattice), fluid.domain_cells, above_zero(lattice),
+                "Cells along x, y and z of the whole domain, even with symmetry planes.");
+  keys.section("boundaries", "Condition on the faces of the domain, by axis.", [&](Keys& boundaries) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      declare_axis(boundaries, axis, fluid.boundaries[2 * axis], fluid.boundaries[2 * axis + 1]);
+  });
+  keys.choice("no_slip_plane", fluid.no_slip_plane, plane_names,
+              "With solver: stokes, the one face of the domain that is a wall; the flow is otherwise unbounded. Other "
+              "solvers take their walls from boundaries.");
+  declare_symmetry_planes(keys, fluid.symmetry_planes);
+  keys.numbers(
+      "body_force_N_per_m3", fluid.body_force_N_per_m3,
+      "Constant force on the fluid alone: bodies do not feel the pressure gradient that it stands for, and a "
+      "neutral sphere of 0.6 of a slit's width moves 9 % slower than between two faces with pressure_Pa. Where "
+      "all faces are periodic, or mirrors, and no body is held, nothing takes it up: fluid and bodies accelerate "
+      "for ever.");
+  keys.section("initial_flow", "Flow before step 0, with its pressure. Default: at rest.",
+               [&](Keys& flow) { declare(flow, fluid.initial_flow); });
+  keys.choice("collision", fluid.collision, collision_names,
+              "trt: two relaxation times with Λ = 3/16, so that walls do not move with the relaxation time; bgk: one "
+              "relaxation time (the paper's).");
+  keys.choice(
+      "moving_boundary", fluid.moving_boundary, moving_boundary_names,
+      "Where along a link a body's surface acts: bounce_back: half-way (the paper's; loads lack ρVω×v, so that the "
+      "lift on bodies that move and turn has the wrong sign, −0.7 of Rubinow and Keller's); interpolated: at the "
+      "surface, by linear interpolation (Bouzidi et al. 2001); central_linear: at the surface, by central linear "
+      "interpolation (Ginzburg et al. 2008), with trt at the same place for every relaxation time; parabolic: the "
+      "same, as a parabola through the surface, which is more accurate and quieter.");
+  keys.choice(
+      "refill", fluid.refill, refill_names,
+      "Populations of uncovered cells: equilibrium: with the surface's velocity and the neighbours' density (the "
+      "paper's); nonequilibrium: and the mean non-equilibrium part of the neighbours; grad: and their mean "
+      "stress.");
+  keys.choice("precision", fluid.precision, precision_names, "Storage and arithmetic of the populations.");
 }
 
 double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s) {

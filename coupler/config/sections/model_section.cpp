@@ -78,31 +78,47 @@ bool read_file(Reader& reader, const std::string& key, const std::string& path, 
   return true;
 }
 
-}  // namespace
-
-void read_model(Reader& body, BodyCase& result) {
-  if (body.raw("model")->kind == Value::Kind::scalar) {
-    const std::string path = file_beside_case(body, "model");
-    if (read_file(body, "model", path, result.model.text)) result.model_file = path;
-    return;
+/// The text of the model, or the file that holds it.
+void declare_source(Keys& keys, BodyCase& body) {
+  if (Reader* reader = keys.reader()) {
+    if (reader->has("file") == reader->has("text")) {
+      reader->reject("file",
+                     "and text are both given or both missing (the model is in one of them). Write file: NAME.xml.");
+    } else if (reader->has("file")) {
+      const std::string path = file_beside_case(*reader, "file");
+      if (read_file(*reader, "file", path, body.model.text)) body.model_file = path;
+      return;
+    }
   }
-  Reader model = body.section("model");
-  result.model.length_m = model.number("length_m", Range::positive, 1.0);
-  result.model.mass_kg = model.number("mass_kg", Range::positive, 1.0);
-  result.model.time_s = model.number("time_s", Range::positive, 1.0);
-  if (model.has("file") == model.has("text")) {
-    model.reject("file",
-                 "and text are both given or both missing (the model is in one of them). Write file: NAME.xml.");
-  } else if (model.has("file")) {
-    const std::string path = file_beside_case(model, "file");
-    if (read_file(model, "file", path, result.model.text)) result.model_file = path;
-  } else {
-    result.model.text = model.text("text");
-  }
+  if (keys.describes())
+    keys.describe("file", {{"type", "string"}}, "Path of the MJCF file, relative to the case file.");
+  keys.text("text", body.model.text,
+            "The model itself, as resolved cases have it; bodies and joints are then in the case too.");
 }
 
-nlohmann::ordered_json resolved_model(const ModelSpecification& model) {
-  return {{"text", model.text}, {"length_m", model.length_m}, {"mass_kg", model.mass_kg}, {"time_s", model.time_s}};
+}  // namespace
+
+void declare_model(Keys& keys, BodyCase& body) {
+  Reader* reader = keys.reader();
+  if (reader != nullptr ? !reader->has("model") : keys.resolved() != nullptr && body.model.text.empty()) return;
+  if (reader != nullptr && reader->raw("model")->kind == Value::Kind::scalar) {
+    const std::string path = file_beside_case(*reader, "model");
+    if (read_file(*reader, "model", path, body.model.text)) body.model_file = path;
+    return;
+  }
+  if (keys.describes())
+    keys.describe(
+        "model", {{"type", "string"}},
+        "The bodies as a model of MuJoCo: its spheres and capsules are the case's bodies, with the model's own "
+        "joints, tendons and actuators; fluid, gravity and step are the case's. The path of an MJCF file, "
+        "relative to the case file, or a mapping. With solver: mujoco.");
+  keys.either("model", [&](Keys& model) {
+    declare_source(model, body);
+    model.number("length_m", body.model.length_m, Range::positive,
+                 "Unit of length of the model. Numbers near 1 suit MuJoCo.");
+    model.number("mass_kg", body.model.mass_kg, Range::positive, "Its unit of mass.");
+    model.number("time_s", body.model.time_s, Range::positive, "Its unit of time; steps near 0.002 suit MuJoCo.");
+  });
 }
 
 void read_bodies_of_model(Case& the_case, Problems& problems) {
@@ -124,10 +140,15 @@ void read_bodies_of_model(Case& the_case, Problems& problems) {
   }
   const Document document = Document::parse(answer.text, the_case.body.model_file, {});
   Reader found(&document.root(), path, problems);
-  for (std::size_t i = 0; i < found.size("bodies"); ++i)
-    the_case.bodies.push_back(read_body(found.item("bodies", i), the_case.step_s));
-  for (std::size_t i = 0; i < found.size("joints"); ++i)
-    the_case.joints.push_back(read_joint(found.item("joints", i), the_case.step_s));
+  std::vector<SingleBody> bodies;
+  std::vector<NamedJoint> joints;
+  Keys keys = Keys::reading(found);
+  keys.list<SingleBody>("bodies", bodies, "",
+                        [&](Keys& below, SingleBody& body) { declare(below, body, the_case.step_s); });
+  keys.list<NamedJoint>("joints", joints, "",
+                        [&](Keys& below, NamedJoint& joint) { declare(below, joint, the_case.step_s); });
+  the_case.bodies.insert(the_case.bodies.end(), bodies.begin(), bodies.end());
+  the_case.joints.insert(the_case.joints.end(), joints.begin(), joints.end());
   const std::vector<std::string> controls = found.words("controls");
   for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
     const NamedActuator& actuator = the_case.actuators[i];

@@ -48,7 +48,7 @@ struct Swarm {
   double least_cosine = 1.0;  ///< of the angle to the template's axis
   Phases phases = Phases::equal;
   double gap_m = 0.0;
-  std::uint64_t seed = 1;
+  std::int64_t seed = 1;
 };
 
 void read_count(Reader& section, Swarm& swarm) {
@@ -71,30 +71,43 @@ void read_count(Reader& section, Swarm& swarm) {
   }
 }
 
-void read_limits(Reader region, const FluidCase& fluid, Swarm& swarm) {
+void declare_count(Keys& keys, Swarm& swarm) {
+  if (Reader* reader = keys.reader()) read_count(*reader, swarm);
+  if (!keys.describes()) return;
+  keys.describe("count", schema_of_integer(Range::positive), "Number of copies.");
+  keys.describe_also("count", {{"maximum", most_swimmers}});
+  keys.describe("volume_fraction", schema_of_number(Range::positive),
+                "Volume of all beads in that of the region, instead of count.");
+}
+
+/// What is wrong with the limits along an axis; empty: nothing.
+std::string problem_with(const Eigen::Vector2d& limits, double length_m) {
+  constexpr double rounding = 1e-9;
+  if (!(limits[0] < limits[1]))
+    return "is empty (it ends at " + length_text(limits[1]) + "). Write [low, high] in metres.";
+  if (length_m > 0.0 && (limits[0] < -rounding * length_m || limits[1] > (1.0 + rounding) * length_m))
+    return "reaches out of the domain (which is " + length_text(length_m) + " long). Write limits inside it.";
+  return "";
+}
+
+void declare_limits(Keys& keys, const FluidCase& fluid, Swarm& swarm) {
   const Eigen::Vector3d length_m = domain_length_m(fluid);
-  swarm.low_m.setZero();
-  swarm.high_m = length_m;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const char* name = axis_names[static_cast<std::size_t>(axis)];
-    if (!region.has(name)) {
-      if (!(length_m[axis] > 0.0) && !region.problems().any())
-        region.reject(name, "is missing (the fluid has no domain along it). Write region_m: {x: [0, 1.0e-4], …}.");
-      continue;
-    }
-    const Eigen::VectorXd limits = region.numbers(name, 2);
-    swarm.low_m[axis] = limits[0];
-    swarm.high_m[axis] = limits[1];
-    swarm.is_region_given[static_cast<std::size_t>(axis)] = true;
-    if (region.problems().any_under(region.path_of(name))) continue;
-    constexpr double rounding = 1e-9;
-    if (!(limits[0] < limits[1])) {
-      region.reject(name, "is empty (it ends at " + length_text(limits[1]) + "). Write [low, high] in metres.");
-    } else if (length_m[axis] > 0.0 &&
-               (limits[0] < -rounding * length_m[axis] || limits[1] > (1.0 + rounding) * length_m[axis])) {
-      region.reject(name, "reaches out of the domain (which is " + length_text(length_m[axis]) +
-                              " long). Write limits inside it.");
-    }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const char* name = axis_names[axis];
+    Eigen::Vector2d limits(0.0, length_m[i]);
+    keys.numbers({name, Need::in_some_cases}, limits, "[low, high] along this axis.");
+    swarm.low_m[i] = limits[0];
+    swarm.high_m[i] = limits[1];
+    Reader* reader = keys.reader();
+    if (reader == nullptr) continue;
+    swarm.is_region_given[axis] = reader->has(name);
+    const bool is_known = !reader->problems().any_under(reader->path_of(name));
+    if (!swarm.is_region_given[axis] && !(length_m[i] > 0.0) && !reader->problems().any())
+      reader->reject(name, "is missing (the fluid has no domain along it). Write region_m: {x: [0, 1.0e-4], …}.");
+    else if (const std::string problem = problem_with(limits, length_m[i]);
+             swarm.is_region_given[axis] && is_known && !problem.empty())
+      reader->reject(name, problem);
   }
 }
 
@@ -116,44 +129,65 @@ void read_file_of_places(Reader& section, Swarm& swarm) {
     section.reject("orientations", "is given together with a file that has axes (both turn the swimmers). Remove one.");
 }
 
-void read_orientations(Reader& section, Swarm& swarm) {
-  swarm.orientations = section.choice("orientations", orientations_names, std::optional(Orientations::isotropic));
-  const double spread_deg = section.number("spread_deg", Range::not_negative, 0.0);
-  if (swarm.orientations == Orientations::isotropic && section.has("spread_deg")) {
-    section.reject("spread_deg",
-                   "is given without orientations: aligned (isotropic axes point everywhere). Remove it.");
-  } else if (spread_deg > 180.0) {
-    section.reject("spread_deg", "is " + rounded_text(spread_deg) + " (angles between axes end at 180). Use less.");
-  }
+void declare_orientations(Keys& keys, Swarm& swarm) {
+  keys.choice("orientations", swarm.orientations, orientations_names,
+              "isotropic: every orientation is as likely; aligned: as the template, with spread_deg.");
+  double spread_deg = 0.0;
+  keys.number(
+      "spread_deg", spread_deg, Range::not_negative,
+      "For orientations: aligned, half the angle of the cone about the template's axis in which axes are evenly "
+      "spread.");
+  keys.describe_also("spread_deg", {{"maximum", 180}});
   // Rounded to single precision, so that every machine has the same number.
   swarm.least_cosine = static_cast<double>(static_cast<float>(std::cos(spread_deg * std::numbers::pi / 180.0)));
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return;
+  if (swarm.orientations == Orientations::isotropic && reader->has("spread_deg")) {
+    reader->reject("spread_deg",
+                   "is given without orientations: aligned (isotropic axes point everywhere). Remove it.");
+  } else if (spread_deg > 180.0) {
+    reader->reject("spread_deg", "is " + rounded_text(spread_deg) + " (angles between axes end at 180). Use less.");
+  }
 }
 
-Swarm read_keys(Reader& section, const Case& the_case) {
-  Swarm swarm;
-  if (section.has("template")) {
-    Reader swimmer = section.section("template");
-    if (swimmer.has("center_m"))
-      swimmer.reject("center_m", "is given (the placement gives each swimmer its own). Remove it.");
-    swarm.swimmer = read_template(swimmer, the_case.step_s);
-  } else {
-    section.reject("template", "is missing (a swarm has copies of it). Write a swimmer below it: name, beads, …");
-  }
-  swarm.placement = section.choice("placement", placement_names, std::optional(PlacementKind::random));
-  read_count(section, swarm);
-  read_limits(section.section("region_m"), the_case.fluid, swarm);
-  read_file_of_places(section, swarm);
-  read_orientations(section, swarm);
-  swarm.phases = section.choice("phases", phases_names, std::optional(Phases::equal));
+void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
+  Reader* reader = keys.reader();
+  if (reader != nullptr && !reader->has("template"))
+    reader->reject("template", "is missing (a swarm has copies of it). Write a swimmer below it: name, beads, …");
+  else
+    keys.section(
+        required("template"), "The swimmer, with the keys of an entry of swimmers but center_m.", [&](Keys& swimmer) {
+          if (swimmer.reader() != nullptr && swimmer.reader()->has("center_m"))
+            swimmer.reader()->reject("center_m", "is given (the placement gives each swimmer its own). Remove it.");
+          declare(swimmer, swarm.swimmer, the_case.step_s, false);
+        });
+  keys.choice("placement", swarm.placement, placement_names,
+              "random: anywhere without overlap (random sequential addition); lattice: in the cells of a grid over the "
+              "region; file: as the rows of file.");
+  declare_count(keys, swarm);
+  keys.section("region_m", "Box that holds every bead [m]. Default: the whole domain, across periodic faces too.",
+               [&](Keys& region) { declare_limits(region, the_case.fluid, swarm); });
+  if (reader != nullptr) read_file_of_places(*reader, swarm);
+  if (keys.describes())
+    keys.describe(
+        "file", {{"type", "string"}},
+        "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if given, "
+        "axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
+  declare_orientations(keys, swarm);
+  keys.choice("phases", swarm.phases, phases_names,
+              "Phases of the drives: that of the template (equal), or evenly spread over a period (random).");
   const bool keeps_a_cell = on_lattice(the_case) && swarm.placement != PlacementKind::file;
-  swarm.gap_m = section.number("minimal_gap_m", Range::not_negative, keeps_a_cell ? the_case.fluid.cell_size_m : 0.0);
-  swarm.seed = static_cast<std::uint64_t>(section.integer("seed", Range::not_negative, 1));
+  swarm.gap_m = keeps_a_cell ? the_case.fluid.cell_size_m : 0.0;
+  keys.number({"minimal_gap_m", Need::in_some_cases}, swarm.gap_m, Range::not_negative,
+              "Least distance at the start between surfaces of different copies, to other bodies and to walls [m]. "
+              "Default: a cell of the lattice; 0 without one, or with a file.");
+  keys.integer("seed", swarm.seed, Range::not_negative,
+               "Of all that is random; the same seed gives the same swarm on every machine.");
   const auto& planes = the_case.fluid.symmetry_planes;
-  if (std::ranges::find(planes, true) != planes.end())
-    section.reject("template",
-                   "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). "
-                   "Remove the planes.");
-  return swarm;
+  if (reader != nullptr && std::ranges::find(planes, true) != planes.end())
+    reader->reject("template",
+                   "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). Remove the "
+                   "planes.");
 }
 
 std::vector<BodySpecification> beads_of(const Swimmer& swimmer) {
@@ -227,7 +261,7 @@ void settle_count(Reader& section, Swarm& swarm) {
 /// What is drawn for the swimmers, one after the other.
 class Draws {
  public:
-  explicit Draws(const Swarm& swarm) : swarm_(swarm), random_(swarm.seed) {}
+  explicit Draws(const Swarm& swarm) : swarm_(swarm), random_(static_cast<std::uint64_t>(swarm.seed)) {}
 
   Eigen::Vector3d center_m() {
     Eigen::Vector3d center;
@@ -361,10 +395,8 @@ std::string name_of_copy(const std::string& name, std::size_t number, std::size_
   return name + "_" + std::string(std::to_string(count).size() - digits.size(), '0') + digits;
 }
 
-}  // namespace
-
-void read_swarm(Reader section, Case& the_case) {
-  Swarm swarm = read_keys(section, the_case);
+/// Adds the swimmers: around the other swimmers and the bodies, which have been read.
+void place(Reader& section, Swarm& swarm, Case& the_case) {
   if (section.problems().any()) return;  // places would follow from wrong numbers
   settle_count(section, swarm);
   if (section.problems().any()) return;
@@ -383,7 +415,8 @@ void read_swarm(Reader section, Case& the_case) {
       break;
   }
   if (section.problems().any()) return;
-  RandomNumbers phases(~swarm.seed);  // not those of the places, of which trials take more or fewer
+  RandomNumbers phases(
+      ~static_cast<std::uint64_t>(swarm.seed));  // not those of the places, of which trials take more or fewer
   for (std::size_t i = 0; i < places.size(); ++i) {
     Swimmer& swimmer = the_case.swimmers.emplace_back(swarm.swimmer);
     swimmer.name = name_of_copy(swarm.swimmer.name, i + 1, places.size());
@@ -392,6 +425,22 @@ void read_swarm(Reader section, Case& the_case) {
     if (swarm.phases == Phases::random) swimmer.phase_deg = 360.0 * phases.fraction();
     swimmer.is_of_swarm = true;
   }
+}
+
+}  // namespace
+
+void declare_swarm(Keys& keys, Case& the_case) {
+  Reader* reader = keys.reader();
+  if (!keys.when(reader != nullptr && reader->has("swarm"))) return;
+  Swarm swarm;
+  keys.section(
+      "swarm",
+      "Copies of a swimmer: beside the entries of swimmers and around all other bodies. The resolved case lists "
+      "them as swimmers, TEMPLATE_1 to TEMPLATE_N.",
+      [&](Keys& section) {
+        declare(section, swarm, the_case);
+        if (section.reader() != nullptr) place(*section.reader(), swarm, the_case);
+      });
 }
 
 }  // namespace copepod::coupler

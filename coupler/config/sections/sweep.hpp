@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/yaml/document.hpp"
-#include "config/yaml/reader.hpp"
+#include "config/yaml/keys.hpp"
 #include "config/yaml/value.hpp"
 #include "contract/words.hpp"
 
@@ -56,6 +56,8 @@ std::vector<std::string> range_texts(double from, double to, std::size_t count, 
 
 /// The sweep of a case, or nothing.
 /// @throws CaseInvalid with every error found in it
-std::optional<Sweep> read_sweep(const Document& document, AskedKeys* asked);
+std::optional<Sweep> read_sweep(const Document& document);
+/// Adds the section `sweep` to the schema of the case.
+void describe_sweep(Keys& keys);
 
 }  // namespace copepod::coupler

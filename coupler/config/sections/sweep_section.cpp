@@ -7,9 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sweep.hpp"
+#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
 namespace {
+
+using nlohmann::ordered_json;
 
 constexpr std::size_t most_members = 10'000;
 
@@ -27,11 +30,29 @@ std::string neat_text(double value, double distance) {
   return is_whole ? std::to_string(static_cast<long long>(rounded)) : shortest_text(rounded);
 }
 
+/// A range of values as it is written.
+struct SweptRange {
+  double from = 0.0;
+  double to = 0.0;
+  std::int64_t count = 0;
+  SweepScale scale = SweepScale::linear;
+};
+
+void declare(Keys& keys, SweptRange& range) {
+  keys.number(required("from"), range.from, Range::any, "First value.");
+  keys.number(required("to"), range.to, Range::any, "Last value.");
+  keys.integer(required("count"), range.count, Range::positive, "Number of values, both ends included.");
+  keys.describe_also("count", {{"minimum", 2}, {"maximum", most_members}});
+  keys.choice("scale", range.scale, scale_names,
+              "Constant differences (linear) or constant ratios (logarithmic) between values; plots follow.");
+}
+
 void read_range(Reader range, SweptKey& parameter, const Origin& origin) {
-  const double from = range.number("from", Range::any);
-  const double to = range.number("to", Range::any);
-  const std::int64_t count = range.integer("count", Range::positive);
-  parameter.scale = range.choice("scale", scale_names, std::optional(SweepScale::linear));
+  SweptRange written;
+  Keys keys = Keys::reading(range);
+  declare(keys, written);
+  const auto& [from, to, count, scale] = written;
+  parameter.scale = scale;
   for (const char* key : {"from", "to", "count", "scale"})
     if (range.problems().any_under(range.path_of(key))) return;
   if (count < 2 || count > static_cast<std::int64_t>(most_members)) {
@@ -111,15 +132,34 @@ void refuse_single_key(const Document& document, const Value& sweep) {
                     "{parameters: {key.path: [1, 2, 3]}}.");
 }
 
+ordered_json schema_of_parameters() {
+  ordered_json range;
+  Keys keys = Keys::describing(range);
+  SweptRange any;
+  declare(keys, any);
+  const ordered_json list{{"type", "array"}, {"minItems", 1}};
+  return {{"type", "object"}, {"minProperties", 1}, {"additionalProperties", {{"anyOf", {list, range}}}}};
+}
+
+void declare(Keys& keys, Sweep& sweep) {
+  if (keys.describes())
+    keys.describe(required("parameters"), schema_of_parameters(),
+                  "Key paths, as with --set, each with a list of values or a range.");
+  keys.choice(
+      "combine", sweep.combination, combination_names,
+      "grid: every combination of the values; zip: the first values of all keys, then the second ones, and so on.");
+  if (keys.reader() == nullptr) return;
+  Reader& section = *keys.reader();
+  Reader parameters = section.section("parameters");
+  parameters.accept_all();
+  if (const Value* mapping = section.raw("parameters"); mapping != nullptr)
+    for (const Value::Entry& entry : mapping->entries) sweep.parameters.push_back(read_parameter(parameters, entry));
+}
+
 Sweep read_section(Reader section) {
   Sweep sweep;
-  sweep.combination = section.choice("combine", combination_names, std::optional(SweepCombination::grid));
-  {
-    Reader parameters = section.section("parameters");
-    parameters.accept_all();
-    if (const Value* mapping = section.raw("parameters"); mapping != nullptr)
-      for (const Value::Entry& entry : mapping->entries) sweep.parameters.push_back(read_parameter(parameters, entry));
-  }
+  Keys keys = Keys::reading(section);
+  declare(keys, sweep);
   if (section.problems().any()) return sweep;
   if (sweep.parameters.empty()) {
     section.reject("parameters",
@@ -192,12 +232,18 @@ std::vector<std::string> range_texts(double from, double to, std::size_t count, 
   return texts;
 }
 
-std::optional<Sweep> read_sweep(const Document& document, AskedKeys* asked) {
+void describe_sweep(Keys& keys) {
+  Sweep any;
+  keys.section("sweep", "Runs the case with several values of some keys, a few runs at a time.",
+               [&](Keys& sweep) { declare(sweep, any); });
+}
+
+std::optional<Sweep> read_sweep(const Document& document) {
   const Value* value = document.root().find("sweep");
   if (value == nullptr || value->kind == Value::Kind::null) return {};
   refuse_single_key(document, *value);
   Problems problems(document);
-  Sweep sweep = read_section(Reader(value, "sweep", problems, asked));
+  Sweep sweep = read_section(Reader(value, "sweep", problems));
   problems.throw_if_any();
   return sweep;
 }

@@ -13,12 +13,21 @@ namespace {
 using nlohmann::ordered_json;
 
 /// The swimmer's frame in the world: its quaternion, or the shortest rotation of its z axis to `axis`.
-Eigen::Vector4d read_frame(Reader& swimmer) {
-  if (!swimmer.has("axis")) return read_orientation(swimmer);
-  if (swimmer.has("orientation_wxyz")) {
-    swimmer.reject("orientation_wxyz", "is given together with axis (both turn the swimmer). Remove one.");
+void declare_frame(Keys& keys, Eigen::Vector4d& orientation_wxyz) {
+  Reader* reader = keys.reader();
+  if (keys.when(reader != nullptr && reader->has("axis"))) {
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+    declare_direction(
+        keys, "axis", axis,
+        "World direction of the swimmer's own z axis, reached by the shortest rotation; it is normalised. "
+        "The shorthand and chains lie along it.");
+    orientation_wxyz = rotation_from_z(axis);
+    if (reader != nullptr && reader->has("orientation_wxyz"))
+      reader->reject("orientation_wxyz", "is given together with axis (both turn the swimmer). Remove one.");
+    if (reader != nullptr) return;
   }
-  return rotation_from_z(read_direction(swimmer, "axis", Eigen::Vector3d::UnitZ()));
+  declare_orientation(keys, orientation_wxyz,
+                      "Orientation of the swimmer's frame at the start: unit quaternion, instead of axis.");
 }
 
 /// Half of a bead's extent along a unit vector of the swimmer's frame [m]: r + |d·e| L/2.
@@ -28,38 +37,44 @@ double half_extent_m(const Bead& bead, const Eigen::Vector3d& direction) {
   return bead.shape.radius_m + (across ? 0.0 : 0.5 * cosine * bead.shape.length_m);
 }
 
-Bead read_named_bead(Reader bead) {
-  Bead result;
-  result.name = bead.name("name");
-  result.shape = read_shape(bead);
-  if (bead.has("density_kg_per_m3") == bead.has("mass_kg")) {
-    bead.reject("mass_kg",
-                "and density_kg_per_m3 are both given, or neither (one follows "
-                "from the other). Give exactly one.");
-  }
-  result.mass_kg = bead.has("mass_kg")
-                       ? bead.number("mass_kg", Range::positive)
-                       : bead.number("density_kg_per_m3", Range::positive, 1.0) * volume_m3(result.shape);
-  if (bead.has("position_m")) result.position_m = bead.numbers("position_m", 3);
-  result.orientation_wxyz = read_orientation(bead);
-  return result;
+void declare_mass(Keys& keys, Bead& bead) {
+  Reader* reader = keys.reader();
+  const bool has_density = reader != nullptr && reader->has("density_kg_per_m3");
+  if (reader != nullptr && has_density == reader->has("mass_kg"))
+    reader->reject("mass_kg",
+                   "and density_kg_per_m3 are both given, or neither (one follows from the other). Give exactly one.");
+  if (reader != nullptr && !reader->has("mass_kg"))
+    bead.mass_kg = reader->number("density_kg_per_m3", Range::positive, 1.0) * volume_m3(bead.shape);
+  else
+    keys.number(keys.needed("mass_kg"), bead.mass_kg, Range::positive, "Mass [kg], where there are arms.");
+  if (keys.describes())
+    keys.describe("density_kg_per_m3", schema_of_number(Range::positive), "Density, instead of mass_kg.");
 }
 
-/// Reads the swimmer's beads; true if they have places, false if their arms place them.
-bool read_named_beads(Reader& swimmer, Swimmer& result) {
+void declare_bead(Keys& keys, Bead& bead) {
+  keys.name(keys.needed("name"), bead.name, "Name of the bead, where there are arms; its body is NAME.BEAD.");
+  declare(keys, bead.shape);
+  declare_mass(keys, bead);
+  keys.numbers({"position_m", Need::in_some_cases}, bead.position_m,
+               "Centre in the swimmer's frame [m]; of all beads or of none.");
+  declare_orientation(keys, bead.orientation_wxyz,
+                      "Orientation in the swimmer's frame: unit quaternion. A capsule lies along its own z axis.");
+}
+
+/// Declares the swimmer's beads; true if they have places, false if their arms place them.
+bool declare_beads(Keys& keys, Swimmer& swimmer) {
+  keys.list(required("beads"), swimmer.beads, beads_description, declare_bead);
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return true;
+  const std::size_t count = swimmer.beads.size();
   std::size_t placed = 0;
-  const std::size_t count = swimmer.size("beads");
-  for (std::size_t i = 0; i < count; ++i) {
-    const Value* position = swimmer.raw("beads")->items[i].find("position_m");
-    if (position != nullptr) ++placed;
-    result.beads.push_back(read_named_bead(swimmer.item("beads", i)));
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (reader->raw("beads")->items[i].find("position_m") != nullptr) ++placed;
   if (count == 0) {
-    swimmer.reject("beads", "is empty (arms join beads). List them by name.");
+    reader->reject("beads", "is empty (arms join beads). List them by name.");
   } else if (placed != 0 && placed != count) {
-    swimmer.reject("beads",
-                   "have position_m only in part (either all have one, or the "
-                   "beads form a chain). Give all or none.");
+    reader->reject("beads",
+                   "have position_m only in part (either all have one, or the beads form a chain). Give all or none.");
   }
   return placed == count;
 }
@@ -68,7 +83,10 @@ bool read_named_beads(Reader& swimmer, Swimmer& result) {
 std::vector<int> read_bead_numbers(Reader& reader, const Swimmer& swimmer, std::size_t count,
                                    const std::string& remedy) {
   std::vector<int> numbers;
-  for (const std::string& name : read_names(reader, "beads", count, remedy)) {
+  std::vector<std::string> names;
+  Keys keys = Keys::reading(reader);
+  declare_names(keys, "beads", names, count, remedy, "");
+  for (const std::string& name : names) {
     const auto found =
         std::find_if(swimmer.beads.begin(), swimmer.beads.end(), [&](const Bead& bead) { return bead.name == name; });
     if (found == swimmer.beads.end() && !name.empty()) {
@@ -86,35 +104,52 @@ std::vector<int> read_bead_numbers(Reader& reader, const Swimmer& swimmer, std::
   return numbers;
 }
 
+void declare_bead_numbers(Keys& keys, const Swimmer& swimmer, const std::vector<int*>& numbers,
+                          const std::string& remedy, const char* description) {
+  if (Reader* reader = keys.reader()) {
+    const std::vector<int> found = read_bead_numbers(*reader, swimmer, numbers.size(), remedy);
+    for (std::size_t i = 0; i < numbers.size(); ++i) *numbers[i] = found[i];
+  }
+  if (ordered_json* resolved = keys.resolved())
+    for (const int* number : numbers)
+      (*resolved)["beads"].push_back(swimmer.beads[static_cast<std::size_t>(*number)].name);
+  if (keys.describes())
+    keys.describe(required("beads"), schema_of_list({{"type", "string"}}, numbers.size()), description);
+}
+
 /// What the free length of an arm's spring is given as.
 struct RestLength {
   std::optional<double> gap_m;     ///< surface to surface
   std::optional<double> length_m;  ///< centre to centre
 };
 
-Arm read_arm(Reader arm, const Swimmer& swimmer, double step_s, RestLength& rest) {
-  Arm result;
-  const std::vector<int> beads = read_bead_numbers(arm, swimmer, 2, "an arm joins two). Write beads: [A, B].");
-  result.bead_A = beads[0];
-  result.bead_B = beads[1];
-  {
-    Reader spring = arm.section("spring");
-    result.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::positive);
-    double mass_kg = 1.0;
-    if (!swimmer.beads.empty()) {
-      const double A = swimmer.beads[static_cast<std::size_t>(result.bead_A)].mass_kg;
-      const double B = swimmer.beads[static_cast<std::size_t>(result.bead_B)].mass_kg;
-      mass_kg = A == B ? A : 2.0 * A * B / (A + B);
-    }
-    result.damping_N_s_per_m = read_damping(spring, result.stiffness_N_per_m, mass_kg);
-    if (spring.has("rest_gap_m")) rest.gap_m = spring.number("rest_gap_m", Range::positive);
-    if (spring.has("rest_length_m")) rest.length_m = spring.number("rest_length_m", Range::positive);
-    if (rest.gap_m && rest.length_m) {
-      spring.reject("rest_length_m", "is given together with rest_gap_m (one follows from the other). Remove one.");
-    }
-  }
-  if (arm.has("drive")) result.drive = read_drive(arm.section("drive"), step_s);
-  return result;
+/// Twice the reduced mass of two beads [kg].
+double mass_of_arm_kg(const Arm& arm, const Swimmer& swimmer) {
+  if (swimmer.beads.empty()) return 1.0;
+  const double A = swimmer.beads[static_cast<std::size_t>(arm.bead_A)].mass_kg;
+  const double B = swimmer.beads[static_cast<std::size_t>(arm.bead_B)].mass_kg;
+  return A == B ? A : 2.0 * A * B / (A + B);
+}
+
+void declare_rest_length(Keys& keys, RestLength& rest) {
+  if (keys.resolved() == nullptr)
+    keys.number("rest_gap_m", rest.gap_m, Range::positive, "Free distance between the surfaces at rest [m].");
+  keys.number("rest_length_m", rest.length_m, Range::positive,
+              "Free distance between the centres [m], instead of rest_gap_m. By default that of the beads' places.");
+  if (Reader* reader = keys.reader(); reader != nullptr && rest.gap_m && rest.length_m)
+    reader->reject("rest_length_m", "is given together with rest_gap_m (one follows from the other). Remove one.");
+}
+
+/// @param rest  of the arm's spring, as it is given
+void declare_arm(Keys& keys, Arm& arm, const Swimmer& swimmer, double step_s, RestLength& rest) {
+  declare_bead_numbers(keys, swimmer, {&arm.bead_A, &arm.bead_B}, "an arm joins two). Write beads: [A, B].",
+                       "Names of both beads.");
+  keys.section(required("spring"), "Spring between the centres of both beads.", [&](Keys& spring) {
+    declare_spring(spring, arm, mass_of_arm_kg(arm, swimmer));
+    declare_rest_length(spring, rest);
+  });
+  keys.section<Drive>("drive", arm.drive, "What drives the arm.",
+                      [&](Keys& below, Drive& drive) { declare(below, drive, step_s); });
 }
 
 double rest_length_m(const RestLength& rest, const Bead& A, const Bead& B) {
@@ -150,112 +185,92 @@ void place_chain(Reader& swimmer, Swimmer& result, const std::vector<RestLength>
 }
 
 /// A swimmer of any shape.
-void read_general_swimmer(Reader& swimmer, double step_s, Swimmer& result) {
-  const bool placed = read_named_beads(swimmer, result);
-  if (result.beads.empty()) {
-    for (const char* key : {"arms", "bends"}) (void)swimmer.raw(key);
+void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
+  const bool placed = declare_beads(keys, swimmer);
+  Reader* reader = keys.reader();
+  if (swimmer.beads.empty()) {
+    for (const char* key : {"arms", "bends"}) (void)reader->raw(key);
     return;
   }
-  std::vector<RestLength> rests(swimmer.size("arms"));
-  for (std::size_t i = 0; i < rests.size(); ++i)
-    result.arms.push_back(read_arm(swimmer.item("arms", i), result, step_s, rests[i]));
-  if (!placed && !swimmer.problems().any_under(swimmer.path_of("arms"))) place_chain(swimmer, result, rests);
-  for (std::size_t i = 0; i < rests.size(); ++i) {
-    Arm& arm = result.arms[i];
-    arm.rest_length_m = rest_length_m(rests[i], result.beads[static_cast<std::size_t>(arm.bead_A)],
-                                      result.beads[static_cast<std::size_t>(arm.bead_B)]);
+  std::vector<RestLength> rests;
+  for (const Arm& arm : swimmer.arms) rests.push_back({{}, arm.rest_length_m});
+  keys.list<Arm>("arms", swimmer.arms, "Springs between beads, and what drives them.", [&](Keys& below, Arm& arm) {
+    rests.resize(swimmer.arms.size());
+    declare_arm(below, arm, swimmer, step_s, rests[static_cast<std::size_t>(&arm - swimmer.arms.data())]);
+  });
+  if (reader != nullptr) {
+    if (!placed && !reader->problems().any_under(reader->path_of("arms"))) place_chain(*reader, swimmer, rests);
+    for (std::size_t i = 0; i < swimmer.arms.size(); ++i) {
+      Arm& arm = swimmer.arms[i];
+      arm.rest_length_m = rest_length_m(rests[i], swimmer.beads[static_cast<std::size_t>(arm.bead_A)],
+                                        swimmer.beads[static_cast<std::size_t>(arm.bead_B)]);
+    }
   }
-  for (std::size_t i = 0; i < swimmer.size("bends"); ++i) {
-    Reader bend = swimmer.item("bends", i);
-    const std::vector<int> beads =
-        read_bead_numbers(bend, result, 3, "a bend has three, the vertex in the middle). Write beads: [A, B, C].");
-    read_bend(bend, result.bends.emplace_back(BendSpecification{beads[0], beads[1], beads[2]}));
-  }
+  keys.list<BendSpecification>(
+      "bends", swimmer.bends, "Springs of angles between arms.", [&](Keys& below, BendSpecification& bend) {
+        declare_bead_numbers(below, swimmer, {&bend.body_A, &bend.body_B, &bend.body_C},
+                             "a bend has three, the vertex in the middle). Write beads: [A, B, "
+                             "C].",
+                             "Names of three beads, the vertex in the middle.");
+        declare(below, bend);
+      });
 }
 
-double read_phase_deg(Reader& swimmer) {
-  if (!swimmer.has("phase_rad")) return swimmer.number("phase_deg", Range::any, 0.0);
-  if (swimmer.has("phase_deg")) {
-    swimmer.reject("phase_deg",
-                   "is given together with phase_rad (both set the same). "
-                   "Remove one.");
+void declare_phase(Keys& keys, double& phase_deg) {
+  Reader* reader = keys.reader();
+  if (reader != nullptr && reader->has("phase_rad")) {
+    if (reader->has("phase_deg"))
+      reader->reject("phase_deg", "is given together with phase_rad (both set the same). Remove one.");
+    phase_deg = reader->number("phase_rad", Range::any) * (180.0 / std::numbers::pi);
+    return;
   }
-  return swimmer.number("phase_rad", Range::any) * (180.0 / std::numbers::pi);
-}
-
-void add_beads_and_arms(ordered_json& section, const Swimmer& swimmer) {
-  const auto name = [&](int bead) { return swimmer.beads[static_cast<std::size_t>(bead)].name; };
-  for (const Bead& bead : swimmer.beads) {
-    ordered_json& item = section["beads"].emplace_back(ordered_json{{"name", bead.name}});
-    add_shape(item, bead.shape);
-    item["mass_kg"] = bead.mass_kg;
-    item["position_m"] = bead.position_m;
-    item["orientation_wxyz"] = bead.orientation_wxyz;
-  }
-  section["arms"] = ordered_json::array();
-  for (const Arm& arm : swimmer.arms) {
-    ordered_json& item = section["arms"].emplace_back();
-    item["beads"] = {name(arm.bead_A), name(arm.bead_B)};
-    item["spring"] = {{"stiffness_N_per_m", arm.stiffness_N_per_m},
-                      {"damping_N_s_per_m", arm.damping_N_s_per_m},
-                      {"rest_length_m", arm.rest_length_m}};
-    if (arm.drive) item["drive"] = resolved_drive(*arm.drive);
-  }
-  section["bends"] = ordered_json::array();
-  for (const BendSpecification& bend : swimmer.bends) {
-    ordered_json& item = section["bends"].emplace_back();
-    item["beads"] = {name(bend.body_A), name(bend.body_B), name(bend.body_C)};
-    add_bend(item, bend);
-  }
+  keys.number("phase_deg", phase_deg, Range::any,
+              "Phase of the swimmer in degrees: every signal with a period runs late by that part of it, its start and "
+              "stop included.");
+  if (keys.describes()) keys.describe("phase_rad", schema_of_number(Range::any), "The same in radians.");
 }
 
 }  // namespace
 
-double read_damping(Reader& spring, double stiffness_N_per_m, double mass_kg) {
-  const double given = spring.number("damping_N_s_per_m", Range::not_negative, 0.0);
-  if (!spring.has("damping_ratio")) return given;
-  const double ratio = spring.number("damping_ratio", Range::not_negative, 0.0);
-  if (spring.has("damping_N_s_per_m")) {
-    spring.reject("damping_ratio",
-                  "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
-  }
-  return 2.0 * ratio * std::sqrt(mass_kg * stiffness_N_per_m);
+void declare_spring(Keys& keys, Arm& arm, double mass_kg) {
+  keys.number(required("stiffness_N_per_m"), arm.stiffness_N_per_m, Range::positive, "Stiffness k.");
+  keys.number("damping_N_s_per_m", arm.damping_N_s_per_m, Range::not_negative, "Damping γ.");
+  if (keys.describes())
+    keys.describe("damping_ratio", schema_of_number(Range::not_negative),
+                  "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced "
+                  "mass.");
+  Reader* reader = keys.reader();
+  if (reader == nullptr || !reader->has("damping_ratio")) return;
+  const double ratio = reader->number("damping_ratio", Range::not_negative, 0.0);
+  if (reader->has("damping_N_s_per_m"))
+    reader->reject("damping_ratio",
+                   "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
+  arm.damping_N_s_per_m = 2.0 * ratio * std::sqrt(mass_kg * arm.stiffness_N_per_m);
 }
 
 double extent_along_m(const Bead& bead) { return 2.0 * half_extent_m(bead, Eigen::Vector3d::UnitZ()); }
 
-Swimmer read_swimmer(Reader swimmer, double step_s) {
-  const Eigen::Vector3d center_m = swimmer.numbers("center_m", 3);
-  Swimmer result = read_template(swimmer, step_s);
-  result.center_m = center_m;
-  return result;
-}
-
-Swimmer read_template(Reader& swimmer, double step_s) {
-  Swimmer result;
-  result.name = swimmer.name("name");
-  result.orientation_wxyz = read_frame(swimmer);
-  result.phase_deg = read_phase_deg(swimmer);
-  if (swimmer.has("arms")) {
-    read_general_swimmer(swimmer, step_s, result);
-  } else {
-    read_three_beads(swimmer, result);
-  }
-  result.published = read_published(swimmer.section("published"));
-  return result;
-}
-
-ordered_json resolved_swimmer(const Swimmer& swimmer) {
-  ordered_json section{{"name", swimmer.name},
-                       {"center_m", swimmer.center_m},
-                       {"orientation_wxyz", swimmer.orientation_wxyz},
-                       {"phase_deg", swimmer.phase_deg}};
-  if (swimmer.three_beads)
-    add_three_beads(section, swimmer);
-  else
-    add_beads_and_arms(section, swimmer);
-  if (!swimmer.published.empty()) section["published"] = resolved_published(swimmer.published);
-  return section;
+void declare(Keys& keys, Swimmer& swimmer, double step_s, bool has_center) {
+  keys.name(required("name"), swimmer.name,
+            "Name; its bodies are NAME.BEAD, of the shorthand NAME.B2, NAME.B1 and NAME.B3.");
+  if (has_center)
+    keys.numbers(required("center_m"), swimmer.center_m,
+                 "Origin of the swimmer's frame at the start [m]: of the shorthand the centre of the middle bead, of a "
+                 "chain its middle.");
+  declare_frame(keys, swimmer.orientation_wxyz);
+  declare_phase(keys, swimmer.phase_deg);
+  Reader* reader = keys.reader();
+  const bool is_general = reader != nullptr ? reader->has("arms") : !swimmer.three_beads;
+  if (keys.when(is_general)) declare_general(keys, swimmer, step_s);
+  if (keys.when(!is_general)) declare_three_beads(keys, swimmer);
+  keys.describe_also(
+      {{"anyOf", {{{"required", {"arms"}}}, {{"required", {"bead_mass_kg", "rest_gap_m", "spring", "stroke"}}}}}});
+  if (keys.resolved() == nullptr || !swimmer.published.empty())
+    keys.section(
+        "published",
+        "Published figures of a three-bead swimmer, shown beside the computed ones, which are evaluated in the way "
+        "of the paper too (as_in_paper). They change no motion.",
+        [&](Keys& published) { declare(published, swimmer.published); });
 }
 
 }  // namespace copepod::coupler

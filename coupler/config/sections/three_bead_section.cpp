@@ -1,4 +1,5 @@
-#include <initializer_list>
+#include <algorithm>
+#include <span>
 
 #include <nlohmann/json.hpp>
 
@@ -13,34 +14,31 @@ namespace {
 using nlohmann::ordered_json;
 
 /// A bead of the shorthand: a capsule lies along the swimmer's z axis or along its x axis.
-Bead read_bead(Reader bead) {
-  Bead result;
-  result.shape = read_shape(bead);
-  const bool capsule = result.shape.kind == ShapeKind::capsule;
-  const auto orientation =
-      bead.choice("orientation", orientation_names, capsule ? std::nullopt : std::optional(BeadOrientation::parallel));
-  if (capsule && orientation == BeadOrientation::perpendicular)
-    result.orientation_wxyz = rotation_from_z(Eigen::Vector3d::UnitX());
-  return result;
+void declare_bead_of_row(Keys& keys, Bead& bead) {
+  declare(keys, bead.shape);
+  const bool is_capsule = bead.shape.kind == ShapeKind::capsule;
+  auto orientation =
+      z_axis(bead.orientation_wxyz).z() > 0.5 ? BeadOrientation::parallel : BeadOrientation::perpendicular;
+  keys.choice(
+      is_capsule ? keys.needed("orientation") : Key("orientation"), orientation, orientation_names,
+      "Of a capsule of the shorthand: along the swimmer's z axis (parallel) or along its x axis (perpendicular).");
+  if (keys.reader() != nullptr && is_capsule && orientation == BeadOrientation::perpendicular)
+    bead.orientation_wxyz = rotation_from_z(Eigen::Vector3d::UnitX());
 }
 
-BeadOrientation orientation_of(const Bead& bead) {
-  return z_axis(bead.orientation_wxyz).z() > 0.5 ? BeadOrientation::parallel : BeadOrientation::perpendicular;
-}
-
-Stroke read_stroke(Reader stroke) {
-  Stroke result;
-  result.amplitude_N = stroke.number("amplitude_N", Range::any);
-  result.period_steps = stroke.integer("period_steps", Range::positive);
-  result.phase_lag_steps = stroke.integer("phase_lag_steps", Range::not_negative);
-  result.cycles = stroke.integer("cycles", Range::positive);
+void declare(Keys& keys, Stroke& stroke) {
+  keys.number(required("amplitude_N"), stroke.amplitude_N, Range::any, "Amplitude a.");
+  keys.integer(required("period_steps"), stroke.period_steps, Range::positive, "Period T in steps.");
+  keys.describe_also("period_steps", {{"minimum", 20}});
+  keys.integer(required("phase_lag_steps"), stroke.phase_lag_steps, Range::not_negative,
+               "Delay φ of the leading bead in steps.");
+  keys.integer(required("cycles"), stroke.cycles, Range::positive, "Number of periods.");
   constexpr std::int64_t most_steps = 1'000'000'000'000;
-  if (result.period_steps > 0 && result.cycles > most_steps / result.period_steps) {
-    stroke.reject("cycles",
-                  "is " + std::to_string(result.cycles) + " (more steps than can be counted). Use fewer cycles.");
-    result.cycles = 1;
-  }
-  return result;
+  Reader* reader = keys.reader();
+  if (reader == nullptr || stroke.period_steps <= 0 || stroke.cycles <= most_steps / stroke.period_steps) return;
+  reader->reject("cycles",
+                 "is " + std::to_string(stroke.cycles) + " (more steps than can be counted). Use fewer cycles.");
+  stroke.cycles = 1;
 }
 
 /// The two drives of the stroke: trailing and leading pair of beads are pushed apart by
@@ -57,96 +55,102 @@ Drive drive_of(const Stroke& stroke, std::int64_t lag_steps) {
   return {DriveKind::pair_force, std::move(signal)};
 }
 
-std::vector<Bead> read_beads(Reader& swimmer) {
-  constexpr std::array names{"B2", "B1", "B3"};
-  std::vector<Bead> result(names.size());
-  const std::size_t beads = swimmer.size("beads");
-  if (beads != names.size()) {
-    swimmer.reject("beads",
+constexpr std::array bead_names{"B2", "B1", "B3"};
+
+void declare_row(Keys& keys, Swimmer& swimmer) {
+  Reader* reader = keys.reader();
+  const std::size_t beads = reader != nullptr ? reader->size("beads") : bead_names.size();
+  if (beads == bead_names.size())
+    keys.list(required("beads"), swimmer.beads, beads_description, declare_bead_of_row);
+  else
+    reader->reject("beads",
                    "has " + std::to_string(beads) +
                        " entries (a swimmer without arms has three). List trailing, middle and leading bead, or "
                        "give arms.");
+  swimmer.beads.resize(bead_names.size());
+  keys.number(keys.needed("bead_mass_kg"), swimmer.beads[0].mass_kg, Range::positive, "Shorthand: mass of each bead.");
+  if (reader == nullptr) return;
+  for (std::size_t i = 0; i < bead_names.size(); ++i) {
+    swimmer.beads[i].name = bead_names[i];
+    swimmer.beads[i].mass_kg = swimmer.beads[0].mass_kg;
   }
-  const double mass_kg = swimmer.number("bead_mass_kg", Range::positive);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (beads == names.size()) result[i] = read_bead(swimmer.item("beads", i));
-    result[i].name = names[i];
-    result[i].mass_kg = mass_kg;
-  }
-  return result;
 }
 
-void read_figures(Reader& section, std::initializer_list<const char*> keys, const std::string& prefix,
-                  PublishedFigures& figures) {
-  for (const char* key : keys) {
-    if (section.has(key)) figures.emplace_back(prefix + key, section.number(key, Range::any));
+/// Both arms of the row, from what the shorthand gives.
+void place_in_a_row(Swimmer& swimmer, Arm arm) {
+  const ThreeBeads& row = *swimmer.three_beads;
+  for (int i = 0; i < 2; ++i) {
+    arm.bead_A = i;
+    arm.bead_B = i + 1;
+    const Bead& A = swimmer.beads[static_cast<std::size_t>(i)];
+    const Bead& B = swimmer.beads[static_cast<std::size_t>(i) + 1];
+    arm.rest_length_m = row.rest_gap_m[i] + (extent_along_m(A) + extent_along_m(B)) / 2.0;
+    arm.drive = drive_of(row.stroke, i == 0 ? 0 : row.stroke.phase_lag_steps);
+    swimmer.arms.push_back(arm);
+  }
+  swimmer.beads[0].position_m.z() = -swimmer.arms[0].rest_length_m;
+  swimmer.beads[2].position_m.z() = swimmer.arms[1].rest_length_m;
+}
+
+}  // namespace
+
+void declare_three_beads(Keys& keys, Swimmer& swimmer) {
+  declare_row(keys, swimmer);
+  if (!swimmer.three_beads) swimmer.three_beads.emplace();
+  keys.numbers(
+      keys.needed("rest_gap_m"), swimmer.three_beads->rest_gap_m,
+      "Shorthand: distances between the beads at rest, surface to surface: trailing to middle, middle to leading "
+      "[m].");
+  Arm arm = swimmer.arms.empty() ? Arm{} : swimmer.arms[0];
+  keys.section(keys.needed("spring"), "Shorthand: both springs; they start at rest.",
+               [&](Keys& spring) { declare_spring(spring, arm, swimmer.beads[0].mass_kg); });
+  keys.section(
+      keys.needed("stroke"),
+      "Shorthand: driving: −a sin(2πt/T) on the trailing bead, a sin(2π(t−φ)/T) on the leading one from t = φ, the "
+      "negative sum on the middle one; each for `cycles` periods.",
+      [&](Keys& stroke) { declare(stroke, swimmer.three_beads->stroke); });
+  if (keys.reader() != nullptr) place_in_a_row(swimmer, arm);
+}
+
+namespace {
+
+struct Figure {
+  const char* key;
+  const char* description;
+};
+
+constexpr std::array figures_of_swimmer{Figure{"u_swim_lattice", "Swimming speed [cells/step]."},
+                                        Figure{"d1_cells", "Amplitude of the trailing arm."},
+                                        Figure{"d2_cells", "Amplitude of the leading arm."},
+                                        Figure{"sin_dphi", "Sine of the phase difference of both arms."},
+                                        Figure{"K", "Geometry factor [1/cell]."},
+                                        Figure{"u_GA_lattice", "Speed after Golestanian and Ajdari [cells/step]."},
+                                        Figure{"error_percent", "Difference of both speeds, or a bound on it."},
+                                        Figure{"efficiency", "Swimming efficiency."},
+                                        Figure{"Re_swim", "Reynolds number of the swimmer."}};
+constexpr std::array figures_of_bodies{Figure{"B2", "Trailing bead."}, Figure{"B1", "Middle bead."},
+                                       Figure{"B3", "Leading bead."}};
+
+void declare_figures(Keys& keys, std::span<const Figure> known, const std::string& prefix, PublishedFigures& figures) {
+  for (const Figure& figure : known) {
+    const auto found = std::ranges::find(figures, prefix + figure.key, &PublishedFigures::value_type::first);
+    std::optional<double> value;
+    if (found != figures.end()) value = found->second;
+    keys.number(figure.key, value, Range::any, figure.description);
+    if (keys.reader() != nullptr && value) figures.emplace_back(prefix + figure.key, *value);
   }
 }
 
 }  // namespace
 
-void read_three_beads(Reader& swimmer, Swimmer& result) {
-  result.beads = read_beads(swimmer);
-  const Eigen::Vector2d gaps = swimmer.numbers("rest_gap_m", 2);
-  Arm arm;
-  {
-    Reader spring = swimmer.section("spring");
-    arm.stiffness_N_per_m = spring.number("stiffness_N_per_m", Range::positive);
-    arm.damping_N_s_per_m = read_damping(spring, arm.stiffness_N_per_m, result.beads[0].mass_kg);
-  }
-  const Stroke stroke = read_stroke(swimmer.section("stroke"));
-  result.three_beads = ThreeBeads{{gaps[0], gaps[1]}, stroke};
-  for (int i = 0; i < 2; ++i) {
-    arm.bead_A = i;
-    arm.bead_B = i + 1;
-    const Bead& A = result.beads[static_cast<std::size_t>(i)];
-    const Bead& B = result.beads[static_cast<std::size_t>(i) + 1];
-    arm.rest_length_m = gaps[i] + (extent_along_m(A) + extent_along_m(B)) / 2.0;
-    arm.drive = drive_of(stroke, i == 0 ? 0 : stroke.phase_lag_steps);
-    result.arms.push_back(arm);
-  }
-  result.beads[0].position_m.z() = -result.arms[0].rest_length_m;
-  result.beads[2].position_m.z() = result.arms[1].rest_length_m;
-}
-
-void add_three_beads(ordered_json& section, const Swimmer& swimmer) {
-  for (const Bead& bead : swimmer.beads) {
-    ordered_json& item = section["beads"].emplace_back();
-    add_shape(item, bead.shape);
-    item["orientation"] = name_of(orientation_names, orientation_of(bead));
-  }
-  const auto& [rest_gap_m, stroke] = *swimmer.three_beads;
-  section["bead_mass_kg"] = swimmer.beads[0].mass_kg;
-  section["rest_gap_m"] = rest_gap_m;
-  section["spring"] = {{"stiffness_N_per_m", swimmer.arms[0].stiffness_N_per_m},
-                       {"damping_N_s_per_m", swimmer.arms[0].damping_N_s_per_m}};
-  section["stroke"] = {{"amplitude_N", stroke.amplitude_N},
-                       {"period_steps", stroke.period_steps},
-                       {"phase_lag_steps", stroke.phase_lag_steps},
-                       {"cycles", stroke.cycles}};
-}
-
-PublishedFigures read_published(Reader published) {
-  PublishedFigures figures;
-  read_figures(published,
-               {"u_swim_lattice", "d1_cells", "d2_cells", "sin_dphi", "K", "u_GA_lattice", "error_percent",
-                "efficiency", "Re_swim"},
-               "", figures);
-  Reader bodies = published.section("Re_bodies");
-  read_figures(bodies, {"B2", "B1", "B3"}, "Re_bodies.", figures);
-  return figures;
-}
-
-ordered_json resolved_published(const PublishedFigures& figures) {
-  const std::string of_bodies = "Re_bodies.";
-  ordered_json section = ordered_json::object();
-  for (const auto& [key, value] : figures) {
-    if (key.starts_with(of_bodies))
-      section["Re_bodies"][key.substr(of_bodies.size())] = value;
-    else
-      section[key] = value;
-  }
-  return section;
+void declare(Keys& keys, PublishedFigures& figures) {
+  const std::string prefix = "Re_bodies.";
+  declare_figures(keys, figures_of_swimmer, "", figures);
+  const bool has_any =
+      std::ranges::any_of(figures, [&](const auto& figure) { return figure.first.starts_with(prefix); });
+  if (keys.resolved() == nullptr || has_any)
+    keys.section("Re_bodies", "Reynolds numbers of the beads, in the columns of the publication.",
+                 [&](Keys& bodies) { declare_figures(bodies, figures_of_bodies, prefix, figures); });
 }
 
 }  // namespace copepod::coupler

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "contract/words.hpp"
+
 namespace copepod::coupler {
 namespace {
 
@@ -33,8 +35,8 @@ std::string quoted(const Value& value) {
 
 }  // namespace
 
-Reader::Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked, std::string general)
-    : mapping_(mapping), path_(std::move(path)), general_(std::move(general)), problems_(problems), asked_(asked) {
+Reader::Reader(const Value* mapping, std::string path, Problems& problems)
+    : mapping_(mapping), path_(std::move(path)), problems_(problems) {
   if (mapping_ == nullptr || mapping_->kind == Value::Kind::mapping) return;
   if (mapping_->kind != Value::Kind::null) {
     problems_.error(path_,
@@ -60,7 +62,6 @@ bool Reader::has(const std::string& key) { return raw(key) != nullptr; }
 
 const Value* Reader::raw(const std::string& key) {
   known_.insert(key);
-  if (asked_ != nullptr) asked_->insert(general_of(key));
   const Value* value = mapping_ == nullptr ? nullptr : mapping_->find(key);
   return value == nullptr || value->kind == Value::Kind::null ? nullptr : value;
 }
@@ -215,16 +216,13 @@ std::size_t Reader::choose(const std::string& key, const std::vector<std::string
   return names.size();
 }
 
-Reader Reader::section(const std::string& key) { return {raw(key), path_of(key), problems_, asked_, general_of(key)}; }
+Reader Reader::section(const std::string& key) { return {raw(key), path_of(key), problems_}; }
 
 Reader Reader::item(const std::string& key, std::size_t index) {
-  return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_, asked_,
-          general_of(key) + ".[]"};
+  return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_};
 }
 
-Reader Reader::invented(const std::string& key) {
-  return {mapping_->find(key), path_of(key), problems_, asked_, general_of("*")};
-}
+Reader Reader::invented(const std::string& key) { return {mapping_->find(key), path_of(key), problems_}; }
 
 std::size_t Reader::size(const std::string& key) {
   const Value* value = raw(key);
@@ -238,14 +236,9 @@ void Reader::reject(const std::string& key, const std::string& problem) {
   problems_.error(path_of(key), path_of(key) + " " + problem);
 }
 
-void Reader::accept_all() {
-  accepts_all_ = true;
-  if (asked_ != nullptr) asked_->insert(general_of("*"));
-}
+void Reader::accept_all() { accepts_all_ = true; }
 
 std::string Reader::path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
-
-std::string Reader::general_of(const std::string& key) const { return general_.empty() ? key : general_ + "." + key; }
 
 std::vector<std::string> split_command(const std::string& command) {
   std::vector<std::string> words;

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -12,14 +10,10 @@
 
 #include "config/yaml/document.hpp"
 #include "config/yaml/value.hpp"
-#include "contract/words.hpp"
 
 namespace copepod::coupler {
 
 enum class Range { any, positive, not_negative };
-
-/// Key paths that a reading asked for, what the schema must document: list positions are "[]", invented keys "*".
-using AskedKeys = std::set<std::string>;
 
 /// Reads one mapping of the case. Every key that is asked for is known; any other key in the mapping is an
 /// error, reported when the reader goes out of scope. A value that cannot be used is reported and replaced by
@@ -28,9 +22,7 @@ class Reader {
  public:
   /// @param mapping  nullptr stands for an empty section
   /// @param path     key path of the section, "" for the top
-  /// @param asked    gets every key that is asked for; nullptr: they are not collected
-  Reader(const Value* mapping, const std::string& path, Problems& problems, AskedKeys* asked = nullptr)
-      : Reader(mapping, path, problems, asked, path) {}
+  Reader(const Value* mapping, std::string path, Problems& problems);
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
   ~Reader();
@@ -49,11 +41,8 @@ class Reader {
                                      const std::optional<std::vector<std::int64_t>>& otherwise = {});
   std::vector<std::string> words(const std::string& key);    ///< a list of texts, or one text; empty if absent
   std::vector<std::string> command(const std::string& key);  ///< a list, or one text split like a shell would
-  template <typename E, std::size_t N>
-  E choice(const std::string& key, const std::array<Choice<E>, N>& choices, std::optional<E> otherwise = {});
-  /// The key `kind`, which decides what the other keys mean: where it cannot be used, they are accepted unread.
-  template <typename E, std::size_t N>
-  std::optional<E> kind(const std::array<Choice<E>, N>& choices);
+  /// @return the place among the names, their number where the value cannot be used or is absent
+  std::size_t choose(const std::string& key, const std::vector<std::string>& names, bool required);
 
   /// Reader of a section; an absent one reads as empty, so that all its defaults apply.
   Reader section(const std::string& key);
@@ -74,10 +63,6 @@ class Reader {
   [[nodiscard]] Problems& problems() { return problems_; }
 
  private:
-  /// @param general  the path as it is collected
-  Reader(const Value* mapping, std::string path, Problems& problems, AskedKeys* asked, std::string general);
-  [[nodiscard]] std::string general_of(const std::string& key) const;
-  std::size_t choose(const std::string& key, const std::vector<std::string>& names, bool required);
   const Value* wanted(const std::string& key, bool required);
   std::optional<double> parse_number(const std::string& path, const Value& value, Range range);
   std::optional<std::int64_t> parse_integer(const std::string& path, const Value& value, Range range);
@@ -85,29 +70,10 @@ class Reader {
 
   const Value* mapping_;
   std::string path_;
-  std::string general_;
   Problems& problems_;
-  AskedKeys* asked_;
   std::set<std::string> known_;
   bool accepts_all_ = false;
 };
-
-template <typename E, std::size_t N>
-E Reader::choice(const std::string& key, const std::array<Choice<E>, N>& choices, std::optional<E> otherwise) {
-  std::vector<std::string> names;
-  names.reserve(N);
-  for (const Choice<E>& choice : choices) names.emplace_back(choice.name);
-  const std::size_t index = choose(key, names, !otherwise.has_value());
-  return index < N ? choices[index].value : otherwise.value_or(choices[0].value);
-}
-
-template <typename E, std::size_t N>
-std::optional<E> Reader::kind(const std::array<Choice<E>, N>& choices) {
-  const E value = choice("kind", choices);
-  if (!problems_.any_under(path_of("kind"))) return value;
-  accept_all();
-  return {};
-}
 
 /// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.
 /// @throws CaseError if a quote is not closed

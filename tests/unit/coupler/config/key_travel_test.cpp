@@ -15,9 +15,11 @@
 
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
+#include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "conversion/setup_conversion.hpp"
 #include "copepod/v1/setup.pb.h"
+#include "schema_keys.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {
@@ -232,9 +234,9 @@ TEST_P(KeyTravel, EveryFieldIsSetByItsKeyAndSurvivesTheResolvedCase) {
     const LoadedCase loaded = load_case(every_key, overrides);
     const Leaves after = leaves_of(loaded, fluid());
     EXPECT_NE(after.at(field), before.at(field))
-        << what << " does not follow " << overrides.back() << ": read_… or setup_conversion.cpp";
+        << what << " does not follow " << overrides.back() << ": its declaration or setup_conversion.cpp";
     const LoadedCase again = load_case_text(to_yaml(resolved(loaded.content)), "case.yaml", {});
-    EXPECT_EQ(leaves_of(again, fluid()), after) << "the resolved case lacks what sets " << what << ": resolved_…";
+    EXPECT_EQ(leaves_of(again, fluid()), after) << "the resolved case lacks what sets " << what;
   }
 }
 
@@ -249,8 +251,6 @@ std::string key_of(const std::string& override_text) {
 }
 
 TEST(Keys, OfTheComponentsSectionsAllReachASetup) {
-  AskedKeys asked;
-  load_case_text(content_of(every_key), "every_key.yaml", {}, &asked);
   std::set<std::string> travelling = keys_of_the_coupler;
   for (const auto* travels : {&fluid_travels, &body_travels}) {
     for (const auto& [field, overrides] : *travels) {
@@ -258,7 +258,7 @@ TEST(Keys, OfTheComponentsSectionsAllReachASetup) {
       for (const std::string& override_text : overrides) travelling.insert(key_of(override_text));
     }
   }
-  for (const std::string& key : asked) {
+  for (const auto& [key, description] : keys_of(case_schema())) {
     const bool belongs_to_a_component =
         std::any_of(travelling_sections.begin(), travelling_sections.end(),
                     [&](const std::string& section) { return key.starts_with(section); });

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "config/setups.hpp"
 #include "contract/errors.hpp"
 #include "temporary_folder.hpp"
 

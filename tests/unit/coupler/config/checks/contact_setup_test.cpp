@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/load_case.hpp"
+#include "config/setups.hpp"
 #include "geometry/contact_time.hpp"
 
 namespace copepod::coupler {

@@ -131,7 +131,11 @@ Case with_swimmer(const std::string& axis, const std::string& orientations) {
       "test", {});
   Problems problems(document);
   Case the_case;
-  the_case.swimmers = {read_swimmer(Reader(&document.root(), "", problems), 1.0)};
+  {
+    Reader reader(&document.root(), "", problems);
+    Keys keys = Keys::reading(reader);
+    declare(keys, the_case.swimmers.emplace_back(), 1.0, true);
+  }
   problems.throw_if_any();
   return the_case;
 }

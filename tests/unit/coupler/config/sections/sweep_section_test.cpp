@@ -31,7 +31,7 @@ run: {steps: 4000}
 }
 
 std::vector<std::string> members_of(const std::string& text) {
-  const std::optional<Sweep> sweep = read_sweep(Document::parse(text, "case.yaml", {}), nullptr);
+  const std::optional<Sweep> sweep = read_sweep(Document::parse(text, "case.yaml", {}));
   std::vector<std::string> members;
   for (std::size_t member = 0; member < member_count(*sweep); ++member) members.push_back(member_text(*sweep, member));
   return members;

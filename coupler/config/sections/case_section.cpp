@@ -1,0 +1,209 @@
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "config/sections/sections.hpp"
+#include "config/sections/sweep.hpp"
+#include "config/yaml/yaml_text.hpp"
+#include "contract/digest.hpp"
+#include "contract/number_text.hpp"
+
+// The whole case, and its short sections.
+
+namespace copepod::coupler {
+namespace {
+
+using nlohmann::ordered_json;
+
+void declare(Keys& keys, BodyCase& body) {
+  declare_solver(keys, "solver", body.solver, body_solver_names, body.command,
+                 "own: the body service of Copepod; bullet: the Bullet library, which keeps bodies that touch apart; "
+                 "mujoco: the MuJoCo library, with joints and contacts; {command: …}: your own component.");
+  keys.choice(
+      "integrator", body.integrator, integrator_names,
+      "runge_kutta_4: classical, driving forces sampled inside the step; semi_implicit_euler: the paper's. Applies "
+      "to solver: own; other solvers have their own integrators.");
+  declare_model(keys, body);
+}
+
+void declare_coupling(Keys& keys, Case& the_case) {
+  auto scheme = SchemeKind::serial_explicit;
+  keys.choice("scheme", scheme, scheme_names, "serial_explicit: one after the other, once per step.");
+  keys.choice(
+      "load_averaging", the_case.load_averaging, averaging_names,
+      "two_step: bodies receive the mean of the loads of this step and the previous one, which keeps light bodies "
+      "stable; none: the loads of this step.");
+  keys.number_or(
+      "virtual_mass", the_case.virtual_mass, Range::not_negative, "auto", "none", "displaced masses",
+      "Mass by which light bodies are enlarged while the coupling returns its load one step later, so that they "
+      "move like the true ones and stay stable: a number of displaced masses for all bodies, none, or auto: as "
+      "much as each body needs, 0 for heavy ones (docs/theory.md, C19).");
+}
+
+void declare(Keys& keys, LubricationCase& lubrication) {
+  keys.number_or("cut_off_cells", lubrication.cut_off_cells, Range::not_negative, "auto", "none", "cells",
+                 "Thickness of the films [cells]: where surfaces are closer, give or take half a cell, loads come from "
+                 "theory. auto: 1.5 with fluids that announce thin_films, none with others; none: no films, the cells' "
+                 "loads as they are.");
+  keys.number("roughness_m", lubrication.roughness_m, Range::positive, "Films do not get thinner than this [m].");
+}
+
+void declare(Keys& keys, ContactCase& contact) {
+  constexpr double least_restitution = 0.05;  // less would need more damping than substeps resolve
+  keys.number("restitution", contact.restitution, Range::positive,
+              "Normal velocity after an impact over that before, without a fluid.");
+  keys.describe_also("restitution", {{"minimum", least_restitution}, {"maximum", 1}});
+  if (Reader* reader = keys.reader();
+      reader != nullptr && (contact.restitution < least_restitution || contact.restitution > 1.0))
+    reader->reject("restitution", "is " + rounded_text(contact.restitution) +
+                                      " (the velocity after an impact over that before). Use a number between 0.05 and "
+                                      "1.");
+  keys.number("friction", contact.friction, Range::not_negative,
+              "Coulomb coefficient between bodies, and between bodies and walls where the fluid sticks.");
+  keys.number_or("stiffness_N_per_m", contact.stiffness_N_per_m, Range::positive, "auto", "", "N/m",
+                 "Of the normal spring [N/m]. auto: overlaps stay below about 1 % of the smallest radius, judged by "
+                 "weights, drives, the speeds at the start and those of settling; at least the stiffest that needs no "
+                 "substeps.");
+}
+
+double derived_step_s(const Case& the_case) {
+  if (the_case.given_step_s) return *the_case.given_step_s;
+  const FluidCase& fluid = the_case.fluid;
+  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0) return 0.0;
+  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
+}
+
+/// Processes of fluid and bodies: a command in `services` (where --fluid and --body put theirs) takes
+/// precedence over one in `solver`, and a solver without cells runs on one rank.
+void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase& services) {
+  if (services.fluid_command.empty()) services.fluid_command = fluid.command;
+  if (services.body_command.empty()) services.body_command = body.command;
+  if (computes_no_cells(fluid.solver) && services.fluid_command.empty()) services.fluid_ranks = 1;
+}
+
+/// Keys that are read elsewhere, or by older versions only.
+void declare_set_aside(Keys& keys) {
+  if (Reader* reader = keys.reader()) {
+    { reader->section("parameter_sets").accept_all(); }
+    static_cast<void>(reader->has("forces"));
+    static_cast<void>(reader->has("sweep"));
+  }
+  if (!keys.describes()) return;
+  keys.describe("parameter_sets", {{"type", "object"}, {"additionalProperties", {{"type", "object"}}}},
+                "Alternative values, by name: each set is a mapping from key path "
+                "(swimmers.0.spring.stiffness_N_per_m) to value.");
+  keys.describe("forces", {{"type", "array"}, {"maxItems", 0}},
+                "Replaced by actuators; the empty list of cases that release 1.0 resolved is ignored.");
+  describe_sweep(keys);
+}
+
+/// Everything that moves, and what joins and drives it.
+void declare_bodies(Keys& keys, Case& the_case) {
+  const double step_s = the_case.step_s;
+  keys.list<Swimmer>(
+      "swimmers", the_case.swimmers,
+      "Swimmers: beads, the arms between them and what drives the arms; also what the analysis works on. In "
+      "general any number of beads and arms; without arms, the three-bead shorthand (NAME.B2 trailing, "
+      "NAME.B1 middle, NAME.B3 leading in a row, one mass, one kind of spring, one stroke).",
+      [&](Keys& swimmer, Swimmer& item) { declare(swimmer, item, step_s, true); });
+  keys.list<SingleBody>("bodies", the_case.bodies, "Bodies that are not part of a swimmer, of uniform density.",
+                        [&](Keys& body, SingleBody& item) { declare(body, item, step_s); });
+  declare_swarm(keys, the_case);
+  keys.list<NamedGroup>("groups", the_case.groups,
+                        "Bodies whose motion is measured together, cycle by cycle, like that of a swimmer.",
+                        [](Keys& group, NamedGroup& item) { declare(group, item); });
+  keys.list<NamedSpring>("springs", the_case.springs, "Springs with dampers that are not part of a swimmer.",
+                         [](Keys& spring, NamedSpring& item) { declare(spring, item); });
+  keys.list<NamedBend>("bends", the_case.bends, "Springs of angles between three bodies.",
+                       [](Keys& bend, NamedBend& item) { declare(bend, item); });
+  if (keys.resolved() == nullptr || !the_case.joints.empty())
+    keys.list<NamedJoint>("joints", the_case.joints,
+                          "Ideal joints between two bodies, or between a body and the world; where its bodies start "
+                          "determines what a joint keeps. Jointed bodies may overlap.",
+                          [&](Keys& joint, NamedJoint& item) { declare(joint, item, step_s); });
+  keys.list<NamedActuator>(
+      "actuators", the_case.actuators,
+      "What drives bodies: forces along the line between two, forces and torques fixed to a body or in "
+      "the world.",
+      [&](Keys& actuator, NamedActuator& item) { declare(actuator, item, step_s); });
+  keys.numbers("gravity_m_per_s2", the_case.body.gravity_m_per_s2, "Gravity; weight less buoyancy acts on the bodies.");
+}
+
+void declare(Keys& keys, Case& the_case) {
+  keys.name(required("case"), the_case.name, "Name of the case, for people and for the default run directory.");
+  if (keys.resolved() == nullptr || !the_case.parameter_set.empty())
+    keys.text("parameter_set", the_case.parameter_set,
+              "The entry of parameter_sets to apply. In a resolved case: the label of the applied entry.");
+  keys.section(required("fluid"), "The fluid and its solver.", [&](Keys& fluid) { declare(fluid, the_case.fluid); });
+  keys.number("step_s", the_case.given_step_s, Range::positive,
+              "Length of a coupling step [s]. Give this or fluid.relaxation_time.");
+  if (keys.reader() != nullptr) the_case.step_s = derived_step_s(the_case);
+  keys.section("body", "The body solver.", [&](Keys& body) { declare(body, the_case.body); });
+  declare_bodies(keys, the_case);
+  keys.section("coupling", "Coupling of fluid and bodies.",
+               [&](Keys& coupling) { declare_coupling(coupling, the_case); });
+  keys.section("lubrication",
+               "Thin films between surfaces: what their cells cannot resolve is taken from lubrication theory.",
+               [&](Keys& lubrication) { declare(lubrication, the_case.lubrication); });
+  keys.section<ContactCase>(
+      "contact", the_case.contact,
+      "Bodies that meet each other or a wall of the domain rebound. Without this section a run in "
+      "which bodies meet ends with an error.",
+      [](Keys& below, ContactCase& contact) { declare(below, contact); });
+  keys.section(required("run"), "Length of the run.", [&](Keys& run) {
+    run.integer(required("steps"), the_case.steps, Range::positive, "Number of coupling steps.");
+  });
+  keys.section("output", "What is written to the run directory.",
+               [&](Keys& output) { declare(output, the_case.output, the_case.steps); });
+  keys.section("services", "How the components are started; read by the deploy command.",
+               [&](Keys& services) { declare(services, the_case.services); });
+  declare_set_aside(keys);
+}
+
+}  // namespace
+
+Case read_case(Reader top) {
+  Case result;
+  Keys keys = Keys::reading(top);
+  declare(keys, result);
+  constexpr double calibrated_cells = 1.5;  // docs/decisions/lubrication.md
+  FluidCase& fluid = result.fluid;
+  if (fluid.kind == FluidKind::lattice_boltzmann)
+    fluid.film_thickness_m = result.lubrication.cut_off_cells.value_or(calibrated_cells) * fluid.cell_size_m;
+  settle_services(fluid, result.body, result.services);
+  if (!result.body.model_file.empty()) read_bodies_of_model(result, top.problems());
+  return result;
+}
+
+ordered_json resolved(Case the_case) {
+  ordered_json top;
+  Keys keys = Keys::writing(top);
+  declare(keys, the_case);
+  return top;
+}
+
+ordered_json case_schema() {
+  ordered_json schema;
+  Keys keys = Keys::describing(schema);
+  Case any;
+  declare(keys, any);
+  ordered_json result{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                      {"$id", "case.schema.json"},
+                      {"title", "Copepod case"},
+                      {"description",
+                       "One simulation: a fluid, the bodies in it, and their coupling. SI units; every key names its "
+                       "unit."}};
+  result.update(schema);
+  return result;
+}
+
+ordered_json physics_of(Case the_case) {
+  for (Swimmer& swimmer : the_case.swimmers) swimmer.published.clear();
+  ordered_json physics = resolved(std::move(the_case));
+  for (const char* section : {"run", "output", "services"}) physics.erase(section);
+  return physics;
+}
+
+std::string case_key(const Case& the_case) { return std::to_string(digest_of(to_yaml(physics_of(the_case)))); }
+
+}  // namespace copepod::coupler

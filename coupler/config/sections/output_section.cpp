@@ -1,0 +1,157 @@
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "config/sections/sections.hpp"
+
+// Section `output`.
+
+namespace copepod::coupler {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Start and stop along x, y and z; a single number is one layer of cells. Empty if no axis is restricted.
+std::vector<std::int64_t> read_region(Reader region) {
+  std::vector<std::int64_t> result(6);
+  bool restricted = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const char* name = axis_names[axis];
+    const Value* value = region.raw(name);
+    if (value == nullptr) continue;
+    restricted = true;
+    if (value->kind == Value::Kind::scalar) {
+      result[2 * axis] = region.integer(name, Range::not_negative);
+      result[2 * axis + 1] = result[2 * axis] + 1;
+    } else {
+      const auto range = region.integers(name, 2, Range::not_negative);
+      std::ranges::copy(range, result.begin() + static_cast<std::ptrdiff_t>(2 * axis));
+      if (range[0] >= range[1]) {
+        region.reject(name, "is [" + std::to_string(range[0]) + ", " + std::to_string(range[1]) +
+                                "] (no cell lies in it). Write [start, stop] with start < stop, or one number.");
+      }
+    }
+  }
+  return restricted ? result : std::vector<std::int64_t>{};
+}
+
+ordered_json resolved_region(const std::vector<std::int64_t>& region) {
+  ordered_json result = ordered_json::object();
+  for (std::size_t axis = 0; axis < 3 && !region.empty(); ++axis)
+    if (region[2 * axis + 1] > 0) result[axis_names[axis]] = {region[2 * axis], region[2 * axis + 1]};
+  return result;
+}
+
+void declare_region(Keys& keys, std::vector<std::int64_t>& region) {
+  const char* key = "region_cells";
+  if (Reader* reader = keys.reader()) region = read_region(reader->section(key));
+  if (ordered_json* resolved = keys.resolved()) (*resolved)[key] = resolved_region(region);
+  if (!keys.describes()) return;
+  ordered_json ranges;
+  Keys axes = Keys::describing(ranges);
+  const ordered_json cell = schema_of_integer(Range::not_negative);
+  for (const char* axis : axis_names)
+    axes.describe(axis, {{"anyOf", {cell, schema_of_list(cell, 2)}}},
+                  "[start, stop): cells along an axis, the first has index 0; or the index of one layer of cells.");
+  keys.describe(
+      key, ranges,
+      "Cells that are written, along each axis; without an axis: all cells along it. Example: {y: 50, z: [20, "
+      "80]} is a slice.");
+}
+
+std::vector<FieldQuantity> read_quantities(Reader& fields) {
+  std::vector<FieldQuantity> result;
+  const std::string known = "density, velocity, pressure, vorticity";
+  for (const std::string& word : fields.words("quantities")) {
+    const auto found = std::ranges::find(quantity_names, word, &Choice<FieldQuantity>::name);
+    if (found == quantity_names.end()) {
+      fields.reject("quantities", "names '" + word + "' (known: " + known + "). Use these.");
+    } else if (std::ranges::find(result, found->value) != result.end()) {
+      fields.reject("quantities", "names " + word + " twice (once is enough). Remove one.");
+    } else {
+      result.push_back(found->value);
+    }
+  }
+  if (result.empty()) result = {FieldQuantity::density, FieldQuantity::velocity};
+  return result;
+}
+
+ordered_json resolved_quantities(const std::vector<FieldQuantity>& quantities) {
+  ordered_json result = ordered_json::array();
+  for (const FieldQuantity quantity : quantities) result.push_back(name_of(quantity_names, quantity));
+  return result;
+}
+
+void declare_quantities(Keys& keys, std::vector<FieldQuantity>& quantities) {
+  const char* key = "quantities";
+  if (Reader* reader = keys.reader()) quantities = read_quantities(*reader);
+  if (ordered_json* resolved = keys.resolved()) (*resolved)[key] = resolved_quantities(quantities);
+  if (!keys.describes()) return;
+  ordered_json names = ordered_json::array();
+  for (const Choice<FieldQuantity>& quantity : quantity_names) names.push_back(quantity.name);
+  keys.describe(
+      key, schema_of_list({{"enum", names}}, 0),
+      "What is written of each cell, beside the body that covers it. pressure: relative to fluid at rest [Pa]; "
+      "vorticity: curl of the velocity [1/s], zero in bodies. The flow picture of the report needs velocity. "
+      "Default: [density, velocity].");
+  keys.describe_also(key, {{"uniqueItems", true}});
+}
+
+/// A hundred frames, at steps that are in the trajectory too.
+std::int64_t usual_steps_between_frames(std::int64_t steps, std::int64_t trajectory_every_steps) {
+  constexpr std::int64_t frames = 100;
+  const std::int64_t unit = std::max<std::int64_t>(trajectory_every_steps, 1);
+  return std::max<std::int64_t>((steps + frames * unit - 1) / (frames * unit), 1) * unit;
+}
+
+void declare_fields(Keys& keys, FieldOutput& fields) {
+  keys.integer("every_steps", fields.every_steps, Range::not_negative,
+               "Steps between snapshots, the first of step 0; 0: none.");
+  std::array mean{fields.mean_start, fields.mean_stop};
+  keys.integers("mean_over_steps", mean, Range::not_negative,
+                "[start, stop): steps over which the fields are averaged; [0, 0]: no mean.");
+  fields.mean_start = mean[0];
+  fields.mean_stop = mean[1];
+  keys.integer("mean_every_steps", fields.mean_every_steps, Range::positive, "Steps between samples of the mean.");
+  declare_quantities(keys, fields.quantities);
+  declare_region(keys, fields.region_cells);
+  keys.choice("compression", fields.compression, compression_names,
+              "deflate: smaller files, the same numbers; one process compresses, about 100 MB/s.");
+}
+
+}  // namespace
+
+void declare(Keys& keys, OutputCase& output, std::int64_t steps) {
+  keys.section("trajectory", "trajectory.csv or trajectory.h5.", [&](Keys& trajectory) {
+    trajectory.integer("every_steps", output.trajectory_every_steps, Range::not_negative,
+                       "Steps between samples; 0: only first and last step.");
+    trajectory.integer("from_step", output.trajectory_from_step, Range::not_negative,
+                       "No samples before this step, except the first.");
+    trajectory.choice(
+        "format", output.trajectory_format, trajectory_format_names,
+        "csv: text, a row per body and sample; hdf5: a dataset per quantity, readable while the run writes "
+        "it; auto: csv up to 100 bodies. A resumed run keeps the form that it has.");
+  });
+  if (keys.reader() != nullptr)
+    output.bodies_every_steps = usual_steps_between_frames(steps, output.trajectory_every_steps);
+  keys.section("bodies", "bodies.pvd: surfaces of the bodies over time, for ParaView.", [&](Keys& bodies) {
+    bodies.integer({"every_steps", Need::in_some_cases}, output.bodies_every_steps, Range::not_negative,
+                   "Steps between frames; first and last step have one too; 0: no files. Default: about 100 frames at "
+                   "most, at steps that are in the trajectory.");
+  });
+  keys.section("fields", "fields.h5, with fields.xdmf (snapshots) and fields_mean.xdmf for ParaView.",
+               [&](Keys& fields) { declare_fields(fields, output.fields); });
+  keys.section("checkpoint", "Restart points.", [&](Keys& checkpoint) {
+    checkpoint.integer("every_steps", output.checkpoint_every_steps, Range::not_negative,
+                       "Steps between checkpoints; 0: not by steps.");
+    checkpoint.number("every_wall_s", output.checkpoint_every_wall_s, Range::not_negative,
+                      "Wall time between checkpoints in seconds; 0: not by time.");
+  });
+  keys.flag(
+      "wire", output.wire,
+      "Record every message between coupler and components in wire/, for `copepod replay` and `copepod recording`.");
+  keys.flag("trace", output.trace,
+            "Record the phases of each process and rank in trace/, for `copepod recording trace`.");
+}
+
+}  // namespace copepod::coupler

@@ -1,0 +1,256 @@
+#include "config/yaml/keys.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace copepod::coupler {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json schema_of_object() {
+  return {{"type", "object"}, {"additionalProperties", false}, {"properties", ordered_json::object()}};
+}
+
+ordered_json schema_of_words(std::span<const char* const> names) {
+  ordered_json schema{{"enum", ordered_json::array()}};
+  for (const char* name : names) schema["enum"].push_back(name);
+  return schema;
+}
+
+ordered_json with_default(ordered_json schema, const ordered_json& value, const Key& key) {
+  if (key.need == Need::never) schema["default"] = value;
+  return schema;
+}
+
+/// What holds for either of two forms of a key: all keys below, of which those of both are required.
+void merge(ordered_json& known, const ordered_json& other) {
+  for (const auto& [key, value] : other.items()) {
+    if (key == "required") continue;
+    if (!known.contains(key))
+      known[key] = value;
+    else if (value.is_object())
+      merge(known[key], value);
+  }
+  if (!known.contains("required")) return;
+  const ordered_json others = other.value("required", ordered_json::array());
+  ordered_json& needed = known["required"];
+  needed.erase(
+      std::remove_if(needed.begin(), needed.end(),
+                     [&](const ordered_json& name) { return std::ranges::find(others, name) == others.end(); }),
+      needed.end());
+  if (needed.empty()) known.erase("required");
+}
+
+}  // namespace
+
+ordered_json schema_of_number(Range range) {
+  ordered_json schema{{"type", "number"}};
+  if (range == Range::positive) schema["exclusiveMinimum"] = 0;
+  if (range == Range::not_negative) schema["minimum"] = 0;
+  return schema;
+}
+
+ordered_json schema_of_integer(Range range) {
+  ordered_json schema{{"type", "integer"}};
+  if (range != Range::any) schema["minimum"] = range == Range::positive ? 1 : 0;
+  return schema;
+}
+
+ordered_json schema_of_list(ordered_json item, std::size_t count) {
+  ordered_json schema{{"type", "array"}, {"items", std::move(item)}};
+  if (count > 0) schema.update({{"minItems", count}, {"maxItems", count}});
+  return schema;
+}
+
+ordered_json schema_of_command() {
+  return {{"anyOf", {{{"type", "string"}}, schema_of_list({{"type", "string"}}, 0)}}};
+}
+
+Keys Keys::describing(ordered_json& schema) {
+  if (schema.is_null()) schema = schema_of_object();
+  return {nullptr, nullptr, &schema};
+}
+
+void Keys::describe(const Key& key, ordered_json form, const char* description) {
+  ordered_json described{{"description", description}};
+  described.update(form);
+  ordered_json& properties = (*schema_)["properties"];
+  if (properties.contains(key.name)) return merge(properties[key.name], described);
+  properties[key.name] = std::move(described);
+  if (key.is_required()) (*schema_)["required"].push_back(key.name);
+}
+
+void Keys::describe_also(const char* key, const ordered_json& more) {
+  if (describes()) (*schema_)["properties"][key].update(more);
+}
+
+void Keys::describe_also(const ordered_json& more) {
+  if (describes()) schema_->update(more);
+}
+
+void Keys::number(const Key& key, double& value, Range range, const char* description) {
+  if (reader_ != nullptr)
+    value = reader_->number(key.name, range, key.is_required() ? std::nullopt : std::optional(value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, with_default(schema_of_number(range), value, key), description);
+}
+
+void Keys::number(const Key& key, std::optional<double>& value, Range range, const char* description) {
+  if (reader_ != nullptr && reader_->has(key.name)) value = reader_->number(key.name, range);
+  if (resolved_ != nullptr && value) (*resolved_)[key.name] = *value;
+  if (describes()) describe(key, schema_of_number(range), description);
+}
+
+void Keys::number_or(const Key& key, std::optional<double>& value, Range range, const char* word_of_none,
+                     const char* word_of_zero, const std::string& number_of, const char* description) {
+  const std::string zero = word_of_zero;
+  if (reader_ != nullptr) {
+    const Value* given = reader_->raw(key.name);
+    const std::string word = given == nullptr ? word_of_none : given->text;
+    value.reset();
+    if (!zero.empty() && word == zero) {
+      value = 0.0;
+    } else if (given != nullptr && word != word_of_none) {
+      if (given->kind == Value::Kind::scalar && std::isalpha(static_cast<unsigned char>(word.front())) != 0)
+        reader_->reject(key.name, "is '" + word + "' (known: " + word_of_none + (zero.empty() ? "" : ", " + zero) +
+                                      "). Write one of these, or a number of " + number_of + ".");
+      else
+        value = reader_->number(key.name, range);
+    }
+  }
+  if (resolved_ != nullptr)
+    (*resolved_)[key.name] = !value                           ? ordered_json(word_of_none)
+                             : *value == 0.0 && !zero.empty() ? ordered_json(zero)
+                                                              : ordered_json(*value);
+  if (!describes()) return;
+  ordered_json words{word_of_none};
+  if (!zero.empty()) words.push_back(zero);
+  describe(key, {{"anyOf", {{{"enum", words}}, schema_of_number(range)}}, {"default", word_of_none}}, description);
+}
+
+void Keys::integer(const Key& key, std::int64_t& value, Range range, const char* description) {
+  if (reader_ != nullptr)
+    value = reader_->integer(key.name, range, key.is_required() ? std::nullopt : std::optional(value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, with_default(schema_of_integer(range), value, key), description);
+}
+
+void Keys::numbers(const Key& key, Eigen::Ref<Eigen::VectorXd> values, const char* description) {
+  const auto size = static_cast<std::size_t>(values.size());
+  if (reader_ != nullptr)
+    values = reader_->numbers(key.name, values.size(),
+                              key.is_required() ? std::nullopt : std::optional<Eigen::VectorXd>(values));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = Eigen::VectorXd(values);
+  if (describes())
+    describe(key, with_default(schema_of_list(schema_of_number(Range::any), size), Eigen::VectorXd(values), key),
+             description);
+}
+
+void Keys::integers(const Key& key, std::span<std::int64_t> values, Range range, const char* description) {
+  const std::vector<std::int64_t> known(values.begin(), values.end());
+  if (reader_ != nullptr)
+    std::ranges::copy(
+        reader_->integers(key.name, values.size(), range, key.is_required() ? std::nullopt : std::optional(known)),
+        values.begin());
+  if (resolved_ != nullptr) (*resolved_)[key.name] = known;
+  if (describes())
+    describe(key, with_default(schema_of_list(schema_of_integer(range), known.size()), known, key), description);
+}
+
+void Keys::text(const Key& key, std::string& value, const char* description) {
+  if (reader_ != nullptr) value = reader_->text(key.name, key.is_required() ? std::nullopt : std::optional(value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, {{"type", "string"}}, description);
+}
+
+void Keys::name(const Key& key, std::string& value, const char* description) {
+  if (reader_ != nullptr) value = reader_->name(key.name, key.is_required() ? std::nullopt : std::optional(value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, {{"type", "string"}}, description);
+}
+
+void Keys::flag(const Key& key, bool& value, const char* description) {
+  constexpr std::array names{"false", "true"};
+  if (describes()) return describe(key, with_default({{"type", "boolean"}}, value, key), description);
+  value = choose(key, value ? 1 : 0, names, description) == 1;
+}
+
+void Keys::words(const Key& key, std::vector<std::string>& values, std::size_t count, const char* description) {
+  if (reader_ != nullptr) values = reader_->words(key.name);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = values;
+  if (describes()) describe(key, schema_of_list({{"type", "string"}}, count), description);
+}
+
+void Keys::command(const Key& key, std::vector<std::string>& words, const char* description) {
+  if (reader_ != nullptr) words = reader_->command(key.name);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = words;
+  if (describes()) describe(key, schema_of_command(), description);
+}
+
+std::size_t Keys::choose(const Key& key, std::size_t place, std::span<const char* const> names,
+                         const char* description) {
+  if (resolved_ != nullptr) (*resolved_)[key.name] = names[place];
+  if (describes()) describe(key, with_default(schema_of_words(names), names[place], key), description);
+  if (reader_ == nullptr) return place;
+  const std::size_t found = reader_->choose(key.name, {names.begin(), names.end()}, key.is_required());
+  return found < names.size() ? found : place;
+}
+
+void Keys::section(const Key& key, const char* description, const std::function<void(Keys&)>& declare) {
+  if (reader_ != nullptr) {
+    Reader below = reader_->section(key.name);
+    Keys keys = reading(below);
+    declare(keys);
+  }
+  if (resolved_ != nullptr) {
+    ordered_json below = ordered_json::object();
+    Keys keys = writing(below);
+    declare(keys);
+    (*resolved_)[key.name] = std::move(below);
+  }
+  if (!describes()) return;
+  ordered_json below;
+  Keys keys = describing(below);
+  declare(keys);
+  describe(key, std::move(below), description);
+}
+
+void Keys::either(const Key& key, const std::function<void(Keys&)>& declare) {
+  if (!describes()) return section(key, "", declare);
+  ordered_json below;
+  Keys keys = describing(below);
+  declare(keys);
+  ordered_json& known = (*schema_)["properties"][key.name];
+  ordered_json both{{"description", known["description"]}};
+  known.erase("description");
+  both["anyOf"] = {std::move(known), std::move(below)};
+  known = std::move(both);
+}
+
+std::size_t Keys::size_of(const Key& key, std::size_t known) const {
+  return reader_ != nullptr ? reader_->size(key.name) : std::max<std::size_t>(known, 1);
+}
+
+void Keys::items(const Key& key, std::size_t count, const char* description,
+                 const std::function<void(Keys&, std::size_t)>& declare) {
+  ordered_json items = ordered_json::array();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (reader_ != nullptr) {
+      Reader below = reader_->item(key.name, i);
+      Keys keys = reading(below);
+      declare(keys, i);
+    } else {
+      ordered_json& below = items.emplace_back(resolved_ != nullptr ? ordered_json::object() : ordered_json());
+      Keys keys = resolved_ != nullptr ? writing(below) : describing(below);
+      declare(keys, i);
+    }
+  }
+  if (resolved_ != nullptr) (*resolved_)[key.name] = std::move(items);
+  if (describes()) describe(key, schema_of_list(std::move(items[0]), 0), description);
+}
+
+}  // namespace copepod::coupler
