@@ -11,9 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/case_keys.md"
 HEAD = """# Keys of a case
 
-Every key of a case file, from [`configs/schema/case.schema.json`](../configs/schema/case.schema.json): what a case may
-say, what applies where it says nothing, and what that means. `[]` stands for an item of a list, `*` for a name of your
-own. Keys carry their units.
+Every key of a case file, from [`configs/schema/case.schema.json`](../configs/schema/case.schema.json): its values, its
+default, and its meaning. `[]` stands for an item of a list, `*` for a name of your own. Keys carry their units.
 
 Written by `tests/architecture/case_keys.py --write`.
 """
@@ -77,4 +76,4 @@ if __name__ == "__main__":
     if "--write" in sys.argv:
         PAGE.write_text(page())
     elif PAGE.read_text() != page():
-        sys.exit(f"{PAGE} is not what the schema says. Write it again: tests/architecture/case_keys.py --write")
+        sys.exit(f"{PAGE} differs from the schema. Write it again: tests/architecture/case_keys.py --write")

@@ -76,7 +76,7 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
   WallSpecification wall;
   wall.normal = (high ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
   wall.point_m = (high ? length_m : 0.0) * Eigen::Vector3d::Unit(axis);
-  wall.friction = the_case.contact->friction;
+  wall.friction = the_case.contact->wall_friction.value_or(the_case.contact->friction);
   if (fluid.kind == FluidKind::stokes)
     return fluid.no_slip_plane == static_cast<int>(face) ? std::optional(wall) : std::nullopt;
   if (length_m == 0.0) return {};

@@ -169,6 +169,7 @@ struct LubricationCase {
 struct ContactCase {
   double restitution = 0.9;
   double friction = 0.3;
+  std::optional<double> wall_friction;      ///< absent: as between bodies
   std::optional<double> stiffness_N_per_m;  ///< absent: by the rule of checks/contact_setup.hpp
 };
 

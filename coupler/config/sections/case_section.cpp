@@ -58,8 +58,9 @@ void declare(Keys& keys, ContactCase& contact) {
     reader->reject("restitution", "is " + rounded_text(contact.restitution) +
                                       " (the velocity after an impact over that before). Use a number between 0.05 and "
                                       "1.");
-  keys.number("friction", contact.friction, Range::not_negative,
-              "Coulomb coefficient between bodies, and between bodies and walls where the fluid sticks.");
+  keys.number("friction", contact.friction, Range::not_negative, "Coulomb coefficient between bodies.");
+  keys.number("wall_friction", contact.wall_friction, Range::not_negative,
+              "Coulomb coefficient between bodies and walls where the fluid sticks. Default: that of friction.");
   keys.number_or("stiffness_N_per_m", contact.stiffness_N_per_m, Range::positive, "auto", "", "N/m",
                  "Of the normal spring [N/m]. auto: overlaps stay below about 1 % of the smallest radius, judged by "
                  "weights, drives, the speeds at the start and those of settling; at least the stiffest that needs no "

@@ -124,7 +124,7 @@ const Travels body_travels{
     {"walls.point_m", {"fluid.domain_cells=[50, 50, 96]"}},
     {"walls.normal", {"fluid.boundaries.x=periodic"}},
     {"walls.velocity_m_per_s", {"fluid.boundaries.y={velocity_m_per_s: [0, 0, 0.4]}"}},
-    {"walls.friction", {"contact.friction=0.4"}},
+    {"walls.friction", {"contact.wall_friction=0.4"}},
     {"contact.stiffness_N_per_m", {"contact.stiffness_N_per_m=0.25"}},
     {"contact.restitution", {"contact.restitution=0.7"}},
     {"contact.friction", {"contact.friction=0.4"}},

@@ -85,6 +85,10 @@ TEST(ContactSetup, HasAWallAtEveryFaceThatBodiesMeet) {
   EXPECT_EQ(setup.walls[1].velocity_m_per_s, Eigen::Vector3d(1, 0, 0));
   EXPECT_EQ(setup.walls[1].friction, 0.3);
   EXPECT_EQ(setup.walls[2].normal, Eigen::Vector3d(0, 0, 1));
+  const BodySetup slippery = setup_of(falling({"contact.wall_friction=0", "fluid.boundaries.y=free_slip"}));
+  for (const WallSpecification& wall : slippery.walls) EXPECT_EQ(wall.friction, 0.0);
+  EXPECT_EQ(slippery.contact.friction, 0.3);
+  EXPECT_EQ(setup_of(falling({"contact.friction=0", "contact.wall_friction=0.7"})).walls[0].friction, 0.7);
   EXPECT_EQ(setup_of(falling({"fluid.boundaries.x={velocity_m_per_s: [1, 0, 0]}"})).walls.size(), 4U) << "an inlet";
 }
 
