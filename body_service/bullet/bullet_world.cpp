@@ -44,10 +44,23 @@ btMatrix3x3 frame_along(const Eigen::Vector3d& axis) {
 
 }  // namespace
 
+namespace {
+
+/// The root of that between bodies. Where only walls have friction, so little that it does not count between bodies,
+/// but its product with that of a wall does.
+double friction_of_a_body(const BodySetup& setup) {
+  const bool only_walls = setup.contact.friction == 0.0 &&
+                          std::ranges::any_of(setup.walls, [](const auto& wall) { return wall.friction > 0.0; });
+  return only_walls ? 1e-6 : std::sqrt(setup.contact.friction);
+}
+
+}  // namespace
+
 BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double step_s)
     : model_(model),
       units_(engine_units(model, step_s)),
       contact_(setup.contact),
+      friction_of_a_body_(friction_of_a_body(setup)),
       configuration_(small_pools()),
       dispatcher_(&configuration_),
       springs_(setup) {
@@ -84,7 +97,7 @@ void BulletWorld::add_body(Eigen::Index body) {
                                                 to_bullet(inertia, units_.inertia_kg_m2()));
   bodies_.push_back(std::make_unique<btRigidBody>(info));
   btRigidBody& made = *bodies_.back();
-  give_contact_properties(made, std::sqrt(contact_.restitution), std::sqrt(contact_.friction));
+  give_contact_properties(made, std::sqrt(contact_.restitution), friction_of_a_body_);
   made.setActivationState(DISABLE_DEACTIVATION);
   if (!moves) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
 }
@@ -101,7 +114,7 @@ void BulletWorld::add_wall(const WallSpecification& wall) {
                                                          wall.normal.dot(wall.point_m) / units_.length_m));
   walls_.push_back(
       std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(0.0, nullptr, shapes_.back().get())));
-  const double friction = contact_.friction > 0.0 ? wall.friction / std::sqrt(contact_.friction) : 0.0;
+  const double friction = wall.friction > 0.0 ? wall.friction / friction_of_a_body_ : 0.0;
   give_contact_properties(*walls_.back(), std::sqrt(contact_.restitution), friction);
 }
 

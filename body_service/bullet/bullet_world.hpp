@@ -42,6 +42,7 @@ class BulletWorld final : public EngineWorld {
   const BodyModel& model_;
   EngineUnits units_;
   ContactSpecification contact_;
+  double friction_of_a_body_;  ///< Bullet multiplies those of two bodies
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   CapsuleOnPlane::CreateFunc capsule_and_plane_, plane_and_capsule_;

@@ -72,10 +72,12 @@ void OverlapCheck::report(int A, int B, double gap_m, std::int64_t step) const {
                           " at the start (a contact would push them apart at once). Start them further apart.",
                       0, step);
   }
-  throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
-                        " (contacts are not resolved). Start them further apart, or use a smaller amplitude of the "
-                        "drive (amplitude_N, amplitude_m), a stiffer spring or a shorter step.",
-                    0, step);
+  throw SolverError(
+      "bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
+          " (contacts are not resolved). Let bodies rebound (contact: {} in the case), start them further "
+          "apart, or use a smaller amplitude of the drive (amplitude_N, amplitude_m), a stiffer spring or a "
+          "shorter step.",
+      0, step);
 }
 
 }  // namespace copepod::body

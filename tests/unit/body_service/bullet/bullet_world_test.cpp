@@ -37,14 +37,16 @@ TEST(BulletWorld, LeavesFixedAndPrescribedBodiesTheirMotion) {
 
 // Coulomb: the impulse along the wall is μ times that across it while the surfaces slide.
 TEST(BulletWorld, SlidesAlongWallsByCoulombsLaw) {
-  BodySetup setup = setup_of({bead("thrown", {0, 0, 5e-6})}, 1e-8);
-  setup.bodies[0].velocity_m_per_s = {3, 0, -1};
-  setup.contact = {stiffness_of_contact(4e-7, largest_inverse_mass_per_kg(setup.bodies)), 1.0, 0.5};
-  setup.walls = {{{0, 0, 0}, {0, 0, 1}, {0, 0, 0}, 0.2}};
-  EngineBodySolver bullet = engine_solver(setup);
-  const Kinematics after = advance(bullet, 500);
-  EXPECT_NEAR(after.velocity_m_per_s(0, 0), 3.0 - 0.2 * 2.0, 0.01);
-  EXPECT_NEAR(after.angular_velocity_rad_per_s(1, 0), 2.5 * 0.4 / 4e-6, 0.02 * 2.5 * 0.4 / 4e-6);
+  for (const double between_bodies : {0.5, 0.0}) {
+    BodySetup setup = setup_of({bead("thrown", {0, 0, 5e-6})}, 1e-8);
+    setup.bodies[0].velocity_m_per_s = {3, 0, -1};
+    setup.contact = {stiffness_of_contact(4e-7, largest_inverse_mass_per_kg(setup.bodies)), 1.0, between_bodies};
+    setup.walls = {{{0, 0, 0}, {0, 0, 1}, {0, 0, 0}, 0.2}};
+    EngineBodySolver bullet = engine_solver(setup);
+    const Kinematics after = advance(bullet, 500);
+    EXPECT_NEAR(after.velocity_m_per_s(0, 0), 3.0 - 0.2 * 2.0, 0.01);
+    EXPECT_NEAR(after.angular_velocity_rad_per_s(1, 0), 2.5 * 0.4 / 4e-6, 0.02 * 2.5 * 0.4 / 4e-6);
+  }
 }
 
 /// A capsule above a floor.
