@@ -55,12 +55,17 @@ function(copepod_sources_together target)
   endif()
 endfunction()
 
-# copepod_library(name SOURCES a.cpp … LINKS target …): a static library under the rules above.
+# copepod_library(name [COLD] SOURCES a.cpp … LINKS target …): a static library under the rules above. COLD: no loop in it
+# is long, so that the time to compile it counts for more; the bits of its numbers are the same.
 function(copepod_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "COLD" "" "SOURCES;LINKS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   copepod_compile_options(${name})
   copepod_sources_together(${name})
+  if(ARG_COLD AND CMAKE_BUILD_TYPE STREQUAL "Release")
+    target_compile_options(${name} PRIVATE -Og)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
+  endif()
   target_link_libraries(${name} PUBLIC ${ARG_LINKS})
 endfunction()
 

@@ -43,7 +43,7 @@ def findings(options: Namespace) -> Findings:
 
     Raises Stop(2) with the errors of the coupler if one is bad.
     """
-    build.ensure_programs()
+    build.ensure_programs(options)
     plan = request(options)
     if isinstance(plan, CampaignPlan):
         return campaign_check.findings(plan.name, plan.items, plan.jobs, options.start_components)

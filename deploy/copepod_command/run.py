@@ -21,7 +21,7 @@ _SIGNALS = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}
 
 def run(options: Namespace) -> int:
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
-    build.ensure_programs()
+    build.ensure_programs(options)
     plan = request_plan(options)
     if plan.sweep:
         return campaign.run_sweep(options, plan)

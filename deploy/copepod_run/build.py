@@ -8,8 +8,10 @@ import shutil
 import subprocess
 import sys
 import time
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import IO
 
 from copepod_run import packages
@@ -23,12 +25,27 @@ _SHOWN_LINES = 40
 _MOMENT_S = 1.0  # a build that takes longer is announced
 _LOOK_EVERY_S = 0.2  # at a build that another process has under way
 _LOG = BUILD / "build.log"
+_OF_SOME_CASES = re.compile(rb"bullet|mujoco|in_process|campaign|\\\\")  # \\: a word may be spelled by codes
 _COUNTER = re.compile(rb"^\[(\d+)/(\d+)\]", re.MULTILINE)  # ninja's
 
 
-def ensure_programs() -> None:
-    """Packages, the programs of a run, and what components in Python need; all up to date."""
-    ensure_targets(("copepod_programs", "copepod_python"))
+def ensure_programs(options: Namespace | None = None) -> None:
+    """Packages, the programs of a run, and what components in Python need; all up to date.
+
+    @param options  of a command about one case: programs that it does not need are then left for later
+    """
+    some = options is not None and not _may_need_all(options)
+    ensure_targets(("copepod_services" if some else "copepod_programs", "copepod_python"))
+
+
+def _may_need_all(options: Namespace) -> bool:
+    """Whether a case, which nothing has read yet, may name an engine or run in one process."""
+    case = Path(options.case)
+    if case.exists() and not case.is_file():
+        return True  # a pipe can be read once only
+    words = [*options.set, options.fluid or "", options.body or ""]
+    text = case.read_bytes() if case.exists() else b""
+    return bool(_OF_SOME_CASES.search(text + " ".join(words).encode()))
 
 
 def ensure_everything() -> None:

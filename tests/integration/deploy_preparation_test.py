@@ -95,6 +95,21 @@ class Preparation(CommandTest):
         self.assertIn("copepod: configuring … ", answer.stderr)
         self.assertRegex(answer.stderr, r"copepod: building \(log: .*build.log\) … \d+ s")
 
+    def test_programs_that_a_case_does_not_need_are_left_for_later(self):
+        self.install_everything()
+        case = self.checkout / "case.yaml"
+        for text, target in (
+            ("case: plain", "copepod_services"),
+            ("body: {solver: bullet}", "copepod_programs"),
+            ("services: {transport: in_process}", "copepod_programs"),
+            ("campaign: many", "copepod_programs"),
+        ):
+            case.write_text(text)
+            shutil.rmtree(self.checkout / "build", ignore_errors=True)
+            (self.state / "calls").unlink(missing_ok=True)
+            self.run_command()
+            self.assertRegex(self.calls(), rf"ninja .* {target} copepod_python\n", text)
+
     def test_second_time_is_quiet(self):
         self.install_everything()
         self.run_command()
