@@ -55,8 +55,8 @@ function(copepod_sources_together target)
   endif()
 endfunction()
 
-# copepod_library(name [COLD] SOURCES a.cpp … LINKS target …): a static library under the rules above. COLD: no loop in it
-# is long, so that the time to compile it counts for more; the bits of its numbers are the same.
+# copepod_library(name [COLD] SOURCES a.cpp … LINKS target …): a static library under the rules above. COLD: none of its
+# loops is long, so that the time to compile it counts for more; the bits of its numbers are the same.
 function(copepod_library name)
   cmake_parse_arguments(ARG "COLD" "" "SOURCES;LINKS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})

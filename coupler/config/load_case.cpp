@@ -38,7 +38,7 @@ void refuse_campaign(const Document& document) {
 
 LoadedCase read_one(const Document& document) {
   refuse_forces(document);
-  Problems problems(document);
+  Problems problems(document, case_keys);
   LoadedCase loaded;
   loaded.content = read_case(Reader(&document.root(), "", problems));
   loaded.assembly = assemble(loaded.content);

@@ -1,21 +1,12 @@
 #include "config/setups.hpp"
 
 #include "config/checks/contact_setup.hpp"
+#include "config/yaml/hints.hpp"
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
 #include "geometry/near_pairs.hpp"
 
 namespace copepod::coupler {
-namespace {
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list;
-}
-
-}  // namespace
-
 FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory) {
   FluidSetup setup = static_cast<const FluidSetup&>(the_case.fluid);
   setup.step_s = the_case.step_s;
@@ -75,11 +66,11 @@ std::vector<std::string> require_features(const Capabilities& capabilities, cons
     notices.push_back(who + " announces '" + name + "' (not a known feature)." + meant);
   }
   if (!comparison.missing.empty()) {
-    throw Refused("the case needs what " + who + " cannot do (" + joined(comparison.missing) +
-                  "). Change the case, or use another component." + (notices.empty() ? "" : " ") + joined(notices));
+    throw Refused("the case needs what " + who + " cannot do (" + listed(comparison.missing) +
+                  "). Change the case, or use another component." + (notices.empty() ? "" : " ") + listed(notices));
   }
   if (!comparison.neglected.empty())
-    notices.push_back(who + " neglects " + joined(comparison.neglected) + " (the case uses it).");
+    notices.push_back(who + " neglects " + listed(comparison.neglected) + " (the case uses it).");
   return notices;
 }
 

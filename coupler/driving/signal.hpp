@@ -16,6 +16,7 @@ struct Signal {
   struct Point {
     double time_steps = 0.0;
     double value = 0.0;
+    bool operator==(const Point&) const = default;
   };
 
   SignalKind kind = SignalKind::constant;
@@ -27,6 +28,7 @@ struct Signal {
   std::int64_t start_step = 0;
   std::int64_t stop_step = never;
   std::vector<Point> table;  ///< ascending in time
+  bool operator==(const Signal&) const = default;
 };
 
 /// Value at the time step + node.

@@ -3,9 +3,7 @@
 #include <algorithm>
 
 namespace copepod {
-namespace {
 
-/// Levenshtein's edit distance.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -21,11 +19,9 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row[b.size()];
 }
 
-}  // namespace
-
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
   std::string best;
-  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2) + 1;
+  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& candidate : known) {
     // A key without its unit, or with another one, is the most likely slip.
     const bool prefix = candidate.starts_with(word + "_") || word.starts_with(candidate + "_");

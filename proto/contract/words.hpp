@@ -90,6 +90,9 @@ inline constexpr std::array actuator_names{Choice<ActuatorKind>{"pair_force", Ac
                                            Choice<ActuatorKind>{"joint_motion", ActuatorKind::joint_motion},
                                            Choice<ActuatorKind>{"control", ActuatorKind::control}};
 
+/// Levenshtein's: letters to add, to leave out, or to replace.
+std::size_t edit_distance(const std::string& a, const std::string& b);
+
 /// The known word closest to `word`, for "Did you mean …?"; empty if none is close.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 

@@ -161,7 +161,23 @@ void declare(Keys& keys, Case& the_case) {
   declare_set_aside(keys);
 }
 
+void collect_paths(const ordered_json& node, const std::string& path, std::vector<std::string>& paths) {
+  for (const ordered_json& form : node.value("anyOf", ordered_json::array())) collect_paths(form, path, paths);
+  if (node.contains("items")) collect_paths(node["items"], path + ".[]", paths);
+  const ordered_json properties = node.value("properties", ordered_json::object());
+  for (const auto& [key, child] : properties.items()) {
+    paths.push_back(path.empty() ? key : path + "." + key);
+    collect_paths(child, std::string(paths.back()), paths);
+  }
+}
+
 }  // namespace
+
+std::vector<std::string> case_keys() {
+  std::vector<std::string> paths;
+  collect_paths(case_schema(), "", paths);
+  return paths;
+}
 
 Case read_case(Reader top) {
   Case result;

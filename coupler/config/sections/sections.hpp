@@ -70,6 +70,8 @@ Case read_case(Reader top);
 nlohmann::ordered_json resolved(Case the_case);
 /// JSON schema of a case file.
 nlohmann::ordered_json case_schema();
+/// Paths of all keys, with [] for the items of lists.
+std::vector<std::string> case_keys();
 
 /// The resolved case without length of the run, output, services and published figures.
 nlohmann::ordered_json physics_of(Case the_case);

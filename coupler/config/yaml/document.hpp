@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -57,7 +58,9 @@ class Document {
 /// Places are given as key paths ("swimmers.0.beads.1.radius_m"); the document has their lines.
 class Problems {
  public:
-  explicit Problems(const Document& document) : document_(document) {}
+  /// @param keys_elsewhere  gives the paths of all keys that a document may have, for hints
+  explicit Problems(const Document& document, std::function<std::vector<std::string>()> keys_elsewhere = {})
+      : document_(document), keys_elsewhere_(std::move(keys_elsewhere)) {}
 
   /// Below swarm.template, which stands for many swimmers, the first of several at one place that differ in names and
   /// numbers only stands for all of them.
@@ -71,6 +74,7 @@ class Problems {
   [[nodiscard]] bool any_under(const std::string& path) const;
   [[nodiscard]] bool any() const { return !errors_.empty(); }
   [[nodiscard]] std::vector<std::string> warnings() const;
+  [[nodiscard]] const std::function<std::vector<std::string>()>& keys_elsewhere() const { return keys_elsewhere_; }
 
   /// @throws CaseInvalid if there is any error; lines in the order of the file
   void throw_if_any() const;
@@ -82,6 +86,7 @@ class Problems {
     std::string line;
   };
   const Document& document_;
+  std::function<std::vector<std::string>()> keys_elsewhere_;
   std::vector<Entry> errors_;
   struct Warning {
     std::string line;

@@ -4,16 +4,11 @@
 #include <charconv>
 #include <cmath>
 
+#include "config/yaml/hints.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {
 namespace {
-
-std::string listed(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 const char* kind_name(const Value& value) {
   switch (value.kind) {
@@ -50,11 +45,10 @@ Reader::~Reader() {
   const std::vector<std::string> known(known_.begin(), known_.end());
   for (const Value::Entry& entry : mapping_->entries) {
     if (known_.contains(entry.key)) continue;
-    const std::string nearest = nearest_word(entry.key, known);
-    const std::string advice = nearest.empty() ? "Known here: " + listed(known) + "." : "Did you mean " + nearest + "?";
     const std::string where = path_.empty() ? "at the top of the case" : "in " + path_;
     problems_.error_at(entry.key_origin, path_of(entry.key),
-                       "key '" + entry.key + "' is unknown (nothing " + where + " has this name). " + advice);
+                       "key '" + entry.key + "' is unknown (nothing " + where + " has this name). " +
+                           hint_for(entry.key, known, problems_.keys_elsewhere()));
   }
 }
 

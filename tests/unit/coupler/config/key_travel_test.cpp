@@ -240,6 +240,23 @@ TEST_P(KeyTravel, EveryFieldIsSetByItsKeyAndSurvivesTheResolvedCase) {
   }
 }
 
+TEST(KeysOfTheCoupler, SurviveTheResolvedCase) {
+  const LoadedCase loaded = load_case(every_key, {"swimmers.1.phase_deg=30"});
+  const LoadedCase again = read_again(loaded);
+  ASSERT_EQ(again.assembly.drive.size(), loaded.assembly.drive.size());
+  for (std::size_t i = 0; i < loaded.assembly.drive.size(); ++i)
+    EXPECT_EQ(again.assembly.drive[i].signal, loaded.assembly.drive[i].signal) << loaded.assembly.signal_paths[i];
+  ASSERT_EQ(again.content.actuators.size(), loaded.content.actuators.size());
+  for (std::size_t i = 0; i < loaded.content.actuators.size(); ++i)
+    EXPECT_EQ(again.content.actuators[i].signal, loaded.content.actuators[i].signal) << i;
+  EXPECT_EQ(again.content.swimmers[1].phase_deg, 30.0);
+  EXPECT_EQ(again.content.groups[0].period_steps, loaded.content.groups[0].period_steps);
+  EXPECT_EQ(again.content.virtual_mass, loaded.content.virtual_mass);
+  EXPECT_EQ(again.content.load_averaging, loaded.content.load_averaging);
+  EXPECT_EQ(again.content.output.checkpoint_every_steps, loaded.content.output.checkpoint_every_steps);
+  EXPECT_EQ(again.content.services.silence_s, loaded.content.services.silence_s);
+}
+
 INSTANTIATE_TEST_SUITE_P(Setups, KeyTravel, testing::Values(true, false),
                          [](const auto& role) { return role.param ? "Fluid" : "Body"; });
 
