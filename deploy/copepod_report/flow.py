@@ -11,7 +11,7 @@ from matplotlib.ticker import NullLocator
 
 from copepod_report.fields import MEAN, FieldTimes, read_coarse, read_layer, times_in
 from copepod_report.run_record import Body, RunRecord, read_file, z_axis
-from copepod_report.style import WIDTH_INCHES, Theme, new_figure
+from copepod_report.style import FLOW, LIGHT, WIDTH_INCHES, colour_bar, new_figure
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import quantity_text
 
@@ -223,7 +223,7 @@ def _shown(
     return low[axes[0]], high[axes[0]], low[axes[1]], high[axes[1]]
 
 
-def draw(run: RunRecord, picture: FlowPicture, theme: Theme) -> Any:
+def draw(run: RunRecord, picture: FlowPicture) -> Any:
     """Speed in the plane as colour, direction as stream lines; lengths in micrometres."""
     speed = np.hypot(picture.velocity_along_m_per_s, picture.velocity_across_m_per_s)
     cell = 1e6 * run.cell_size_m
@@ -234,7 +234,7 @@ def draw(run: RunRecord, picture: FlowPicture, theme: Theme) -> Any:
     shown = [1e6 * edge for edge in picture.shown_m] if picture.shown_m else box
     columns_shown, rows_shown = _inside(along, shown[:2]), _inside(across, shown[2:])
     height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
-    figure, axes = new_figure(theme, min(max(height, 1.8), 7.5))
+    figure, axes = new_figure(LIGHT, min(max(height, 1.8), 7.5))
     axes.grid(False)
     top = float(np.quantile(speed[rows_shown, columns_shown], 0.998))
     unit, unit_name = _unit_of_speed(top)
@@ -242,7 +242,7 @@ def draw(run: RunRecord, picture: FlowPicture, theme: Theme) -> Any:
         speed / unit,
         origin="lower",
         extent=box,
-        cmap=theme.flow,
+        cmap=FLOW,
         interpolation="bilinear",
         norm=PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30)),
     )
@@ -252,24 +252,21 @@ def draw(run: RunRecord, picture: FlowPicture, theme: Theme) -> Any:
             across[rows_shown],
             picture.velocity_along_m_per_s[rows_shown, columns_shown],
             picture.velocity_across_m_per_s[rows_shown, columns_shown],
-            color=theme.stream,
+            color=LIGHT.ink,
             linewidth=0.5,
             arrowsize=0.7,
             density=1.6,
         )
-    _draw_bodies(axes, run, picture, theme)
+    _draw_bodies(axes, run, picture)
     axes.set_xlim(*shown[:2])
     axes.set_ylim(*shown[2:])
-    axes.set_xlabel(f"{_AXES[picture.along]} [µm]")
-    axes.set_ylabel(f"{_AXES[picture.across]} [µm]")
-    bar = figure.colorbar(image, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
-    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    bar.ax.yaxis.set_minor_locator(NullLocator())
+    axes.set(xlabel=f"{_AXES[picture.along]} [µm]", ylabel=f"{_AXES[picture.across]} [µm]")
     kind = "mean speed" if picture.is_mean else "speed"
     relative = f"\nrelative to {picture.frame}" if picture.frame else ""
-    bar.set_label(f"{kind} in the plane [{unit_name}]{relative}", color=theme.ink)
-    bar.outline.set_edgecolor(theme.faint)
-    bar.ax.tick_params(colors=theme.ink)
+    label = f"{kind} in the plane [{unit_name}]{relative}"
+    bar = colour_bar(figure, image, label, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
+    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    bar.ax.yaxis.set_minor_locator(NullLocator())
     return figure
 
 
@@ -295,13 +292,13 @@ def _round_ticks(top: float) -> list[float]:
     return [0.0, *[step for step in steps if step <= 1.0001 * top][-5:]]
 
 
-def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture, theme: Theme) -> None:
+def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture) -> None:
     """Outlines of the bodies, and of their images behind symmetry planes; dashed for those outside the plane."""
     shown = [picture.along, picture.across]
     for body in run.bodies() if len(run.trajectory) else []:
         centre, direction = _place_m(run, body, picture.window), _direction(run, body, picture.window)
-        colour = theme.beads[body.place % len(theme.beads)]
-        looks: dict[str, Any] = {"facecolor": colour, "edgecolor": theme.paper, "linewidth": 1, "zorder": 5}
+        colour = LIGHT.beads[body.place % len(LIGHT.beads)]
+        looks: dict[str, Any] = {"facecolor": colour, "edgecolor": LIGHT.paper, "linewidth": 1, "zorder": 5}
         if not _is_cut(run, body, picture):
             looks |= {"facecolor": "none", "edgecolor": colour, "linestyle": "--"}
         for place in _with_images(run, centre, shown):
