@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from copepod_report.style import LIGHT, legend_above, new_figure
+from copepod_report.style import LIGHT, legend_above, many_lines, new_figure
 
 Cycles = dict[str, np.ndarray]  # of one swimmer: column to values, shape (cycles,); empty fields are NaN
 
@@ -73,18 +73,11 @@ def by_cycle(cycles: Cycles, arm_names: Sequence[str]) -> Any:
         rows += [("{}_mean_m", of_arms, "mean arm [µm]", 1e6), ("{}_amplitude_m", of_arms, "amplitude [µm]", 1e6)]
     figure, panels = new_figure(LIGHT, 1.0 + 1.9 * len(rows), nrows=len(rows), sharex=True, squeeze=False)
     for axes, (column, lines, label, unit) in zip(panels.flat, rows):
-        axes.set_ylim(*_frame(unit * np.array([cycles[column.format(key)] for key, _ in lines])))
-        for number, (key, name) in enumerate(lines):
-            axes.plot(
-                cycles["cycle"],
-                unit * cycles[column.format(key)],
-                marker="o",
-                color=LIGHT.beads[number % 3],
-                linestyle=("-", "--", ":")[number // 3 % 3],
-                markersize=4,
-                linewidth=1.3,
-                label=name,
-            )
+        values = unit * np.array([cycles[column.format(key)] for key, _ in lines])
+        axes.set_ylim(*_frame(values))
+        axes.set_prop_cycle(many_lines(*LIGHT.beads))
+        for line, (_, name) in zip(values, lines):
+            axes.plot(cycles["cycle"], line, marker="o", markersize=4, linewidth=1.3, label=name)
         axes.set_ylabel(label)
         axes.yaxis.get_major_formatter().set_useOffset(False)
         if column != "{}_amplitude_m" and len(lines) <= 9:

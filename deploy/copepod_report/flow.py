@@ -13,7 +13,7 @@ from copepod_report.fields import MEAN, FieldTimes, read_coarse, read_layer, tim
 from copepod_report.run_record import Body, RunRecord, read_file, z_axis
 from copepod_report.style import FLOW, LIGHT, WIDTH_INCHES, colour_bar, new_figure
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.figures import quantity_text
+from copepod_run.figures import prefix_of, quantity_text
 
 _AXES = "xyz"
 _ALIKE = 0.05  # shares of the motion that differ by less are taken as equal
@@ -233,11 +233,13 @@ def draw(run: RunRecord, picture: FlowPicture) -> Any:
     box = [left, left + cell * columns, bottom, bottom + cell * rows]
     shown = [1e6 * edge for edge in picture.shown_m] if picture.shown_m else box
     columns_shown, rows_shown = _inside(along, shown[:2]), _inside(across, shown[2:])
+    part = (rows_shown, columns_shown)
     height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
     figure, axes = new_figure(LIGHT, min(max(height, 1.8), 7.5))
     axes.grid(False)
-    top = float(np.quantile(speed[rows_shown, columns_shown], 0.998))
-    unit, unit_name = _unit_of_speed(top)
+    top = float(np.quantile(speed[part], 0.998))
+    power, prefix = prefix_of(top, -6)
+    unit = 10.0**power
     image = axes.imshow(
         speed / unit,
         origin="lower",
@@ -247,23 +249,16 @@ def draw(run: RunRecord, picture: FlowPicture) -> Any:
         norm=PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30)),
     )
     if top > 0:
-        axes.streamplot(
-            along[columns_shown],
-            across[rows_shown],
-            picture.velocity_along_m_per_s[rows_shown, columns_shown],
-            picture.velocity_across_m_per_s[rows_shown, columns_shown],
-            color=LIGHT.ink,
-            linewidth=0.5,
-            arrowsize=0.7,
-            density=1.6,
-        )
+        velocity = picture.velocity_along_m_per_s[part], picture.velocity_across_m_per_s[part]
+        look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}
+        axes.streamplot(along[columns_shown], across[rows_shown], *velocity, **look)
     _draw_bodies(axes, run, picture)
     axes.set_xlim(*shown[:2])
     axes.set_ylim(*shown[2:])
     axes.set(xlabel=f"{_AXES[picture.along]} [µm]", ylabel=f"{_AXES[picture.across]} [µm]")
     kind = "mean speed" if picture.is_mean else "speed"
     relative = f"\nrelative to {picture.frame}" if picture.frame else ""
-    label = f"{kind} in the plane [{unit_name}]{relative}"
+    label = f"{kind} in the plane [{prefix}m/s]{relative}"
     bar = colour_bar(figure, image, label, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
     bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     bar.ax.yaxis.set_minor_locator(NullLocator())
@@ -274,13 +269,6 @@ def _inside(centres: np.ndarray, edges: Sequence[float]) -> slice:
     """The cells between two edges, and one more on each side for the interpolation; at least two."""
     low = max(int(np.searchsorted(centres, edges[0])) - 1, 0)
     return slice(low, max(int(np.searchsorted(centres, edges[1])) + 1, low + 2))
-
-
-def _unit_of_speed(speed_m_per_s: float) -> tuple[float, str]:
-    for unit, name in ((1.0, "m/s"), (1e-3, "mm/s")):
-        if speed_m_per_s >= unit:
-            return unit, name
-    return 1e-6, "µm/s"
 
 
 def _round_ticks(top: float) -> list[float]:

@@ -172,8 +172,8 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
         )
         figures += canvas.draw(f"{prefix}_{name}_by_cycle", cycles.by_cycle(measured, run.arms_of(name)), text)
     if not few and has_motion:
-        for name, draw, text in Swarm(run).figures():
-            figures += canvas.draw(f"{prefix}_{name}", draw(), text, wide=name == "swarm")
+        for name, drawn, text in Swarm(run).figures():
+            figures += canvas.draw(f"{prefix}_{name}", drawn, text, wide=name == "swarm")
     if not run.swimmers and has_motion:
         figures += canvas.draw(f"{prefix}_bodies", motion_plots.displacements(run), "Displacements of all bodies.")
     if few:

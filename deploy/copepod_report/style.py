@@ -5,12 +5,11 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from matplotlib import rc_context
+from matplotlib import colormaps, cycler, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure  # not pyplot, which would choose the backend of a notebook
-from matplotlib import colormaps
 
 
 @dataclass(frozen=True)
@@ -52,6 +51,7 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
         "grid.color": theme.faint,
         "axes.spines.top": False,
         "axes.spines.right": False,
+        "axes.prop_cycle": cycler(color=theme.beads),
     }
     with rc_context(settings):
         figure = Figure(figsize=(WIDTH_INCHES, height_inches), layout="constrained")
@@ -60,6 +60,11 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
         axis.grid(True, linewidth=0.5, alpha=0.6)
         axis.set_axisbelow(True)
     return figure, axes
+
+
+def many_lines(*colours: str) -> Any:
+    """Property cycle of lines that outnumber the colours."""
+    return cycler(linestyle=["-", "--", ":"]) * cycler(color=colours)
 
 
 def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:

@@ -1,6 +1,6 @@
 """Figures of many swimmers together: a picture, speeds, power, orientations, distances, displacement, spectrum."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,6 @@ from copepod_run.figures import at, quantity_text
 
 _MOST_POINTS = 200  # of a path in the picture
 _MOST_LAGS = 40
-
-Draw = Callable[[], Any]
 
 
 class Swarm:
@@ -55,45 +53,41 @@ class Swarm:
         self.snapshots = read_file(run.directory / "fields.h5", times_in).steps
         self.moved_m = [centroids_m(each)[: cycles + 1] for each in measured] if cycles > 3 else []
 
-    def figures(self) -> list[tuple[str, Draw, str]]:
-        """(name, drawing, caption) of every figure."""
+    def figures(self) -> Iterator[tuple[str, Any, str]]:
+        """(name, figure, caption) of every figure; None where there is nothing to draw."""
         count = f"{self.centroids_m.shape[1]} swimmers"
-        found: list[tuple[str, Draw, str]] = [
-            (
-                "swarm",
-                self.picture,
-                f"{count} from the side on which they are spread most: an arrow from tail to head of each, in "
-                "the colour of its velocity in the last cycle, and its path since the start.",
-            )
-        ]
+        text = (
+            f"{count} from the side on which they are spread most: an arrow from tail to head of each, in the colour "
+            "of its velocity in the last cycle, and its path since the start."
+        )
+        yield "swarm", self.picture(), text
         if len(self.along):
             text = f"Velocities of {count} along their own axes: mean and middle 80 % by cycle; all in the last cycle."
-            found.append(("speeds", self.speeds, text))
+            yield "speeds", self.speeds(), text
         if self.power_W.any():
             mean = f" (in the last: {quantity_text(self.power_by_cycle_W[-1], 'W')})" if self._has_cycle_power() else ""
             text = f"Power that the drives give to {count} together, and its mean over each cycle{mean}."
-            found.append(("power", self.power, text))
+            yield "power", self.power(), text
         if self.has_axes:
             text = (
-                f"Order of {count}: polar (length of the mean axis, 1 if all point one way) and nematic (heads "
-                "and tails alike); angles between the axes at the end and their mean."
+                f"Order of {count}: polar (length of the mean axis, 1 if all point one way) and nematic (heads and "
+                "tails alike); angles between the axes at the end and their mean."
             )
-            found.append(("orientations", self.orientations, text))
+            yield "orientations", self.orientations(), text
         text = (
             f"Pair distribution of the centroids of {count} in the second half of the samples: number of pairs at a "
             "distance, relative to points spread evenly over the same box."
         )
-        found.append(("pairs", self.pairs, text))
+        yield "pairs", self.pairs(), text
         if len(self.time_s) > 2:
             text = f"Mean-square displacement of the centroids of {count}; dotted: ballistic and diffusive."
-            found.append(("spreading", self.spreading, text))
+            yield "spreading", self.spreading(), text
         if self.snapshots:
             text = (
                 f"Energy spectrum of the flow at step {self.snapshots[-1]}: kinetic energy per mass and wave number "
                 "in the recorded box, bodies included."
             )
-            found.append(("spectrum", self.spectrum, text))
-        return found
+            yield "spectrum", self.spectrum(), text
 
     def picture(self) -> Any:
         """Paths and axes in the plane of the two directions in which the swarm is spread most."""

@@ -10,10 +10,9 @@ from matplotlib.cm import ScalarMappable
 
 from copepod_report.run_record import RunRecord
 from copepod_report.style import LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
-from copepod_run.figures import FIGURES, MOST_TABLES, compared, measured, number_text, swarm_rows
+from copepod_run.figures import FIGURES, MOST_TABLES, compared, measured, number_text, prefix_of, swarm_rows
 from copepod_run.names import quantity_of, short_keys
 
-_PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of a thousand
 _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
 _MOST_LABELS = 9
 
@@ -95,8 +94,8 @@ def with_prefix(numbers: np.ndarray, unit: str) -> tuple[float, str]:
     first = unit.split("/")[0].split(" ")[0]
     if not largest or not math.isfinite(largest) or first not in _TAKES_PREFIX or 1e-2 <= largest < 1e4:
         return 1.0, unit
-    power = max(min(_PREFIXES), min(max(_PREFIXES), math.floor(math.log10(largest * (1 + 1e-12)) / 3)))
-    return 1000.0**-power, _PREFIXES[power] + unit
+    power, prefix = prefix_of(largest, -12, 9)
+    return 10.0**-power, prefix + unit
 
 
 def _results(runs: Sequence[RunRecord]) -> list[Result]:
