@@ -5,7 +5,7 @@ from typing import Any
 
 from copepod_report import sweeps
 from copepod_report.run_record import RunRecord
-from copepod_report.style import Theme, legend_above, new_figure
+from copepod_report.style import LIGHT, legend_above, new_figure
 from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
 
 Row = tuple[int, str, dict[str, Figure]]  # number of the run, swimmer name, figures by key
@@ -32,7 +32,7 @@ def cell_texts(figure: Figure) -> tuple[str, ...]:
     return number_text(figure.ours), number_text(figure.published), percent_text(figure.deviation_percent)
 
 
-def speeds(runs: Sequence[RunRecord], theme: Theme) -> Any:
+def speeds(runs: Sequence[RunRecord]) -> Any:
     """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
     rows = [
         (runs[number].name, cells["u_swim_lattice"].ours, cells["u_swim_lattice"].published)
@@ -41,17 +41,17 @@ def speeds(runs: Sequence[RunRecord], theme: Theme) -> Any:
     ]
     if not rows:
         return None
-    figure, axes = new_figure(theme, 1.2 + 0.3 * len(rows))
+    figure, axes = new_figure(LIGHT, 1.2 + 0.3 * len(rows))
     places = range(len(rows), 0, -1)
-    axes.hlines(places, 0, [ours for _, ours, _ in rows], color=theme.faint, linewidth=2)
-    axes.plot([ours for _, ours, _ in rows], places, "o", color=theme.beads[0], markersize=8, label="this run")
+    axes.hlines(places, 0, [ours for _, ours, _ in rows], color=LIGHT.faint, linewidth=2)
+    axes.plot([ours for _, ours, _ in rows], places, "o", color=LIGHT.beads[0], markersize=8, label="this run")
     published = [(value, place) for (_, _, value), place in zip(rows, places) if value is not None]
     if published:
         axes.plot(
             *zip(*published),
             "o",
             markerfacecolor="none",
-            markeredgecolor=theme.beads[1],
+            markeredgecolor=LIGHT.beads[1],
             markeredgewidth=1.6,
             markersize=11,
             label="published",
@@ -60,27 +60,21 @@ def speeds(runs: Sequence[RunRecord], theme: Theme) -> Any:
     axes.grid(axis="y", visible=False)
     axes.set_ylim(0.4, len(rows) + 0.6)
     axes.set_xlabel("u_swim [cells/step]")
-    legend_above(axes, theme)
+    legend_above(axes, LIGHT)
     return figure
 
 
 def figures_of_sweeps(runs: Sequence[RunRecord], draw: Callable[..., list[str]]) -> list[str]:
     """HTML: every result that varies over the swept keys, as curves and, for a grid of two keys, as a map.
 
-    `draw(name, function of the theme, caption)` makes a figure.
+    `draw(name, figure, caption)` writes a figure.
     """
     figures = []
     for sweep in sweeps.sweeps_of(runs):
         for result in sweep.results if sweep.axes else []:
-            figures += draw(
-                f"{sweep.name}_{result.key}",
-                lambda theme: sweeps.curves(sweep, result, theme),
-                sweeps.caption(sweep, result, is_map=False),
-            )
+            name = f"{sweep.name}_{result.key}"
+            figures += draw(name, sweeps.curves(sweep, result), sweeps.caption(sweep, result, is_map=False))
             if sweeps.has_map(sweep):
-                figures += draw(
-                    f"{sweep.name}_{result.key}_map",
-                    lambda theme: sweeps.colour_map(sweep, result, theme),
-                    sweeps.caption(sweep, result, is_map=True),
-                )
+                text = sweeps.caption(sweep, result, is_map=True)
+                figures += draw(f"{name}_map", sweeps.colour_map(sweep, result), text)
     return figures

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from copepod_report.style import Theme, legend_above, new_figure
+from copepod_report.style import LIGHT, legend_above, many_lines, new_figure
 
 Cycles = dict[str, np.ndarray]  # of one swimmer: column to values, shape (cycles,); empty fields are NaN
 
@@ -55,7 +55,7 @@ def centroids_m(cycles: Cycles) -> np.ndarray:
     return np.vstack([starts, starts[-1] + velocity * (cycles["start_s"][1] - cycles["start_s"][0])])
 
 
-def by_cycle(cycles: Cycles, arm_names: Sequence[str], theme: Theme) -> Any:
+def by_cycle(cycles: Cycles, arm_names: Sequence[str]) -> Any:
     """Velocity along and across the own axis, rotation, means and amplitudes of the arms by cycle; None for one."""
     if len(cycles["cycle"]) < 2:
         return None
@@ -71,24 +71,17 @@ def by_cycle(cycles: Cycles, arm_names: Sequence[str], theme: Theme) -> Any:
         rows += [("rotation_{}_rad", of_turns, "rotation [degrees]", 180 / np.pi)]
     if arms:
         rows += [("{}_mean_m", of_arms, "mean arm [µm]", 1e6), ("{}_amplitude_m", of_arms, "amplitude [µm]", 1e6)]
-    figure, panels = new_figure(theme, 1.0 + 1.9 * len(rows), nrows=len(rows), sharex=True, squeeze=False)
+    figure, panels = new_figure(LIGHT, 1.0 + 1.9 * len(rows), nrows=len(rows), sharex=True, squeeze=False)
     for axes, (column, lines, label, unit) in zip(panels.flat, rows):
-        axes.set_ylim(*_frame(unit * np.array([cycles[column.format(key)] for key, _ in lines])))
-        for number, (key, name) in enumerate(lines):
-            axes.plot(
-                cycles["cycle"],
-                unit * cycles[column.format(key)],
-                marker="o",
-                color=theme.beads[number % 3],
-                linestyle=("-", "--", ":")[number // 3 % 3],
-                markersize=4,
-                linewidth=1.3,
-                label=name,
-            )
+        values = unit * np.array([cycles[column.format(key)] for key, _ in lines])
+        axes.set_ylim(*_frame(values))
+        axes.set_prop_cycle(many_lines(*LIGHT.beads))
+        for line, (_, name) in zip(values, lines):
+            axes.plot(cycles["cycle"], line, marker="o", markersize=4, linewidth=1.3, label=name)
         axes.set_ylabel(label)
         axes.yaxis.get_major_formatter().set_useOffset(False)
         if column != "{}_amplitude_m" and len(lines) <= 9:
-            legend_above(axes, theme, columns=6)
+            legend_above(axes, LIGHT, columns=6)
     axes.set_xlabel("cycle")
     axes.xaxis.get_major_locator().set_params(integer=True)
     return figure
@@ -103,7 +96,7 @@ def _frame(values: np.ndarray) -> tuple[float, float]:
     return min(low, near.min()) - 0.1 * span, max(high, near.max()) + 0.1 * span
 
 
-def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
+def paths(by_swimmer: Mapping[str, Cycles]) -> Any:
     """Displacements of the centroids in the plane of the axes along which they move most; None without three cycles.
 
     They start at the end of the first cycle, which may be a transient. A dot marks each end of a cycle, an arrow the
@@ -115,9 +108,9 @@ def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
         return None
     extent = np.ptp(np.vstack(list(tracks.values())), axis=0)
     across, along = sorted(np.argsort(extent, kind="stable")[1:])
-    figure, axes = new_figure(theme, 4.4)
+    figure, axes = new_figure(LIGHT, 4.4)
     for number, (name, track) in enumerate(tracks.items()):
-        colour = theme.beads[number % 3]
+        colour = LIGHT.beads[number % 3]
         axes.plot(track[:, across], track[:, along], "o-", color=colour, markersize=3, linewidth=1.2, label=name)
         own = np.array([by_swimmer[name][f"axis_{axis}"][-1] for axis in "xyz"])[[across, along]]
         axes.quiver(*track[-2, [across, along]], *own, color=colour, angles="xy", width=0.004, scale=12)
@@ -126,8 +119,7 @@ def paths(by_swimmer: Mapping[str, Cycles], theme: Theme) -> Any:
     axes.set_xlim(shown[:, 0].min() - room, shown[:, 0].max() + room)
     axes.set_ylim(shown[:, 1].min() - room, shown[:, 1].max() + room)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(f"Δ{'xyz'[across]} [µm]")
-    axes.set_ylabel(f"Δ{'xyz'[along]} [µm]")
+    axes.set(xlabel=f"Δ{'xyz'[across]} [µm]", ylabel=f"Δ{'xyz'[along]} [µm]")
     if 1 < len(tracks) <= 8:
-        legend_above(axes, theme, columns=4)
+        legend_above(axes, LIGHT, columns=4)
     return figure

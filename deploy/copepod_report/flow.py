@@ -11,9 +11,9 @@ from matplotlib.ticker import NullLocator
 
 from copepod_report.fields import MEAN, FieldTimes, read_coarse, read_layer, times_in
 from copepod_report.run_record import Body, RunRecord, read_file, z_axis
-from copepod_report.style import WIDTH_INCHES, Theme, new_figure
+from copepod_report.style import FLOW, LIGHT, WIDTH_INCHES, colour_bar, new_figure
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.figures import quantity_text
+from copepod_run.figures import prefix_of, quantity_text
 
 _AXES = "xyz"
 _ALIKE = 0.05  # shares of the motion that differ by less are taken as equal
@@ -223,7 +223,7 @@ def _shown(
     return low[axes[0]], high[axes[0]], low[axes[1]], high[axes[1]]
 
 
-def draw(run: RunRecord, picture: FlowPicture, theme: Theme) -> Any:
+def draw(run: RunRecord, picture: FlowPicture) -> Any:
     """Speed in the plane as colour, direction as stream lines; lengths in micrometres."""
     speed = np.hypot(picture.velocity_along_m_per_s, picture.velocity_across_m_per_s)
     cell = 1e6 * run.cell_size_m
@@ -233,43 +233,35 @@ def draw(run: RunRecord, picture: FlowPicture, theme: Theme) -> Any:
     box = [left, left + cell * columns, bottom, bottom + cell * rows]
     shown = [1e6 * edge for edge in picture.shown_m] if picture.shown_m else box
     columns_shown, rows_shown = _inside(along, shown[:2]), _inside(across, shown[2:])
+    part = (rows_shown, columns_shown)
     height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
-    figure, axes = new_figure(theme, min(max(height, 1.8), 7.5))
+    figure, axes = new_figure(LIGHT, min(max(height, 1.8), 7.5))
     axes.grid(False)
-    top = float(np.quantile(speed[rows_shown, columns_shown], 0.998))
-    unit, unit_name = _unit_of_speed(top)
+    top = float(np.quantile(speed[part], 0.998))
+    power, prefix = prefix_of(top, -6)
+    unit = 10.0**power
     image = axes.imshow(
         speed / unit,
         origin="lower",
         extent=box,
-        cmap=theme.flow,
+        cmap=FLOW,
         interpolation="bilinear",
         norm=PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30)),
     )
     if top > 0:
-        axes.streamplot(
-            along[columns_shown],
-            across[rows_shown],
-            picture.velocity_along_m_per_s[rows_shown, columns_shown],
-            picture.velocity_across_m_per_s[rows_shown, columns_shown],
-            color=theme.stream,
-            linewidth=0.5,
-            arrowsize=0.7,
-            density=1.6,
-        )
-    _draw_bodies(axes, run, picture, theme)
+        velocity = picture.velocity_along_m_per_s[part], picture.velocity_across_m_per_s[part]
+        look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}
+        axes.streamplot(along[columns_shown], across[rows_shown], *velocity, **look)
+    _draw_bodies(axes, run, picture)
     axes.set_xlim(*shown[:2])
     axes.set_ylim(*shown[2:])
-    axes.set_xlabel(f"{_AXES[picture.along]} [µm]")
-    axes.set_ylabel(f"{_AXES[picture.across]} [µm]")
-    bar = figure.colorbar(image, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
-    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    bar.ax.yaxis.set_minor_locator(NullLocator())
+    axes.set(xlabel=f"{_AXES[picture.along]} [µm]", ylabel=f"{_AXES[picture.across]} [µm]")
     kind = "mean speed" if picture.is_mean else "speed"
     relative = f"\nrelative to {picture.frame}" if picture.frame else ""
-    bar.set_label(f"{kind} in the plane [{unit_name}]{relative}", color=theme.ink)
-    bar.outline.set_edgecolor(theme.faint)
-    bar.ax.tick_params(colors=theme.ink)
+    label = f"{kind} in the plane [{prefix}m/s]{relative}"
+    bar = colour_bar(figure, image, label, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
+    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    bar.ax.yaxis.set_minor_locator(NullLocator())
     return figure
 
 
@@ -277,13 +269,6 @@ def _inside(centres: np.ndarray, edges: Sequence[float]) -> slice:
     """The cells between two edges, and one more on each side for the interpolation; at least two."""
     low = max(int(np.searchsorted(centres, edges[0])) - 1, 0)
     return slice(low, max(int(np.searchsorted(centres, edges[1])) + 1, low + 2))
-
-
-def _unit_of_speed(speed_m_per_s: float) -> tuple[float, str]:
-    for unit, name in ((1.0, "m/s"), (1e-3, "mm/s")):
-        if speed_m_per_s >= unit:
-            return unit, name
-    return 1e-6, "µm/s"
 
 
 def _round_ticks(top: float) -> list[float]:
@@ -295,13 +280,13 @@ def _round_ticks(top: float) -> list[float]:
     return [0.0, *[step for step in steps if step <= 1.0001 * top][-5:]]
 
 
-def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture, theme: Theme) -> None:
+def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture) -> None:
     """Outlines of the bodies, and of their images behind symmetry planes; dashed for those outside the plane."""
     shown = [picture.along, picture.across]
     for body in run.bodies() if len(run.trajectory) else []:
         centre, direction = _place_m(run, body, picture.window), _direction(run, body, picture.window)
-        colour = theme.beads[body.place % len(theme.beads)]
-        looks: dict[str, Any] = {"facecolor": colour, "edgecolor": theme.paper, "linewidth": 1, "zorder": 5}
+        colour = LIGHT.beads[body.place % len(LIGHT.beads)]
+        looks: dict[str, Any] = {"facecolor": colour, "edgecolor": LIGHT.paper, "linewidth": 1, "zorder": 5}
         if not _is_cut(run, body, picture):
             looks |= {"facecolor": "none", "edgecolor": colour, "linestyle": "--"}
         for place in _with_images(run, centre, shown):

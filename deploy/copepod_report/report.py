@@ -1,13 +1,13 @@
 """`copepod report`: reads run directories, writes report.html and the plots as files."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from copepod_report import comparison, cycles, flow, motion_plots, page, view
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart
-from copepod_report.style import DARK, LIGHT, Theme, laid_out_like, picture_of
+from copepod_report.style import LIGHT, Theme, picture_of, svg_of
 from copepod_report.swarm import Swarm
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
@@ -21,7 +21,7 @@ PAGE = "report.html"
 
 
 class Canvas:
-    """Where plots are written: files in a folder, and HTML with both themes; without a folder only HTML."""
+    """Where plots are written: files in a folder, and HTML; without a folder only HTML."""
 
     def __init__(self, folder: Path | None, formats: Sequence[str] = ("png",)) -> None:
         """`formats`: of the files, any of png, svg and pdf."""
@@ -31,16 +31,16 @@ class Canvas:
         self._replaces = own is not None and own.is_file() and b"<title>Copepod: " in own.read_bytes()[:1000]
         self._written: set[Path] = set()
 
-    def draw(self, name: str, draw: Callable[[Theme], Any], caption: str, wide: bool = False) -> list[str]:
-        """One plot in both themes as a list of one HTML figure, empty without a plot; the light one is NAME.png, …"""
-        light = draw(LIGHT)
-        if light is None:
+    def draw(self, name: str, drawn: Any, caption: str, wide: bool = False) -> list[str]:
+        """A plot as a list of one HTML figure, empty without a plot; also written as NAME.png, …
+
+        `drawn`: a figure, None, or a function that makes one in the colours it is given."""
+        figure = drawn(LIGHT) if callable(drawn) else drawn
+        if figure is None:
             return []
-        pictures = {LIGHT.name: picture_of(light, "png", caption)}
-        pictures[DARK.name] = picture_of(laid_out_like(draw(DARK), light), "png", caption)
         for kind in self._formats if self.folder else ():
-            self.write(f"{name}.{kind}", pictures["light"] if kind == "png" else picture_of(light, kind, caption))
-        return [page.figure(pictures, caption, wide)]
+            self.write(f"{name}.{kind}", picture_of(figure, kind, caption))
+        return [page.figure(svg_of(figure), caption, wide)]
 
     def write(self, name: str, content: bytes) -> Path:
         """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere.
@@ -134,9 +134,7 @@ def _sections(collected: Sequence[RunRecord], canvas: Canvas, additions: Additio
     sections = []
     if len(runs) > 1:
         figures = additions.comparison(runs, canvas) + comparison.figures_of_sweeps(runs, canvas.draw)
-        figures = figures or canvas.draw(
-            "speeds", lambda theme: comparison.speeds(runs, theme), "Swimming speeds of all runs."
-        )
+        figures = figures or canvas.draw("speeds", comparison.speeds(runs), "Swimming speeds of all runs.")
         sections.append(page.comparison_section(runs, anchors, figures))
     sections += chapters
     for run, anchor in zip(runs, anchors):
@@ -168,52 +166,39 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
         if swimmer.is_three_beads and has_motion:
             figures += _figures_of_swimmer(swimmer, canvas, f"{prefix}_{swimmer.name}", additions)
     for name, measured in run.cycles.items() if few else []:
-        figures += canvas.draw(
-            f"{prefix}_{name}_by_cycle",
-            lambda theme: cycles.by_cycle(measured, run.arms_of(name), theme),
+        text = (
             f"{name}: Velocity along and across the own axis, rotation, means and amplitudes of the arms, cycle by "
-            "cycle. A first cycle far from the others is outside the frame.",
+            "cycle. A first cycle far from the others is outside the frame."
         )
+        figures += canvas.draw(f"{prefix}_{name}_by_cycle", cycles.by_cycle(measured, run.arms_of(name)), text)
     if not few and has_motion:
-        for name, draw, caption in Swarm(run).figures():
-            figures += canvas.draw(f"{prefix}_{name}", draw, caption, wide=name == "swarm")
+        for name, drawn, text in Swarm(run).figures():
+            figures += canvas.draw(f"{prefix}_{name}", drawn, text, wide=name == "swarm")
     if not run.swimmers and has_motion:
-        figures += canvas.draw(
-            f"{prefix}_bodies", lambda theme: motion_plots.displacements(run, theme), "Displacements of all bodies."
+        figures += canvas.draw(f"{prefix}_bodies", motion_plots.displacements(run), "Displacements of all bodies.")
+    if few:
+        text = (
+            "Paths of the centroids from the end of the first cycle on: a dot for each end of a cycle, an arrow for "
+            "the own axis at the start of the last."
         )
-    figures += canvas.draw(
-        f"{prefix}_paths",
-        lambda theme: cycles.paths(run.cycles, theme) if few else None,
-        "Paths of the centroids from the end of the first cycle on: a dot for each end of a cycle, an arrow for the "
-        "own axis at the start of the last.",
-    )
+        figures += canvas.draw(f"{prefix}_paths", cycles.paths(run.cycles), text)
     return figures + _flow_figure(run, canvas, prefix, flow_view)
 
 
 def _figures_of_swimmer(swimmer: SwimmerRecord, canvas: Canvas, prefix: str, additions: Additions) -> list[str]:
-    def positions(theme: Theme) -> Any:
-        figure, axes = motion_plots.positions(swimmer, theme)
-        additions.positions(axes, swimmer, theme)
-        return figure
-
-    plots: list[tuple[str, Callable[[Theme], Any], str]] = [
-        ("positions", positions, "Positions of the three beads, from the middle bead's start."),
-        (
-            "cycle",
-            lambda theme: motion_plots.one_cycle(swimmer, theme),
-            "Displacements over the last full period of the drive.",
-        ),
-        (
-            "arms",
-            lambda theme: motion_plots.arms(swimmer, theme),
-            "Arms over the last full period of the drive, and the fits that d1, d2 and the phases come from.",
-        ),
-        ("forces", lambda theme: motion_plots.driving_forces(swimmer, theme), "Driving forces along the axis."),
-    ]
+    positions, axes = motion_plots.positions(swimmer)
+    additions.positions(axes, swimmer, LIGHT)
+    fits = "Arms over the last full period of the drive, and the fits that d1, d2 and the phases come from."
+    plots: dict[str, tuple[Any, str]] = {
+        "positions": (positions, "Positions of the three beads, from the middle bead's start."),
+        "cycle": (motion_plots.one_cycle(swimmer), "Displacements over the last full period of the drive."),
+        "arms": (motion_plots.arms(swimmer), fits),
+        "forces": (motion_plots.driving_forces(swimmer), "Driving forces along the axis."),
+    }
     return [
-        figure
-        for kind, draw, caption in plots
-        for figure in canvas.draw(f"{prefix}_{kind}", draw, f"{swimmer.name}: {caption}")
+        html
+        for kind, (figure, text) in plots.items()
+        for html in canvas.draw(f"{prefix}_{kind}", figure, f"{swimmer.name}: {text}")
     ]
 
 
@@ -226,13 +211,8 @@ def _flow_figure(run: RunRecord, canvas: Canvas, prefix: str, flow_view: flow.Vi
     except Stop as stop:
         if run.status.is_finished or stop.code == ExitCode.BAD_CASE:
             raise
-        picture = None  # the run is writing the file
+        return []  # the run is writing the file
     if picture is None:
         return []
-    chosen = picture
-    return canvas.draw(
-        f"{prefix}_mean_flow" if chosen.is_mean else f"{prefix}_flow",
-        lambda theme: flow.draw(run, chosen, theme),
-        f"{chosen.caption(run)} {run.parameters()}.",
-        wide=True,
-    )
+    name = f"{prefix}_mean_flow" if picture.is_mean else f"{prefix}_flow"
+    return canvas.draw(name, flow.draw(run, picture), f"{picture.caption(run)} {run.parameters()}.", wide=True)

@@ -13,23 +13,13 @@ from numpy.typing import ArrayLike
 
 from copepod_report.cycles import Cycles, kinematics_so_far, read_cycles
 from copepod_report.run_status import state_of, status_of
+from copepod_report.scene import BEADS, Body, bead_names, bodies_of
 from copepod_report.trajectory import Trajectory, trajectory_in
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import at, measured, quantity_text
 
 ReadCase = Callable[[Path], dict[str, Any]]  # from the path of a case file to the resolved case
 _Content = TypeVar("_Content")
-BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
-
-
-@dataclass(frozen=True)
-class Body:
-    """A sphere, or a capsule with a cylinder of this length along its z axis."""
-
-    name: str
-    radius_m: float
-    length_m: float
-    place: int  # in the order of the run
 
 
 @dataclass(frozen=True)
@@ -112,15 +102,10 @@ class RunRecord:
         ends = [arm["bodies"] for arm in (arms or [[]])[0] if "bodies" in arm]
         return ["–".join(body.removeprefix(f"{name}.") for body in pair) for pair in ends]
 
-    def bodies(self) -> "list[Body]":
+    def bodies(self) -> list[Body]:
         """Those that are in the trajectory, in its order."""
-        shapes = {f"{s.name}.{name}": bead for s in self.swimmers for name, bead in zip(s.bead_names, s.beads)}
-        shapes |= {section["name"]: section for section in self.case.get("bodies") or []}
-        return [
-            Body(name, shapes[name]["radius_m"], shapes[name].get("length_m") or 0.0, number)
-            for number, name in enumerate(self.trajectory.bodies)
-            if name in shapes
-        ]
+        known = bodies_of(self.case)
+        return [known[name] for name in self.trajectory.bodies if name in known]
 
     def parameters(self) -> str:
         """What a caption has to give: case, radius, cell size, step, relaxation time, period, Reynolds number."""
@@ -221,7 +206,7 @@ class SwimmerRecord:
         self.axis = z_axis(self.frame)
         self.center_m = np.array(section["center_m"], float)
         self.beads = section["beads"]
-        self.bead_names = [bead.get("name", BEADS[min(number, 2)]) for number, bead in enumerate(self.beads)]
+        self.bead_names = bead_names(section)
         stroke = section.get("stroke") or {}
         self.is_three_beads = bool(stroke)  # in a row, as in the paper
         self.period = int(stroke.get("period_steps", 0))

@@ -50,7 +50,7 @@ class RunStatus:
 
 def state_of(directory: Path) -> tuple[str, str]:
     """(state, reason) from provenance.json; without one a summary is that of a finished run."""
-    provenance = _read_object(directory / "provenance.json")
+    provenance = read_object(directory / "provenance.json")
     reason = re.sub(r"\s+", " ", str(provenance.get("exit_reason") or ""))
     status = provenance.get("status")
     if status == "finished" or (status is None and (directory / "summary.json").exists()):
@@ -66,7 +66,7 @@ def status_of(directory: Path, case: dict[str, Any], state: tuple[str, str], ste
     return RunStatus(state[0], max(step, checkpoint), at(case, "run.steps") or 0, state[1], checkpoint)
 
 
-def _read_object(path: Path) -> dict[str, Any]:
+def read_object(path: Path) -> dict[str, Any]:
     """Of a JSON file; empty if it is missing or half written."""
     try:
         content = json.loads(path.read_text())

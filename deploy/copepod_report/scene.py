@@ -9,12 +9,22 @@ from typing import Any
 import numpy as np
 
 from copepod_report.trajectory import chosen_samples
+from copepod_run.figures import prefix_of
 
 MOST_FRAMES = 1000
 MOST_SAMPLES = 60000  # frames times bodies: 1.1 MB of text
-_UNITS = (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
-_THREE_BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
+BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
 _LEVELS = 65535  # of a 16-bit number
+
+
+@dataclass(frozen=True)
+class Body:
+    """A sphere, or a capsule with a cylinder of this length along its z axis."""
+
+    name: str
+    radius_m: float
+    length_m: float
+    place: int  # in its swimmer, or among the bodies without one: decides its colour
 
 
 @dataclass(frozen=True)
@@ -52,18 +62,20 @@ def scene_of(
 
     `case`: as the coupler resolves it; `cell_size_m`: None where there is no lattice; `views`: of the page.
     """
-    shapes = _shapes(case)
-    unit, metres = _unit(max((radius for radius, _, _ in shapes.values()), default=1e-6))
-    bodies = []
-    for body in samples.bodies:
-        radius, length, colour = shapes.get(body, (0.0, 0.0, 0))
-        bodies.append({"name": body, "radius": radius / metres, "length": length / metres, "colour": colour})
+    known = bodies_of(case)
+    power, prefix = prefix_of(max((body.radius_m for body in known.values()), default=1e-6), -9)
+    metres = 10.0**power
+    shown = [known.get(body, Body(body, 0.0, 0.0, 0)) for body in samples.bodies]
     number = {body: index for index, body in enumerate(samples.bodies)}
     arms = [[number[a], number[b]] for a, b in _arms(case) if a in number and b in number]
     return {
         "name": name,
-        "unit": unit,
-        "bodies": bodies,
+        "unit": f"{prefix}m",
+        "bodies": [
+            {"name": body.name, "radius": body.radius_m / metres, "length": body.length_m / metres}
+            | {"colour": body.place % 3}
+            for body in shown
+        ],
         "arms": arms,
         "up": [-component for component in case.get("gravity_m_per_s2") or [0, 0, 0]],
         "box": _box(case.get("fluid") or {}, cell_size_m, metres),
@@ -92,40 +104,32 @@ def slice_of(speed_m_per_s: np.ndarray, along: int, across: int, low: Sequence[f
     }
 
 
-def _shapes(case: Mapping[str, Any]) -> dict[str, tuple[float, float, int]]:
-    """Radius and length [m] and number of the colour of every body by its name; the length of spheres is 0."""
+def bodies_of(case: Mapping[str, Any]) -> dict[str, Body]:
+    """All bodies of a case by their names in its run."""
     found = {}
     for swimmer in case.get("swimmers") or []:
-        for place, bead in enumerate(swimmer["beads"]):
-            found[f"{swimmer['name']}.{_bead_name(bead, place)}"] = _shape(bead, place)
-    for place, body in enumerate(case.get("bodies") or []):
-        found[body["name"]] = _shape(body, place)
-    return found
+        for place, (name, bead) in enumerate(zip(bead_names(swimmer), swimmer["beads"])):
+            found[f"{swimmer['name']}.{name}"] = bead, place
+    found |= {body["name"]: (body, place) for place, body in enumerate(case.get("bodies") or [])}
+    return {
+        name: Body(name, float(section["radius_m"]), float(section.get("length_m") or 0.0), place)
+        for name, (section, place) in found.items()
+    }
 
 
-def _bead_name(bead: Mapping[str, Any], place: int) -> str:
-    return bead.get("name") or _THREE_BEADS[min(place, 2)]
-
-
-def _shape(body: Mapping[str, Any], place: int) -> tuple[float, float, int]:
-    length = body.get("length_m") or 0.0 if body.get("shape") == "capsule" else 0.0
-    return float(body["radius_m"]), float(length), place % 3
+def bead_names(swimmer: Mapping[str, Any]) -> list[str]:
+    return [bead.get("name") or BEADS[min(place, 2)] for place, bead in enumerate(swimmer["beads"])]
 
 
 def _arms(case: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Names of the bodies at the ends of every arm, spring and rod."""
     arms = []
     for swimmer in case.get("swimmers") or []:
-        names = [_bead_name(bead, place) for place, bead in enumerate(swimmer["beads"])]
+        names = bead_names(swimmer)
         pairs = [arm["beads"] for arm in swimmer.get("arms") or []] or list(zip(names, names[1:]))
         arms += [(f"{swimmer['name']}.{a}", f"{swimmer['name']}.{b}") for a, b in pairs]
     rods = [joint for joint in case.get("joints") or [] if joint["kind"] == "distance"]
     return arms + [(tie["bodies"][0], tie["bodies"][1]) for tie in [*(case.get("springs") or []), *rods]]
-
-
-def _unit(length_m: float) -> tuple[str, float]:
-    """Name and metres of the largest unit in which a length is at least one."""
-    return next(((name, metres) for name, metres in _UNITS if length_m >= metres), _UNITS[-1])
 
 
 def _box(fluid: Mapping[str, Any], cell_size_m: float | None, metres: float) -> dict[str, Any] | None:

@@ -1,32 +1,36 @@
-"""How plots look, on light and on dark pages."""
+"""How plots look: each is drawn once, in light colours. On a page these are CSS variables that a dark page changes."""
 
 import io
+import re
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib
+from matplotlib import colormaps, cycler, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure  # not pyplot, which would choose the backend of a notebook
-from matplotlib.colors import LinearSegmentedColormap
 
 
 @dataclass(frozen=True)
 class Theme:
     """Colours of a page; the three bead colours stay apart for colour-blind readers too."""
 
-    name: str
     paper: str
     ink: str
     faint: str
     beads: tuple[str, str, str]  # trailing, middle, leading
-    flow: str  # colour map from slow to fast, on which stream lines can be seen
-    stream: str  # stream lines
+
+    def colours(self) -> tuple[str, ...]:
+        return (self.paper, self.ink, self.faint, *self.beads)
 
 
-_NIGHT = LinearSegmentedColormap.from_list("night", ["#12181f", "#123a5e", "#14607f", "#23878a", "#4aa886"])
-matplotlib.colormaps.register(_NIGHT)
-LIGHT = Theme("light", "#ffffff", "#1d2733", "#c9d1d9", ("#0072b2", "#d55e00", "#009e73"), "Blues", "#1d2733")
-DARK = Theme("dark", "#12181f", "#dfe6ec", "#3a4652", ("#56b4e9", "#ff9a5c", "#35d0a0"), _NIGHT.name, "#dfe6ec")
+LIGHT = Theme("#ffffff", "#1d2733", "#c9d1d9", ("#0072b2", "#d55e00", "#009e73"))
+_DARK = Theme("#12181f", "#dfe6ec", "#3a4652", ("#56b4e9", "#ff9a5c", "#35d0a0"))
+# Maps of colours that suit both: stream lines show on the first, from slow (the paper) to fast; from violet to yellow
+# without the ends that one of the papers would swallow.
+FLOW = LinearSegmentedColormap.from_list("flow", ["#2f80c400", "#2a84b488", "#23878a"])
+VIOLET_TO_YELLOW = ListedColormap(colormaps["viridis"]([0.25 + 0.63 * step / 255 for step in range(256)]))
 WIDTH_INCHES = 7.2
 RESOLUTION = 130
 
@@ -47,8 +51,9 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
         "grid.color": theme.faint,
         "axes.spines.top": False,
         "axes.spines.right": False,
+        "axes.prop_cycle": cycler(color=theme.beads),
     }
-    with matplotlib.rc_context(settings):
+    with rc_context(settings):
         figure = Figure(figsize=(WIDTH_INCHES, height_inches), layout="constrained")
         axes = figure.subplots(**subplots)
     for axis in getattr(axes, "flat", [axes]):
@@ -57,18 +62,23 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
     return figure, axes
 
 
-def laid_out_like(figure: Any, drawn: Any) -> Any:
-    """The figure with its axes where those of an equal one that has been drawn are: finding room for the text of the
-    axes takes as long as drawing them."""
-    figure.set_layout_engine("none")
-    for axes, equal in zip(figure.axes, drawn.axes):
-        axes.set_position(equal.get_position(original=True))
-    return figure
+def many_lines(*colours: str) -> Any:
+    """Property cycle of lines that outnumber the colours."""
+    return cycler(linestyle=["-", "--", ":"]) * cycler(color=colours)
 
 
 def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
     look = {"fontsize": 9, "labelcolor": theme.ink, "frameon": False, "borderaxespad": 0.2}
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look)
+
+
+def colour_bar(figure: Any, drawn: Any, label: str = "", **place: Any) -> Any:
+    """A bar of the colours of `drawn` in the colours of the page."""
+    bar = figure.colorbar(drawn, **place)
+    bar.set_label(label, color=LIGHT.ink)
+    bar.ax.tick_params(colors=LIGHT.ink)
+    bar.outline.set_edgecolor(LIGHT.faint)
+    return bar
 
 
 def png_of(figure: Any) -> bytes:
@@ -80,12 +90,12 @@ FORMATS = ("png", "svg", "pdf")
 _DESCRIPTION = {"png": "Description", "svg": "Description", "pdf": "Subject"}  # where each format keeps a caption
 _WITHOUT_DATE: dict[str, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _PRINT_RESOLUTION = 300  # of a map of colours inside a vector figure
+_SETTINGS = {"svg.fonttype": "none", "svg.hashsalt": "copepod", "pdf.fonttype": 42}
 
 
 def picture_of(figure: Any, kind: str, description: str = "") -> bytes:
     """The figure as PNG, SVG or PDF, with its text as text; the same figure gives the same bytes."""
     stream = io.BytesIO()
-    settings = {"svg.fonttype": "none", "svg.hashsalt": "copepod", "pdf.fonttype": 42}
     metadata: dict[str, str | None] = {
         **_WITHOUT_DATE[kind],
         **({_DESCRIPTION[kind]: description} if description else {}),
@@ -94,6 +104,38 @@ def picture_of(figure: Any, kind: str, description: str = "") -> bytes:
         figure.set_dpi(RESOLUTION)
         FigureCanvasAgg(figure).print_png(stream, metadata=metadata)  # savefig would go through the figure twice
         return stream.getvalue()
-    with matplotlib.rc_context(settings):
+    with rc_context(_SETTINGS):
         figure.savefig(stream, format=kind, dpi=_PRINT_RESOLUTION, facecolor=figure.get_facecolor(), metadata=metadata)
     return stream.getvalue()
+
+
+_MOST_BYTES = 1_500_000  # of a figure as vectors
+
+
+def svg_of(figure: Any) -> str:
+    """The figure for a page: an SVG that follows the page from light to dark.
+
+    Lines and areas that would make it very large become pixels, which keep their colours.
+    """
+    text = _drawn(figure)
+    if len(text) > _MOST_BYTES:
+        for artist in (artist for axes in figure.axes for artist in (*axes.lines, *axes.collections)):
+            artist.set_rasterized(True)
+        text = _drawn(figure)
+    variables = {colour: f"var(--c{number})" for number, colour in enumerate(LIGHT.colours())}
+    text = re.sub(r"((?:fill|stroke): )(#\w{6})", lambda found: found[1] + variables.get(found[2], found[2]), text)
+    style = "{} @media (prefers-color-scheme: dark) {{ {} }}".format(*map(_declarations, (LIGHT, _DARK)))
+    family = "text { font-family: 'DejaVu Sans', Verdana, sans-serif !important }"  # of which one is on every machine
+    return text.replace('<style type="text/css">', f'<style type="text/css">{style} {family} ', 1)
+
+
+def _drawn(figure: Any) -> str:
+    stream = io.StringIO()
+    figure.set_dpi(RESOLUTION)
+    with rc_context(_SETTINGS):
+        FigureCanvasSVG(figure).print_svg(stream, metadata=_WITHOUT_DATE["svg"])
+    return stream.getvalue()
+
+
+def _declarations(theme: Theme) -> str:
+    return f":root {{ {' '.join(f'--c{number}: {colour};' for number, colour in enumerate(theme.colours()))} }}"

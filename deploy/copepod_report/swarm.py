@@ -1,6 +1,6 @@
 """Figures of many swimmers together: a picture, speeds, power, orientations, distances, displacement, spectrum."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,14 +11,12 @@ from copepod_report.fields import read_components, times_in
 from copepod_report.pair_distribution import pair_distribution
 from copepod_report.run_record import RunRecord, read_file
 from copepod_report.spectrum import energy_spectrum
-from copepod_report.style import Theme, legend_above, new_figure
+from copepod_report.style import LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
 from copepod_report.sweeps import with_prefix
 from copepod_run.figures import at, quantity_text
 
 _MOST_POINTS = 200  # of a path in the picture
 _MOST_LAGS = 40
-
-Draw = Callable[[Theme], Any]
 
 
 class Swarm:
@@ -55,63 +53,59 @@ class Swarm:
         self.snapshots = read_file(run.directory / "fields.h5", times_in).steps
         self.moved_m = [centroids_m(each)[: cycles + 1] for each in measured] if cycles > 3 else []
 
-    def figures(self) -> list[tuple[str, Draw, str]]:
-        """(name, drawing, caption) of every figure."""
+    def figures(self) -> Iterator[tuple[str, Any, str]]:
+        """(name, figure, caption) of every figure; None where there is nothing to draw."""
         count = f"{self.centroids_m.shape[1]} swimmers"
-        found: list[tuple[str, Draw, str]] = [
-            (
-                "swarm",
-                self.picture,
-                f"{count} from the side on which they are spread most: an arrow from tail to head of each, in "
-                "the colour of its velocity in the last cycle, and its path since the start.",
-            )
-        ]
+        text = (
+            f"{count} from the side on which they are spread most: an arrow from tail to head of each, in the colour "
+            "of its velocity in the last cycle, and its path since the start."
+        )
+        yield "swarm", self.picture(), text
         if len(self.along):
             text = f"Velocities of {count} along their own axes: mean and middle 80 % by cycle; all in the last cycle."
-            found.append(("speeds", self.speeds, text))
+            yield "speeds", self.speeds(), text
         if self.power_W.any():
             mean = f" (in the last: {quantity_text(self.power_by_cycle_W[-1], 'W')})" if self._has_cycle_power() else ""
             text = f"Power that the drives give to {count} together, and its mean over each cycle{mean}."
-            found.append(("power", self.power, text))
+            yield "power", self.power(), text
         if self.has_axes:
             text = (
-                f"Order of {count}: polar (length of the mean axis, 1 if all point one way) and nematic (heads "
-                "and tails alike); angles between the axes at the end and their mean."
+                f"Order of {count}: polar (length of the mean axis, 1 if all point one way) and nematic (heads and "
+                "tails alike); angles between the axes at the end and their mean."
             )
-            found.append(("orientations", self.orientations, text))
+            yield "orientations", self.orientations(), text
         text = (
             f"Pair distribution of the centroids of {count} in the second half of the samples: number of pairs at a "
             "distance, relative to points spread evenly over the same box."
         )
-        found.append(("pairs", self.pairs, text))
+        yield "pairs", self.pairs(), text
         if len(self.time_s) > 2:
             text = f"Mean-square displacement of the centroids of {count}; dotted: ballistic and diffusive."
-            found.append(("spreading", self.spreading, text))
+            yield "spreading", self.spreading(), text
         if self.snapshots:
             text = (
                 f"Energy spectrum of the flow at step {self.snapshots[-1]}: kinetic energy per mass and wave number "
                 "in the recorded box, bodies included."
             )
-            found.append(("spectrum", self.spectrum, text))
-        return found
+            yield "spectrum", self.spectrum(), text
 
-    def picture(self, theme: Theme) -> Any:
+    def picture(self) -> Any:
         """Paths and axes in the plane of the two directions in which the swarm is spread most."""
         last = self.centroids_m[-1]
         extent = np.ptp(self.centroids_m, axis=(0, 1))
         first, second = sorted(np.argsort(-extent, kind="stable")[:2])
         ratio = extent[second] / extent[first] if extent[first] > 0 else 1.0
-        figure, axes = new_figure(theme, 1.0 + 5.6 * min(max(ratio, 0.4), 1.2))
+        figure, axes = new_figure(LIGHT, 1.0 + 5.6 * min(max(ratio, 0.4), 1.2))
         every = max(1, len(self.time_s) // _MOST_POINTS)
         paths = 1e6 * self.centroids_m[::every][:, :, [first, second]].swapaxes(0, 1)
-        axes.add_collection(LineCollection(list(paths), colors=theme.faint, linewidths=1.0))
+        axes.add_collection(LineCollection(list(paths), colors=LIGHT.faint, linewidths=1.0))
         length = 0.7e6 * max(extent[first], extent[second]) / np.sqrt(len(last))
         speeds = 1e6 * self.along[-1] if len(self.along) else np.zeros(len(last))
         arrows = axes.quiver(
             *(1e6 * last[:, [first, second]].T),
             *(length * self.axes[-1][:, [first, second]].T),
             speeds,
-            cmap="viridis",
+            cmap=VIOLET_TO_YELLOW,
             angles="xy",
             scale_units="xy",
             scale=1,
@@ -120,28 +114,22 @@ class Swarm:
         )
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.08)
-        axes.set_xlabel(f"{'xyz'[first]} [µm]")
-        axes.set_ylabel(f"{'xyz'[second]} [µm]")
+        axes.set(xlabel=f"{'xyz'[first]} [µm]", ylabel=f"{'xyz'[second]} [µm]")
         if len(self.along):
-            bar = figure.colorbar(arrows, ax=axes, shrink=0.8, label="velocity along the own axis [µm/s]")
-            bar.outline.set_edgecolor(theme.faint)
-            bar.ax.yaxis.label.set_color(theme.ink)
-            bar.ax.tick_params(colors=theme.ink)
+            colour_bar(figure, arrows, "velocity along the own axis [µm/s]", ax=axes, shrink=0.8)
         return figure
 
-    def speeds(self, theme: Theme) -> Any:
+    def speeds(self) -> Any:
         """Mean and spread by cycle, and the distribution in the last cycle."""
         along = 1e6 * self.along
-        figure, (by_cycle, distribution) = new_figure(theme, 3.2, ncols=2, width_ratios=(3, 2))
+        figure, (by_cycle, distribution) = new_figure(LIGHT, 3.2, ncols=2, width_ratios=(3, 2))
         cycles = np.arange(len(along))
-        by_cycle.fill_between(cycles, *np.quantile(along, (0.1, 0.9), axis=1), color=theme.beads[0], alpha=0.25)
-        by_cycle.plot(cycles, along.mean(axis=1), "o-", color=theme.beads[0], markersize=4)
-        by_cycle.set_xlabel("cycle")
-        by_cycle.set_ylabel("velocity along the own axis [µm/s]")
+        by_cycle.fill_between(cycles, *np.quantile(along, (0.1, 0.9), axis=1), color=LIGHT.beads[0], alpha=0.25)
+        by_cycle.plot(cycles, along.mean(axis=1), "o-", color=LIGHT.beads[0], markersize=4)
+        by_cycle.set(xlabel="cycle", ylabel="velocity along the own axis [µm/s]")
         by_cycle.xaxis.get_major_locator().set_params(integer=True)
-        distribution.hist(along[-1], bins="auto", color=theme.beads[0], alpha=0.8)
-        distribution.set_xlabel(f"in cycle {len(along) - 1} [µm/s]")
-        distribution.set_ylabel("swimmers")
+        distribution.hist(along[-1], bins="auto", histtype="stepfilled", color=LIGHT.beads[0], alpha=0.8)
+        distribution.set(xlabel=f"in cycle {len(along) - 1} [µm/s]", ylabel="swimmers")
         distribution.yaxis.get_major_locator().set_params(integer=True)
         distribution.locator_params(axis="x", nbins=5)
         return figure
@@ -149,40 +137,38 @@ class Swarm:
     def _has_cycle_power(self) -> bool:
         return self.period_s > 0 and len(self.power_by_cycle_W) > 0
 
-    def power(self, theme: Theme) -> Any:
+    def power(self) -> Any:
         """Power of all drives together over time, and its mean by cycle."""
         unit, name = with_prefix(np.abs(self.power_W), "W")
-        figure, axes = new_figure(theme, 3.0)
-        axes.plot(1e6 * self.time_s, unit * self.power_W, color=theme.beads[0], linewidth=0.8, label="sampled")
+        figure, axes = new_figure(LIGHT, 3.0)
+        axes.plot(1e6 * self.time_s, unit * self.power_W, color=LIGHT.beads[0], linewidth=0.8, label="sampled")
         if self._has_cycle_power():
             edges = 1e6 * self.period_s * np.arange(len(self.power_by_cycle_W) + 1)
             axes.stairs(
                 unit * self.power_by_cycle_W,
                 edges,
                 baseline=None,
-                color=theme.beads[1],
+                color=LIGHT.beads[1],
                 linewidth=2,
                 label="cycle mean",
             )
-        axes.axhline(0, color=theme.faint, linewidth=1)
-        axes.set_xlabel("time [µs]")
-        axes.set_ylabel(f"power of all drives [{name}]")
-        legend_above(axes, theme)
+        axes.axhline(0, color=LIGHT.faint, linewidth=1)
+        axes.set(xlabel="time [µs]", ylabel=f"power of all drives [{name}]")
+        legend_above(axes, LIGHT)
         return figure
 
-    def pairs(self, theme: Theme) -> Any:
+    def pairs(self) -> Any:
         """Pair distribution of the centroids; None without distances."""
         later = self.centroids_m[len(self.time_s) // 2 :]
         distances_m, ratio = pair_distribution(later, self.periodic_length_m)
         if len(distances_m) == 0:
             return None
-        figure, axes = new_figure(theme, 3.0)
-        axes.axhline(1, color=theme.ink, linewidth=1, linestyle=":")
-        axes.plot(1e6 * distances_m, ratio, "-", color=theme.beads[0], linewidth=1.6)
+        figure, axes = new_figure(LIGHT, 3.0)
+        axes.axhline(1, color=LIGHT.ink, linewidth=1, linestyle=":")
+        axes.plot(1e6 * distances_m, ratio, "-", color=LIGHT.beads[0], linewidth=1.6)
         axes.set_xlim(0, None)
         axes.set_ylim(0, None)
-        axes.set_xlabel("distance of centroids [µm]")
-        axes.set_ylabel("pair distribution")
+        axes.set(xlabel="distance of centroids [µm]", ylabel="pair distribution")
         return figure
 
     def polar_order(self) -> np.ndarray:
@@ -194,20 +180,19 @@ class Swarm:
         squares = np.einsum("tsi,tsj->tij", self.axes, self.axes) / self.axes.shape[1]
         return np.linalg.eigvalsh(1.5 * squares - 0.5 * np.eye(3))[:, -1]
 
-    def orientations(self, theme: Theme) -> Any:
+    def orientations(self) -> Any:
         """Polar and nematic order over time, and the angles to the mean axis at the end."""
-        figure, (order, distribution) = new_figure(theme, 3.2, ncols=2, width_ratios=(3, 2))
-        order.plot(1e6 * self.time_s, self.polar_order(), color=theme.beads[0], linewidth=1.4, label="polar")
-        order.plot(1e6 * self.time_s, self.nematic_order(), color=theme.beads[1], linewidth=1.4, label="nematic")
+        figure, (order, distribution) = new_figure(LIGHT, 3.2, ncols=2, width_ratios=(3, 2))
+        order.plot(1e6 * self.time_s, self.polar_order(), color=LIGHT.beads[0], linewidth=1.4, label="polar")
+        order.plot(1e6 * self.time_s, self.nematic_order(), color=LIGHT.beads[1], linewidth=1.4, label="nematic")
         order.set_ylim(0, 1.02)
-        order.set_xlabel("time [µs]")
-        order.set_ylabel("order")
-        legend_above(order, theme)
+        order.set(xlabel="time [µs]", ylabel="order")
+        legend_above(order, LIGHT)
         mean = self.axes[-1].mean(axis=0)
         cosines = self.axes[-1] @ mean / max(float(np.linalg.norm(mean)), 1e-300)
-        distribution.hist(np.degrees(np.arccos(np.clip(cosines, -1, 1))), bins=18, range=(0, 180), color=theme.beads[0])
-        distribution.set_xlabel("angle to the mean axis [degrees]")
-        distribution.set_ylabel("swimmers")
+        angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
+        distribution.hist(angles, bins=18, range=(0, 180), histtype="stepfilled", color=LIGHT.beads[0])
+        distribution.set(xlabel="angle to the mean axis [degrees]", ylabel="swimmers")
         distribution.set_xticks([0, 45, 90, 135, 180])
         distribution.yaxis.get_major_locator().set_params(integer=True)
         return figure
@@ -224,23 +209,22 @@ class Swarm:
         squares = [((places[lag:] - places[:-lag]) ** 2).sum(axis=2).mean() for lag in lags]
         return lags * step_s, np.array(squares)
 
-    def spreading(self, theme: Theme) -> Any:
+    def spreading(self) -> Any:
         """Mean-square displacement on logarithmic axes."""
         lags_s, squares_m2 = self.mean_square_displacement()
         if not squares_m2.all():  # nothing has moved
             return None
-        figure, axes = new_figure(theme, 3.4)
-        axes.loglog(1e6 * lags_s, 1e12 * squares_m2, "o-", color=theme.beads[0], markersize=3, linewidth=1.2)
+        figure, axes = new_figure(LIGHT, 3.4)
+        axes.loglog(1e6 * lags_s, 1e12 * squares_m2, "o-", color=LIGHT.beads[0], markersize=3, linewidth=1.2)
         for slope, label in ((2, "ballistic"), (1, "diffusive")):
             line = squares_m2[0] * (lags_s / lags_s[0]) ** slope
-            axes.loglog(1e6 * lags_s, 1e12 * line, ":", color=theme.ink, linewidth=1)
+            axes.loglog(1e6 * lags_s, 1e12 * line, ":", color=LIGHT.ink, linewidth=1)
             end = (1e6 * lags_s[-1], 1e12 * line[-1])
-            axes.annotate(label, end, color=theme.ink, fontsize=8, ha="right", va="bottom")
-        axes.set_xlabel("time between two samples [µs]")
-        axes.set_ylabel("mean-square displacement [µm²]")
+            axes.annotate(label, end, color=LIGHT.ink, fontsize=8, ha="right", va="bottom")
+        axes.set(xlabel="time between two samples [µs]", ylabel="mean-square displacement [µm²]")
         return figure
 
-    def spectrum(self, theme: Theme) -> Any:
+    def spectrum(self) -> Any:
         """Of the last snapshot of the flow, on logarithmic axes; None for a flow that is at rest or uniform."""
         step = self.snapshots[-1]
         components, cells = read_file(self.run.directory / "fields.h5", lambda path: read_components(path, step))
@@ -250,8 +234,7 @@ class Swarm:
         k, density = energy_spectrum(components, cells * self.run.cell_size_m, periodic[::-1])
         if not density.any():
             return None
-        figure, axes = new_figure(theme, 3.4)
-        axes.loglog(1e-6 * k, 1e18 * density, "o-", color=theme.beads[0], markersize=3, linewidth=1.2)
-        axes.set_xlabel("wave number [1/µm]")
-        axes.set_ylabel("E(k) [µm³/s²]")
+        figure, axes = new_figure(LIGHT, 3.4)
+        axes.loglog(1e-6 * k, 1e18 * density, "o-", color=LIGHT.beads[0], markersize=3, linewidth=1.2)
+        axes.set(xlabel="wave number [1/µm]", ylabel="E(k) [µm³/s²]")
         return figure

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
 
 from copepod_report.run_record import RunRecord
-from copepod_report.style import Theme, legend_above, new_figure
-from copepod_run.figures import FIGURES, MOST_TABLES, compared, measured, number_text, swarm_rows
+from copepod_report.style import LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
+from copepod_run.figures import FIGURES, MOST_TABLES, compared, measured, number_text, prefix_of, swarm_rows
 from copepod_run.names import quantity_of, short_keys
 
-_PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of a thousand
 _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
 _MOST_LABELS = 9
 
@@ -94,8 +94,8 @@ def with_prefix(numbers: np.ndarray, unit: str) -> tuple[float, str]:
     first = unit.split("/")[0].split(" ")[0]
     if not largest or not math.isfinite(largest) or first not in _TAKES_PREFIX or 1e-2 <= largest < 1e4:
         return 1.0, unit
-    power = max(min(_PREFIXES), min(max(_PREFIXES), math.floor(math.log10(largest * (1 + 1e-12)) / 3)))
-    return 1000.0**-power, _PREFIXES[power] + unit
+    power, prefix = prefix_of(largest, -12, 9)
+    return 10.0**-power, prefix + unit
 
 
 def _results(runs: Sequence[RunRecord]) -> list[Result]:
@@ -132,58 +132,40 @@ def main_axes(sweep: SweepRecord) -> tuple[Axis, Sequence[Axis]]:
     return chosen, [axis for axis in sweep.axes if axis is not chosen]
 
 
-def curves(sweep: SweepRecord, result: Result, theme: Theme) -> Any:
+def curves(sweep: SweepRecord, result: Result) -> Any:
     """A result over one key, a curve for each combination of the others' values."""
     over, others = main_axes(sweep)
     if len(over.values()) == len(result.values):  # paired lists, or a single key
         others = []
-    figure, axes = new_figure(theme, 3.8)
+    figure, axes = new_figure(LIGHT, 3.8)
     rows = list(zip(*(axis.places for axis in others))) or [()] * len(result.values)
     combinations = sorted(set(rows))
     for number, combination in enumerate(combinations):
         chosen = np.array([row == combination for row in rows])
         order = np.argsort(over.places[chosen])
         label = ", ".join(axis.text(place) for axis, place in zip(others, combination))
-        colour = _colour(number, len(combinations), theme)
+        colour = VIOLET_TO_YELLOW(number / (len(combinations) - 1)) if len(combinations) > 1 else LIGHT.beads[0]
         places, values = over.places[chosen][order], result.values[chosen][order]
         axes.plot(places, values, "o-", color=colour, linewidth=1.6, markersize=4.5, label=label)
     _dress(axes.xaxis, over)
     axes.set_ylabel(result.heading)
     if np.nanmin(result.values) < 0 < np.nanmax(result.values):
-        axes.axhline(0, color=theme.faint, linewidth=1)
+        axes.axhline(0, color=LIGHT.faint, linewidth=1)
     if 1 < len(combinations) <= _MOST_LABELS:
-        legend_above(axes, theme)
+        legend_above(axes, LIGHT)
     elif len(combinations) > 1:
-        _colour_bar(figure, axes, others, combinations, theme)
+        _colour_bar(figure, axes, others, combinations)
     return figure
 
 
-def _colour(number: int, count: int, theme: Theme) -> Any:
-    return theme.beads[0] if count == 1 else _colours(theme)(number / (count - 1))
-
-
-def _colours(theme: Theme) -> Any:
-    """From violet to yellow, without the end that the paper would swallow."""
-    from matplotlib.colors import ListedColormap
-
-    from matplotlib import colormaps
-
-    ends = (0.0, 0.88) if theme.name == "light" else (0.25, 1.0)
-    return ListedColormap(colormaps["viridis"](np.linspace(*ends, 256)))
-
-
-def _colour_bar(
-    figure: Any, axes: Any, others: Sequence[Axis], combinations: Sequence[tuple[float, ...]], theme: Theme
-) -> None:
+def _colour_bar(figure: Any, axes: Any, others: Sequence[Axis], combinations: Sequence[tuple[float, ...]]) -> None:
     """In place of a legend with too many lines: the first and the last curve are named."""
-    from matplotlib.cm import ScalarMappable
-
-    bar = figure.colorbar(ScalarMappable(cmap=_colours(theme)), ax=axes, ticks=[0, 1])
+    bar = colour_bar(figure, ScalarMappable(cmap=VIOLET_TO_YELLOW), ax=axes, ticks=[0, 1])
     ends = [
         "\n".join(axis.text(place) for axis, place in zip(others, combination))
         for combination in (combinations[0], combinations[-1])
     ]
-    bar.ax.set_yticklabels(ends, fontsize=8, color=theme.ink)
+    bar.ax.set_yticklabels(ends, fontsize=8)
     bar.outline.set_visible(False)
 
 
@@ -195,24 +177,21 @@ def has_map(sweep: SweepRecord) -> bool:
     return is_grid and len(members) > math.prod(sizes) / 2
 
 
-def colour_map(sweep: SweepRecord, result: Result, theme: Theme) -> Any:
+def colour_map(sweep: SweepRecord, result: Result) -> Any:
     """A result over both keys of a grid, a rectangle for each run; where it has both signs, zero is in the middle."""
     across, (upwards,) = main_axes(sweep)
     columns, rows = (np.searchsorted(axis.values(), axis.places) for axis in (across, upwards))
     values = np.full((len(upwards.values()), len(across.values())), math.nan)
     values[rows, columns] = result.values
-    figure, axes = new_figure(theme, 3.8)
+    figure, axes = new_figure(LIGHT, 3.8)
     axes.grid(False)
     largest = np.nanmax(np.abs(values))
     both_signs = np.nanmin(values) < -1e-9 * largest and np.nanmax(values) > 1e-9 * largest
-    look = {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest} if both_signs else {"cmap": _colours(theme)}
+    look = {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest} if both_signs else {"cmap": VIOLET_TO_YELLOW}
     drawn = axes.pcolormesh(_edges(across), _edges(upwards), values, **look)
     _dress(axes.xaxis, across)
     _dress(axes.yaxis, upwards)
-    bar = figure.colorbar(drawn, ax=axes)
-    bar.set_label(result.heading, color=theme.ink)
-    bar.ax.tick_params(colors=theme.ink)
-    bar.outline.set_visible(False)
+    colour_bar(figure, drawn, result.heading, ax=axes).outline.set_visible(False)
     return figure
 
 

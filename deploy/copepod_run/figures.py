@@ -100,15 +100,22 @@ def number_text(value: Any) -> str:
     return "-" if value is None else str(value)
 
 
-_PREFIXES = {0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
+_PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
+
+
+def prefix_of(value: float, least: int = -15, most: int = 0) -> tuple[int, str]:
+    """Power of ten and letter of the largest prefix between two powers with which a value is at least one."""
+    power = 3 * math.floor(math.log10(abs(value) * (1 + 1e-9)) / 3) if value else least
+    power = min(max(power, least), most)
+    return power, _PREFIXES[power]
 
 
 def quantity_text(value: float, unit: str) -> str:
     """«754.8 ps», «4 µm», «1.2 s»: three or four digits, with the prefix that people use."""
     if value == 0:
         return f"0 {unit}"
-    power = min(max(3 * math.floor(math.log10(abs(value) * (1 + 1e-9)) / 3), min(_PREFIXES)), 0)
-    return f"{value / 10**power:.4g} {_PREFIXES[power]}{unit}"
+    power, prefix = prefix_of(value)
+    return f"{value / 10**power:.4g} {prefix}{unit}"
 
 
 def percent_text(value: float | None) -> str:

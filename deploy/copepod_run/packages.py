@@ -35,6 +35,7 @@ BUILD_AND_RUN = (
     "libbenchmark-dev",
     "libbullet-dev",
     "libmujoco-dev",
+    "python3-jinja2",
     "python3-numpy",
     "python3-matplotlib",
     "python3-h5py",

@@ -47,7 +47,7 @@ class EventReader:
 def for_stream(stream: TextIO, cells: int) -> "Progress":
     """The display that suits `stream`; `cells` is the number of cells per step, for the speed in MLUPS."""
     if is_quiet():
-        return NoProgress()
+        return Progress()
     return (TerminalProgress if redraws(stream) else PlainProgress)(stream, cells)
 
 
@@ -64,8 +64,8 @@ def width_of(stream: TextIO) -> int:
         return 79
 
 
-class NoProgress:
-    """Of quiet mode."""
+class Progress:
+    """A display of one run; this one shows nothing, as in quiet mode."""
 
     def phase(self, name: str) -> None:
         ...
@@ -80,7 +80,7 @@ class NoProgress:
         ...
 
 
-class EventProgress:
+class EventProgress(Progress):
     """Phases and steps as JSON lines, for a program that shows them in its own way."""
 
     def __init__(self, stream: TextIO) -> None:
@@ -94,9 +94,6 @@ class EventProgress:
 
     def notice(self, text: str) -> None:
         write(self._stream, notice(text))
-
-    def close(self) -> None:
-        pass
 
     def _write(self, event: Event) -> None:
         write(self._stream, json.dumps(event) + "\n")
@@ -128,7 +125,7 @@ def clock_text(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{seconds % 60:02d}" if hours else f"{minutes}:{seconds % 60:02d}"
 
 
-class PlainProgress:
+class PlainProgress(Progress):
     """Lines for logs and pipes: every phase, a step line every few seconds and for the last step."""
 
     def __init__(self, stream: TextIO, cells: int, clock: Clock = time.monotonic) -> None:
@@ -152,14 +149,11 @@ class PlainProgress:
     def notice(self, text: str) -> None:
         self._write(text)
 
-    def close(self) -> None:
-        pass
-
     def _write(self, text: str) -> None:
         write(self._stream, f"copepod: {text}\n")
 
 
-class TerminalProgress:
+class TerminalProgress(Progress):
     """One line, redrawn in place, never wider than the terminal."""
 
     def __init__(self, stream: TextIO, cells: int) -> None:
@@ -203,10 +197,10 @@ class TerminalProgress:
         redraw(self._stream, text[: width_of(self._stream)])
 
 
-class RecordedProgress:
+class RecordedProgress(Progress):
     """Passes everything on to another display, and keeps phase and last step in a file for `copepod watch`."""
 
-    def __init__(self, display: "Progress", path: Path, clock: Clock = time.monotonic) -> None:
+    def __init__(self, display: Progress, path: Path, clock: Clock = time.monotonic) -> None:
         self._display = display
         self._path = path
         self._clock = clock
@@ -238,6 +232,3 @@ class RecordedProgress:
         with suppress(OSError):
             fresh.write_text(json.dumps(self._state) + "\n")
             fresh.replace(self._path)
-
-
-Progress = NoProgress | EventProgress | PlainProgress | TerminalProgress | RecordedProgress  # a display of one run

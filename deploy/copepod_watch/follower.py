@@ -1,6 +1,5 @@
 """What a run directory holds, read again and again while the run writes it."""
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.cycles import read_cycles
-from copepod_report.run_status import state_of, status_of
+from copepod_report.run_status import read_object, state_of, status_of
 from copepod_report.scene import Samples, most_frames, scene_of
 from copepod_report.trajectory import COLUMNS, GrowingTrajectory
 from copepod_run.figures import MOST_TABLES
@@ -105,11 +104,7 @@ class RunFollower:
 
     def last_event(self) -> dict[str, Any]:
         """What the command recorded of the coupler's events; empty before the first, and for runs of old releases."""
-        try:
-            event = json.loads((self.directory / "logs" / "progress.json").read_text())
-        except (OSError, ValueError):
-            return {}
-        return event if isinstance(event, dict) else {}
+        return read_object(self.directory / "logs" / "progress.json")
 
     def _speeds(self) -> list[dict[str, Any]]:
         """Velocity along and across the own axis [m/s] by cycle, of each swimmer, or the mean of a swarm."""

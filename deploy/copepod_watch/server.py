@@ -8,14 +8,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from html import escape
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qs, quote, unquote, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
-from copepod_report.page import page
+from copepod_report.page import page, templates
 from copepod_report.run_record import DAMAGE
 from copepod_report.view import scripts
 from copepod_run.errors import ExitCode, Stop
@@ -24,6 +23,7 @@ from copepod_watch.follower import RunFollower, runs_in
 _LOOPBACK = "127.0.0.1"
 _OUR_NAMES = (_LOOPBACK, "localhost")  # another name that leads here is that of a page elsewhere (DNS rebinding)
 _LIVE = Path(__file__).with_name("live.js")
+_HTML = templates(Path(__file__).with_name("live.html"))
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -106,29 +106,13 @@ class WatchServer(ThreadingHTTPServer):
             self._followers[name] = self._follow(runs_in(self.directory)[name])
 
     def _list(self, runs: dict[str, Path]) -> str:
-        rows = []
-        for name, path in runs.items():
-            follower = RunFollower(path, {}, 0)
-            event = follower.last_event()
-            step = f"step {event['step']} of {event['steps']}" if "steps" in event else ""
-            rows.append(f'<tr><td><a href="{quote(name)}/">{escape(name)}</a></td>')
-            rows.append(f"<td>{follower.state()}</td><td>{step}</td></tr>")
-        table = f'<div class="scroll"><table><tbody>{"".join(rows)}</tbody></table></div>'
-        note = f"<p>{escape(str(self.directory))}: {len(runs)} runs so far.</p>"
-        refresh = '<meta http-equiv="refresh" content="5">'
-        return page(f"Copepod: {self.directory.resolve().name}", [refresh, note, table])
+        followers = [(name, RunFollower(path, {}, 0)) for name, path in runs.items()]
+        rows = [(name, follower.state(), follower.last_event()) for name, follower in followers]
+        return page(f"Copepod: {self.directory.resolve().name}", [_HTML.runs(self.directory, rows)])
 
 
 def _live_page(follower: RunFollower, list_of_runs: str) -> str:
-    back = f'<p><a href="{list_of_runs}">All runs</a></p>' if list_of_runs else ""
-    section = (
-        f'<section id="live">{back}<p>{escape(str(follower.directory))}</p>'
-        '<p class="status" role="status">…</p><progress></progress><p class="pace"></p>'
-        '<div class="speeds"></div><figure class="wide view"><div class="stage"><p class="missing">'
-        "<noscript>The live page needs JavaScript.</noscript></p></div></figure>"
-        '<p><a href="report">Tables and figures so far</a>, drawn when you follow the link</p>'
-        '<div class="report"></div></section>'
-    )
+    section = _HTML.live(follower.directory, list_of_runs)
     return page(f"Copepod: {follower.name}", [section, scripts(), f"<script>{_LIVE.read_text()}</script>"])
 
 

@@ -16,7 +16,7 @@ from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
 from copepod_report.flow import View, choose, draw, strongest_plane
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
-from copepod_report.style import DARK, LIGHT, laid_out_like, picture_of
+from copepod_report.style import LIGHT, new_figure, picture_of, svg_of
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import Stop
 
@@ -59,8 +59,8 @@ class Report(CommandTest):
         self.report("run")
         text = (self.folder / "run/report/report.html").read_text()
         sources = re.findall(r'(?:src|srcset|href)="([^"]*)"', text)
-        self.assertEqual(len(sources), 14)  # seven plots, light and dark
-        self.assertTrue(all(source.startswith("data:image/png;base64,") for source in sources))
+        self.assertEqual(len(sources), 7)
+        self.assertTrue(all(source.startswith("data:image/svg+xml;base64,") for source in sources))
         self.assertNotRegex(text, r"https?://|@import|url\(|import\(|fetch\(")
         self.assertIn("prefers-color-scheme: dark", text)
 
@@ -101,7 +101,7 @@ class Report(CommandTest):
         cycles["u_along_m_per_s"] = np.array([9.0, 1.0, 1.1, 1.2, 1.3])
         cycles["rotation_y_rad"] = np.array([0.11, 0.1, 0.12, 0.1, 0.1])
         cycles["rotation_z_rad"] = np.array([0.0, 0.0, 1e-9, 0.0, 0.0])
-        velocity, rotation, *arms = by_cycle(cycles, ["B2–B1", "B1–B3"], LIGHT).axes
+        velocity, rotation, *arms = by_cycle(cycles, ["B2–B1", "B1–B3"]).axes
         self.assertLess(velocity.get_ylim()[1], 2e6)
         self.assertEqual([line.get_label() for line in rotation.lines], ["about y"])
         np.testing.assert_allclose(rotation.lines[0].get_ydata(), np.degrees(cycles["rotation_y_rad"]))
@@ -109,7 +109,7 @@ class Report(CommandTest):
 
     def test_paths_reach_the_end_of_the_last_cycle(self):
         write_run(self.folder / "run", mean_flow=False)
-        track = paths(read_cycles(self.folder / "run/cycles.csv"), LIGHT).axes[0].lines[0].get_ydata()
+        track = paths(read_cycles(self.folder / "run/cycles.csv")).axes[0].lines[0].get_ydata()
         np.testing.assert_allclose(track, 1e6 * SPEED * PERIOD * CELL_M * np.arange(5), atol=1e-9)
 
     def test_run_that_ended_before_the_last_period_has_no_fits(self):
@@ -363,23 +363,35 @@ class Report(CommandTest):
         run = RunRecord(self.folder / "run", read_case)
         picture = choose(run, View())
         for kind, start in (("png", PNG), ("svg", b"<?xml"), ("pdf", b"%PDF")):
-            first, second = (picture_of(draw(run, picture, LIGHT), kind, "a caption") for _ in range(2))
+            first, second = (picture_of(draw(run, picture), kind, "a caption") for _ in range(2))
             self.assertEqual(first, second)
             self.assertTrue(first.startswith(start))
             self.assertIn(b"a caption", first)
             self.assertNotRegex(first, rb"<dc:date>|/CreationDate")
             self.assertEqual(b">z [\xc2\xb5m]</text>" in first, kind == "svg")
 
-    def test_dark_pictures_are_laid_out_like_the_light_ones(self):
+    def test_figures_of_the_page_change_their_colours_with_it(self):
         write_run(self.folder / "run")
         run = RunRecord(self.folder / "run", read_case)
-        light, dark = (draw(run, choose(run, View()), theme) for theme in (LIGHT, DARK))
-        before = dark.axes[0].get_position().bounds
-        picture_of(light, "png")
-        picture_of(laid_out_like(dark, light), "png")
-        for first, second in zip(light.axes, dark.axes):
-            np.testing.assert_array_equal(first.get_position().bounds, second.get_position().bounds)
-        self.assertNotEqual(dark.axes[0].get_position().bounds, before)
+        figure = draw(run, choose(run, View()))
+        figure.axes[0].set_title(LIGHT.ink)
+        text = svg_of(figure)
+        style, rest = text.partition("</style>")[::2]
+        declared = re.findall(r"(--c\d): (#\w{6});", style.partition("@media (prefers-color-scheme: dark)")[2])
+        self.assertEqual(len(dict(declared)), len(LIGHT.colours()))
+        self.assertEqual(set(re.findall(r"(?:fill|stroke): (#\w+)", rest)), set())  # all of them are variables
+        self.assertGreater(rest.count("var(--c1)"), 10)
+        self.assertIn(f">{LIGHT.ink}</text>", rest)
+        self.assertIn(f"fill: {LIGHT.ink}".encode(), picture_of(figure, "svg"))  # files are light
+
+    def test_figure_of_very_many_lines_becomes_pixels_between_axes_that_follow_the_page(self):
+        figure, axes = new_figure(LIGHT, 3.0)
+        for number in range(400):
+            axes.plot(np.sin(np.arange(200) * number))
+        text = svg_of(figure)
+        self.assertLess(len(text), 1_500_000)
+        self.assertIn("<image", text)
+        self.assertIn("var(--c1)", text)
 
     def test_plots_are_written_in_the_formats_that_are_asked_for(self):
         write_run(self.folder / "run")

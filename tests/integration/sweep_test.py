@@ -10,7 +10,6 @@ from copepod_session import ROOT, CommandTest, WholeRunTest
 from synthetic_run import write_run
 from copepod_report import sweeps
 from copepod_report.run_record import collect
-from copepod_report.style import LIGHT
 from copepod_run.names import distinct_folders, distinct_words, quantity_of, short_keys
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -198,7 +197,7 @@ class ReportOfASweep(CommandTest):
             self.assertEqual(len(re.findall(f'id="{re.escape(anchor)}"', text)), 1, anchor)
             section = next(part for part in text.split("<section") if f'id="{anchor}"' in part)
             self.assertIn(f"<h2>{name}</h2>", section)
-            self.assertIn(f"report {shlex.quote(f'sweep/{name}')}</p>".replace("'", "&#x27;"), section)
+            self.assertIn(f"report {shlex.quote(f'sweep/{name}')}</p>".replace("'", "&#39;"), section)
 
     def test_every_result_is_drawn_over_the_swept_keys(self):
         values = [(lag, amplitude) for lag in (0, 1, 2) for amplitude in (1e-6, 1e-5)]
@@ -215,11 +214,11 @@ class ReportOfASweep(CommandTest):
         runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
         (sweep,) = sweeps.sweeps_of(runs)
         (result,) = sweep.results
-        axes = sweeps.curves(sweep, result, LIGHT).axes[0]
+        axes = sweeps.curves(sweep, result).axes[0]
         self.assertEqual(axes.get_xlabel(), "phase lag [steps]")
         self.assertEqual([line.get_label() for line in axes.lines], ["amplitude 1 µN", "amplitude 10 µN"])
         self.assertEqual([tuple(line.get_ydata()) for line in axes.lines], [(0, 1e-6, 2e-6), (0, 1e-5, 2e-5)])
-        drawn = sweeps.colour_map(sweep, result, LIGHT).axes[0]
+        drawn = sweeps.colour_map(sweep, result).axes[0]
         self.assertEqual((drawn.get_xscale(), drawn.get_yscale()), ("linear", "log"))
         self.assertEqual(drawn.get_ylabel(), "amplitude [µN]")
         self.assertEqual(drawn.collections[0].get_array().tolist(), [0, 1e-6, 2e-6, 0, 1e-5, 2e-5])
@@ -244,13 +243,13 @@ class ReportOfASweep(CommandTest):
         runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
         (sweep,) = sweeps.sweeps_of(runs)
         self.assertFalse(sweeps.has_map(sweep))
-        (line,) = sweeps.curves(sweep, sweep.results[0], LIGHT).axes[0].lines
+        (line,) = sweeps.curves(sweep, sweep.results[0]).axes[0].lines
         self.assertEqual(list(line.get_xdata()), [1, 2, 3])
         for run, solver in zip(runs, ("stokes", "vacuum", "stokes")):
             run.sweep.values[LAG] = solver
             del run.sweep.values[AMPLITUDE]
         (sweep,) = sweeps.sweeps_of(runs)
-        axes = sweeps.curves(sweep, sweep.results[0], LIGHT).axes[0]
+        axes = sweeps.curves(sweep, sweep.results[0]).axes[0]
         self.assertEqual([tick.get_text() for tick in axes.get_xticklabels()], ["stokes", "vacuum"])
 
 
