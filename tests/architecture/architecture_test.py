@@ -144,6 +144,9 @@ class ImportCycles(PlantedTree):
     def cycles(self, root, depth=None):
         return structure.cycles(structure.grouped(structure.import_edges(structure.sources(root)), depth))
 
+    def test_trips_are_those_of_this_tree(self):
+        self.assertEqual([trip for trip, number in structure.trips_of(ROOT) if number == "?"], [])
+
     def test_the_project_has_none(self):
         self.assertGreater(len(structure.import_edges(structure.sources(ROOT))), 100)
         self.assertEqual(self.cycles(ROOT, depth=1), [])
