@@ -15,6 +15,10 @@ class Error(Exception):
         super().__init__(message)
         self.code = code
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For process pools: an exception is otherwise made again from its message alone."""
+        return _made_again, (type(self), self.args, self.__dict__)
+
 
 class CaseError(Error):
     """A case or an argument is wrong; lists every error of the case with its key."""
@@ -26,6 +30,13 @@ class RunError(Error):
     def __init__(self, message: str, code: int, directory: str | None) -> None:
         super().__init__(message, code)
         self.directory = directory
+
+
+def _made_again(kind: type[Error], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Error:
+    error = kind.__new__(kind, *arguments)
+    error.args = arguments
+    error.__dict__.update(attributes)
+    return error
 
 
 class CaseWarning(UserWarning):

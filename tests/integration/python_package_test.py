@@ -4,6 +4,7 @@ import contextlib
 import importlib.util
 import json
 import os
+import pickle
 import re
 import shutil
 import signal
@@ -61,6 +62,13 @@ class Schema(unittest.TestCase):
                 checked += 1
         self.assertGreater(checked, 50)
         self.assertFalse(validator.is_valid({**case, "fluid": {"solver": "lattice_boltzman"}}))
+
+
+class Errors(unittest.TestCase):
+    def test_survive_a_process_pool(self):
+        for error in (copepod.RunError("it failed", 70, "runs/a"), copepod.CaseError("it is wrong", 2)):
+            again = pickle.loads(pickle.dumps(error))
+            self.assertEqual((type(again), str(again), vars(again)), (type(error), str(error), vars(error)))
 
 
 class Cases(unittest.TestCase):

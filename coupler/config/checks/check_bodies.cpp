@@ -62,12 +62,17 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
                      Problems& problems) {
   const Eigen::Vector3d length = domain_length_m(fluid);
   const Eigen::Vector3d half = half_extents_m(body);
+  constexpr double most_lengths = 1000.0;  // from which a body may have come across periodic faces
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const auto face = static_cast<std::size_t>(2 * axis);
     if (length[axis] == 0.0) continue;
     if (fluid.boundaries[face].kind != BoundaryKind::periodic) {
       check_gap(body.position_m[axis] - half[axis], fluid, face, body, path, problems);
       check_gap(length[axis] - half[axis] - body.position_m[axis], fluid, face + 1, body, path, problems);
+    } else if (std::abs(body.position_m[axis]) > most_lengths * length[axis]) {
+      problems.error(path, "body '" + body.name + "' starts at " + axis_names[face / 2] + " = " +
+                               length_text(body.position_m[axis]) + " (the domain is " + length_text(length[axis]) +
+                               " long). Is its place in metres?");
     } else if (2 * half[axis] >= length[axis]) {
       problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[face / 2] +
                                " (it would meet its own image). Use a smaller body or more cells.");
@@ -112,7 +117,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const std::string& name = assembly.bodies[i].name;
     const auto [first, inserted] = seen.emplace(name, assembly.body_paths[i]);
-    if (inserted) continue;
+    if (inserted || problems.any_under(assembly.body_paths[i])) continue;
     problems.error(
         assembly.body_paths[i] + (i + the_case.bodies.size() < assembly.bodies.size() ? "" : ".name"),
         "two bodies are called '" + name + "' (springs, actuators and results need one each). Rename one of them.");

@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "config/yaml/hints.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
@@ -70,6 +72,14 @@ bool declare_beads(Keys& keys, Swimmer& swimmer) {
   std::size_t placed = 0;
   for (std::size_t i = 0; i < count; ++i)
     if (reader->raw("beads")->items[i].find("position_m") != nullptr) ++placed;
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string& name = swimmer.beads[i].name;
+    if (!name.empty() && !names.insert(name).second)
+      reader->problems().error(reader->path_of("beads") + "." + std::to_string(i),
+                               "two beads of " + swimmer.name + " are called '" + name +
+                                   "' (arms, springs and results need one each). Rename one of them.");
+  }
   if (count == 0) {
     reader->reject("beads", "is empty (arms join beads). List them by name.");
   } else if (placed != 0 && placed != count) {
@@ -90,8 +100,9 @@ std::vector<int> read_bead_numbers(Reader& reader, const Swimmer& swimmer, std::
     const auto found =
         std::find_if(swimmer.beads.begin(), swimmer.beads.end(), [&](const Bead& bead) { return bead.name == name; });
     if (found == swimmer.beads.end() && !name.empty()) {
-      std::string known;
-      for (const Bead& bead : swimmer.beads) known += (known.empty() ? "" : ", ") + bead.name;
+      std::set<std::string> names_of_beads;
+      for (const Bead& bead : swimmer.beads) names_of_beads.insert(bead.name);
+      const std::string known = listed({names_of_beads.begin(), names_of_beads.end()});
       reader.reject(
           "beads", "names the bead '" + name + "' (" + swimmer.name + " has none of this name). Known: " + known + ".");
     }

@@ -167,6 +167,26 @@ void emit(YAML::Emitter& out, const nlohmann::ordered_json& value) {
   }
 }
 
+std::string line_of(const std::string& text, const YAML::Mark& mark) {
+  std::istringstream stream(text);
+  std::string line;
+  for (int number = 0; number <= mark.line; ++number) std::getline(stream, line);
+  return line;
+}
+
+/// What is wrong in a line that ends YAML's parser.
+std::string problem_with(const std::string& line, const YAML::Exception& error) {
+  if (line.substr(0, line.find_first_not_of(" \t")).find('\t') != std::string::npos)
+    return "the line is indented with a tab (YAML takes spaces only). Replace the tab with spaces.";
+  const std::size_t star = line.find('*', static_cast<std::size_t>(std::max(error.mark.column, 0)));
+  if (error.msg == YAML::ErrorMsg::UNKNOWN_ANCHOR && star != std::string::npos) {
+    const std::string alias = line.substr(star, line.find_first_of(" ,]}", star) - star);
+    return alias + " stands for nothing (no &" + alias.substr(1) + " comes before it). Write &" + alias.substr(1) +
+           " at what is meant, above this line.";
+  }
+  return "this is not valid YAML (" + error.msg + "). Look at indentation, brackets and colons here.";
+}
+
 }  // namespace
 
 Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines) {
@@ -180,8 +200,7 @@ Value parse_yaml(const std::string& text, const std::string& source, LineNumbers
                         "file of its own.");
     return conversion.convert(YAML::Load(text));
   } catch (const YAML::Exception& error) {
-    throw CaseInvalid(conversion.origin(error.mark),
-                      "this is not valid YAML (" + error.msg + "). Look at indentation, brackets and colons here.");
+    throw CaseInvalid(conversion.origin(error.mark), problem_with(line_of(text, error.mark), error));
   }
 }
 
