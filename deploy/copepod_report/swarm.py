@@ -13,7 +13,7 @@ from copepod_report.run_record import RunRecord, read_file
 from copepod_report.spectrum import energy_spectrum
 from copepod_report.style import LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
 from copepod_report.sweeps import with_prefix
-from copepod_run.figures import at, quantity_text
+from copepod_run.figures import quantity_text
 
 _MOST_POINTS = 200  # of a path in the picture
 _MOST_LAGS = 40
@@ -41,8 +41,7 @@ class Swarm:
         self.axes = ends / np.maximum(np.linalg.norm(ends, axis=2, keepdims=True), 1e-300)
         driven = run.trajectory.all_of("driving_N") * run.trajectory.all_of("velocity_m_per_s")
         self.power_W = driven[:, [body for group in beads for body in group]].sum(axis=(1, 2))
-        cells = np.array(at(run.case, "fluid.domain_cells") or (0, 0, 0), float)
-        self.periodic_length_m = np.where(run.is_periodic, cells * (run.cell_size_m or 0.0), 0.0)
+        self.periodic_length_m = np.where(run.is_periodic, run.domain_m, 0.0)
         has_all = all(s.name in run.cycles for s in run.swimmers)  # of their first cycle, in a run that continues
         measured = [run.cycles[s.name] for s in run.swimmers] if has_all else []
         cycles = min((len(each["cycle"]) for each in measured), default=0)
