@@ -251,8 +251,7 @@ def draw(run: RunRecord, picture: FlowPicture) -> Any:
         look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}
         axes.streamplot(along[columns_shown], across[rows_shown], *velocity, **look)
     _draw_bodies(axes, run, picture)
-    axes.set_xlim(*shown[:2])
-    axes.set_ylim(*shown[2:])
+    axes.set(xlim=shown[:2], ylim=shown[2:])
     axes.set(xlabel=f"{_AXES[picture.along]} [µm]", ylabel=f"{_AXES[picture.across]} [µm]")
     kind = "mean speed" if picture.is_mean else "speed"
     relative = f"\nrelative to {picture.frame}" if picture.frame else ""

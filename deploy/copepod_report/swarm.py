@@ -165,9 +165,7 @@ class Swarm:
         figure, axes = new_figure(LIGHT, 3.0)
         axes.axhline(1, color=LIGHT.ink, linewidth=1, linestyle=":")
         axes.plot(1e6 * distances_m, ratio, "-", color=LIGHT.beads[0], linewidth=1.6)
-        axes.set_xlim(0, None)
-        axes.set_ylim(0, None)
-        axes.set(xlabel="distance of centroids [µm]", ylabel="pair distribution")
+        axes.set(xlim=(0, None), ylim=(0, None), xlabel="distance of centroids [µm]", ylabel="pair distribution")
         return figure
 
     def polar_order(self) -> np.ndarray:
@@ -184,8 +182,7 @@ class Swarm:
         figure, (order, distribution) = new_figure(LIGHT, 3.2, ncols=2, width_ratios=(3, 2))
         order.plot(1e6 * self.time_s, self.polar_order(), color=LIGHT.beads[0], linewidth=1.4, label="polar")
         order.plot(1e6 * self.time_s, self.nematic_order(), color=LIGHT.beads[1], linewidth=1.4, label="nematic")
-        order.set_ylim(0, 1.02)
-        order.set(xlabel="time [µs]", ylabel="order")
+        order.set(ylim=(0, 1.02), xlabel="time [µs]", ylabel="order")
         legend_above(order, LIGHT)
         mean = self.axes[-1].mean(axis=0)
         cosines = self.axes[-1] @ mean / max(float(np.linalg.norm(mean)), 1e-300)
