@@ -11,7 +11,7 @@ from typing import Any
 from copepod_campaign.sweep import Member
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import resolved_case
-from copepod_run.run_directory import Lock, has_checkpoint, take_lock
+from copepod_run.run_directory import Lock, has_checkpoint, read_object, take_lock
 from copepod_run.messages import say
 
 _ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
@@ -47,13 +47,13 @@ class Entry:
     @property
     def summary(self) -> dict[str, Any] | None:
         """summary.json of a finished run, else None."""
-        summary = _read_json(self.path / "summary.json")
-        return summary if summary and summary.get("status") == "finished" else None
+        summary = read_object(self.path / "summary.json")
+        return summary if summary.get("status") == "finished" else None
 
     @property
     def builds(self) -> list[str]:
         """Builds that took part in the run, the last one last."""
-        provenance = _read_json(self.path / "provenance.json") or {}
+        provenance = read_object(self.path / "provenance.json")
         attempts = [*provenance.get("earlier_attempts", []), provenance]
         return list(dict.fromkeys(attempt.get("build") or "unknown" for attempt in attempts))
 
@@ -119,10 +119,3 @@ def _physics(case: Mapping[str, Any]) -> dict[str, Any]:
     for swimmer in copy.get("swimmers", []):
         swimmer.pop("published", None)
     return copy
-
-
-def _read_json(path: Path) -> dict[str, Any] | None:
-    try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError):
-        return None

@@ -107,29 +107,23 @@ def _csv(entries: Sequence[Entry]) -> str:
     """All columns that have a value anywhere."""
     rows = _rows(entries)
     heads, known = _known_columns(rows)
-    records = []
-    for row, cells in zip(rows, known):
-        summary = row.entry.summary or {}
-        record: dict[str, Any] = {
-            head: cell if isinstance(cell, (int, float)) else _text(cell) for head, cell in zip(heads, cells)
-        }
-        record |= {"state": row.entry.state.value, "builds": " ".join(row.entry.builds)}
-        record |= {key: summary.get(key) for key in ("wall_s", "digest")}
-        for key in FIGURES:
-            figure = row.figures.get(key, Figure(None))
-            record |= {key: figure.ours, f"{key}_published": figure.published}
-            record[f"{key}_deviation_percent"] = figure.deviation_percent
-        records.append(record)
-    filled = [column for column in records[0] if any(record[column] not in (None, "") for record in records)]
+    columns = {head: list(map(_plain, cells)) for head, cells in zip(heads, zip(*known))}
+    columns["state"] = [row.entry.state.value for row in rows]
+    columns["builds"] = [" ".join(row.entry.builds) for row in rows]
+    columns |= {key: [(row.entry.summary or {}).get(key) for row in rows] for key in ("wall_s", "digest")}
+    for key in FIGURES:
+        figures = [row.figures.get(key, Figure(None)) for row in rows]
+        columns[key] = [figure.ours for figure in figures]
+        columns[f"{key}_published"] = [figure.published for figure in figures]
+        columns[f"{key}_deviation_percent"] = [figure.deviation_percent for figure in figures]
+    filled = {head: cells for head, cells in columns.items() if any(cell not in (None, "") for cell in cells)}
     stream = io.StringIO()
-    writer = csv.DictWriter(stream, filled, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(records)
+    csv.writer(stream, lineterminator="\n").writerows([list(filled), *zip(*filled.values())])
     return stream.getvalue()
 
 
-def _text(value: Any) -> str:
-    return "" if value is None else value_text(value)
+def _plain(value: Any) -> Any:
+    return value if value is None or isinstance(value, (int, float)) else value_text(value)
 
 
 def _record(entry: Entry) -> dict[str, Any]:

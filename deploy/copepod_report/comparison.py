@@ -6,18 +6,18 @@ from typing import Any
 from copepod_report import sweeps
 from copepod_report.run_record import RunRecord
 from copepod_report.style import LIGHT, legend_above, new_figure
-from copepod_run.figures import FIGURES, Figure, compared, number_text, percent_text
+from copepod_run.figures import FIGURES, Figure, figures_by_name, number_text, percent_text
 
 Row = tuple[int, str, dict[str, Figure]]  # number of the run, swimmer name, figures by key
 
 
 def comparison_rows(runs: Sequence[RunRecord]) -> list[Row]:
     """A row for every swimmer and group, or one for a run without any."""
-    rows: list[Row] = []
-    for number, run in enumerate(runs):
-        entries = [swimmer.figures for swimmer in run.swimmers] + (run.summary.get("groups") or [])
-        rows += [(number, entry.get("name", ""), compared(entry)) for entry in entries or [{}]]
-    return rows
+    return [
+        (number, name, figures)
+        for number, run in enumerate(runs)
+        for name, figures in figures_by_name(run.summary) or [("", {})]
+    ]
 
 
 def comparison_columns(rows: Sequence[Row]) -> list[tuple[str, str]]:
@@ -58,8 +58,7 @@ def speeds(runs: Sequence[RunRecord]) -> Any:
         )
     axes.set_yticks(list(places), [name for name, _, _ in rows])
     axes.grid(axis="y", visible=False)
-    axes.set_ylim(0.4, len(rows) + 0.6)
-    axes.set_xlabel("u_swim [cells/step]")
+    axes.set(ylim=(0.4, len(rows) + 0.6), xlabel="u_swim [cells/step]")
     legend_above(axes, LIGHT)
     return figure
 

@@ -84,7 +84,7 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     along, across = _plane_of(run, view, time)
     normal = 3 - along - across
     at_m = view.at_m if view.at_m is not None else _middle_of(run, zoomed or followed, window, normal)
-    length_m = run.case["fluid"]["domain_cells"][normal] * run.cell_size_m
+    length_m = run.domain_m[normal]
     if not 0 <= at_m <= length_m:
         raise _unusable(f"--at {at_m:g}", run, f"its domain ends at {_AXES[normal]} = {length_m:g} m", "Choose less")
     layer = read_file(path, lambda path: read_layer(path, time, normal, at_m / run.cell_size_m))
@@ -183,8 +183,7 @@ def _place_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
     """Mean position in a window of steps, in the domain also where it is periodic."""
     samples = _samples(run, window)
     place = run.trajectory.of(body.name)["position_m"][samples[: max(1, len(samples) - 1)]].mean(axis=0)
-    lengths = np.array(run.case["fluid"]["domain_cells"]) * run.cell_size_m
-    return np.where(run.is_periodic, np.mod(place, lengths), place)
+    return np.where(run.is_periodic, np.mod(place, run.domain_m), place)
 
 
 def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) -> np.ndarray:
@@ -207,7 +206,7 @@ def _middle_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int], no
     known = run.bodies() if len(run.trajectory) else []
     first = [body for body in known if body.name.split(".")[0] == known[0].name.split(".")[0]]
     places = [_place_m(run, body, window)[normal] for body in bodies or first]
-    return float(np.mean(places)) if places else run.case["fluid"]["domain_cells"][normal] * run.cell_size_m / 2
+    return float(np.mean(places)) if places else run.domain_m[normal] / 2
 
 
 def _shown(
@@ -218,8 +217,7 @@ def _shown(
     reach = np.array([body.radius_m + 0.5 * body.length_m for body in bodies])[:, None]
     low, high = (places - reach).min(axis=0), (places + reach).max(axis=0)
     margin = margin_m if margin_m is not None else 0.5 * float((high - low)[list(axes)].max())
-    lengths = np.array(run.case["fluid"]["domain_cells"]) * run.cell_size_m
-    low, high = np.maximum(low - margin, 0.0), np.minimum(high + margin, lengths)
+    low, high = np.maximum(low - margin, 0.0), np.minimum(high + margin, run.domain_m)
     return low[axes[0]], high[axes[0]], low[axes[1]], high[axes[1]]
 
 
@@ -253,8 +251,7 @@ def draw(run: RunRecord, picture: FlowPicture) -> Any:
         look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}
         axes.streamplot(along[columns_shown], across[rows_shown], *velocity, **look)
     _draw_bodies(axes, run, picture)
-    axes.set_xlim(*shown[:2])
-    axes.set_ylim(*shown[2:])
+    axes.set(xlim=shown[:2], ylim=shown[2:])
     axes.set(xlabel=f"{_AXES[picture.along]} [µm]", ylabel=f"{_AXES[picture.across]} [µm]")
     kind = "mean speed" if picture.is_mean else "speed"
     relative = f"\nrelative to {picture.frame}" if picture.frame else ""
@@ -310,7 +307,7 @@ def _with_images(run: RunRecord, centre: np.ndarray, axes: Sequence[int]) -> lis
     places = [centre]
     for axis in axes:
         if _AXES[axis] in (run.case["fluid"].get("symmetry_planes") or []):
-            length = run.case["fluid"]["domain_cells"][axis] * run.cell_size_m
+            length = run.domain_m[axis]
             for place in list(places):
                 image = place.copy()
                 image[axis] = length - place[axis]

@@ -13,7 +13,7 @@ from copepod_report.comparison import cell_texts, comparison_columns, comparison
 from copepod_report.run_record import RunRecord
 from copepod_report.sweeps import parameter_columns
 from copepod_run.checkout import called_as
-from copepod_run.figures import MOST_TABLES, compared, measured, number_text, reason_without_rows
+from copepod_run.figures import MOST_TABLES, measured, number_text, reason_without_rows
 from copepod_run.figures import run_rows, swarm_rows, swimmer_rows
 
 _MOST_ROWS = 500  # of a table of swimmers
@@ -59,7 +59,7 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     tables = [_swimmer_table(entry) for entry in entries] if len(entries) <= MOST_TABLES else []
     if swarm := [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]:
         tables.append((f"{len(run.swimmers)} swimmers", ("in their last full cycles", "", ""), swarm))
-    every = _table_of_all(entries) if len(entries) > MOST_TABLES else None
+    every = _table_of_all(run) if len(entries) > MOST_TABLES else None
     return str(HTML.run_section(run, anchor, rows, own_figures, tables, every, figures, folded))
 
 
@@ -81,9 +81,10 @@ def comparison_section(runs: Sequence[RunRecord], anchors: Sequence[str], figure
     return str(HTML.comparison_section([*heads, *(name for _, name in columns)], texts, figures))
 
 
-def _table_of_all(swimmers: Sequence[Mapping[str, Any]]) -> Any:
+def _table_of_all(run: RunRecord) -> Any:
     """(title, headings, rows) of many swimmers, a row each; None if none was analysed."""
-    rows = [(0, swimmer["name"], compared(swimmer)) for swimmer in swimmers[:_MOST_ROWS]]
+    swimmers = comparison_rows([run])
+    rows = swimmers[:_MOST_ROWS]
     columns = comparison_columns(rows)
     if not columns:
         return None

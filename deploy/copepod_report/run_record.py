@@ -89,6 +89,11 @@ class RunRecord:
         return (self.cell_size_m, "cells") if self.cell_size_m else (1e-6, "µm")
 
     @property
+    def domain_m(self) -> np.ndarray:
+        """Lengths of the domain along x, y and z; zero where there is no lattice."""
+        return np.array(at(self.case, "fluid.domain_cells") or (0, 0, 0)) * (self.cell_size_m or 0.0)
+
+    @property
     def is_periodic(self) -> tuple[bool, bool, bool]:
         """Along x, y and z; a case names an axis or, once it is resolved, both of its faces."""
         boundaries = at(self.case, "fluid.boundaries") or {}

@@ -1,6 +1,5 @@
 """How far a run is and how it ended, from what its directory holds; it may still be running."""
 
-import json
 import os
 import re
 import time
@@ -10,7 +9,7 @@ from typing import Any
 
 from copepod_run.errors import ExitCode
 from copepod_run.figures import at
-from copepod_run.run_directory import Lock, last_checkpoint_step, take_lock
+from copepod_run.run_directory import Lock, last_checkpoint_step, read_object, take_lock
 
 _RECORDED_WITHIN_S = 60.0  # by a run that continues
 _STOPPED = (129, ExitCode.INTERRUPTED, ExitCode.TERMINATED)  # by a signal
@@ -64,15 +63,6 @@ def status_of(directory: Path, case: dict[str, Any], state: tuple[str, str], ste
     """`step`: the last in its tables; a checkpoint may be of a later one."""
     checkpoint = last_checkpoint_step(directory)
     return RunStatus(state[0], max(step, checkpoint), at(case, "run.steps") or 0, state[1], checkpoint)
-
-
-def read_object(path: Path) -> dict[str, Any]:
-    """Of a JSON file; empty if it is missing or half written."""
-    try:
-        content = json.loads(path.read_text())
-    except (OSError, ValueError):
-        return {}
-    return content if isinstance(content, dict) else {}
 
 
 def _is_in_use(directory: Path) -> bool:

@@ -86,7 +86,6 @@ def png_of(figure: Any) -> bytes:
     return picture_of(figure, "png")
 
 
-FORMATS = ("png", "svg", "pdf")
 _DESCRIPTION = {"png": "Description", "svg": "Description", "pdf": "Subject"}  # where each format keeps a caption
 _WITHOUT_DATE: dict[str, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _PRINT_RESOLUTION = 300  # of a map of colours inside a vector figure

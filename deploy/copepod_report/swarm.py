@@ -13,7 +13,7 @@ from copepod_report.run_record import RunRecord, read_file
 from copepod_report.spectrum import energy_spectrum
 from copepod_report.style import LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
 from copepod_report.sweeps import with_prefix
-from copepod_run.figures import at, quantity_text
+from copepod_run.figures import quantity_text
 
 _MOST_POINTS = 200  # of a path in the picture
 _MOST_LAGS = 40
@@ -41,8 +41,7 @@ class Swarm:
         self.axes = ends / np.maximum(np.linalg.norm(ends, axis=2, keepdims=True), 1e-300)
         driven = run.trajectory.all_of("driving_N") * run.trajectory.all_of("velocity_m_per_s")
         self.power_W = driven[:, [body for group in beads for body in group]].sum(axis=(1, 2))
-        cells = np.array(at(run.case, "fluid.domain_cells") or (0, 0, 0), float)
-        self.periodic_length_m = np.where(run.is_periodic, cells * (run.cell_size_m or 0.0), 0.0)
+        self.periodic_length_m = np.where(run.is_periodic, run.domain_m, 0.0)
         has_all = all(s.name in run.cycles for s in run.swimmers)  # of their first cycle, in a run that continues
         measured = [run.cycles[s.name] for s in run.swimmers] if has_all else []
         cycles = min((len(each["cycle"]) for each in measured), default=0)
@@ -166,9 +165,7 @@ class Swarm:
         figure, axes = new_figure(LIGHT, 3.0)
         axes.axhline(1, color=LIGHT.ink, linewidth=1, linestyle=":")
         axes.plot(1e6 * distances_m, ratio, "-", color=LIGHT.beads[0], linewidth=1.6)
-        axes.set_xlim(0, None)
-        axes.set_ylim(0, None)
-        axes.set(xlabel="distance of centroids [µm]", ylabel="pair distribution")
+        axes.set(xlim=(0, None), ylim=(0, None), xlabel="distance of centroids [µm]", ylabel="pair distribution")
         return figure
 
     def polar_order(self) -> np.ndarray:
@@ -185,8 +182,7 @@ class Swarm:
         figure, (order, distribution) = new_figure(LIGHT, 3.2, ncols=2, width_ratios=(3, 2))
         order.plot(1e6 * self.time_s, self.polar_order(), color=LIGHT.beads[0], linewidth=1.4, label="polar")
         order.plot(1e6 * self.time_s, self.nematic_order(), color=LIGHT.beads[1], linewidth=1.4, label="nematic")
-        order.set_ylim(0, 1.02)
-        order.set(xlabel="time [µs]", ylabel="order")
+        order.set(ylim=(0, 1.02), xlabel="time [µs]", ylabel="order")
         legend_above(order, LIGHT)
         mean = self.axes[-1].mean(axis=0)
         cosines = self.axes[-1] @ mean / max(float(np.linalg.norm(mean)), 1e-300)

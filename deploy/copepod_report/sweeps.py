@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 
 from copepod_report.run_record import RunRecord
 from copepod_report.style import LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
-from copepod_run.figures import FIGURES, MOST_TABLES, compared, measured, number_text, prefix_of, swarm_rows
+from copepod_run.figures import FIGURES, MOST_TABLES, figures_by_name, number_text, prefix_of, swarm_rows
 from copepod_run.names import quantity_of, short_keys
 
 _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
@@ -112,13 +112,13 @@ def _results(runs: Sequence[RunRecord]) -> list[Result]:
 def _figures_of(run: RunRecord) -> dict[str, tuple[str, float]]:
     """Heading and value of each figure, by a key that may name a file."""
     found = {}
-    entries = measured(run.summary)
-    for entry in entries if len(entries) <= MOST_TABLES else []:
-        for key, figure in compared(entry).items():
+    entries = figures_by_name(run.summary)
+    for swimmer, figures in entries if len(entries) <= MOST_TABLES else []:
+        for key, figure in figures.items():
             heading = FIGURES[key] + (" [cells/step]" if key.endswith("_lattice") else "")
             name = key.removeprefix("kinematics.")
             if len(entries) > 1:
-                name, heading = f"{entry['name']}_{name}", f"{entry['name']}: {heading}"
+                name, heading = f"{swimmer}_{name}", f"{swimmer}: {heading}"
             if figure.ours is not None:
                 found[name] = (heading, float(figure.ours))
     for name, unit, value in swarm_rows(run.summary):
@@ -209,11 +209,8 @@ def _is_logarithmic(axis: Axis) -> bool:
 
 def _dress(axis_of_plot: Any, axis: Axis) -> None:
     """Label, scale and ticks."""
-    axes = axis_of_plot.axes
-    is_x = axis_of_plot is axes.xaxis
-    (axes.set_xlabel if is_x else axes.set_ylabel)(axis.label)
-    if _is_logarithmic(axis):
-        (axes.set_xscale if is_x else axes.set_yscale)("log")
+    name, scale = axis_of_plot.axis_name, "log" if _is_logarithmic(axis) else "linear"
+    axis_of_plot.axes.set(**{f"{name}label": axis.label, f"{name}scale": scale})
     values = axis.values()
     if axis.words:
         axis_of_plot.set_ticks(range(len(axis.words)), axis.words)

@@ -268,12 +268,13 @@ class GrowingTrajectory:
         if self._form.path != (path := trajectory_in(self._directory)):  # there was none at the last look
             self._form = _form_of(path)
         try:
-            steps, sample = self._form.look(is_last)
+            try:
+                steps, sample = self._form.look(is_last)
+            except _Replaced:
+                self._start_again()
+                steps, sample = self._form.look(is_last)
         except FileNotFoundError:  # not there yet
             return
-        except _Replaced:
-            self._start_again()
-            steps, sample = self._form.look(is_last)
         except (ValueError, LookupError):  # not such a table, or another file that begins in the same way
             self._start_again()
             raise

@@ -75,6 +75,11 @@ def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
     return figures
 
 
+def figures_by_name(summary: Mapping[str, Any]) -> list[tuple[str, dict[str, Figure]]]:
+    """The same of every swimmer and group of a run."""
+    return [(entry["name"], compared(entry)) for entry in measured(summary)]
+
+
 def rotation_degrees(kinematics: Mapping[str, Any]) -> dict[str, float]:
     """Rotation vector of the last full cycle by world axis; components that rounding errors determine are left out."""
     rotation = kinematics.get("rotation_rad") or []

@@ -151,21 +151,15 @@ class Stage:
         if _voice is not Voice.LINES:
             say(f"{self._text} …")
         else:
-            self._write(f"copepod: {self._text} … ")
+            write(sys.stderr, f"copepod: {self._text} … ")
         return self
 
     def count(self, done: int, total: int) -> None:
         """Shows how far the stage is: at once on a terminal, now and then elsewhere. Without `total`: for how long."""
         now = time.monotonic()
-        progress = f"{done}/{total}" if total else elapsed_text(now - self._start)
-        if self._terminal:
-            redraw(sys.stderr, f"copepod: {self._text} … {progress} ")
-        elif now >= self._next_update:
+        if self._terminal or now >= self._next_update:
             self._next_update = now + UPDATE_EVERY_S
-            if _voice is not Voice.LINES:
-                say(f"{self._text} … {progress}")
-            else:
-                self._write(f"{progress} … ")
+            self._show(f"{done}/{total}" if total else elapsed_text(now - self._start))
 
     def __exit__(
         self,
@@ -174,14 +168,13 @@ class Stage:
         traceback: TracebackType | None,
     ) -> None:
         outcome = "" if exception_type is None else "failed after "
-        ending = f"{outcome}{elapsed_text(time.monotonic() - self._start)}"
-        if _voice is not Voice.LINES:
-            say(f"{self._text} … {ending}")
-        elif self._terminal:
-            redraw(sys.stderr, f"copepod: {self._text} … {ending}", "\n")
-        else:
-            self._write(f"{ending}\n")
+        self._show(f"{outcome}{elapsed_text(time.monotonic() - self._start)}", "\n")
 
-    @staticmethod
-    def _write(text: str) -> None:
-        write(sys.stderr, text)
+    def _show(self, text: str, end: str = "") -> None:
+        """How far the stage is or, with the `end` of the line, how long it took."""
+        if _voice is not Voice.LINES:
+            say(f"{self._text} … {text}")
+        elif self._terminal:
+            redraw(sys.stderr, f"copepod: {self._text} … {text}{'' if end else ' '}", end)
+        else:
+            write(sys.stderr, f"{text}{end or ' … '}")

@@ -58,10 +58,7 @@ class RunDirectory:
 
     def summary(self) -> dict[str, Any] | None:
         """summary.json, or None if there is none that can be read."""
-        try:
-            return json.loads((self.path / "summary.json").read_text())
-        except (OSError, ValueError):
-            return None
+        return read_object(self.path / "summary.json") or None
 
     def has_checkpoint(self) -> bool:
         return has_checkpoint(self.path)
@@ -75,14 +72,22 @@ class RunDirectory:
         Sets status, exit_code, exit_reason and, if missing, end; does nothing if the coupler wrote no provenance.
         """
         path = self.path / "provenance.json"
-        try:
-            provenance = json.loads(path.read_text())
-        except (OSError, ValueError):
+        provenance = read_object(path)
+        if not provenance:
             return
         provenance |= {"status": "failed", "exit_code": code, "exit_reason": reason}
         if not provenance.get("end"):
             provenance["end"] = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
         _replace(path, json.dumps(provenance, indent=2) + "\n")
+
+
+def read_object(path: Path) -> dict[str, Any]:
+    """Of a JSON file; empty if it is missing or half written."""
+    try:
+        content = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
 def _replace(path: Path, text: str) -> None:

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from copepod_report.cycles import read_cycles
-from copepod_report.run_status import read_object, state_of, status_of
+from copepod_report.run_status import state_of, status_of
 from copepod_report.scene import Samples, most_frames, scene_of
 from copepod_report.trajectory import COLUMNS, GrowingTrajectory
 from copepod_run.figures import MOST_TABLES
 from copepod_run.progress import figures
+from copepod_run.run_directory import read_object
 
 _COLUMNS = ("time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s")
 _PLACES = [COLUMNS.index(name) for name in _COLUMNS]
