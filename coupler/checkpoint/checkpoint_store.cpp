@@ -172,8 +172,8 @@ FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> step) const {
     throw StorageError(folder_.string() + " holds no complete checkpoint of step " + std::to_string(*step) + " (" +
                        (reasons.empty() ? "there is none" : reasons.substr(2)) + "). Name the step of another one.");
   }
-  throw StorageError(folder_.string() + " holds no checkpoint to resume (none is complete" + reasons +
-                     "). Run the case again without --resume.");
+  throw StorageError(folder_.string() + " holds no checkpoint (none is complete" + reasons +
+                     "). Start from the beginning, or from a run that has one.");
 }
 
 std::uintmax_t CheckpointStore::newest_bytes() const {

@@ -79,8 +79,8 @@ void CsvFile::flush() {
     const ssize_t count = ::write(file_, buffer_.data() + written, buffer_.size() - written);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
-      throw StorageError(path_ + " cannot be written (" + std::strerror(errno) +
-                         "). Free space on that disk and run again.");
+      throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " +
+                         remedy_for(errno, "Free space on that disk and run again."));
     }
     written += static_cast<std::size_t>(count);
   }

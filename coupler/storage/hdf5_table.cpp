@@ -405,8 +405,8 @@ void Hdf5Table::resize(std::uint64_t bytes) {
 }
 
 void Hdf5Table::fail() const {
-  throw StorageError(path_ + " cannot be written (" + std::strerror(errno) +
-                     "). Free space on that disk and run again.");
+  throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " +
+                     remedy_for(errno, "Free space on that disk and run again."));
 }
 
 std::optional<Checksum> Hdf5Table::checksum_of_start(const std::string& path, const TableEnd& end) {

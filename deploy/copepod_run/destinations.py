@@ -43,6 +43,8 @@ def advice(problem: OSError) -> str:
     """What to do about an OSError, as the last sentence of a message."""
     if problem.errno in (errno.ENOSPC, errno.EDQUOT):
         return "Free space on that disk and run again."
+    if problem.errno == errno.EFBIG:
+        return "Raise the limit of the size of files (ulimit -f)."
     if problem.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
         return "Use a place that you may write to, or ask its owner."
     return "Check that path, or use another one."
