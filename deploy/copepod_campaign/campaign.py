@@ -23,6 +23,7 @@ from copepod_run.signals import SignalRecorder
 from copepod_run.messages import report, say
 
 
+_NAMED = 10  # cases in a message
 _NOT_FOR_SWEEPS = {
     "branch_from": "its members start from the beginning",
     "resume": "the same command again continues where it stopped",
@@ -73,7 +74,7 @@ def run_items(
     """Runs what is left to do of `items`; `again` makes the command that continues them in a folder, `table` the result
     that is printed.
 
-    Of `options` it takes `out`, `rerun_other_builds` and `json`, which prints results.json instead of the table.
+    Of `options` it takes `out`, `rerun_other_builds`, `keep_going`, and `json` to print results.json, not the table.
     Returns 0 if every case is finished, else raises Stop.
     """
     folder = Path(options.out or Path("runs") / folder_name(name))
@@ -90,7 +91,8 @@ def run_items(
         signals = stack.enter_context(SignalRecorder())
         _announce(name, entries, directory.shown)
         results.write(folder, name, entries)
-        pool = Pool(entries, jobs or _cores(), own_programs, signals)
+        keeps_going = getattr(options, "keep_going", True)
+        pool = Pool(entries, jobs or _cores(), own_programs, signals, keeps_going)
         screen = display.for_stderr(name, pool)
         for _ in pool.run(screen):
             results.write(folder, name, entries)
@@ -126,11 +128,13 @@ def _ending(
     print(table(entries), flush=True)
     say(f"results in {shown}/results.md, .csv, .json")
     if failed:
-        names = ", ".join(entry.name for entry in failed)
+        names = ", ".join(entry.name for entry in failed[:_NAMED]) + ("" if len(failed) <= _NAMED else ", …")
+        left = sum(entry.state in (State.NEW, State.HALF_DONE) for entry in entries)
+        not_started = f", {left} were not started" if left else ""
         raise Stop(
             failed[0].exit_code,
-            f"{len(failed)} of {len(entries)} cases failed ({names}; the reasons are above and in {shown}/logs). "
-            f"Fix them and continue: {again}",
+            f"{len(failed)} of {len(entries)} cases failed{not_started} ({names}; the reasons are above and in "
+            f"{shown}/logs). Fix them and continue: {again}",
         )
     others = [entry.name for entry in entries if entry.of_another_build]
     if others:

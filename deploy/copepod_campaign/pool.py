@@ -1,6 +1,7 @@
 """Several cases at once: starts the next when one ends, until all are done or a signal comes."""
 
 import os
+import re
 import selectors
 import signal
 import sys
@@ -14,7 +15,9 @@ from copepod_run.run_process import RunProcess
 from copepod_run.signals import SignalRecorder
 
 RESTARTS = 3  # by itself, when a component is lost
+FAILURES = 3  # of one kind, after which no other case is started
 _REDRAW_S = 1.0
+_NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
 
 
 class Screen(Protocol):
@@ -121,8 +124,12 @@ def remaining_s(running: Sequence[Job], waiting_weights: Iterable[float], jobs: 
 class Pool:
     """Runs the entries of a campaign that are not done, `jobs` at a time."""
 
-    def __init__(self, entries: Sequence[Entry], jobs: int, programs: Programs, signals: SignalRecorder) -> None:
+    def __init__(
+        self, entries: Sequence[Entry], jobs: int, programs: Programs, signals: SignalRecorder, keeps_going: bool = True
+    ) -> None:
+        """`keeps_going`: also when the first cases fail alike."""
         self.entries = entries
+        self._keeps_going = keeps_going
         self._waiting = [entry for entry in entries if entry.state is not State.DONE]
         self._jobs = max(1, min(jobs, len(self._waiting)))
         self._ranks = max(1, len(os.sched_getaffinity(0)) // self._jobs)
@@ -179,6 +186,15 @@ class Pool:
         if entry.state is State.FAILED and self.stopping:
             entry.state, entry.remark = State.HALF_DONE, ""
         screen.ended(entry)
+        if not self._keeps_going and self._waiting and self._failed_alike():
+            self._waiting.clear()
+            screen.notice(f"the first {FAILURES} fail alike: the others are not started (with --keep-going they are)")
+
+    def _failed_alike(self) -> bool:
+        """Whether nothing is done and some have failed for one reason, but for names and numbers."""
+        ended = [entry for entry in self.entries if entry.state in (State.DONE, State.FAILED)]
+        reasons = {_NUMBER.sub("#", entry.remark.replace(entry.name, "")) for entry in ended}
+        return len(ended) >= FAILURES and len(reasons) == 1 and all(entry.state is State.FAILED for entry in ended)
 
     def _heed_signals(self, screen: Screen) -> None:
         """The first signal lets all runs write a checkpoint, the second one ends them at once."""

@@ -65,7 +65,8 @@ def members_of(items: Sequence[Mapping[str, Any]], trusted: bool = True) -> list
         for problem in components.problems_of_components(member.plan, only_replaced=True):
             problems.add(member.name, problem)
     if problems:
-        count = f"{len(problems.names())} of {max(len(members), len(items))} cases cannot run."
+        cases = problems.names() | {member.name for member in members}
+        count = f"{len(problems.names())} of {len(cases)} cases cannot run."
         raise Stop(ExitCode.BAD_CASE, count, "".join(f"{line}\n" for line in problems.lines()))
     return _named(members)
 

@@ -117,6 +117,7 @@ def _add_run(commands: _Commands) -> None:
         default="auto",
         help="json: one JSON object per line on stderr, for programs; 'event' is its kind (default: auto)",
     )
+    _add_keep_going(parser)
     _add_output(parser, "summary.json with the run directory")
     parser.set_defaults(action="copepod_command.run:run")
 
@@ -160,8 +161,17 @@ def _add_campaign(commands: _Commands) -> None:
         action="store_true",
         help="run cases again that another build of the programs has finished (default: keep and list them)",
     )
+    _add_keep_going(parser)
     _add_output(parser, "results.json")
     parser.set_defaults(action="copepod_campaign.campaign:campaign")
+
+
+def _add_keep_going(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--keep-going",
+        action="store_true",
+        help="start every case, also when the first three of a sweep or campaign fail alike",
+    )
 
 
 def _add_case(parser: argparse.ArgumentParser) -> None:

@@ -17,6 +17,8 @@ from copepod_run.plan import Plan
 
 _SPEEDS = BUILD / "measured_speed.json"
 _ANSWER_WITHIN_S = 60
+_FEWEST_STEPS = 100  # of a run that shows a speed
+_MOMENT_S = 0.2
 _UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 _GROWTH = {"stokes": 2}  # of the cost of a step, power of the number of bodies
 
@@ -146,7 +148,12 @@ def warnings(memory: Sequence[Memory]) -> list[str]:
 
 
 def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
-    """Keeps the speed of a finished run: MLUPS by precision and ranks, or seconds per step by solver and bodies."""
+    """Keeps the speed of a finished run: MLUPS by precision and ranks, or seconds per step by solver and bodies.
+
+    One that took a moment shows how long processes take to start, and is left out.
+    """
+    if plan.steps < _FEWEST_STEPS or summary.get("wall_s", 0.0) < _MOMENT_S:
+        return
     speeds = _read_speeds()
     if summary.get("mlups"):
         speeds.setdefault(summary.get("precision", ""), {})[str(summary.get("ranks", 1))] = summary["mlups"]

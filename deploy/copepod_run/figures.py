@@ -30,6 +30,7 @@ FIGURES = {
     "rotation_degrees.x": "turn about x [°/cycle]",
     "rotation_degrees.y": "turn about y [°/cycle]",
     "rotation_degrees.z": "turn about z [°/cycle]",
+    "change_percent": "change in last cycle [%]",
 }
 
 
@@ -54,7 +55,12 @@ def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
     """
     figures = {}
     kinematics = swimmer.get("kinematics") or {}
-    swimmer = {**swimmer, "rotation_degrees": rotation_degrees(kinematics)}
+    change = at(kinematics, "change_from_last_cycle.velocity")
+    swimmer = {
+        **swimmer,
+        "rotation_degrees": rotation_degrees(kinematics),
+        "change_percent": None if change is None else 100.0 * change,
+    }
     has_figures_of_paper = at(swimmer, "u_swim_m_per_s") is not None
     if not has_figures_of_paper and "cycle" in kinematics:
         amplitudes = {str(arm): 1e6 * fit["amplitude_m"] for arm, fit in enumerate(kinematics.get("arms", []))}

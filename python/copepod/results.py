@@ -179,15 +179,22 @@ class Sample:
     bodies: "pandas.DataFrame"
 
 
-def follow(run: Run | str | Path) -> Iterator[Sample]:
+def follow(run: Run | str | Path, wait_s: float = 10.0) -> Iterator[Sample]:
     """The samples of a run, those so far at once and the others as they come, until it ends; it may have ended already.
 
     Reading a run does not disturb it. Samples reach the disk within about a second; output.trajectory.every_steps
     decides how many there are.
 
+    @param wait_s  longest time to wait for a run that is about to start
     @throws Error if there is no such run
     """
-    found = load(run.directory if isinstance(run, Run) else run)
+    directory = run.directory if isinstance(run, Run) else Path(run)
+    deadline_s = time.monotonic() + wait_s
+    while not (directory / "case.yaml").exists() and time.monotonic() < deadline_s:
+        if (directory / "results.json").exists():  # a campaign
+            break
+        time.sleep(_LOOK_EVERY_S)
+    found = load(directory)
     if not isinstance(found, Run):
         raise Error(
             f"{found.directory} is a campaign (its runs have trajectories of their own). Follow one of them.", 2
@@ -208,17 +215,18 @@ class TrajectoryReader:
         self._trajectory = GrowingTrajectory(directory)
         self._last_step = -1
 
-    def read(self, is_last: bool = False) -> list[Sample]:
-        """New samples. A run that is resumed computes some again, with the same numbers: they are left out."""
+    def read(self, is_last: bool = False) -> Iterator[Sample]:
+        """New samples, each made when it is asked for.
+
+        A run that is resumed computes some again, with the same numbers: they are left out.
+        """
         pandas = required("pandas")
         from copepod_report.trajectory import COLUMNS
 
-        found = []
         for sample in self._trajectory.look(is_last):
             if sample.step <= self._last_step:
                 continue
             self._last_step = sample.step
             index = pandas.Index(self._trajectory.bodies, name="body")
             bodies = pandas.DataFrame(sample.values(), index, COLUMNS)
-            found.append(Sample(sample.step, bodies["time_s"].iloc[0], bodies))
-        return found
+            yield Sample(sample.step, bodies["time_s"].iloc[0], bodies)

@@ -131,6 +131,18 @@ class FakeCampaign(CommandTest):
         (self.programs / "fluid_service").unlink()
         self.assertEqual(session.end(timeout_s=60), 0, "".join(session.stderr))
 
+    def test_a_failure_of_one_kind_is_not_repeated_for_every_case(self):
+        names = [f"c{number}" for number in range(8)]
+        self.write("campaign", {"name": "fakes", "jobs": 1, "cases": names})
+        for name in names:
+            self.write_case(name, fail=70)
+        said = self.run_campaign(code=70)
+        self.assertIn("the first 3 fail alike: the others are not started", said)
+        self.assertIn("3 of 8 cases failed, 5 were not started (c0, c1, c2;", said)
+        self.assertIn("8 of 8 cases failed (c0, c1,", self.run_campaign("--keep-going", code=70))
+        self.write_case("c0")  # one that is done shows that the programs work
+        self.assertIn("7 of 8 cases failed (c1,", self.run_campaign(code=70))
+
     def test_a_case_that_fails_does_not_keep_the_others_from_running(self):
         self.write_case("a", errors=["no such key"])
         self.assertIn("no such key", self.run_campaign(code=2))

@@ -257,6 +257,15 @@ class Runs(PackageTest):
         self.assertIn("rotation in a cycle", str(run))
         self.assertIn("finished", repr(copepod.load(run.directory)))
 
+    def test_follow_waits_for_a_run_that_is_about_to_start(self):
+        out = self.folder / "later"
+        start = threading.Timer(0.5, lambda: copepod.run(VACUUM, out, set=SHORT, quiet=True))
+        self.addCleanup(start.join)
+        start.start()
+        self.assertEqual(next(copepod.follow(out)).step, 0)
+        with self.assertRaisesRegex(copepod.Error, "is neither a run nor a campaign"):
+            next(copepod.follow(self.folder / "never", wait_s=0.1))
+
     def test_samples_of_the_callback_and_of_follow_are_those_of_the_trajectory(self):
         own = []
         run = self.run_of(ROTATOR, set=SHORT, on_sample=lambda sample: own.append(sample))
