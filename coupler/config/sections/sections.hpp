@@ -30,8 +30,8 @@ void declare(Keys& keys, Swimmer& swimmer, double step_s, bool has_center);
 
 /// The key of a signal's amplitude, with its unit.
 struct Amplitude {
-  const char* key;
-  const char* description;
+  const char* key = "";
+  const char* description = "";
   bool applies = true;
   bool is_factor = false;  ///< 1 by default
   [[nodiscard]] constexpr Amplitude where(bool condition) const { return {key, description, condition, is_factor}; }

@@ -75,7 +75,7 @@ Keys Keys::describing(ordered_json& schema) {
   return {nullptr, nullptr, &schema};
 }
 
-void Keys::describe(const Key& key, ordered_json form, const char* description) {
+void Keys::describe(const Key& key, const ordered_json& form, const char* description) {
   ordered_json described{{"description", description}};
   described.update(form);
   ordered_json& properties = (*schema_)["properties"];
@@ -216,7 +216,7 @@ void Keys::section(const Key& key, const char* description, const std::function<
   ordered_json below;
   Keys keys = describing(below);
   declare(keys);
-  describe(key, std::move(below), description);
+  describe(key, below, description);
 }
 
 void Keys::either(const Key& key, const std::function<void(Keys&)>& declare) {
@@ -249,8 +249,8 @@ void Keys::items(const Key& key, std::size_t count, const char* description,
       declare(keys, i);
     }
   }
+  if (describes()) describe(key, schema_of_list(items[0], 0), description);
   if (resolved_ != nullptr) (*resolved_)[key.name] = std::move(items);
-  if (describes()) describe(key, schema_of_list(std::move(items[0]), 0), description);
 }
 
 }  // namespace copepod::coupler

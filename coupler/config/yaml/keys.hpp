@@ -81,7 +81,7 @@ class Keys {
   [[nodiscard]] Reader* reader() const { return reader_; }                      ///< nullptr unless a case is read
   [[nodiscard]] nlohmann::ordered_json* resolved() const { return resolved_; }  ///< nullptr unless one is written
   [[nodiscard]] bool describes() const { return schema_ != nullptr; }
-  void describe(const Key& key, nlohmann::ordered_json form, const char* description);
+  void describe(const Key& key, const nlohmann::ordered_json& form, const char* description);
   /// Adds to the description of a key, or of the section: bounds, the pattern of a text, which keys go together.
   void describe_also(const char* key, const nlohmann::ordered_json& more);
   void describe_also(const nlohmann::ordered_json& more);
@@ -109,7 +109,7 @@ nlohmann::ordered_json schema_of_command();
 
 template <typename E, std::size_t N>
 void Keys::choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description) {
-  std::array<const char*, N> names;
+  std::array<const char*, N> names{};
   std::size_t place = 0;
   for (std::size_t i = 0; i < N; ++i) {
     names[i] = choices[i].name;
