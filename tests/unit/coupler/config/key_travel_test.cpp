@@ -275,7 +275,8 @@ TEST(Keys, OfTheComponentsSectionsAllReachASetup) {
       for (const std::string& override_text : overrides) travelling.insert(key_of(override_text));
     }
   }
-  for (const auto& [key, description] : keys_of(case_schema())) {
+  for (const auto& described : keys_of(case_schema())) {
+    const std::string& key = described.first;
     const bool belongs_to_a_component =
         std::any_of(travelling_sections.begin(), travelling_sections.end(),
                     [&](const std::string& section) { return key.starts_with(section); });
