@@ -55,11 +55,16 @@ function(copepod_sources_together target)
   endif()
 endfunction()
 
-# copepod_library(name [COLD] SOURCES a.cpp … LINKS target …): a static library under the rules above. COLD: none of its
-# loops is long, so that the time to compile it counts for more; the bits of its numbers are the same.
+# copepod_library(name [COLD] SOURCES a.cpp … LINKS target …): a static library under the rules above. COLD: objects for
+# another library. None of their loops is long, so that the time to compile them counts for more; the bits of their
+# numbers are the same.
 function(copepod_library name)
   cmake_parse_arguments(ARG "COLD" "" "SOURCES;LINKS" ${ARGN})
-  add_library(${name} STATIC ${ARG_SOURCES})
+  if(ARG_COLD)
+    add_library(${name} OBJECT ${ARG_SOURCES})
+  else()
+    add_library(${name} STATIC ${ARG_SOURCES})
+  endif()
   copepod_compile_options(${name})
   copepod_sources_together(${name})
   if(ARG_COLD AND CMAKE_BUILD_TYPE STREQUAL "Release")

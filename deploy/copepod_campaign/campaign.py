@@ -91,8 +91,7 @@ def run_items(
         signals = stack.enter_context(SignalRecorder())
         _announce(name, entries, directory.shown)
         results.write(folder, name, entries)
-        keeps_going = getattr(options, "keep_going", True)
-        pool = Pool(entries, jobs or _cores(), own_programs, signals, keeps_going)
+        pool = Pool(entries, jobs or _cores(), own_programs, signals, options.keep_going)
         screen = display.for_stderr(name, pool)
         for _ in pool.run(screen):
             results.write(folder, name, entries)

@@ -125,7 +125,7 @@ class Pool:
     """Runs the entries of a campaign that are not done, `jobs` at a time."""
 
     def __init__(
-        self, entries: Sequence[Entry], jobs: int, programs: Programs, signals: SignalRecorder, keeps_going: bool = True
+        self, entries: Sequence[Entry], jobs: int, programs: Programs, signals: SignalRecorder, keeps_going: bool
     ) -> None:
         """`keeps_going`: also when the first cases fail alike."""
         self.entries = entries

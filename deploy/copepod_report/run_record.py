@@ -90,7 +90,7 @@ class RunRecord:
 
     @property
     def domain_m(self) -> np.ndarray:
-        """Lengths of the domain along x, y and z; zero where there is no lattice."""
+        """Lengths of the domain along x, y and z; without a lattice they are zero."""
         return np.array(at(self.case, "fluid.domain_cells") or (0, 0, 0)) * (self.cell_size_m or 0.0)
 
     @property

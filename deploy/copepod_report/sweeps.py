@@ -119,7 +119,7 @@ def _figures_of(run: RunRecord) -> dict[str, tuple[str, float]]:
             name = key.removeprefix("kinematics.")
             if len(entries) > 1:
                 name, heading = f"{swimmer}_{name}", f"{swimmer}: {heading}"
-            if figure.ours is not None:
+            if figure.ours is not None and key != "change_percent":  # it is about the others
                 found[name] = (heading, float(figure.ours))
     for name, unit, value in swarm_rows(run.summary):
         found[f"swarm_{name}"] = (f"{name} [{unit}]" if unit else name, float(value))

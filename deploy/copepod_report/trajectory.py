@@ -37,7 +37,7 @@ def trajectory_in(directory: Path) -> Path:
 
 
 class _Replaced(Exception):
-    """The file is no longer the one that was read so far: a run that is resumed shortens it first."""
+    """The file has lost what was read of it: a resumed run cuts it at its checkpoint and writes on from there."""
 
 
 class _Csv:

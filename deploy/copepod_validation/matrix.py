@@ -44,7 +44,7 @@ def run(
     _require(schemes, SCHEMES, "scheme")
     chosen = {case: [one for scheme in schemes for one in experiments(CASES[case], scheme, fast)] for case in cases}
     items = [_written(experiment, fluid) for found in chosen.values() for experiment in found]
-    options = Namespace(out=FOLDER, rerun_other_builds=True, json=False)
+    options = Namespace(out=FOLDER, rerun_other_builds=True, keep_going=True, json=False)
     campaign.run_items("validation", items, jobs, options, lambda _: again, lambda all: f"{len(all)} runs")
     return {
         case: CASES[case].section(

@@ -15,10 +15,6 @@ class Error(Exception):
         super().__init__(message)
         self.code = code
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """For process pools: an exception is otherwise made again from its message alone."""
-        return _made_again, (type(self), self.args, self.__dict__)
-
 
 class CaseError(Error):
     """A case or an argument is wrong; lists every error of the case with its key."""
@@ -27,16 +23,9 @@ class CaseError(Error):
 class RunError(Error):
     """A run did not finish: a solver failed, a component was lost, a disk is full. `directory` holds what there is."""
 
-    def __init__(self, message: str, code: int, directory: str | None) -> None:
+    def __init__(self, message: str, code: int = ExitCode.FAILED, directory: str | None = None) -> None:
         super().__init__(message, code)
         self.directory = directory
-
-
-def _made_again(kind: type[Error], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Error:
-    error = kind.__new__(kind, *arguments)
-    error.args = arguments
-    error.__dict__.update(attributes)
-    return error
 
 
 class CaseWarning(UserWarning):

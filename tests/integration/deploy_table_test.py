@@ -1,8 +1,13 @@
 """The result table at the end of a run."""
 
+import tempfile
 import unittest
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_run import estimate
 from copepod_run.figures import MOST_TABLES, compared, number_text, result_table
 
 SWIMMER = {
@@ -128,6 +133,11 @@ class ResultTable(unittest.TestCase):
         )
         self.assertAlmostEqual(turning["rotation_degrees.y"].ours, -17.188734, places=5)
 
+    def test_comparisons_tell_what_still_changes(self):
+        for swimmer in ({"kinematics": KINEMATICS}, {**SWIMMER, "kinematics": KINEMATICS}):
+            self.assertAlmostEqual(compared(swimmer)["change_percent"].ours, 0.7)
+        self.assertNotIn("change_percent", compared({"kinematics": {**KINEMATICS, "change_from_last_cycle": None}}))
+
     def test_swimmer_without_cycles_says_why(self):
         swimmer = {"name": "idle", "kinematics": {"cycle": None, "note": "nothing drives it periodically"}}
         table = result_table({**SUMMARY, "swimmers": [swimmer]}, "runs/a")
@@ -155,6 +165,16 @@ class ResultTable(unittest.TestCase):
         self.assertEqual(
             [number_text(value) for value in (0.000123456, 12, None, [1.0, 2.5])], ["0.0001235", "12", "-", "1 2.5"]
         )
+
+
+class Estimates(unittest.TestCase):
+    def test_come_from_runs_that_lasted(self):
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(estimate, "_SPEEDS", Path(folder) / "speeds"):
+            for steps, wall_s, shown in ((2, 5.0, None), (1000, 0.1, None), (1000, 10.0, 1.0), (2, 5.0, 1.0)):
+                plan = SimpleNamespace(steps=steps, case={"fluid": {"solver": "stokes"}}, estimate={"bodies": 3})
+                estimate.remember(plan, {"wall_s": wall_s})
+                hundred = SimpleNamespace(**{**vars(plan), "steps": 100})
+                self.assertEqual(estimate.time_of(hundred)[0], shown, (steps, wall_s))
 
 
 if __name__ == "__main__":

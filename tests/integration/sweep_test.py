@@ -128,6 +128,11 @@ class FakeSweep(CommandTest):
             sorted(path.name for path in self.folder.iterdir()), ["a.json", "all.json", "b.json", "c.json"]
         )
 
+    def test_members_that_cannot_run_are_counted_with_the_others(self):
+        self.write_case("a", self.sweep("errors", [], ["no such key"], []))
+        said, _ = self.finish("run", "a.json", code=2)
+        self.assertIn("1 of 3 cases cannot run.", said)
+
     def test_a_campaign_whose_component_is_not_one_leaves_no_folder(self):
         self.write_case("a")
         self.write_case("b", fluid="/bin/true")

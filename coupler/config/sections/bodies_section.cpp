@@ -189,11 +189,9 @@ const std::array<MotionKeys, 2> motion_keys{{
      "limits_rad",
      {"Of a spring in a hinge.", "Of a damper in a hinge.",
       "Angle from the start at which the spring of a hinge is relaxed, of the first body relative to the second; "
-      "within "
-      "half a turn.",
-      "Lowest and highest angle of a hinge from the start, of the first body relative to the second; between -3 and 3. "
-      "A "
-      "stop takes the motion up. Default: no limits."}},
+      "within half a turn.",
+      "Lowest and highest angle of a hinge from the start, of the first body relative to the second; between -3 and "
+      "3. A stop takes the motion up. Default: no limits."}},
     {JointKind::slider,
      "stiffness_N_per_m",
      "damping_N_s_per_m",

@@ -284,8 +284,6 @@ inline constexpr std::array trajectory_format_names{Choice<TrajectoryFormat>{"au
                                                     Choice<TrajectoryFormat>{"csv", TrajectoryFormat::csv},
                                                     Choice<TrajectoryFormat>{"hdf5", TrajectoryFormat::hdf5}};
 
-inline constexpr std::array switch_names{Choice<bool>{"true", true}, Choice<bool>{"false", false}};
-
 inline constexpr std::array axis_names{"x", "y", "z"};
 
 /// Key path of a face by its number in the order of FluidSetup::boundaries.

@@ -117,7 +117,7 @@ void declare_bodies(Keys& keys, Case& the_case) {
                          [](Keys& spring, NamedSpring& item) { declare(spring, item); });
   keys.list<NamedBend>("bends", the_case.bends, "Springs of angles between three bodies.",
                        [](Keys& bend, NamedBend& item) { declare(bend, item); });
-  if (keys.resolved() == nullptr || !the_case.joints.empty())
+  if (keys.written_if(!the_case.joints.empty()))
     keys.list<NamedJoint>("joints", the_case.joints,
                           "Ideal joints between two bodies, or between a body and the world; where its bodies start "
                           "determines what a joint keeps. Jointed bodies may overlap.",
@@ -132,7 +132,7 @@ void declare_bodies(Keys& keys, Case& the_case) {
 
 void declare(Keys& keys, Case& the_case) {
   keys.name(required("case"), the_case.name, "Name of the case, for people and for the default run directory.");
-  if (keys.resolved() == nullptr || !the_case.parameter_set.empty())
+  if (keys.written_if(!the_case.parameter_set.empty()))
     keys.text("parameter_set", the_case.parameter_set,
               "The entry of parameter_sets to apply. In a resolved case: the label of the applied entry.");
   keys.section(required("fluid"), "The fluid and its solver.", [&](Keys& fluid) { declare(fluid, the_case.fluid); });
@@ -173,10 +173,13 @@ void collect_paths(const ordered_json& node, const std::string& path, std::vecto
 
 }  // namespace
 
-std::vector<std::string> case_keys() {
-  std::vector<std::string> paths;
-  collect_paths(case_schema(), "", paths);
-  return paths;
+const std::vector<std::string>& case_keys() {
+  static const std::vector<std::string> keys = [] {
+    std::vector<std::string> paths;
+    collect_paths(case_schema(), "", paths);
+    return paths;
+  }();
+  return keys;
 }
 
 Case read_case(Reader top) {

@@ -2,7 +2,7 @@
 
 #include <initializer_list>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "config/sections/case.hpp"
 #include "config/yaml/keys.hpp"
@@ -71,7 +71,7 @@ nlohmann::ordered_json resolved(Case the_case);
 /// JSON schema of a case file.
 nlohmann::ordered_json case_schema();
 /// Paths of all keys, with [] for the items of lists.
-std::vector<std::string> case_keys();
+const std::vector<std::string>& case_keys();
 
 /// The resolved case without length of the run, output, services and published figures.
 nlohmann::ordered_json physics_of(Case the_case);

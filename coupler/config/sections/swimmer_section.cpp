@@ -89,43 +89,33 @@ bool declare_beads(Keys& keys, Swimmer& swimmer) {
   return placed == count;
 }
 
-/// Numbers of the beads that `beads` names; reports those that are not there, or are there twice.
-std::vector<int> read_bead_numbers(Reader& reader, const Swimmer& swimmer, std::size_t count,
-                                   const std::string& remedy) {
-  std::vector<int> numbers;
-  std::vector<std::string> names;
-  Keys keys = Keys::reading(reader);
-  declare_names(keys, "beads", names, count, remedy, "");
-  for (const std::string& name : names) {
-    const auto found =
-        std::find_if(swimmer.beads.begin(), swimmer.beads.end(), [&](const Bead& bead) { return bead.name == name; });
-    if (found == swimmer.beads.end() && !name.empty()) {
-      std::set<std::string> names_of_beads;
-      for (const Bead& bead : swimmer.beads) names_of_beads.insert(bead.name);
-      const std::string known = listed({names_of_beads.begin(), names_of_beads.end()});
-      reader.reject(
-          "beads", "names the bead '" + name + "' (" + swimmer.name + " has none of this name). Known: " + known + ".");
-    }
-    const int number = found == swimmer.beads.end() ? 0 : static_cast<int>(found - swimmer.beads.begin());
-    if (found != swimmer.beads.end() && std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
-      reader.reject("beads", "names the bead '" + name + "' twice (" + remedy);
-    }
-    numbers.push_back(number);
-  }
-  return numbers;
+/// The number of a bead by its name; reports one that is not there.
+int number_of_bead(Reader& reader, const Swimmer& swimmer, const std::string& name) {
+  const auto found = std::ranges::find(swimmer.beads, name, &Bead::name);
+  if (found != swimmer.beads.end()) return static_cast<int>(found - swimmer.beads.begin());
+  if (name.empty()) return 0;  // reported when it was read
+  std::set<std::string> known;
+  for (const Bead& bead : swimmer.beads) known.insert(bead.name);
+  reader.reject("beads", "names the bead '" + name + "' (" + swimmer.name +
+                             " has none of this name). Known: " + listed({known.begin(), known.end()}) + ".");
+  return 0;
 }
 
-void declare_bead_numbers(Keys& keys, const Swimmer& swimmer, const std::vector<int*>& numbers,
-                          const std::string& remedy, const char* description) {
-  if (Reader* reader = keys.reader()) {
-    const std::vector<int> found = read_bead_numbers(*reader, swimmer, numbers.size(), remedy);
-    for (std::size_t i = 0; i < numbers.size(); ++i) *numbers[i] = found[i];
+/// @param remedy  "why). What to do."
+void declare_beads_of(Keys& keys, const Swimmer& swimmer, const std::vector<int*>& numbers, const std::string& remedy,
+                      const char* description) {
+  std::vector<std::string> names;
+  if (keys.resolved() != nullptr)
+    for (const int* number : numbers) names.push_back(swimmer.beads[static_cast<std::size_t>(*number)].name);
+  declare_names(keys, required("beads"), names, numbers.size(), remedy, description);
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return;
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    *numbers[i] = number_of_bead(*reader, swimmer, names[i]);
+    if (!names[i].empty() && !seen.insert(names[i]).second)
+      reader->reject("beads", "names the bead '" + names[i] + "' twice (" + remedy);
   }
-  if (ordered_json* resolved = keys.resolved())
-    for (const int* number : numbers)
-      (*resolved)["beads"].push_back(swimmer.beads[static_cast<std::size_t>(*number)].name);
-  if (keys.describes())
-    keys.describe(required("beads"), schema_of_list({{"type", "string"}}, numbers.size()), description);
 }
 
 /// What the free length of an arm's spring is given as.
@@ -143,7 +133,7 @@ double mass_of_arm_kg(const Arm& arm, const Swimmer& swimmer) {
 }
 
 void declare_rest_length(Keys& keys, RestLength& rest) {
-  if (keys.resolved() == nullptr)
+  if (keys.written_if(false))
     keys.number("rest_gap_m", rest.gap_m, Range::positive, "Free distance between the surfaces at rest [m].");
   keys.number("rest_length_m", rest.length_m, Range::positive,
               "Free distance between the centres [m], instead of rest_gap_m. By default that of the beads' places.");
@@ -153,8 +143,8 @@ void declare_rest_length(Keys& keys, RestLength& rest) {
 
 /// @param rest  of the arm's spring, as it is given
 void declare_arm(Keys& keys, Arm& arm, const Swimmer& swimmer, double step_s, RestLength& rest) {
-  declare_bead_numbers(keys, swimmer, {&arm.bead_A, &arm.bead_B}, "an arm joins two). Write beads: [A, B].",
-                       "Names of both beads.");
+  declare_beads_of(keys, swimmer, {&arm.bead_A, &arm.bead_B}, "an arm joins two). Write beads: [A, B].",
+                   "Names of both beads.");
   keys.section(required("spring"), "Spring between the centres of both beads.", [&](Keys& spring) {
     declare_spring(spring, arm, mass_of_arm_kg(arm, swimmer));
     declare_rest_length(spring, rest);
@@ -219,10 +209,9 @@ void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
   }
   keys.list<BendSpecification>(
       "bends", swimmer.bends, "Springs of angles between arms.", [&](Keys& below, BendSpecification& bend) {
-        declare_bead_numbers(below, swimmer, {&bend.body_A, &bend.body_B, &bend.body_C},
-                             "a bend has three, the vertex in the middle). Write beads: [A, B, "
-                             "C].",
-                             "Names of three beads, the vertex in the middle.");
+        declare_beads_of(below, swimmer, {&bend.body_A, &bend.body_B, &bend.body_C},
+                         "a bend has three, the vertex in the middle). Write beads: [A, B, C].",
+                         "Names of three beads, the vertex in the middle.");
         declare(below, bend);
       });
 }
@@ -276,7 +265,7 @@ void declare(Keys& keys, Swimmer& swimmer, double step_s, bool has_center) {
   if (keys.when(!is_general)) declare_three_beads(keys, swimmer);
   keys.describe_also(
       {{"anyOf", {{{"required", {"arms"}}}, {{"required", {"bead_mass_kg", "rest_gap_m", "spring", "stroke"}}}}}});
-  if (keys.resolved() == nullptr || !swimmer.published.empty())
+  if (keys.written_if(!swimmer.published.empty()))
     keys.section(
         "published",
         "Published figures of a three-bead swimmer, shown beside the computed ones, which are evaluated in the way "

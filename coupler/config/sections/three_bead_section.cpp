@@ -148,7 +148,7 @@ void declare(Keys& keys, PublishedFigures& figures) {
   declare_figures(keys, figures_of_swimmer, "", figures);
   const bool has_any =
       std::ranges::any_of(figures, [&](const auto& figure) { return figure.first.starts_with(prefix); });
-  if (keys.resolved() == nullptr || has_any)
+  if (keys.written_if(has_any))
     keys.section("Re_bodies", "Reynolds numbers of the beads, in the columns of the publication.",
                  [&](Keys& bodies) { declare_figures(bodies, figures_of_bodies, prefix, figures); });
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -58,9 +57,9 @@ class Document {
 /// Places are given as key paths ("swimmers.0.beads.1.radius_m"); the document has their lines.
 class Problems {
  public:
-  /// @param keys_elsewhere  gives the paths of all keys that a document may have, for hints
-  explicit Problems(const Document& document, std::function<std::vector<std::string>()> keys_elsewhere = {})
-      : document_(document), keys_elsewhere_(std::move(keys_elsewhere)) {}
+  using AllKeys = const std::vector<std::string>& (*)();
+  /// @param all_keys  paths of all keys that a document may have, for hints; nullptr: unknown
+  explicit Problems(const Document& document, AllKeys all_keys = nullptr) : document_(document), all_keys_(all_keys) {}
 
   /// Below swarm.template, which stands for many swimmers, the first of several at one place that differ in names and
   /// numbers only stands for all of them.
@@ -74,7 +73,9 @@ class Problems {
   [[nodiscard]] bool any_under(const std::string& path) const;
   [[nodiscard]] bool any() const { return !errors_.empty(); }
   [[nodiscard]] std::vector<std::string> warnings() const;
-  [[nodiscard]] const std::function<std::vector<std::string>()>& keys_elsewhere() const { return keys_elsewhere_; }
+  [[nodiscard]] std::vector<std::string> all_keys() const {
+    return all_keys_ == nullptr ? std::vector<std::string>() : all_keys_();
+  }
 
   /// @throws CaseInvalid if there is any error; lines in the order of the file
   void throw_if_any() const;
@@ -86,7 +87,7 @@ class Problems {
     std::string line;
   };
   const Document& document_;
-  std::function<std::vector<std::string>()> keys_elsewhere_;
+  AllKeys all_keys_;
   std::vector<Entry> errors_;
   struct Warning {
     std::string line;

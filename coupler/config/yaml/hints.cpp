@@ -81,8 +81,10 @@ constexpr std::size_t other_names = 100;  ///< from here on: another name, or a 
 std::size_t distance(const std::string& wanted, const std::string& candidate) {
   const std::string quantity = lower(quantity_of(candidate));
   if (wanted == quantity || "number_of_" + wanted == quantity || wanted == "number_of_" + quantity) return 0;
-  const std::size_t letters = edit_distance(wanted, quantity);
-  if (letters <= (std::min(wanted.size(), quantity.size()) + 1) / 3) return 10 * letters;
+  const std::size_t most_letters = (std::min(wanted.size(), quantity.size()) + 1) / 3;
+  const std::size_t longer = std::max(wanted.size(), quantity.size()) - std::min(wanted.size(), quantity.size());
+  const std::size_t letters = longer <= most_letters ? edit_distance(wanted, quantity) : longer;
+  if (letters <= most_letters) return 10 * letters;
   for (const std::vector<std::string>& names : names_of_quantities) {
     const auto place = std::ranges::find(names, wanted);
     if (place != names.end() && names.front() == quantity)
@@ -136,11 +138,11 @@ std::string listed(const std::vector<std::string>& words) {
 }
 
 std::string hint_for(const std::string& key, const std::vector<std::string>& known,
-                     const std::function<std::vector<std::string>()>& elsewhere) {
+                     const std::vector<std::string>& elsewhere) {
   const Nearest meant = nearest(key, known);
   const std::string question = "Did you mean " + meant.key + "?";
   if (!meant.key.empty() && !meant.differs_in_letters()) return question;
-  const std::vector<std::string> sections = elsewhere ? sections_with(key, elsewhere()) : std::vector<std::string>();
+  const std::vector<std::string> sections = sections_with(key, elsewhere);
   if (!sections.empty()) return "It is a key of " + listed(sections) + ".";
   return meant.key.empty() ? "Known here: " + listed(known) + "." : question;
 }

@@ -21,6 +21,8 @@ ordered_json schema_of_words(std::span<const char* const> names) {
   return schema;
 }
 
+ordered_json form_of_text() { return {{"type", "string"}}; }
+
 ordered_json with_default(ordered_json schema, const ordered_json& value, const Key& key) {
   if (key.need == Need::never) schema["default"] = value;
   return schema;
@@ -66,10 +68,6 @@ ordered_json schema_of_list(ordered_json item, std::size_t count) {
   return schema;
 }
 
-ordered_json schema_of_command() {
-  return {{"anyOf", {{{"type", "string"}}, schema_of_list({{"type", "string"}}, 0)}}};
-}
-
 Keys Keys::describing(ordered_json& schema) {
   if (schema.is_null()) schema = schema_of_object();
   return {nullptr, nullptr, &schema};
@@ -92,11 +90,17 @@ void Keys::describe_also(const ordered_json& more) {
   if (describes()) schema_->update(more);
 }
 
-void Keys::number(const Key& key, double& value, Range range, const char* description) {
-  if (reader_ != nullptr)
-    value = reader_->number(key.name, range, key.is_required() ? std::nullopt : std::optional(value));
+template <typename Value, typename Read, typename Form>
+void Keys::plain(const Key& key, Value& value, const Read& read, const Form& form, const char* description) {
+  if (reader_ != nullptr) value = read(key.is_required() ? std::nullopt : std::optional(value));
   if (resolved_ != nullptr) (*resolved_)[key.name] = value;
-  if (describes()) describe(key, with_default(schema_of_number(range), value, key), description);
+  if (describes()) describe(key, form(), description);
+}
+
+void Keys::number(const Key& key, double& value, Range range, const char* description) {
+  plain(
+      key, value, [&](const auto& otherwise) { return reader_->number(key.name, range, otherwise); },
+      [&] { return with_default(schema_of_number(range), value, key); }, description);
 }
 
 void Keys::number(const Key& key, std::optional<double>& value, Range range, const char* description) {
@@ -133,62 +137,60 @@ void Keys::number_or(const Key& key, std::optional<double>& value, Range range, 
 }
 
 void Keys::integer(const Key& key, std::int64_t& value, Range range, const char* description) {
-  if (reader_ != nullptr)
-    value = reader_->integer(key.name, range, key.is_required() ? std::nullopt : std::optional(value));
-  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
-  if (describes()) describe(key, with_default(schema_of_integer(range), value, key), description);
+  plain(
+      key, value, [&](const auto& otherwise) { return reader_->integer(key.name, range, otherwise); },
+      [&] { return with_default(schema_of_integer(range), value, key); }, description);
 }
 
 void Keys::numbers(const Key& key, Eigen::Ref<Eigen::VectorXd> values, const char* description) {
-  const auto size = static_cast<std::size_t>(values.size());
-  if (reader_ != nullptr)
-    values = reader_->numbers(key.name, values.size(),
-                              key.is_required() ? std::nullopt : std::optional<Eigen::VectorXd>(values));
-  if (resolved_ != nullptr) (*resolved_)[key.name] = Eigen::VectorXd(values);
-  if (describes())
-    describe(key, with_default(schema_of_list(schema_of_number(Range::any), size), Eigen::VectorXd(values), key),
-             description);
+  Eigen::VectorXd known = values;
+  plain(
+      key, known, [&](const auto& otherwise) { return reader_->numbers(key.name, known.size(), otherwise); },
+      [&] {
+        const auto size = static_cast<std::size_t>(known.size());
+        return with_default(schema_of_list(schema_of_number(Range::any), size), known, key);
+      },
+      description);
+  values = known;
 }
 
 void Keys::integers(const Key& key, std::span<std::int64_t> values, Range range, const char* description) {
-  const std::vector<std::int64_t> known(values.begin(), values.end());
-  if (reader_ != nullptr)
-    std::ranges::copy(
-        reader_->integers(key.name, values.size(), range, key.is_required() ? std::nullopt : std::optional(known)),
-        values.begin());
-  if (resolved_ != nullptr) (*resolved_)[key.name] = known;
-  if (describes())
-    describe(key, with_default(schema_of_list(schema_of_integer(range), known.size()), known, key), description);
+  std::vector<std::int64_t> known(values.begin(), values.end());
+  plain(
+      key, known, [&](const auto& otherwise) { return reader_->integers(key.name, known.size(), range, otherwise); },
+      [&] { return with_default(schema_of_list(schema_of_integer(range), known.size()), known, key); }, description);
+  std::ranges::copy(known, values.begin());
 }
 
 void Keys::text(const Key& key, std::string& value, const char* description) {
-  if (reader_ != nullptr) value = reader_->text(key.name, key.is_required() ? std::nullopt : std::optional(value));
-  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
-  if (describes()) describe(key, {{"type", "string"}}, description);
+  plain(
+      key, value, [&](const auto& otherwise) { return reader_->text(key.name, otherwise); }, form_of_text, description);
 }
 
 void Keys::name(const Key& key, std::string& value, const char* description) {
-  if (reader_ != nullptr) value = reader_->name(key.name, key.is_required() ? std::nullopt : std::optional(value));
-  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
-  if (describes()) describe(key, {{"type", "string"}}, description);
+  plain(
+      key, value, [&](const auto& otherwise) { return reader_->name(key.name, otherwise); }, form_of_text, description);
+}
+
+void Keys::words(const Key& key, std::vector<std::string>& values, std::size_t count, const char* description) {
+  plain(
+      key, values, [&](const auto&) { return reader_->words(key.name); },
+      [&] { return schema_of_list(form_of_text(), count); }, description);
+}
+
+void Keys::command(const Key& key, std::vector<std::string>& words, const char* description) {
+  plain(
+      key, words, [&](const auto&) { return reader_->command(key.name); },
+      [] {
+        return ordered_json{{"anyOf", {form_of_text(), schema_of_list(form_of_text(), 0)}}};
+      },
+      description);
 }
 
 void Keys::flag(const Key& key, bool& value, const char* description) {
   constexpr std::array names{"false", "true"};
   if (describes()) return describe(key, with_default({{"type", "boolean"}}, value, key), description);
   value = choose(key, value ? 1 : 0, names, description) == 1;
-}
-
-void Keys::words(const Key& key, std::vector<std::string>& values, std::size_t count, const char* description) {
-  if (reader_ != nullptr) values = reader_->words(key.name);
-  if (resolved_ != nullptr) (*resolved_)[key.name] = values;
-  if (describes()) describe(key, schema_of_list({{"type", "string"}}, count), description);
-}
-
-void Keys::command(const Key& key, std::vector<std::string>& words, const char* description) {
-  if (reader_ != nullptr) words = reader_->command(key.name);
-  if (resolved_ != nullptr) (*resolved_)[key.name] = words;
-  if (describes()) describe(key, schema_of_command(), description);
 }
 
 std::size_t Keys::choose(const Key& key, std::size_t place, std::span<const char* const> names,

@@ -17,8 +17,12 @@
 
 namespace copepod::coupler {
 
-/// Whether a case must have a key: if it has not, its default applies; `in_some_cases` there is no useful default.
-enum class Need { never, in_some_cases, always };
+/// When a case must have a key. Where it need not, a default applies.
+enum class Need {
+  never,
+  in_some_cases,  ///< its default depends on other keys, so that the schema has none
+  always,
+};
 
 struct Key {
   Key(const char* name, Need need = Need::never) : name(name), need(need) {}  // NOLINT: reads as a name
@@ -72,6 +76,8 @@ class Keys {
 
   /// Whether keys are to be declared that exist under a condition only: the schema has all of them.
   [[nodiscard]] bool when(bool condition) const { return condition || describes(); }
+  /// Whether a key is to be declared that the resolved case has under a condition only.
+  [[nodiscard]] bool written_if(bool condition) const { return condition || resolved_ == nullptr; }
   /// A key that is required under a condition only.
   [[nodiscard]] Key needed(const char* name, bool condition = true) const {
     return {name, condition && !describes() ? Need::always : Need::in_some_cases};
@@ -89,6 +95,10 @@ class Keys {
  private:
   Keys(Reader* reader, nlohmann::ordered_json* resolved, nlohmann::ordered_json* schema)
       : reader_(reader), resolved_(resolved), schema_(schema) {}
+  /// A key whose value is read, written and described as it is.
+  /// @param read  its value; of a default, or of nothing where the key is required
+  template <typename Value, typename Read, typename Form>
+  void plain(const Key& key, Value& value, const Read& read, const Form& form, const char* description);
   /// @return the place of what is chosen among the names
   std::size_t choose(const Key& key, std::size_t place, std::span<const char* const> names, const char* description);
   void items(const Key& key, std::size_t count, const char* description,
@@ -105,7 +115,6 @@ class Keys {
 nlohmann::ordered_json schema_of_number(Range range);
 nlohmann::ordered_json schema_of_integer(Range range);
 nlohmann::ordered_json schema_of_list(nlohmann::ordered_json item, std::size_t count);  ///< 0: any number of items
-nlohmann::ordered_json schema_of_command();
 
 template <typename E, std::size_t N>
 void Keys::choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description) {

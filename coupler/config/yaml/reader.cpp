@@ -48,7 +48,7 @@ Reader::~Reader() {
     const std::string where = path_.empty() ? "at the top of the case" : "in " + path_;
     problems_.error_at(entry.key_origin, path_of(entry.key),
                        "key '" + entry.key + "' is unknown (nothing " + where + " has this name). " +
-                           hint_for(entry.key, known, problems_.keys_elsewhere()));
+                           hint_for(entry.key, known, problems_.all_keys()));
   }
 }
 

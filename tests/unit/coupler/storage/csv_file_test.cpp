@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "limited_file_size.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {
@@ -78,6 +79,18 @@ TEST_F(Table, IsNotContinuedWhereItIsNotWhatItWas) {
 
 TEST_F(Table, CannotBeWrittenWhereThereIsNoFolder) {
   EXPECT_THROW(CsvFile(folder.path("no/table.csv"), "a", {}), StorageError);
+}
+
+TEST_F(Table, NamesALimitOfItsSize) {
+  CsvFile file(path, "a", {});
+  const LimitedFileSize limit(4);
+  file.add("a long row");
+  try {
+    file.flush();
+    FAIL();
+  } catch (const StorageError& error) {
+    EXPECT_NE(std::string(error.what()).find("ulimit -f"), std::string::npos) << error.what();
+  }
 }
 
 TEST(CsvField, QuotesNamesThatNeedIt) {

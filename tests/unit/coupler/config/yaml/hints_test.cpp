@@ -158,7 +158,7 @@ TEST(Hints, AreRightForNineMistakesOfTen) {
     for (const auto& [section, written, meant] : some) {
       const std::vector<std::string>& keys = known.at(section);
       if (std::ranges::find(keys, written) != keys.end()) continue;
-      const std::string hint = hint_for(written, keys, case_keys);
+      const std::string hint = hint_for(written, keys, case_keys());
       if (hint.find(meant) != std::string::npos) continue;
       ++wrong;
       std::printf("%s: %s → %s (not: %s)\n", section.c_str(), written.c_str(), hint.substr(0, 60).c_str(),
