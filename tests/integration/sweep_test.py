@@ -129,7 +129,7 @@ class FakeSweep(CommandTest):
         )
 
     def test_members_that_cannot_run_are_counted_with_the_others(self):
-        self.write_case("a", self.sweep("errors", [], ["no such key"], []))
+        self.write_case("a", self.sweep("errors", [], ["no such key"], ""))
         said, _ = self.finish("run", "a.json", code=2)
         self.assertIn("1 of 3 cases cannot run.", said)
 
