@@ -70,13 +70,14 @@
     window.copepod.views.push(view);
   }
 
-  /** The report of the run that has ended: its tables and figures, without its own view. */
+  /** The report of the run that has ended: its tables and figures, without its own view. False if there is none yet. */
   async function showReport() {
     const answer = await fetch("report");
-    if (!answer.ok) return;
+    if (!answer.ok) return false;
     const report = new DOMParser().parseFromString(await answer.text(), "text/html");
     report.querySelectorAll(".view, h2, section > p").forEach((part) => part.remove());
     find(".report").replaceChildren(...report.querySelectorAll("section"));
+    return true;
   }
 
   async function ask() {
@@ -91,10 +92,7 @@
       if (content.scene) await showScene(content.scene);
       if (content.state !== "running") {
         wait = AFTER_END_MS;
-        if (!reported) {
-          reported = true;
-          await showReport();
-        }
+        reported ||= await showReport();
       } else {
         reported = false;
       }

@@ -39,13 +39,27 @@ class GrowingRun:
             lines = self.ending[name].splitlines()
             rows = [row for row in lines[1:] if int(row.split(",")[column]) + (PERIOD if column else 0) <= step]
             rest = lines[len(rows) + 1][:30] if half_a_row and len(rows) + 1 < len(lines) else ""
-            (self.folder / name).write_text("\n".join([lines[0], *rows]) + "\n" + rest)
+            self._extend(name, "\n".join([lines[0], *rows]) + "\n" + rest)
         event = {"phase": "running", "step": step, "steps": self.steps, "steps_per_s": 50.0, "remaining_s": 7.0}
-        (self.folder / "logs/progress.json").write_text(json.dumps(event))
+        self._replace("logs/progress.json", json.dumps(event))
+
+    def _extend(self, name, content):
+        """As the coupler does: what is there already stays readable."""
+        with open(self.folder / name, "r+") as file:
+            file.write(content)
+            file.truncate()
+
+    def _replace(self, name, content):
+        """At once, as the command does: nobody sees half of it."""
+        whole = self.folder / "whole"
+        whole.write_text(content)
+        whole.replace(self.folder / name)
 
     def finish(self):
-        for name, content in self.ending.items():
-            (self.folder / name).write_text(content)
+        """The summary comes last, as in a run: whoever sees it finds the tables complete."""
+        for name in ("trajectory.csv", "cycles.csv"):
+            self._extend(name, self.ending[name])
+        self._replace("summary.json", self.ending["summary.json"])
         self.release()
 
     def release(self):
