@@ -37,7 +37,7 @@ def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, tr
             bytes_of.append(sum(part.total for part in memory_of[alike]))
             remarks.add(member.name, "\n".join(estimate.warnings(memory_of[alike])))
         except Stop as refusal:
-            problems.add(member.name, refusal.message)
+            problems.add(member.name, refusal.refused())
     warnings = remarks.lines() + estimate.disk_warnings(disk_bytes, "runs")
     if len(members) > _MANY_RUNS:
         warnings.append(f"warning: {len(members)} runs are many (each has a folder of its own). Fewer values may do.")

@@ -101,7 +101,7 @@ def _plan_of(name: str, file: str, settings: Sequence[str], trusted: bool, probl
     except Stop as refusal:
         if refusal.code != ExitCode.BAD_CASE:
             raise
-        problems.add(name, refusal.errors + refusal.message)
+        problems.add(name, refusal.refused())
         return None
 
 

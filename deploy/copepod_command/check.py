@@ -57,7 +57,7 @@ def findings(options: Namespace) -> Findings:
     try:
         memory = estimate.memory_of(plan)
     except Stop as refusal:
-        problems.append(refusal.message)
+        problems.append(refusal.refused())
     warnings = [
         *plan.warnings,
         *estimate.warnings(memory),

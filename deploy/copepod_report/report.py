@@ -10,7 +10,7 @@ from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord
 from copepod_report.style import LIGHT, Theme, picture_of, svg_of
 from copepod_report.swarm import Swarm
 from copepod_run.destinations import make_folder
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BY_SIGNAL, ExitCode, Stop
 from copepod_run.figures import MOST_TABLES
 from copepod_run.names import distinct_words
 
@@ -209,7 +209,7 @@ def _flow_figure(run: RunRecord, canvas: Canvas, prefix: str, flow_view: flow.Vi
     try:
         picture = flow.choose(run, flow_view)
     except Stop as stop:
-        if run.status.is_finished or stop.code == ExitCode.BAD_CASE:
+        if run.status.is_finished or stop.code in (ExitCode.BAD_CASE, *BY_SIGNAL):
             raise
         return []  # the run is writing the file
     if picture is None:

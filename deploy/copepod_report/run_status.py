@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from copepod_run.errors import ExitCode
+from copepod_run.errors import BY_SIGNAL
 from copepod_run.figures import at
 from copepod_run.run_directory import Lock, last_checkpoint_step, read_object, take_lock
 
 _RECORDED_WITHIN_S = 60.0  # by a run that continues
-_STOPPED = (129, ExitCode.INTERRUPTED, ExitCode.TERMINATED)  # by a signal
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ def state_of(directory: Path) -> tuple[str, str]:
     if status == "finished" or (status is None and (directory / "summary.json").exists()):
         return "finished", ""
     if status == "failed":
-        return ("stopped" if provenance.get("exit_code") in _STOPPED else "failed"), reason
+        return ("stopped" if provenance.get("exit_code") in BY_SIGNAL else "failed"), reason
     return ("running" if _is_in_use(directory) else "interrupted"), ""
 
 

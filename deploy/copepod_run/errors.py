@@ -19,6 +19,9 @@ class ExitCode(enum.IntEnum):
     TERMINATED = 143  # SIGTERM
 
 
+BY_SIGNAL = (ExitCode.HUNG_UP, ExitCode.INTERRUPTED, ExitCode.TERMINATED)
+
+
 class Stop(Exception):
     """Ends the command: exit code and, if there is one, the last line on stderr («problem (why). What to do.»)."""
 
@@ -28,3 +31,9 @@ class Stop(Exception):
         self.code = code
         self.message = message
         self.errors = errors
+
+    def refused(self) -> str:
+        """The message of what was refused; a signal is no refusal and goes on."""
+        if self.code in BY_SIGNAL:
+            raise self
+        return self.errors + self.message

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_run.errors import BY_SIGNAL, ExitCode, Stop
 from copepod_run import estimate
 from copepod_run.figures import MOST_TABLES, compared, number_text, result_table
 
@@ -175,6 +176,14 @@ class Estimates(unittest.TestCase):
                 estimate.remember(plan, {"wall_s": wall_s})
                 hundred = SimpleNamespace(**{**vars(plan), "steps": 100})
                 self.assertEqual(estimate.time_of(hundred)[0], shown, (steps, wall_s))
+
+
+class Refusals(unittest.TestCase):
+    def test_a_signal_is_no_refusal(self):
+        self.assertEqual(Stop(ExitCode.BAD_CASE, "no.", "why\n").refused(), "why\nno.")
+        for code in BY_SIGNAL:
+            with self.assertRaises(Stop):
+                Stop(code, "stopped").refused()
 
 
 if __name__ == "__main__":

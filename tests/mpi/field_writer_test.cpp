@@ -88,6 +88,7 @@ TEST_F(Fields, KnowTheirStepTimeAndUnits) {
   EXPECT_EQ(file.names(), (std::vector<std::string>{"mean", "step_000001000"}));
   EXPECT_EQ(file.read_attribute<std::int64_t>("step_000001000", "step"), 1000);
   EXPECT_EQ(file.read_attribute<double>("step_000001000", "time_s"), 1000 * 2e-10);
+  EXPECT_EQ(file.read_attribute<std::int64_t>("step_000001000", "step_of_bodies"), 999);
   EXPECT_EQ(file.read_attribute<double>("step_000001000", "cell_size_m"), 1e-6);
   EXPECT_EQ(file.read_attribute<double>("step_000001000", "step_s"), 2e-10);
   EXPECT_EQ(file.read_attribute<std::int64_t>("mean", "samples"), 10);

@@ -237,6 +237,7 @@ void FieldWriter::write_snapshot(std::int64_t step, const FieldBlock& block) {
   write(group_of_step(step), block, [&](Hdf5File& file, const std::string& group) {
     file.write_attribute(group, "step", step);
     file.write_attribute(group, "time_s", static_cast<double>(step) * step_s_);
+    file.write_attribute(group, "step_of_bodies", std::max<std::int64_t>(step - 1, 0));  // of the last exchange
   });
 }
 
