@@ -33,7 +33,7 @@ class Stop(Exception):
         self.errors = errors
 
     def refused(self) -> str:
-        """The message of what was refused; a signal is no refusal and goes on."""
+        """The message of what was refused; a signal is raised again."""
         if self.code in BY_SIGNAL:
             raise self
         return self.errors + self.message

@@ -20,7 +20,9 @@ _ANSWER_WITHIN_S = 60
 _FEWEST_STEPS = 100  # of a run that shows a speed
 _MOMENT_S = 0.2
 _UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
-_GROWTH = {"stokes": 2}  # of the cost of a step, power of the number of bodies
+# Bodies whose computation takes as long as the exchange of a step, and the power that the computation grows with.
+_GROWTH = {"stokes": (13.0, 2.4)}
+_LINEAR = (20.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -188,8 +190,12 @@ def time_of(plan: Plan) -> tuple[float | None, str]:
     else:
         of_what = f"run with {_solver_of(plan)} fluid"
         for bodies, seconds in _read_speeds().get(_solver_of(plan), {}).items():
-            growth = (plan.estimate.get("bodies", 1) / int(bodies)) ** _GROWTH.get(_solver_of(plan), 1)
-            return plan.steps * seconds * growth, f"from the last {of_what}, which had {bodies} bodies"
+            many, power = _GROWTH.get(_solver_of(plan), _LINEAR)
+            now, then = (1.0 + (n / many) ** power for n in (plan.estimate.get("bodies", 1), int(bodies)))
+            return (
+                plan.steps * seconds * now / then,
+                f"from the last {of_what}, of {bodies} bod{'y' if bodies == '1' else 'ies'}",
+            )
     return None, of_what
 
 

@@ -177,6 +177,18 @@ class Estimates(unittest.TestCase):
                 hundred = SimpleNamespace(**{**vars(plan), "steps": 100})
                 self.assertEqual(estimate.time_of(hundred)[0], shown, (steps, wall_s))
 
+    def test_grow_with_the_bodies_beside_the_cost_of_an_exchange(self):
+        # Measured with services: 161 µs a step with 1 body, 164 with 10, 739 with 30, 21264 with 120.
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(estimate, "_SPEEDS", Path(folder) / "speeds"):
+            plans = {
+                n: SimpleNamespace(steps=10000, case={"fluid": {"solver": "stokes"}}, estimate={"bodies": n})
+                for n in (1, 10, 30, 120)
+            }
+            estimate.remember(plans[1], {"wall_s": 1.6})
+            for bodies, measured_s in ((10, 1.64), (30, 7.39), (120, 212.64)):
+                shown = estimate.time_of(plans[bodies])[0]
+                self.assertLess(max(shown / measured_s, measured_s / shown), 1.7, (bodies, shown))
+
 
 class Refusals(unittest.TestCase):
     def test_a_signal_is_no_refusal(self):

@@ -50,13 +50,13 @@ class GrowingRun:
             file.truncate()
 
     def _replace(self, name, content):
-        """At once, as the command does: nobody sees half of it."""
+        """At once, as the command does: no reader sees half of it."""
         whole = self.folder / "whole"
         whole.write_text(content)
         whole.replace(self.folder / name)
 
     def finish(self):
-        """The summary comes last, as in a run: whoever sees it finds the tables complete."""
+        """The summary comes last, as in a run: a reader that sees it finds the tables complete."""
         for name in ("trajectory.csv", "cycles.csv"):
             self._extend(name, self.ending[name])
         self._replace("summary.json", self.ending["summary.json"])
