@@ -21,7 +21,7 @@ _FEWEST_STEPS = 100  # of a run that shows a speed
 _MOMENT_S = 0.2
 _UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 # Bodies whose computation takes as long as the exchange of a step, and the power that the computation grows with.
-_GROWTH = {"stokes": (13.0, 2.4)}
+_GROWTH = {"stokes": (15.0, 2.4)}
 _LINEAR = (20.0, 1.0)
 
 

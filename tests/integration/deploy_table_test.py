@@ -187,7 +187,7 @@ class Estimates(unittest.TestCase):
             estimate.remember(plans[1], {"wall_s": 1.6})
             for bodies, measured_s in ((10, 1.64), (30, 7.39), (120, 212.64)):
                 shown = estimate.time_of(plans[bodies])[0]
-                self.assertLess(max(shown / measured_s, measured_s / shown), 1.7, (bodies, shown))
+                self.assertLess(max(shown / measured_s, measured_s / shown), 1.5, (bodies, shown))
 
 
 class Refusals(unittest.TestCase):
