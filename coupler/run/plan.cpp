@@ -33,14 +33,14 @@ void note(ordered_json& notes, const std::string& what, double value) {
 /// Virtual masses by the rule or the case; bodies that are alike share a note.
 void note_virtual_masses(ordered_json& notes, const LoadedCase& loaded) {
   const Case& the_case = loaded.content;
-  const std::vector<double> masses_kg = virtual_masses_kg(the_case, loaded.assembly);
+  const std::vector<double> masses_kg = virtual_masses(the_case, loaded.assembly).mass_kg;
   std::map<std::string, std::vector<std::string>> alike;
   for (std::size_t i = 0; i < masses_kg.size(); ++i) {
     if (masses_kg[i] == 0.0) continue;
     const BodySpecification& body = loaded.assembly.bodies[i];
     const double ratio = mass_ratio(body, the_case.fluid);
     std::string value = fmt::format("{:.3g} (own mass {:.3g}", masses_kg[i] / body.mass_kg * ratio, ratio);
-    if (!the_case.virtual_mass)
+    if (!the_case.virtual_mass && on_lattice(the_case))
       value += fmt::format("; none is needed from {:.2g}", virtual_mass_rule(body, the_case).needed_below);
     alike[value + ")"].push_back(body.name);
   }

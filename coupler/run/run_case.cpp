@@ -134,8 +134,8 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   BodySetup all = body;  // with the prescribed bodies, which the component does not have
   all.bodies = loaded_.assembly.bodies;
   all.joints = loaded_.assembly.joints;
-  virtual_mass_ = VirtualMass(all, virtual_masses_kg(loaded_.content, loaded_.assembly),
-                              averaging_with_virtual_mass(loaded_.content));
+  const VirtualMasses masses = virtual_masses(loaded_.content, loaded_.assembly);
+  virtual_mass_ = VirtualMass(all, masses.mass_kg, masses.averaging, masses.returns);
   all = virtual_mass_.enlarged(all);
   lubrication_ = Lubrication(fluid, all, loaded_.content.lubrication.roughness_m);
   BodySetup sent = lowers ? lowered(body) : body;

@@ -83,7 +83,7 @@ void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, con
   };
   require(step == step_, "its bodies are at another step than the coupler");
   require(is_before(previous_loads, averaging_.averages()), "its loads are not those of all bodies in the step before");
-  require(is_before(previous_kinematics, virtual_mass_.is_used()),
+  require(is_before(previous_kinematics, virtual_mass_.remembers()),
           "its kinematics are not those of all bodies in the step before");
   averaging_.restore(previous_loads);
   virtual_mass_.restore(previous_kinematics);

@@ -16,8 +16,9 @@ Eigen::Vector3d angular_momentum(const Eigen::Vector3d& inertia_kg_m2, const Kin
 
 }  // namespace
 
-VirtualMass::VirtualMass(const BodySetup& setup, const std::vector<double>& mass_kg, LoadAveraging averaging)
-    : step_s_(setup.step_s) {
+VirtualMass::VirtualMass(const BodySetup& setup, const std::vector<double>& mass_kg, LoadAveraging averaging,
+                         bool returns)
+    : step_s_(setup.step_s), returns_(returns) {
   for (std::size_t body = 0; body < mass_kg.size(); ++body) {
     if (!(mass_kg[body] > 0.0)) continue;
     const MomentsOfInertia moments = moments_of_inertia(setup.bodies[body].shape, mass_kg[body]);
@@ -35,6 +36,10 @@ BodySetup VirtualMass::enlarged(BodySetup setup) const {
 }
 
 void VirtualMass::add_to(Loads& loads, const Kinematics& kinematics) {
+  if (!returns_) {
+    for (const Addition& addition : additions_) loads.force_N.col(addition.body) -= addition.weight_N;
+    return;
+  }
   if (additions_.empty()) return;
   if (previous_.bodies() != kinematics.bodies()) previous_ = kinematics;
   for (const auto& [body, mass_kg, inertia_kg_m2, weight_N] : additions_) {

@@ -14,7 +14,8 @@ namespace copepod::coupler {
 /// that every body component computes the motion of the true masses:
 ///   (M + m)(V(n+1) − V(n)) = Δt F̄(n) + p(n) − p(n−1),   p = m V
 ///   L'(n+1) − L'(n) = Δt T̄(n) + h(n) − h(n−1),   L' = R (I + J) Rᵀ ω,   h = R J Rᵀ ω          [docs/theory.md, (C19)]
-/// Bodies are of uniform density, so J = I m/M. Their weight stays that of M.
+/// Bodies are of uniform density, so J = I m/M. Their weight stays that of M. What is kept, p = h = 0, makes the step
+/// of the drag implicit: bodies lose their momentum over a few steps, however short the time they need for it.
 class VirtualMass {
  public:
   /// No body has one.
@@ -24,7 +25,8 @@ class VirtualMass {
   /// @param mass_kg    virtual mass m of each body; 0: none
   /// @param averaging  of the loads of bodies with a virtual mass; none: F̄(n) = F(n), even where those of other bodies
   ///                   are averaged
-  VirtualMass(const BodySetup& setup, const std::vector<double>& mass_kg, LoadAveraging averaging);
+  /// @param returns    whether loads make up for them
+  VirtualMass(const BodySetup& setup, const std::vector<double>& mass_kg, LoadAveraging averaging, bool returns = true);
 
   /// The setup to send to the body component: with masses M + m.
   [[nodiscard]] BodySetup enlarged(BodySetup setup) const;
@@ -38,8 +40,8 @@ class VirtualMass {
   /// @param loads       of that step
   void add_to(Loads& loads, const Kinematics& kinematics);
 
-  /// Whether any body has one.
-  [[nodiscard]] bool is_used() const { return !additions_.empty(); }
+  /// Whether it has a state, the kinematics of the step before.
+  [[nodiscard]] bool remembers() const { return returns_ && !additions_.empty(); }
 
   /// Kinematics of the step before, all that is needed to continue bit for bit; no bodies: none yet, or none needed.
   [[nodiscard]] const Kinematics& previous() const { return previous_; }
@@ -56,6 +58,7 @@ class VirtualMass {
   std::vector<Addition> additions_;
   std::vector<Eigen::Index> not_averaged_;
   double step_s_ = 0.0;
+  bool returns_ = true;
   Kinematics previous_;
 };
 

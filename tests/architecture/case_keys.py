@@ -1,3 +1,4 @@
+#!/usr/bin/python3
 """The table of all keys of a case, docs/case_keys.md, from the schema that the coupler prints.
 
     tests/architecture/case_keys.py --write

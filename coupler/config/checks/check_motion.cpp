@@ -286,9 +286,9 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   if (springs && run) check_signals(the_case, assembly, problems);
   if (springs && run) check_strokes(the_case, problems);
   if (time && springs && !problems.any()) check_velocities(the_case, assembly, problems);
+  if (time && bodies && !problems.any()) check_light_bodies(the_case, assembly, problems);
   if (time && springs && !problems.any()) check_stiffness(the_case, assembly, problems);
   if (time && bodies && !problems.any()) check_schemes(the_case, assembly, problems);
-  if (time && bodies && !problems.any()) check_light_bodies(the_case, assembly, problems);
   if (time && springs && !problems.any()) check_mixture(the_case, assembly, problems);
   if (time && springs && !problems.any()) check_contact(the_case, assembly, problems);
   if (run && !problems.any_under("output")) check_output(the_case, problems);

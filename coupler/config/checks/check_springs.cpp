@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "config/checks/checks.hpp"
+#include "config/checks/light_bodies.hpp"
 #include "config/checks/spring_stability.hpp"
 #include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
@@ -177,8 +178,11 @@ void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& p
   const bool ours = the_case.body.solver == BodySolverChoice::own && the_case.services.body_command.empty();
   if (!ours || assembly.springs.size() + assembly.bends.size() + assembly.joints.size() == 0) return;
   const Integrator integrator = the_case.body.integrator;
-  const FastestSprings fastest =
-      fastest_springs(assembly.bodies, assembly.springs, assembly.bends, assembly.joints, integrator);
+  std::vector<BodySpecification> bodies = assembly.bodies;
+  if (const VirtualMasses virtual_mass = virtual_masses(the_case, assembly); !virtual_mass.returns) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) bodies[i].mass_kg += virtual_mass.mass_kg[i];
+  }
+  const FastestSprings fastest = fastest_springs(bodies, assembly.springs, assembly.bends, assembly.joints, integrator);
   constexpr double close = 0.8;
   if (the_case.step_s <= close * fastest.together.largest_step_s) return;
   const bool diverges = the_case.step_s > fastest.alone.largest_step_s;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <spdlog/fmt/fmt.h>
 
 #include "config/checks/checks.hpp"
+#include "contract/number_text.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -38,6 +40,13 @@ bool returns_staggered_momentum(MovingBoundary boundary) {
 
 double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
   return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
+}
+
+/// In Stokes flow, in displaced masses: up to M + m = 10/3 of the drag of a step, 6πμr Δt, with which a uniform sphere
+/// loses all of its spin in a step, 8πμr³ Δt = 2/5 (M + m) r², and 3/10 of its velocity.
+double overdamped_mass(const BodySpecification& body, const Case& the_case) {
+  const double steps = damping_time_s(body, the_case.fluid) / the_case.step_s;
+  return std::max(0.0, 10.0 / 3.0 / steps - 1.0) * mass_ratio(body, the_case.fluid);
 }
 
 }  // namespace
@@ -78,27 +87,53 @@ double mass_ratio(const BodySpecification& body, const FluidCase& fluid) {
   return body.mass_kg / displaced_kg(body, fluid);
 }
 
-std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& assembly) {
+double damping_time_s(const BodySpecification& body, const FluidCase& fluid) {
+  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
+  return body.mass_kg / (6.0 * std::numbers::pi * viscosity_Pa_s * body.shape.radius_m);
+}
+
+VirtualMasses virtual_masses(const Case& the_case, const Assembly& assembly) {
   const auto displaced_masses = [&](const BodySpecification& body) {
     if (!moves_under_loads(body)) return 0.0;
     if (the_case.virtual_mass) return *the_case.virtual_mass;
+    if (the_case.fluid.kind == FluidKind::stokes) return overdamped_mass(body, the_case);
     if (!on_lattice(the_case)) return 0.0;
     const VirtualMassRule rule = virtual_mass_rule(body, the_case);
     return mass_ratio(body, the_case.fluid) < rule.needed_below ? rule.virtual_mass : 0.0;
   };
-  std::vector<double> masses_kg;
-  masses_kg.reserve(assembly.bodies.size());
+  VirtualMasses masses;
   for (const BodySpecification& body : assembly.bodies)
-    masses_kg.push_back(displaced_masses(body) * displaced_kg(body, the_case.fluid));
-  return masses_kg;
+    masses.mass_kg.push_back(displaced_masses(body) * displaced_kg(body, the_case.fluid));
+  masses.returns = the_case.virtual_mass || the_case.fluid.kind != FluidKind::stokes;
+  if (on_lattice(the_case)) {
+    masses.averaging =
+        virtual_mass_rule(1.0, relaxation_time(the_case), the_case.load_averaging, the_case.fluid).averaging;
+  }
+  return masses;
 }
 
-LoadAveraging averaging_with_virtual_mass(const Case& the_case) {
-  if (!on_lattice(the_case)) return LoadAveraging::none;
-  return virtual_mass_rule(1.0, relaxation_time(the_case), the_case.load_averaging, the_case.fluid).averaging;
+/// Without the implicit step of the drag: a uniform sphere that spins loses 8πμr³ Δt / (2/5 M r²) of its spin in a
+/// step, which may be twice (M + 2 m)/M, as in the last equation of (C19) with z = −1.
+void check_damping(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  const VirtualMasses masses = virtual_masses(the_case, assembly);
+  if (!masses.returns) return;
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+    const BodySpecification& body = assembly.bodies[i];
+    if (!moves_under_loads(body)) continue;
+    const double longest_s =
+        0.6 * damping_time_s(body, the_case.fluid) * (1.0 + 2.0 * masses.mass_kg[i] / body.mass_kg);
+    if (the_case.step_s < longest_s) continue;
+    problems.error("step_s",
+                   fmt::format("step_s is {} s (the drag on body '{}' makes it diverge above {} s with "
+                               "coupling.virtual_mass: {}). Use virtual_mass: auto, or a smaller step.",
+                               rounded_text(the_case.step_s), body.name, rounded_text(longest_s),
+                               *the_case.virtual_mass == 0.0 ? "none" : rounded_text(*the_case.virtual_mass)));
+    return;
+  }
 }
 
 void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  if (the_case.fluid.kind == FluidKind::stokes) check_damping(the_case, assembly, problems);
   if (!on_lattice(the_case)) return;
   const double tau = relaxation_time(the_case);
   const MovingBoundary boundary = the_case.fluid.moving_boundary;

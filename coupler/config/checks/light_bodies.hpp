@@ -25,11 +25,16 @@ struct VirtualMassRule {
 VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
                                   const FluidCase& fluid);
 
-/// Virtual mass of each body [kg], as the case gives it or by the rule; 0 for bodies whose motion no load changes.
-std::vector<double> virtual_masses_kg(const Case& the_case, const Assembly& assembly);
+/// Virtual masses of all bodies, as the case gives them or by the rule.
+struct VirtualMasses {
+  std::vector<double> mass_kg;                    ///< 0 for bodies whose motion no load changes
+  LoadAveraging averaging = LoadAveraging::none;  ///< of the loads of bodies that have one
+  bool returns = true;                            ///< whether the coupling makes up for them [VirtualMass]
+};
+VirtualMasses virtual_masses(const Case& the_case, const Assembly& assembly);
 
-/// Averaging of the loads of bodies that have a virtual mass.
-LoadAveraging averaging_with_virtual_mass(const Case& the_case);
+/// Time in which a sphere in Stokes flow loses its momentum, by its mass over 6πμr [s].
+double damping_time_s(const BodySpecification& body, const FluidCase& fluid);
 
 /// Free in at least one direction.
 bool moves_under_loads(const BodySpecification& body);

@@ -37,7 +37,8 @@ void declare_coupling(Keys& keys, Case& the_case) {
       "virtual_mass", the_case.virtual_mass, Range::not_negative, "auto", "none", "displaced masses",
       "Mass by which light bodies are enlarged while the coupling returns its load one step later, so that they "
       "move like the true ones and stay stable: a number of displaced masses for all bodies, none, or auto: as "
-      "much as each body needs, 0 for heavy ones (docs/theory.md, C19).");
+      "much as each body needs, 0 for heavy ones. In Stokes flow auto makes steps possible in which a body loses all "
+      "of its momentum, and returns nothing (docs/theory.md, C19).");
 }
 
 void declare(Keys& keys, LubricationCase& lubrication) {

@@ -177,6 +177,17 @@ TEST_F(Capsule, ReceivesTheChangeOfItsVirtualMomentumLessItsVirtualWeight) {
   EXPECT_TRUE(loads.torque_N_m.col(0).isZero(0.0));
 }
 
+TEST_F(Capsule, KeepsItsWeightWhereNothingIsReturned) {
+  VirtualMass kept(setup, {0.0, 2.0}, LoadAveraging::none, false);
+  EXPECT_FALSE(kept.remembers());
+  for (const Kinematics* at : {&first, &second}) {
+    loads.force_N.setZero();
+    kept.add_to(loads, *at);
+    EXPECT_EQ(loads.force_N.col(1), Eigen::Vector3d(0, 0, 2.0 * 9.81));
+    EXPECT_TRUE(loads.torque_N_m.isZero(0.0));
+  }
+}
+
 TEST_F(Capsule, IsSentWithItsVirtualMass) {
   const BodySetup enlarged = VirtualMass(setup, {0.0, 2.0}, LoadAveraging::none).enlarged(setup);
   EXPECT_EQ(enlarged.bodies[0].mass_kg, 3.0);

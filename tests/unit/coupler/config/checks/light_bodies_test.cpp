@@ -35,7 +35,7 @@ double of_ball(const std::vector<std::string>& overrides, std::vector<std::strin
   const LoadedCase loaded = ball(overrides);
   if (warnings != nullptr) *warnings = loaded.warnings;
   constexpr double displaced_kg = 1000 * 4.0 / 3.0 * std::numbers::pi * 4.0e-5 * 4.0e-5 * 4.0e-5;
-  return virtual_masses_kg(loaded.content, loaded.assembly)[0] / displaced_kg;
+  return virtual_masses(loaded.content, loaded.assembly).mass_kg[0] / displaced_kg;
 }
 
 TEST(LightBodies, GetTheVirtualMassOfTheRule) {
@@ -54,7 +54,8 @@ TEST(LightBodies, GetTheVirtualMassOfTheRule) {
 
 TEST(LightBodies, ReceiveTheLoadsAsTheyAreWhereTheseDoNotAlternate) {
   const auto averaging = [](const std::vector<std::string>& overrides) {
-    return averaging_with_virtual_mass(ball(overrides).content);
+    const LoadedCase loaded = ball(overrides);
+    return virtual_masses(loaded.content, loaded.assembly).averaging;
   };
   EXPECT_EQ(averaging({}), LoadAveraging::none);
   const std::string alternating = "fluid.moving_boundary=central_linear";
@@ -129,13 +130,32 @@ TEST(LightBodies, AreWarnedOfWhereTheCaseLeavesThemUnstable) {
   }
 }
 
+TEST(LightBodies, InStokesFlowHaveTheMassThatTheirDragAsksOfAStep) {
+  const auto masses = [](const std::string& mass_kg, const std::string& virtual_mass) {
+    const LoadedCase loaded =
+        ball({"fluid={solver: stokes, density_kg_per_m3: 1000, kinematic_viscosity_m2_per_s: 1e-6, "
+              "cell_size_m: 1e-5}",
+              "step_s=1e-3", "bodies.0.mass_kg=" + mass_kg, "coupling.virtual_mass=" + virtual_mass});
+    return virtual_masses(loaded.content, loaded.assembly);
+  };
+  const double drag_kg = 6.0 * std::numbers::pi * 1e-3 * 4.0e-5 * 1e-3;  // of a step
+  const VirtualMasses light = masses("1e-10", "auto");
+  EXPECT_NEAR(light.mass_kg[0], 10.0 / 3.0 * drag_kg - 1e-10, 1e-20);
+  EXPECT_FALSE(light.returns);
+  EXPECT_EQ(masses("2.6e-9", "auto").mass_kg[0], 0.0);
+  EXPECT_TRUE(masses("2.6e-9", "none").returns);
+  EXPECT_THROW(masses("1.2e-9", "none"), std::exception);
+  EXPECT_TRUE(masses("1.2e-9", "1.0").returns);
+}
+
 // Results of the paper's cases keep their bits.
 TEST(LightBodies, AreInNoneOfThePapersCases) {
   for (const char* folder : {"/paper", "/quick"}) {
     for (const auto& entry : std::filesystem::directory_iterator(std::string(CONFIGS) + folder)) {
       if (entry.path().filename() == "campaign.yaml") continue;
       const LoadedCase loaded = load_case(entry.path().string(), {});
-      for (const double mass_kg : virtual_masses_kg(loaded.content, loaded.assembly)) EXPECT_EQ(mass_kg, 0.0) << entry;
+      for (const double mass_kg : virtual_masses(loaded.content, loaded.assembly).mass_kg)
+        EXPECT_EQ(mass_kg, 0.0) << entry;
     }
   }
 }
