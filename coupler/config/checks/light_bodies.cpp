@@ -42,6 +42,9 @@ double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
   return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
 }
 
+/// A body of a model has its mass from there, and no virtual one.
+bool has_model(const Case& the_case) { return !the_case.body.model.text.empty(); }
+
 /// In Stokes flow, in displaced masses: up to M + m = 10/3 of the drag of a step, 6πμr Δt, with which a uniform sphere
 /// loses all of its spin in a step, 8πμr³ Δt = 2/5 (M + m) r², and 3/10 of its velocity.
 double overdamped_mass(const BodySpecification& body, const Case& the_case) {
@@ -94,7 +97,7 @@ double damping_time_s(const BodySpecification& body, const FluidCase& fluid) {
 
 VirtualMasses virtual_masses(const Case& the_case, const Assembly& assembly) {
   const auto displaced_masses = [&](const BodySpecification& body) {
-    if (!moves_under_loads(body)) return 0.0;
+    if (!moves_under_loads(body) || has_model(the_case)) return 0.0;
     if (the_case.virtual_mass) return *the_case.virtual_mass;
     if (the_case.fluid.kind == FluidKind::stokes) return overdamped_mass(body, the_case);
     if (!on_lattice(the_case)) return 0.0;
@@ -104,7 +107,7 @@ VirtualMasses virtual_masses(const Case& the_case, const Assembly& assembly) {
   VirtualMasses masses;
   for (const BodySpecification& body : assembly.bodies)
     masses.mass_kg.push_back(displaced_masses(body) * displaced_kg(body, the_case.fluid));
-  masses.returns = the_case.virtual_mass || the_case.fluid.kind != FluidKind::stokes;
+  masses.returns = the_case.virtual_mass || has_model(the_case) || the_case.fluid.kind != FluidKind::stokes;
   if (on_lattice(the_case)) {
     masses.averaging =
         virtual_mass_rule(1.0, relaxation_time(the_case), the_case.load_averaging, the_case.fluid).averaging;
@@ -123,11 +126,11 @@ void check_damping(const Case& the_case, const Assembly& assembly, Problems& pro
     const double longest_s =
         0.6 * damping_time_s(body, the_case.fluid) * (1.0 + 2.0 * masses.mass_kg[i] / body.mass_kg);
     if (the_case.step_s < longest_s) continue;
-    problems.error("step_s",
-                   fmt::format("step_s is {} s (the drag on body '{}' makes it diverge above {} s with "
-                               "coupling.virtual_mass: {}). Use virtual_mass: auto, or a smaller step.",
-                               rounded_text(the_case.step_s), body.name, rounded_text(longest_s),
-                               *the_case.virtual_mass == 0.0 ? "none" : rounded_text(*the_case.virtual_mass)));
+    problems.error(
+        "step_s",
+        fmt::format("step_s is {} s (the drag on body '{}' makes it diverge above {} s). Use {}a smaller step.",
+                    rounded_text(the_case.step_s), body.name, rounded_text(longest_s),
+                    has_model(the_case) ? "" : "coupling.virtual_mass: auto, or "));
     return;
   }
 }
@@ -146,7 +149,7 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
         fmt::format("body '{}' has {:.3g} times the mass of the fluid that it displaces (", body.name, ratio);
     const double radius_cells = body.shape.radius_m / the_case.fluid.cell_size_m;
     const double drag = drag_of_a_step(radius_cells, tau);
-    const double given = the_case.virtual_mass.value_or(rule.virtual_mass);
+    const double given = has_model(the_case) ? 0.0 : the_case.virtual_mass.value_or(rule.virtual_mass);
     const bool averages = rule.averaging == LoadAveraging::two_step;
     if (drag > largest_drag_of_a_step || (tau * drag > latest_drag && ratio < least_turning_mass(tau * drag))) {
       problems.warning(assembly.body_paths[i],
@@ -157,8 +160,10 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
     } else if (given < 0.6 * rule.virtual_mass) {
       problems.warning("coupling.virtual_mass",
                        found + fmt::format("the coupling may be unstable below {:.2g} with less than {:.2g} displaced "
-                                           "masses as virtual mass). Use coupling.virtual_mass: auto.",
-                                           rule.needed_below, rule.virtual_mass));
+                                           "masses as virtual mass). Use {}.",
+                                           rule.needed_below, rule.virtual_mass,
+                                           has_model(the_case) ? "heavier bodies, a model's have no virtual mass"
+                                                               : "coupling.virtual_mass: auto"));
     } else if (tau < 0.6 && given > 1.4 * rule.virtual_mass) {
       problems.warning("coupling.virtual_mass",
                        found + fmt::format("at a relaxation time of {:.3g} sound may drive it with more than {:.2g} "
