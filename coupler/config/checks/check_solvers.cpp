@@ -78,9 +78,10 @@ NearestSurfaces nearest_surfaces(const FluidCase& fluid, const std::vector<BodyS
 
 /// The mobility has no lubrication. That of a sphere towards a plane is 5, 22, 67, 215 % above Brenner's (1961) at gaps
 /// of 1, 1/2, 1/4, 1/10 of its radius, that of two towards each other 10, 29, 70, 192 %; here within a third of that.
+/// The links of a chain may be nearer than a sphere and a plane: they keep their distances.
 void warn_of_near_surfaces(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const NearestSurfaces nearest = nearest_surfaces(the_case.fluid, assembly.bodies);
-  if (nearest.gap_radii <= 0.0 || nearest.gap_radii >= 1.0) return;  // overlaps are errors
+  if (nearest.gap_radii <= 0.0 || nearest.gap_radii >= (nearest.plane ? 1.0 : 0.3)) return;  // overlaps are errors
   const double percent =
       nearest.plane ? 22.0 * std::pow(0.5 / nearest.gap_radii, 1.5) : 29.0 * std::pow(0.5 / nearest.gap_radii, 1.25);
   problems.warning(assembly.body_paths[nearest.body],
