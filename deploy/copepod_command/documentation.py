@@ -22,7 +22,7 @@ _PROGRAM = """#!/bin/sh
 
 def completion(options: Namespace) -> int:
     """Prints the script for a shell; it runs the command itself, so it completes the options of this version."""
-    packages.ensure(("python3-argcomplete",))
+    packages.require(("python3-argcomplete",), "they are needed for nothing else")
     import argcomplete
 
     prelude = "autoload -U +X bashcompinit && bashcompinit\n" if options.shell == "zsh" else ""
@@ -33,7 +33,7 @@ def completion(options: Namespace) -> int:
 
 def manual(options: Namespace) -> int:
     """Shows a page in the reader's pager, or writes all of them."""
-    packages.ensure(("help2man", "man-db"))
+    packages.require(("help2man", "man-db"), "they are needed for nothing else")
     summaries = _summaries()
     if options.page and options.page not in summaries:
         known = ", ".join(name for name in summaries if name)
@@ -45,8 +45,9 @@ def manual(options: Namespace) -> int:
         print(f"{len(summaries)} pages in {options.out}")
         return ExitCode.FINISHED
     name = options.page or ""
+    environment = {**os.environ, "LC_ALL": "C.UTF-8"} if sys.stdout.encoding == "utf-8" else None
     return subprocess.run(
-        ["man", "-l", "-"], input=_page(name, summaries[name]), text=True, stdout=sys.stdout
+        ["man", "-l", "-"], input=_page(name, summaries[name]), text=True, stdout=sys.stdout, env=environment
     ).returncode
 
 
@@ -66,7 +67,16 @@ def _page(name: str, summary: str) -> str:
         script.write_text(_PROGRAM.format(python=shlex.quote(sys.executable)))
         script.chmod(0o700)
         made = subprocess.run(
-            ["help2man", "--no-info", "--name", summary, "--version-string", version(), f"{script} {name}".rstrip()],
+            [
+                "help2man",
+                "--no-info",
+                "--locale=C.UTF-8",
+                "--name",
+                summary,
+                "--version-string",
+                version(),
+                f"{script} {name}".rstrip(),
+            ],
             env={**os.environ, "COPEPOD_CALLED_AS": "copepod", "COLUMNS": "1000"},
             stdout=subprocess.PIPE,
             text=True,

@@ -82,19 +82,11 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     place = arguments.index("--") if "--" in arguments else len(arguments)
     behind_dashes = arguments[place + 1 :]
     parser = make_parser()
-    _complete(parser)
+    if "_ARGCOMPLETE" in os.environ:
+        importlib.import_module("copepod_command.completion").answer(parser)
     options = parser.parse_args(arguments[:place])
     if behind_dashes and options.command not in _TAKES_MORE:
         parser.error(f"{options.command} takes nothing after --")
     if options.command in _TAKES_MORE:
         setattr(options, _TAKES_MORE[options.command], behind_dashes)
     return options
-
-
-def _complete(parser: argparse.ArgumentParser) -> None:
-    """Answers a shell that asks how to complete the line, and ends."""
-    if "_ARGCOMPLETE" not in os.environ:
-        return
-    import argcomplete  # only now: nothing else needs it
-
-    argcomplete.autocomplete(parser)

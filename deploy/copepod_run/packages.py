@@ -96,19 +96,26 @@ def ensure(names: Sequence[str] = BUILD_AND_RUN) -> None:
 
     Raises Stop(2) with the exact command to run if we are not root, and if apt-get fails.
     """
+    if os.geteuid() != 0:
+        require(names, "only root can install them")
     wanted = missing(names)
     if not wanted:
         return
-    if os.geteuid() != 0:
-        raise Stop(
-            ExitCode.BAD_CASE,
-            f"{len(wanted)} Debian packages are missing (only root can install them). "
-            f"Run: sudo apt-get install -y {' '.join(wanted)}",
-        )
     BUILD.mkdir(exist_ok=True)
     log_path = BUILD / "packages.log"
     with Stage(f"installing {len(wanted)} Debian packages (log: {log_path})"), open(log_path, "wb") as log:
         _install(wanted, log)
+
+
+def require(names: Sequence[str], reason: str) -> None:
+    """Raises Stop(2) with the exact command to run if any of `names` is missing; installs nothing."""
+    if wanted := missing(names):
+        root = "" if os.geteuid() == 0 else "sudo "
+        raise Stop(
+            ExitCode.BAD_CASE,
+            f"{len(wanted)} Debian packages are missing ({reason}). "
+            f"Run: {root}apt-get install -y {' '.join(wanted)}",
+        )
 
 
 def _install(wanted: Sequence[str], log: BinaryIO) -> None:

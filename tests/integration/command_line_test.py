@@ -67,6 +67,15 @@ class CommandLine(TinyRunTest):
         self.assertEqual(self.completed("copepod ca"), ["campaign"])
         self.assertEqual(set(self.completed("copepod run --res")), {"--restarts", "--resume"})
         self.assertEqual(self.completed("copepod run --progress "), ["auto", "json"])
+        self.assertEqual(self.completed("copepod man ru"), ["run"])
+        self.assertEqual(self.completed("copepod recording tr"), ["trace"])
+        self.assertEqual(self.completed("copepod conformance --ro"), ["--role"])
+        for typed, offered in (
+            ("bodies.0.ra", "bodies.0.radius_m="),
+            ("fluid.so", "fluid.solver="),
+            ("bod", "bodies."),
+        ):
+            self.assertIn(offered, self.completed(f"copepod run --set {typed}"))
 
     def test_other_shells_have_a_script(self):
         self.assertIn("bashcompinit", self.ended("completion", "zsh")[0])
@@ -83,6 +92,9 @@ class CommandLine(TinyRunTest):
         self.assertIn("copepod run configs/quick/three_sphere.yaml", pages["copepod-run.1"])
         shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), ("PATH", os.environ["PATH"])])
         self.assertIn("--resume", shown.replace("\u2010", "-"))
+        for where in ("C.UTF-8", "xx_YY.UTF-8"):  # of a terminal elsewhere, not installed here
+            shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), ("LC_ALL", where)])
+            self.assertIn("A,B:N,…", shown)
         self.assertRegex(self.ended("run", "--help")[0], r"^Usage: \S*copepod run ")
         _, stderr = self.ended("man", "walk", code=2)
         self.assertIn("there is no command «walk»", stderr)

@@ -140,7 +140,9 @@ class Overdamped(WholeRunTest):
     def test_without_a_virtual_mass_the_longest_step_is_named_and_stable(self):
         case = self.case(BALL)
         session = self.finish("check", case, "--set", "coupling.virtual_mass=none", code=2)
-        self.assertRegex(session.last_line, r"step_s is 1e-05 s .* diverge above 4\.297e-06 s\)\. Use coupling\.virtual_mass: auto")
+        self.assertRegex(
+            session.last_line, r"step_s is 1e-05 s .* diverge above 4\.297e-06 s\)\. Use coupling\.virtual_mass: auto"
+        )
         self.run_of(case, "coupling.virtual_mass=none", "step_s=4.2e-6", "run.steps=2000")
 
 

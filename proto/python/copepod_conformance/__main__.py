@@ -42,7 +42,8 @@ def main(arguments=None):
         return _INTERRUPTED
 
 
-def _options(arguments):
+def make_parser():
+    """Of what stands before --."""
     parser = argparse.ArgumentParser(
         prog=_called_as(),
         usage="%(prog)s --role fluid|body [options] -- CMD…",
@@ -67,6 +68,11 @@ def _options(arguments):
         metavar="SECONDS",
         help="longest wait for an answer (default: 20)",
     )
+    return parser
+
+
+def _options(arguments):
+    parser = make_parser()
     place = arguments.index("--") if "--" in arguments else len(arguments)
     options = parser.parse_args(arguments[:place])
     options.command = arguments[place + 1 :]

@@ -42,7 +42,8 @@ def main(arguments=None):
         return _STORAGE_FAILED
 
 
-def _options(arguments):
+def make_parser():
+    """Of what stands before --."""
     parser = argparse.ArgumentParser(
         prog=_called_as(),
         description="Lists, counts, draws and replays what a run recorded.",
@@ -69,6 +70,11 @@ def _options(arguments):
         command.add_argument(
             "--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative difference (default: 0, every bit)"
         )
+    return parser
+
+
+def _options(arguments):
+    parser = make_parser()
     if "--" in arguments:
         place = arguments.index("--")
         options = parser.parse_args(arguments[:place])
