@@ -24,12 +24,15 @@ std::string utc_now() {
   return text.data();
 }
 
-/// The provenance that a resumed run finds, added to the attempts which that one found; JSON list.
-std::string earlier_attempts(const RunDirectory& directory) {
-  using nlohmann::ordered_json;
+/// The provenance that a resumed run finds; not an object if there is none.
+nlohmann::ordered_json last_provenance(const RunDirectory& directory) {
   std::ifstream stream(directory.provenance());
-  ordered_json last = ordered_json::parse(stream, nullptr, false);
-  if (!last.is_object()) return "[]";
+  return nlohmann::ordered_json::parse(stream, nullptr, false);
+}
+
+/// Added to the attempts which that one found; JSON list.
+std::string earlier_attempts(nlohmann::ordered_json last) {
+  using nlohmann::ordered_json;
   ordered_json attempts = last.value("earlier_attempts", ordered_json::array());
   last.erase("earlier_attempts");
   attempts.push_back(last);
@@ -46,7 +49,13 @@ Provenance::Provenance(const RunDirectory& directory, std::string command_line, 
       fluid_ranks_(fluid_ranks),
       resumed_(resumed),
       start_(utc_now()),
-      earlier_(resumed ? earlier_attempts(directory) : "[]") {}
+      earlier_("[]") {
+  if (!resumed) return;
+  const nlohmann::ordered_json last = last_provenance(directory);
+  if (!last.is_object()) return;
+  earlier_ = earlier_attempts(last);
+  branched_from_ = last.value("branched_from", nlohmann::ordered_json(nullptr)).dump();
+}
 
 void Provenance::set_components(const Capabilities& fluid, const Capabilities& body) {
   components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};

@@ -32,6 +32,18 @@ session::Saved save(Solver& solver, const conversion::Decoder& request) {
   }
 }
 
+/// Lets a solver read its state. Whatever a damaged one makes of it, the run ends with the code of storage.
+void read_state(Solver& solver, const std::string& path) {
+  try {
+    solver.restore(path);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw StorageError("The solver cannot read the state in " + path + " (" + error.what() +
+                       "). Resume from another checkpoint.");
+  }
+}
+
 /// Loads that are not finite would only be noticed by the bodies, who are not to blame.
 void require_finite(const Loads& loads, Eigen::Index bodies) {
   if (loads.force_N.cols() != bodies || loads.torque_N_m.cols() != bodies) {
@@ -88,7 +100,7 @@ std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conve
     case Work::write_state:
       return encoder.encode(header, save(*solver_, request));
     case Work::read_state:
-      solver_->restore(checkpoint_path(request));
+      read_state(*solver_, checkpoint_path(request));
       return encoder.encode(header, MessageKind::restored);
     case Work::send_summary:
       return encoder.encode(header, solver_->summarise());

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import Refused, SolverError, StorageError
+from .errors import ComponentError, Refused, SolverError, StorageError
 from .validation import check_setup, check_text
 
 
@@ -87,7 +87,15 @@ class _Served:
             except (OSError, StorageError) as problem:  # a full disk does not end the run
                 reply.saved.problem = str(problem)
         elif name == "Restore":
-            self.solver.restore(body.path)
+            try:
+                self.solver.restore(body.path)
+            except ComponentError:
+                raise
+            except Exception as problem:  # whatever a damaged file makes of the solver
+                raise StorageError(
+                    f"The solver cannot read the state in {body.path} ({type(problem).__name__}: {problem}). Resume "
+                    "from another checkpoint."
+                ) from problem
             reply.restored.SetInParent()
         elif name == "Summarise":
             summary = self.solver.summarise()

@@ -228,6 +228,7 @@ TEST_F(BranchedProgram, IsResumedFromACheckpointOfItsOwn) {
   resumed.emplace_back("--resume");
   EXPECT_EQ(run(resumed), 0) << out.str() << err.str();
   EXPECT_EQ(file("summary.json")["resumed_from_step"], 2200);
+  EXPECT_EQ(file("provenance.json")["branched_from"]["directory"], first.string());
   EXPECT_EQ(file("summary.json")["digest"], digest);
 }
 

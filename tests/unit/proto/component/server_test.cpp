@@ -53,7 +53,7 @@ class CountingFluid final : public FluidSolver {
   }
   void advance() override {}
   void save(const std::string& path) override { throw StorageError("No room for " + path + " (quota). Free some."); }
-  void restore(const std::string&) override {}
+  void restore(const std::string&) override { throw std::out_of_range("no step in it"); }
   SolverSummary summarise() override { return {}; }
 
  private:
@@ -220,6 +220,15 @@ TEST(Server, CheckpointThatCannotBeWrittenIsToldAndTheSolverGoesOn) {
   EXPECT_EQ(exchanges, 2);
   EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
   EXPECT_EQ(server.join(), ExitCode::finished);
+}
+
+TEST(Server, WhateverRestoreThrowsIsAStateThatCannotBeRead) {
+  int exchanges = 0;
+  MemoryServer server(counting_component(exchanges));
+  server.configure(one_sphere_in_water());
+  EXPECT_EQ(server.ask(MessageKind::restore, session::CheckpointPath{"/some/file"}), MessageKind::failure);
+  EXPECT_NE(server.failure().reason.find("cannot read the state in /some/file (no step in it)"), std::string::npos);
+  EXPECT_EQ(server.join(), ExitCode::storage_failed);
 }
 
 TEST(Server, WithoutCheckpointsRefusesToSave) {
