@@ -59,9 +59,10 @@ def state_of(directory: Path) -> tuple[str, str]:
 
 
 def status_of(directory: Path, case: dict[str, Any], state: tuple[str, str], step: int) -> RunStatus:
-    """`step`: the last in its tables; a checkpoint may be of a later one."""
+    """`step`: the last in its tables; a checkpoint, or the progress that was recorded, may be of a later one."""
     checkpoint = last_checkpoint_step(directory)
-    return RunStatus(state[0], max(step, checkpoint), at(case, "run.steps") or 0, state[1], checkpoint)
+    recorded = 0 if state[0] == "finished" else int(read_object(directory / "logs" / "progress.json").get("step") or 0)
+    return RunStatus(state[0], max(step, checkpoint, recorded), at(case, "run.steps") or 0, state[1], checkpoint)
 
 
 def _is_in_use(directory: Path) -> bool:

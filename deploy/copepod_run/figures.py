@@ -207,7 +207,8 @@ def result_table(summary: Mapping[str, Any], directory: str | Path) -> str:
 
 def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """(name, value) of everything that is not about a swimmer."""
-    rows = [("steps", f"{summary.get('steps')} of {number_text(summary.get('step_s'))} s")]
+    step_s = summary.get("step_s")  # not known before the first sample
+    rows = [("steps", f"{summary.get('steps')}" + (f" of {number_text(step_s)} s" if step_s else ""))]
     if (wall_s := summary.get("wall_s")) is not None:  # of a run that has finished
         rows.insert(0, ("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"))
     if summary.get("mlups"):

@@ -80,7 +80,7 @@ class RunFollower:
         samples = self._trajectory.samples()
         event = self.last_event()
         last = int(samples.steps[-1]) if samples else 0
-        status = status_of(self.directory, self.case, state, max(last, event.get("step", 0)))
+        status = status_of(self.directory, self.case, state, last)
         is_running = state[0] == "running"
         version = f"{id(self)}-{self._trajectory.count}"
         scene = None

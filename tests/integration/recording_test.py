@@ -63,6 +63,7 @@ class Wire(RecordedRun):
 
         table = self.run_command("recording", "count", "out")
         self.assertRegex(table, rf"fluid +to +Kinematics +{STEPS} ")
+        self.assertEqual(self.last_words, "")
         self.assertEqual(len(self.run_command("recording", "list", "out").splitlines()), sum(counts.values()))
 
     def test_our_components_give_the_recorded_replies_bit_by_bit(self):

@@ -151,6 +151,9 @@ class Report(CommandTest):
         (self.folder / "run/checkpoints/step_1200/manifest.json").write_text("{}")
         text = page_of(self.folder / "run", read_case)
         self.assertIn("Stopped by a signal at step 1200", text)
+        (self.folder / "run/logs").mkdir()
+        (self.folder / "run/logs/progress.json").write_text('{"phase": "running", "step": 1300}')
+        self.assertIn("Stopped by a signal at step 1300", page_of(self.folder / "run", read_case))
         self.assertIn("The last checkpoint is of step 1200", text)
         self.assertFalse((self.folder / "run/report").exists())
 

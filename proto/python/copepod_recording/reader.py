@@ -1,6 +1,7 @@
 """Finds and reads recordings: every block that is whole, with the schema that the file itself contains."""
 
 import functools
+import itertools
 import pathlib
 import struct
 import zlib
@@ -78,7 +79,7 @@ class Recording:
         return envelope
 
     def _records(self, kind):
-        for content in self._blocks():
+        for content in itertools.islice(self._blocks(), 1, None):  # the schema comes first
             record = self._parse(content)
             if record is None:
                 continue
@@ -90,7 +91,7 @@ class Recording:
         try:
             record.ParseFromString(content)
         except message.DecodeError:
-            return None  # the schema, which comes first
+            return None
         return record
 
     def _blocks(self):
