@@ -1,6 +1,8 @@
 #include "run/branch.hpp"
 
 #include <algorithm>
+#include <regex>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -63,6 +65,22 @@ std::string obstacle(const LoadedCase& before, const LoadedCase& now) {
   return {};
 }
 
+/// Whether a key, such as `swimmers.0.center_m.2`, is of the state at step 0, which a checkpoint replaces.
+bool is_of_the_start(const std::string& key, const std::vector<SingleBody>& bodies) {
+  static const std::regex of_swimmers(R"((swimmers\.\d+|swarm)\.(template\.)?(center_m|axis|(beads\.\d+\.)?)"
+                                      R"((orientation|orientation_wxyz|position_m))(\..*)?)");
+  static const std::regex of_bodies(
+      R"(bodies\.(\d+)\.(position_m|orientation_wxyz|velocity_m_per_s|angular_velocity_rad_per_s)(\..*)?)");
+  std::smatch found;
+  if (std::regex_match(key, found, of_bodies)) {
+    const std::size_t body = std::stoul(found[1]);
+    return body < bodies.size() && bodies[body].motion != MotionKind::prescribed;
+  }
+  static const std::regex of_swarms(R"(swarm\.(region_m|orientations|spread_deg|minimal_gap_m)(\..*)?)");
+  return std::regex_match(key, of_swimmers) || std::regex_match(key, of_swarms) ||
+         key.starts_with("fluid.initial_flow");
+}
+
 }  // namespace
 
 ChangedKeys changed_keys(const Case& before, const Case& now) {
@@ -92,7 +110,15 @@ Branch plan_branch(const std::filesystem::path& directory, std::optional<std::in
                     " would change, and its checkpoints hold a state of the old ones). Change other keys, or start "
                     "from the beginning.");
   }
-  return {directory, step, case_key(before.content), changed_keys(before.content, now.content)};
+  ChangedKeys changed = changed_keys(before.content, now.content);
+  for (const auto& [key, values] : changed) {
+    if (!is_of_the_start(key, now.content.bodies)) continue;
+    throw CaseError(directory.string() + " cannot be branched from (" + key + " is " + values.second + ", was " +
+                    values.first +
+                    ": a branch begins with the state of the checkpoint). Change other keys, or start "
+                    "from the beginning.");
+  }
+  return {directory, step, case_key(before.content), std::move(changed)};
 }
 
 }  // namespace copepod::coupler

@@ -250,6 +250,9 @@ TEST_F(BranchedProgram, AveragesNoFieldsOfTheOtherCase) {
 TEST_F(BranchedProgram, NeedsTheSameBodiesAndACheckpointThatIsThere) {
   EXPECT_EQ(branch({"--set", "swimmers.0.beads.0.radius_m=3.0e-6"}), 2);
   EXPECT_NE(err.str().find("the bodies or their shapes would change"), std::string::npos) << err.str();
+  EXPECT_EQ(branch({"--set", "swimmers.0.center_m=[24.0e-6, 24.0e-6, 49.0e-6]"}), 2);
+  EXPECT_NE(err.str().find("swimmers.0.center_m.0 is 2.4e-05, was 0.0: a branch begins with"), std::string::npos)
+      << err.str();
   EXPECT_EQ(branch({"--branch-step", "1500"}), 73);
   const auto reason = events().back()["reason"].get<std::string>();
   EXPECT_NE(reason.find("no complete checkpoint of step 1500 (there is one of step 2100; there is one of step 1400)"),
