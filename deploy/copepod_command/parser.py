@@ -219,6 +219,9 @@ def _add_report(commands: _Commands) -> None:
         metavar="FORMAT",
         help="of the plots' files: png, svg, pdf; several are allowed (default: png)",
     )
+    sweep = parser.add_argument_group("first figure of a sweep")
+    sweep.add_argument("--x", default="", metavar="KEY", help="swept key, or its end (default: that of most values)")
+    sweep.add_argument("--y", default="", metavar="FIGURE", help="column of the table (default: the swimming speed)")
     flow = parser.add_argument_group("picture of the flow", "of runs that recorded one (output.fields)")
     planes = ("auto", "xy", "xz", "yz", "yx", "zx", "zy")
     flow.add_argument(

@@ -15,6 +15,7 @@ def report(options: Namespace) -> int:
     from copepod_paper.additions import PaperAdditions
     from copepod_report.flow import View
     from copepod_report.report import write_report
+    from copepod_report.sweeps import Choice
 
     out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
     if not options.out and Path(out).is_symlink():
@@ -23,8 +24,9 @@ def report(options: Namespace) -> int:
         )
     # The coupler is the only parser of cases.
     view = View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
+    choice = Choice(options.x, options.y)
     path = write_report(
-        options.directories, out, lambda path: plan_of(path).case, PaperAdditions(), view, options.format
+        options.directories, out, lambda path: plan_of(path).case, PaperAdditions(), view, options.format, choice
     )
     print(path)
     return ExitCode.FINISHED

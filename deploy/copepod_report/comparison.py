@@ -5,7 +5,7 @@ from typing import Any
 
 from copepod_report import sweeps
 from copepod_report.run_record import RunRecord
-from copepod_report.style import LIGHT, legend_above, new_figure
+from copepod_report.style import LIGHT, WIDTH_INCHES, legend_above, new_figure
 from copepod_run.figures import FIGURES, Figure, figures_by_name, number_text, percent_text
 
 Row = tuple[int, str, dict[str, Figure]]  # number of the run, swimmer name, figures by key
@@ -63,17 +63,25 @@ def speeds(runs: Sequence[RunRecord]) -> Any:
     return figure
 
 
-def figures_of_sweeps(runs: Sequence[RunRecord], draw: Callable[..., list[str]]) -> list[str]:
-    """HTML: every result that varies over the swept keys, as curves and, for a grid of two keys, as a map.
+def figures_of_sweeps(
+    runs: Sequence[RunRecord], draw: Callable[..., list[str]], choice: sweeps.Choice
+) -> tuple[list[str], list[str]]:
+    """HTML of the figure that answers each sweep, and of all others: every result that varies over the swept keys, as
+    curves and, for a grid of two keys, as a map.
 
-    `draw(name, figure, caption)` writes a figure.
+    `draw(name, figure, caption, …)` writes a figure.
     """
-    figures = []
-    for sweep in sweeps.sweeps_of(runs):
+    first, others, maps = [], [], []
+    for sweep in sweeps.sweeps_of(runs, choice):
         for result in sweep.results if sweep.axes else []:
-            name = f"{sweep.name}_{result.key}"
-            figures += draw(name, sweeps.curves(sweep, result), sweeps.caption(sweep, result, is_map=False))
+            name, text = f"{sweep.name}_{result.key}", sweeps.caption(sweep, result, is_map=False)
+            table, narrow = sweeps.values_csv(sweep, result), sweeps.curves(sweep, result)
+            if result is sweep.results[0]:
+                wide = sweeps.curves(sweep, result, WIDTH_INCHES)
+                first += draw(name, wide, text, wide=True, narrow=narrow, table=table)
+            else:
+                others += draw(name, narrow, text, table=table)
             if sweeps.has_map(sweep):
-                text = sweeps.caption(sweep, result, is_map=True)
-                figures += draw(f"{name}_map", sweeps.colour_map(sweep, result), text)
-    return figures
+                drawn = sweeps.colour_map(sweep, result)
+                maps += draw(f"{name}_map", drawn, sweeps.caption(sweep, result, is_map=True))
+    return first, others + maps

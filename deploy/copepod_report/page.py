@@ -1,6 +1,7 @@
 """The HTML page: everything inline, so that the one file can be mailed and opened without a network."""
 
 import base64
+import mimetypes
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ from markupsafe import Markup
 
 from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
 from copepod_report.run_record import RunRecord
-from copepod_report.sweeps import parameter_columns
+from copepod_report.sweeps import axes_of
 from copepod_run.checkout import called_as
 from copepod_run.figures import MOST_TABLES, measured, number_text, reason_without_rows
 from copepod_run.figures import run_rows, swarm_rows, swimmer_rows
@@ -41,9 +42,14 @@ def page(title: str, sections: Sequence[str]) -> str:
     return str(HTML.page(title, _STYLE, sections)).lstrip()
 
 
-def figure(svg: str, caption: str, wide: bool = False) -> str:
-    """A plot."""
-    return str(HTML.figure(base64.b64encode(svg.encode()).decode(), caption, wide))
+def figure(svg: str, caption: str, wide: bool = False, narrow: str = "", files: Mapping[str, Path] = {}) -> str:
+    """A plot, `narrow` for narrow windows, and what can be saved from it, by what it is called."""
+    pictures = [base64.b64encode(text.encode()).decode() for text in (svg, narrow)]
+    saved = [
+        (label, path.name, mimetypes.guess_type(path)[0], base64.b64encode(path.read_bytes()).decode())
+        for label, path in files.items()
+    ]
+    return str(HTML.figure(*pictures, caption, wide, saved))
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -51,9 +57,15 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return str(HTML.table(heads, rows))
 
 
-def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: bool = False) -> str:
-    """One run: its key figures, its swimmers' tables, its plots; `folded`: closed until the reader opens it."""
-    rows = [(key, number_text(value)) for key, value in run.sweep.values.items()] + run_rows(run.summary)
+def run_section(
+    run: RunRecord,
+    anchor: str,
+    figures: Sequence[str],
+    swept: Sequence[tuple[str, str]] = (),
+    folded: bool = False,
+) -> str:
+    """One run: what was `swept`, its key figures, its swimmers' tables, its plots; `folded`: closed at first."""
+    rows = [*swept, *run_rows(run.summary)]
     own_figures = f"{called_as()} report {shlex.quote(str(run.directory))}" if run.sweep.values and not figures else ""
     entries = measured(run.summary)
     tables = [_swimmer_table(entry) for entry in entries] if len(entries) <= MOST_TABLES else []
@@ -63,22 +75,24 @@ def run_section(run: RunRecord, anchor: str, figures: Sequence[str], folded: boo
     return str(HTML.run_section(run, anchor, rows, own_figures, tables, every, figures, folded))
 
 
-def comparison_section(runs: Sequence[RunRecord], anchors: Sequence[str], figures: Sequence[str]) -> str:
-    """All swimmers of all runs in one table."""
+def comparison_section(
+    runs: Sequence[RunRecord], anchors: Sequence[str], first: Sequence[str], others: Sequence[str]
+) -> str:
+    """The first figures, all swimmers of all runs in one table, other figures."""
     rows = comparison_rows(runs)
     columns = comparison_columns(rows)
-    swept = parameter_columns(runs)
+    swept = axes_of(runs).values()
     has_published = any(cell.published is not None for _, _, cells in rows for cell in cells.values())
-    heads = [("run", *(["published", "deviation"] if has_published else [])), *swept.values()]
+    heads = [("run", *(["published", "deviation"] if has_published else [])), *(axis.label for axis in swept)]
     texts = []
     for number, swimmer_name, cells in rows:
         run = runs[number]
         link = Markup('<a href="#{}">{}</a>').format(anchors[number], run.name)
         label = (link, swimmer_name) if len(measured(run.summary)) > 1 else link
-        parameters = [number_text(run.sweep.values[key]) if key in run.sweep.values else "" for key in swept]
+        parameters = [axis.number(axis.places[number]) for axis in swept]
         values = [cell_texts(cells[key]) if key in cells else "" for key, _ in columns]
         texts.append([label, *parameters, *values])
-    return str(HTML.comparison_section([*heads, *(name for _, name in columns)], texts, figures))
+    return str(HTML.comparison_section([*heads, *(name for _, name in columns)], texts, first, others))
 
 
 def _table_of_all(run: RunRecord) -> Any:

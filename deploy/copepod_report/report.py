@@ -9,6 +9,7 @@ from copepod_report import comparison, cycles, flow, motion_plots, page, view
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart
 from copepod_report.style import LIGHT, Theme, picture_of, svg_of
 from copepod_report.swarm import Swarm
+from copepod_report.sweeps import Choice, axes_of
 from copepod_run.destinations import make_folder
 from copepod_run.errors import BY_SIGNAL, ExitCode, Stop
 from copepod_run.figures import MOST_TABLES
@@ -31,16 +32,25 @@ class Canvas:
         self._replaces = own is not None and own.is_file() and b"<title>Copepod: " in own.read_bytes()[:1000]
         self._written: set[Path] = set()
 
-    def draw(self, name: str, drawn: Any, caption: str, wide: bool = False) -> list[str]:
+    def draw(
+        self, name: str, drawn: Any, caption: str, wide: bool = False, narrow: Any = None, table: str = ""
+    ) -> list[str]:
         """A plot as a list of one HTML figure, empty without a plot; also written as NAME.png, …
 
-        `drawn`: a figure, None, or a function that makes one in the colours it is given."""
+        `drawn`: a figure, None, or a function that makes one in the colours it is given. `narrow`: the same for a
+        column of a journal, NAME_column.png, …; with it, both are also written as PDF. `table`: its values as CSV.
+        """
         figure = drawn(LIGHT) if callable(drawn) else drawn
         if figure is None:
             return []
-        for kind in self._formats if self.folder else ():
-            self.write(f"{name}.{kind}", picture_of(figure, kind, caption))
-        return [page.figure(svg_of(figure), caption, wide)]
+        files = {"CSV": self.write(f"{name}.csv", table.encode())} if table and self.folder else {}
+        pictures = {name: figure} if narrow is None else {name: figure, f"{name}_column": narrow}
+        for each, picture in pictures.items() if self.folder else ():
+            for kind in self._formats if narrow is None else dict.fromkeys((*self._formats, "pdf")):
+                path = self.write(f"{each}.{kind}", picture_of(picture, kind, caption))
+                if narrow is not None and kind != "png":
+                    files[f"{kind.upper()} {2.54 * picture.get_figwidth():.1f} cm"] = path
+        return [page.figure(svg_of(figure), caption, wide, svg_of(narrow) if narrow else "", files)]
 
     def write(self, name: str, content: bytes) -> Path:
         """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere.
@@ -85,6 +95,7 @@ def write_report(
     additions: Additions,
     flow_view: flow.View = flow.View(),
     formats: Sequence[str] = ("png",),
+    choice: Choice = Choice(),
 ) -> Path:
     """Writes the report of the runs into the folder `out`; returns the path of the page.
 
@@ -101,7 +112,7 @@ def write_report(
         make_folder(folder)
         canvas = Canvas(folder, formats)
         canvas.write(PAGE, page.page(title, []).encode())  # from here on the folder is that of a report
-        return canvas.write(PAGE, page.page(title, _sections(collected, canvas, additions, flow_view)).encode())
+        return canvas.write(PAGE, page.page(title, _sections(collected, canvas, additions, flow_view, choice)).encode())
     except DAMAGE as problem:
         raise _damaged(_names(directories), problem) from None
 
@@ -126,23 +137,28 @@ def _damaged(names: str, problem: Exception) -> Stop:
     )
 
 
-def _sections(collected: Sequence[RunRecord], canvas: Canvas, additions: Additions, flow_view: flow.View) -> list[str]:
+def _sections(
+    collected: Sequence[RunRecord], canvas: Canvas, additions: Additions, flow_view: flow.View, choice: Choice
+) -> list[str]:
     """HTML of all sections of the page; writes the plots."""
     left, chapters = additions.chapters([run for run in collected if run.status.is_finished], canvas)
     runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = distinct_words([run.name for run in runs])
     sections = []
     if len(runs) > 1:
-        figures = additions.comparison(runs, canvas) + comparison.figures_of_sweeps(runs, canvas.draw)
-        figures = figures or canvas.draw("speeds", comparison.speeds(runs), "Swimming speeds of all runs.")
-        sections.append(page.comparison_section(runs, anchors, figures))
+        first, others = comparison.figures_of_sweeps(runs, canvas.draw, choice)
+        first = additions.comparison(runs, canvas) + first
+        first = first or canvas.draw("speeds", comparison.speeds(runs), "Swimming speeds of all runs.")
+        sections.append(page.comparison_section(runs, anchors, first, others))
     sections += chapters
-    for run, anchor in zip(runs, anchors):
+    axes = axes_of(runs)
+    for number, (run, anchor) in enumerate(zip(runs, anchors)):
         is_one_of_many = len(runs) > _MOST_DRAWN and run.sweep.values  # whose figures are drawn on request
         figures = []
         if not is_one_of_many:
             figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, additions, flow_view)]
-        sections.append(page.run_section(run, anchor, figures, folded=len(runs) > 3))
+        swept = [(axes[key].heading, axes[key].quantity(axes[key].places[number])) for key in run.sweep.values]
+        sections.append(page.run_section(run, anchor, figures, swept, folded=len(runs) > 3))
     sections.append(view.scripts())
     return sections
 

@@ -31,14 +31,16 @@ _DARK = Theme("#12181f", "#dfe6ec", "#3a4652", ("#56b4e9", "#ff9a5c", "#35d0a0")
 # without the ends that one of the papers would swallow.
 FLOW = LinearSegmentedColormap.from_list("flow", ["#2f80c400", "#2a84b488", "#23878a"])
 VIOLET_TO_YELLOW = ListedColormap(colormaps["viridis"]([0.25 + 0.63 * step / 255 for step in range(256)]))
-WIDTH_INCHES = 7.2
+WIDTH_INCHES, COLUMN_INCHES = 17.8 / 2.54, 8.6 / 2.54  # a page and a column of a journal
 RESOLUTION = 130
 
 
-def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any, Any]:
+def new_figure(
+    theme: Theme, height_inches: float, width_inches: float = WIDTH_INCHES, **subplots: Any
+) -> tuple[Any, Any]:
     """Figure and axes in the theme's colours; a light grid helps to read values."""
     settings = {
-        "font.size": 10,
+        "font.size": 10 if width_inches > COLUMN_INCHES else 8,
         "font.family": "DejaVu Sans",
         "text.parse_math": False,  # names may hold dollar signs
         "text.color": theme.ink,
@@ -54,7 +56,7 @@ def new_figure(theme: Theme, height_inches: float, **subplots: Any) -> tuple[Any
         "axes.prop_cycle": cycler(color=theme.beads),
     }
     with rc_context(settings):
-        figure = Figure(figsize=(WIDTH_INCHES, height_inches), layout="constrained")
+        figure = Figure(figsize=(width_inches, height_inches), layout="constrained")
         axes = figure.subplots(**subplots)
     for axis in getattr(axes, "flat", [axes]):
         axis.grid(True, linewidth=0.5, alpha=0.6)
@@ -68,15 +70,20 @@ def many_lines(*colours: str) -> Any:
 
 
 def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
-    look = {"fontsize": 9, "labelcolor": theme.ink, "frameon": False, "borderaxespad": 0.2}
+    """In as many columns as there is room for, at most `columns`."""
+    size = 9.0 if axes.figure.get_figwidth() > COLUMN_INCHES else 7.5
+    longest = max((len(label) for label in axes.get_legend_handles_labels()[1]), default=0)
+    columns = min(columns, max(1, int(65 * axes.figure.get_figwidth() / (size * (0.6 * longest + 4)))))
+    look = {"fontsize": size, "labelcolor": theme.ink, "frameon": False, "borderaxespad": 0.2, "columnspacing": 1.2}
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look)
 
 
 def colour_bar(figure: Any, drawn: Any, label: str = "", **place: Any) -> Any:
     """A bar of the colours of `drawn` in the colours of the page."""
     bar = figure.colorbar(drawn, **place)
-    bar.set_label(label, color=LIGHT.ink)
-    bar.ax.tick_params(colors=LIGHT.ink)
+    size = 10 if figure.get_figwidth() > COLUMN_INCHES else 8
+    bar.set_label(label, color=LIGHT.ink, fontsize=size)
+    bar.ax.tick_params(colors=LIGHT.ink, labelsize=size)
     bar.outline.set_edgecolor(LIGHT.faint)
     return bar
 
@@ -100,7 +107,7 @@ def picture_of(figure: Any, kind: str, description: str = "") -> bytes:
         **({_DESCRIPTION[kind]: description} if description else {}),
     }
     if kind == "png":
-        figure.set_dpi(RESOLUTION)
+        figure.set_dpi(RESOLUTION * WIDTH_INCHES / figure.get_figwidth())
         FigureCanvasAgg(figure).print_png(stream, metadata=metadata)  # savefig would go through the figure twice
         return stream.getvalue()
     with rc_context(_SETTINGS):

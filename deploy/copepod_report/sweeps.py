@@ -1,30 +1,46 @@
 """Results over the swept keys: curves, and a map where two keys form a grid."""
 
+import csv
+import io
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from copepod_report.run_record import RunRecord
-from copepod_report.style import LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
-from copepod_run.figures import FIGURES, MOST_TABLES, figures_by_name, number_text, prefix_of, swarm_rows
+from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, number_text, prefix_of, swarm_rows
 from copepod_run.names import quantity_of, short_keys
 
 _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
 _MOST_LABELS = 9
+_MARKERS = "os^Dv"  # of the curves, each on top smaller than those below: curves that coincide are seen
+_PERIODIC_PERCENT = 0.1  # by which the velocity may change in the last cycle
+_PLAIN = FuncFormatter(lambda value, _: f"{value:.6g}")  # without a power of ten beside the axis
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the first figure of a sweep shows; empty: the key with most values, the speed."""
+
+    x: str = ""  # a swept key, or how it ends
+    y: str = ""  # a figure: its column in the table, or its file without the name of the sweep
 
 
 @dataclass(frozen=True)
 class Axis:
     """A swept key: where its values are drawn, and what is written beside them."""
 
+    key: str
     label: str
-    is_logarithmic: bool
-    places: np.ndarray  # shape (runs,); of words their number
-    words: Sequence[str]  # tick labels at 0, 1, …; empty for numbers
+    is_range: bool  # of constant ratios
+    places: np.ndarray  # shape (runs,), NaN where a run has none; of words their number
+    words: Sequence[str]  # empty for numbers
     heading: str  # the key without its unit
     unit: str
 
@@ -32,10 +48,32 @@ class Axis:
         """Distinct ones in rising order."""
         return np.unique(self.places)
 
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether the values are positive and closer to constant ratios than to constant steps."""
+        values = self.values()
+        if self.words or values[0] <= 0 or self.is_range:
+            return self.is_range and bool(values[0] > 0)
+        steps, ratios = np.diff(values), np.diff(np.log(values))
+        is_wide = len(steps) > 1 and values[-1] >= 4 * values[0]
+        return is_wide and bool(np.ptp(ratios) / ratios.mean() < 0.5 * np.ptp(steps) / steps.mean())
+
+    def number(self, place: float) -> str:
+        """As it stands below the label: «2»."""
+        if math.isnan(place):
+            return ""
+        return self.words[int(place)] if self.words else number_text(float(place))
+
+    def quantity(self, place: float) -> str:
+        """«2 µN»."""
+        return f"{self.number(place)}{'' if self.unit == '°' else ' '}{self.unit}".strip()
+
     def text(self, place: float) -> str:
         """«amplitude 2 µN»."""
-        value = self.words[int(place)] if self.words else number_text(float(place))
-        return f"{self.heading} {value}{'' if self.unit == '°' else ' '}{self.unit}".strip()
+        return f"{self.heading} {self.quantity(place)}"
+
+    def is_called(self, name: str) -> bool:
+        return f".{self.key}".endswith(f".{name}")
 
 
 @dataclass(frozen=True)
@@ -45,52 +83,79 @@ class Result:
     key: str
     heading: str  # with its unit
     values: np.ndarray  # shape (runs,), NaN where a run has none
+    changes: np.ndarray  # of the velocity in the last cycle [%]; NaN where they are unknown
+
+    @property
+    def still_changes(self) -> np.ndarray:
+        """Mask of the runs that are not periodic yet."""
+        return self.changes > _PERIODIC_PERCENT
+
+    def is_called(self, name: str) -> bool:
+        return name in (self.key, self.heading, self.heading.partition(" [")[0])
 
 
 @dataclass(frozen=True)
 class SweepRecord:
-    """The runs of one sweep."""
+    """The runs of one sweep. Its figures are over the first axis, and the first result is the answer."""
 
     name: str
-    axes: Sequence[Axis]
-    results: Sequence[Result]
+    runs: Sequence[str]
+    axes: list[Axis]
+    results: list[Result]
 
 
-def sweeps_of(runs: Sequence[RunRecord]) -> list[SweepRecord]:
-    """Sweeps with two finished runs or more."""
-    groups: dict[tuple[str, str], list[RunRecord]] = {}
-    for run in runs:
+def axes_of(runs: Sequence[RunRecord]) -> dict[str, Axis]:
+    """All swept keys of the runs, each with one name and one unit for every table and figure."""
+    heads = short_keys(list(dict.fromkeys(key for run in runs for key in run.sweep.values)))
+    scales = {key: scale for run in runs for key, scale in run.sweep.scales.items()}
+    values = {key: [run.sweep.values.get(key, math.nan) for run in runs] for key in heads}
+    return {key: _axis(key, head, scales.get(key) == "logarithmic", values[key]) for key, head in heads.items()}
+
+
+def sweeps_of(runs: Sequence[RunRecord], choice: Choice = Choice()) -> list[SweepRecord]:
+    """Sweeps with two finished runs or more. Raises Stop(2) if none of them has what is chosen."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for number, run in enumerate(runs):
         if run.sweep.values and run.status.is_finished:
-            groups.setdefault((str(run.directory.parent), run.sweep.name), []).append(run)
-    return [_read(name, members) for (_, name), members in groups.items() if len(members) > 1]
-
-
-def _read(name: str, runs: Sequence[RunRecord]) -> SweepRecord:
-    heads = short_keys(list(runs[0].sweep.values))
-    axes = [
-        _axis(head, runs[0].sweep.scales.get(key) == "logarithmic", [run.sweep.values.get(key) for run in runs])
-        for key, head in heads.items()
+            groups.setdefault((str(run.directory.parent), run.sweep.name), []).append(number)
+    axes = list(axes_of(runs).values())
+    found = [
+        _read(name, [runs[number] for number in members], [replace(axis, places=axis.places[members]) for axis in axes])
+        for (_, name), members in groups.items()
+        if len(members) > 1
     ]
-    return SweepRecord(name, [axis for axis in axes if len(axis.values()) > 1], _results(runs))
+    all_axes, all_results = ([item for sweep in found for item in getattr(sweep, of)] for of in ("axes", "results"))
+    for option, wanted, items in (("--x", choice.x, all_axes), ("--y", choice.y, all_results)):
+        if wanted and not any(item.is_called(wanted) for item in items):
+            names = ", ".join(dict.fromkeys(item.key for item in items))
+            raise Stop(ExitCode.BAD_CASE, f"{option} {wanted} does not vary in these runs. What does: {names}.")
+    for sweep in found:
+        sweep.axes.sort(key=lambda axis: (not axis.is_called(choice.x), bool(axis.words), -len(axis.values())))
+        sweep.results.sort(key=lambda result: not result.is_called(choice.y))
+    return found
 
 
-def _axis(head: str, is_logarithmic: bool, values: Sequence[Any]) -> Axis:
+def _read(name: str, runs: Sequence[RunRecord], axes: Sequence[Axis]) -> SweepRecord:
+    varied = [axis for axis in axes if not np.isnan(axis.places).any() and len(axis.values()) > 1]
+    return SweepRecord(name, [run.name for run in runs], varied, _results(runs))
+
+
+def _axis(key: str, head: str, is_range: bool, values: Sequence[Any]) -> Axis:
     heading, unit = quantity_of(head)
     if all(isinstance(value, (int, float)) for value in values):
         numbers = np.array(values, float)
         factor, unit = with_prefix(numbers, unit)
         label = f"{heading} [{unit}]" if unit else heading
-        return Axis(label, is_logarithmic, np.round(numbers * factor, 12), [], heading, unit)
-    texts = [value if isinstance(value, str) else number_text(value) for value in values]
-    words = list(dict.fromkeys(texts))
-    return Axis(
-        head.replace("_", " "), False, np.array([words.index(text) for text in texts], float), words, heading, ""
-    )
+        return Axis(key, label, is_range, np.round(numbers * factor, 12), [], heading, unit)
+    texts = ["" if value is math.nan else value if isinstance(value, str) else number_text(value) for value in values]
+    words = [text for text in dict.fromkeys(texts) if text]
+    places = np.array([words.index(text) if text else math.nan for text in texts], float)
+    return Axis(key, head.replace("_", " "), False, places, words, heading, "")
 
 
 def with_prefix(numbers: np.ndarray, unit: str) -> tuple[float, str]:
     """What to multiply numbers in an SI unit by for the largest to read well, and the unit then: (1e6, «µm»)."""
-    largest = np.abs(numbers).max(initial=0.0)
+    largest = np.nanmax(np.abs(numbers), initial=0.0)
     first = unit.split("/")[0].split(" ")[0]
     if not largest or not math.isfinite(largest) or first not in _TAKES_PREFIX or 1e-2 <= largest < 1e4:
         return 1.0, unit
@@ -102,57 +167,63 @@ def _results(runs: Sequence[RunRecord]) -> list[Result]:
     """Figures that differ among the runs, of every swimmer and group, and of a swarm together."""
     tables = [_figures_of(run) for run in runs]
     results = []
-    for key, heading in {key: heading for table in tables for key, (heading, _) in table.items()}.items():
-        values = np.array([table.get(key, ("", math.nan))[1] for table in tables], float)
+    for key, heading in {key: heading for table in tables for key, (heading, *_) in table.items()}.items():
+        none = ("", math.nan, math.nan)
+        values, changes = (np.array([table.get(key, none)[n] for table in tables], float) for n in (1, 2))
         if np.isfinite(values).any() and np.nanmax(values) - np.nanmin(values) > 1e-9 * np.nanmax(np.abs(values)):
-            results.append(Result(key, heading, values))
+            results.append(Result(key, heading, values, changes))
     return results
 
 
-def _figures_of(run: RunRecord) -> dict[str, tuple[str, float]]:
-    """Heading and value of each figure, by a key that may name a file."""
+def _figures_of(run: RunRecord) -> dict[str, tuple[str, float, float]]:
+    """Heading and value of each figure and the change of the velocity, by a key that may name a file."""
     found = {}
     entries = figures_by_name(run.summary)
     for swimmer, figures in entries if len(entries) <= MOST_TABLES else []:
+        change = figures.pop("change_percent", Figure(None)).ours  # it is about the others
         for key, figure in figures.items():
-            heading = FIGURES[key] + (" [cells/step]" if key.endswith("_lattice") else "")
-            name = key.removeprefix("kinematics.")
+            name, heading = key.removeprefix("kinematics."), FIGURES[key]
             if len(entries) > 1:
                 name, heading = f"{swimmer}_{name}", f"{swimmer}: {heading}"
-            if figure.ours is not None and key != "change_percent":  # it is about the others
-                found[name] = (heading, float(figure.ours))
+            if figure.ours is not None:
+                found[name] = (heading, float(figure.ours), math.nan if change is None else change)
     for name, unit, value in swarm_rows(run.summary):
-        found[f"swarm_{name}"] = (f"{name} [{unit}]" if unit else name, float(value))
+        found[f"swarm_{name}"] = (f"{name} [{unit}]" if unit else name, float(value), math.nan)
     return found
 
 
-def main_axes(sweep: SweepRecord) -> tuple[Axis, Sequence[Axis]]:
-    """The axis that results are drawn over, numbers and many values first, and the others."""
-    chosen = max(sweep.axes, key=lambda axis: (not axis.words, len(axis.values())))
-    return chosen, [axis for axis in sweep.axes if axis is not chosen]
+def _others(sweep: SweepRecord) -> Sequence[Axis]:
+    """The axes of which each combination of values is a curve; none for paired lists."""
+    return [] if len(sweep.axes[0].values()) == len(sweep.runs) else sweep.axes[1:]
 
 
-def curves(sweep: SweepRecord, result: Result) -> Any:
-    """A result over one key, a curve for each combination of the others' values."""
-    over, others = main_axes(sweep)
-    if len(over.values()) == len(result.values):  # paired lists, or a single key
-        others = []
-    figure, axes = new_figure(LIGHT, 3.8)
-    rows = list(zip(*(axis.places for axis in others))) or [()] * len(result.values)
+def curves(sweep: SweepRecord, result: Result, width_inches: float = COLUMN_INCHES) -> Any:
+    """A result over one key, a curve for each combination of the others' values; hollow where it still changes."""
+    over, others = sweep.axes[0], _others(sweep)
+    figure, axes = new_figure(LIGHT, 1.4 + 0.3 * width_inches, width_inches)
+    rows = list(zip(*(axis.places for axis in others))) or [()] * len(sweep.runs)
     combinations = sorted(set(rows))
     for number, combination in enumerate(combinations):
-        chosen = np.array([row == combination for row in rows])
-        order = np.argsort(over.places[chosen])
+        chosen = np.flatnonzero([row == combination for row in rows])
+        chosen = chosen[np.argsort(over.places[chosen])]
+        part = number / max(1, len(combinations) - 1)
+        look = {
+            "color": VIOLET_TO_YELLOW(part) if len(combinations) > 1 else LIGHT.beads[0],
+            "marker": _MARKERS[number % len(_MARKERS)],
+            "markersize": 7 - 3 * part,
+        }
         label = ", ".join(axis.text(place) for axis, place in zip(others, combination))
-        colour = VIOLET_TO_YELLOW(number / (len(combinations) - 1)) if len(combinations) > 1 else LIGHT.beads[0]
-        places, values = over.places[chosen][order], result.values[chosen][order]
-        axes.plot(places, values, "o-", color=colour, linewidth=1.6, markersize=4.5, label=label)
+        axes.plot(over.places[chosen], result.values[chosen], linewidth=1.4, label=label, **look)
+        hollow = chosen[result.still_changes[chosen]]
+        if len(hollow):
+            axes.plot(over.places[hollow], result.values[hollow], " ", markerfacecolor=LIGHT.paper, **look)
     _dress(axes.xaxis, over)
+    axes.yaxis.set_major_formatter(_PLAIN)
     axes.set_ylabel(result.heading)
     if np.nanmin(result.values) < 0 < np.nanmax(result.values):
         axes.axhline(0, color=LIGHT.faint, linewidth=1)
     if 1 < len(combinations) <= _MOST_LABELS:
-        legend_above(axes, LIGHT)
+        legend_above(axes, LIGHT, columns=_MOST_LABELS)
     elif len(combinations) > 1:
         _colour_bar(figure, axes, others, combinations)
     return figure
@@ -179,59 +250,73 @@ def has_map(sweep: SweepRecord) -> bool:
 
 def colour_map(sweep: SweepRecord, result: Result) -> Any:
     """A result over both keys of a grid, a rectangle for each run; where it has both signs, zero is in the middle."""
-    across, (upwards,) = main_axes(sweep)
+    across, upwards = sweep.axes
     columns, rows = (np.searchsorted(axis.values(), axis.places) for axis in (across, upwards))
     values = np.full((len(upwards.values()), len(across.values())), math.nan)
     values[rows, columns] = result.values
-    figure, axes = new_figure(LIGHT, 3.8)
+    figure, axes = new_figure(LIGHT, 2.4, COLUMN_INCHES)
     axes.grid(False)
     largest = np.nanmax(np.abs(values))
     both_signs = np.nanmin(values) < -1e-9 * largest and np.nanmax(values) > 1e-9 * largest
     look = {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest} if both_signs else {"cmap": VIOLET_TO_YELLOW}
     drawn = axes.pcolormesh(_edges(across), _edges(upwards), values, **look)
+    hollow = result.still_changes
+    axes.plot(across.places[hollow], upwards.places[hollow], "o", markersize=4, mfc="none", mec=LIGHT.paper)
     _dress(axes.xaxis, across)
     _dress(axes.yaxis, upwards)
-    colour_bar(figure, drawn, result.heading, ax=axes).outline.set_visible(False)
+    colour_bar(figure, drawn, result.heading, ax=axes, format=_PLAIN).outline.set_visible(False)
     return figure
 
 
 def _edges(axis: Axis) -> np.ndarray:
     """Of the rectangles around the values: half-way between neighbours, on the axis's scale."""
-    values = np.log(axis.values()) if _is_logarithmic(axis) else axis.values()
+    values = np.log(axis.values()) if axis.is_logarithmic else axis.values()
     middles = (values[1:] + values[:-1]) / 2
     edges = np.concatenate([[2 * values[0] - middles[0]], middles, [2 * values[-1] - middles[-1]]])
-    return np.exp(edges) if _is_logarithmic(axis) else edges
-
-
-def _is_logarithmic(axis: Axis) -> bool:
-    return axis.is_logarithmic and bool((axis.places > 0).all())
+    return np.exp(edges) if axis.is_logarithmic else edges
 
 
 def _dress(axis_of_plot: Any, axis: Axis) -> None:
-    """Label, scale and ticks."""
-    name, scale = axis_of_plot.axis_name, "log" if _is_logarithmic(axis) else "linear"
+    """Label, scale and ticks: at the values where they are words, or evenly spaced on the axis's scale."""
+    name, scale = axis_of_plot.axis_name, "log" if axis.is_logarithmic else "linear"
     axis_of_plot.axes.set(**{f"{name}label": axis.label, f"{name}scale": scale})
     values = axis.values()
-    if axis.words:
-        axis_of_plot.set_ticks(range(len(axis.words)), axis.words)
-    elif len(values) <= _MOST_LABELS and np.ptp(np.diff(values)) < 1e-6 * np.ptp(values):
-        axis_of_plot.set_ticks(values, [number_text(float(value)) for value in values])
+    is_even = len(values) <= _MOST_LABELS and np.ptp(np.diff(values)) < 1e-6 * np.ptp(values)
+    axis_of_plot.set_major_formatter(_PLAIN)
+    if axis.words or axis.is_logarithmic or is_even:
+        shown = values if axis.words else values[:: math.ceil(len(values) / _MOST_LABELS)]
+        axis_of_plot.set_ticks(shown, [axis.number(value) for value in shown])
+        axis_of_plot.set_minor_locator(NullLocator())
 
 
 def caption(sweep: SweepRecord, result: Result, is_map: bool) -> str:
-    """What a figure shows."""
-    over, others = main_axes(sweep)
+    """What a figure shows, and which of its values are not final."""
+    over, *others = (axis.heading for axis in sweep.axes)
+    text = f"{sweep.name}: {result.heading} over {over}"
     if is_map:
-        return f"{sweep.name}: {result.heading} over {over.heading} and {others[0].heading}."
-    if not others:
-        return f"{sweep.name}: {result.heading} over {over.heading}."
-    if len(over.values()) == len(result.values):
-        along = ", ".join(axis.heading for axis in others)
-        return f"{sweep.name}: {result.heading} over {over.heading}, which varies together with {along}."
-    curves_of = ", ".join(axis.heading for axis in others)
-    return f"{sweep.name}: {result.heading} over {over.heading}, a curve for each value of {curves_of}."
+        text += f" and {others[0]}"
+    elif others and _others(sweep):
+        text += f", a curve for each value of {', '.join(others)}"
+    elif others:
+        text += f", which varies together with {', '.join(others)}"
+    if count := int(result.still_changes.sum()):
+        text += ". Hollow markers: not periodic yet"
+        if result is sweep.results[0] and not is_map:
+            text += (
+                f"; the velocity changed by more than {_PERIODIC_PERCENT} % in the last cycle of {count} of "
+                f"{len(sweep.runs)} runs, at most by {number_text(np.nanmax(result.changes))} %"
+            )
+    return f"{text}."
 
 
-def parameter_columns(runs: Sequence[RunRecord]) -> Mapping[str, str]:
-    """Headings of all swept keys of the runs, by key."""
-    return short_keys(list(dict.fromkeys(key for run in runs for key in run.sweep.values)))
+def values_csv(sweep: SweepRecord, result: Result) -> str:
+    """The values of a figure, a row for each run in the order of the plot."""
+    columns = {
+        "run": sweep.runs,
+        **{axis.label: [axis.words[int(p)] if axis.words else p for p in axis.places.tolist()] for axis in sweep.axes},
+        result.heading: result.values.tolist(),
+        FIGURES["change_percent"]: ["" if math.isnan(change) else change for change in result.changes.tolist()],
+    }
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([list(columns), *zip(*columns.values())])
+    return stream.getvalue()

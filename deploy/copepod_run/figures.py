@@ -10,14 +10,15 @@ from copepod_run.messages import elapsed_text
 
 # key in a swimmer's summary, heading
 FIGURES = {
-    "u_swim_lattice": "u_swim",
+    "u_swim_lattice": "u_swim [cells/step]",
     "kinematics.u_along_um_per_s": "u along [µm/s]",
     "kinematics.u_across_um_per_s": "u across [µm/s]",
-    "d1_cells": "d1",
-    "d2_cells": "d2",
+    "change_percent": "change in last cycle [%]",
+    "d1_cells": "d1 [cells]",
+    "d2_cells": "d2 [cells]",
     "sin_dphi": "sin(φ1−φ2)",
-    "K": "K",
-    "u_GA_lattice": "u_GA",
+    "K": "K [1/cell]",
+    "u_GA_lattice": "u_GA [cells/step]",
     "error_percent": "error of u_GA [%]",
     "efficiency": "efficiency",
     "Re_swim": "Re",
@@ -30,7 +31,6 @@ FIGURES = {
     "rotation_degrees.x": "turn about x [°/cycle]",
     "rotation_degrees.y": "turn about y [°/cycle]",
     "rotation_degrees.z": "turn about z [°/cycle]",
-    "change_percent": "change in last cycle [%]",
 }
 
 
@@ -103,11 +103,11 @@ def at(mapping: Any, path: str) -> Any:
 
 
 def number_text(value: Any) -> str:
-    """Numbers as people read them: four significant digits."""
+    """Numbers as people read them: four significant digits, five of ten thousands."""
     if isinstance(value, (list, tuple)):
         return " ".join(number_text(item) for item in value)
     if isinstance(value, float):
-        return f"{value:.4g}"
+        return f"{value:.{5 if 1e4 <= abs(value) < 1e5 else 4}g}"
     return "-" if value is None else str(value)
 
 

@@ -60,21 +60,25 @@ _UNITS = {
     **{"deg": "°", "step": "step", "cell": "cell", "cycle": "cycle"},
 }
 _POWERS = {"": "", "2": "²", "3": "³"}
+_OF_THREE = {
+    *("anchor", "angular velocity", "axis", "body force", "center", "direction", "domain", "gravity", "position"),
+    "velocity",
+}
 
 
 def quantity_of(key: str) -> tuple[str, str]:
-    """What a key names and its unit: («phase lag», «rad») of phase_lag_rad, («speed», «m/s») of speed_m_per_s.
+    """What a key names and its unit: («phase lag», «rad») of phase_lag_rad, («x of the center», «m») of center_m.0.
 
-    Positions in a list stay with the name; a key without a unit has an empty one.
+    Other positions in a list stay with the name; a key without a unit has an empty one.
     """
     ending = re.search(r"((?:\.\d+)*)$", key)
     position = ending[1] if ending else ""
     words = key.removesuffix(position).split("_")
-    for start in range(1, len(words)):
-        unit = _unit_of(words[start:])
-        if unit:
-            return " ".join(words[:start]) + position, unit
-    return " ".join(words) + position, ""
+    length, unit = next(((n, unit) for n in range(1, len(words)) if (unit := _unit_of(words[n:]))), (len(words), ""))
+    name = " ".join(words[:length])
+    if name.rpartition(".")[2] in _OF_THREE and position in (".0", ".1", ".2"):
+        return f"{'xyz'[int(position[1:])]} of the {name}", unit
+    return name + position.replace(".", " "), unit
 
 
 def _unit_of(words: Sequence[str]) -> str:

@@ -1,18 +1,28 @@
 """Sweeps: their names, tables, checks and figures, and the one in docs/your_first_own_swimmer.md as its page shows."""
 
+import base64
 import csv
 import json
 import re
 import shlex
 import unittest
+from itertools import zip_longest
 
+import numpy as np
+from matplotlib import image
+
+from browser import CHROMIUM, Browser
 from copepod_session import ROOT, CommandTest, WholeRunTest
 from synthetic_run import write_run
 from copepod_report import sweeps
-from copepod_report.run_record import collect
+from copepod_report.run_record import collect, name_apart
+from copepod_report.style import LIGHT
 from copepod_run.names import distinct_folders, distinct_words, quantity_of, short_keys
 
 PNG = b"\x89PNG\r\n\x1a\n"
+DISTANCES = ("swimmers.0.center_m.0", "swimmers.0.phase")
+PRINTED = {17.8: "u_swim_lattice.pdf", 8.6: "u_swim_lattice_column.pdf"}  # by width in centimetres
+BOX = "document.querySelector('.scroll')"
 LAG, AMPLITUDE = "swimmers.0.stroke.phase_lag_steps", "swimmers.0.stroke.amplitude_N"
 
 
@@ -50,7 +60,10 @@ class Names(unittest.TestCase):
             "kinematic_viscosity_m2_per_s": ("kinematic viscosity", "m²/s"),
             "damping_N_s_per_m": ("damping", "N s/m"),
             "stiffness_N_m_per_rad": ("stiffness", "N m/rad"),
-            "center_m.0": ("center.0", "m"),
+            "center_m.0": ("x of the center", "m"),
+            "axis.2": ("z of the axis", ""),
+            "domain_cells.1": ("y of the domain", "cells"),
+            "rest_gap_m.1": ("rest gap 1", "m"),
             "lag_deg": ("lag", "°"),
             "solver": ("solver", ""),
             "m": ("m", ""),
@@ -158,7 +171,7 @@ class FakeSweep(CommandTest):
             printed, r"  time +(unknown: nothing like them has finished on this machine yet|about \d+ s, 2 at once)\n"
         )
         self.assertRegex(printed, r"  b +2 runs: steps 20 to 30 \(2 values\)\n")
-        self.assertRegex(printed, r"  cell updates +6e\+04\n")
+        self.assertRegex(printed, r"  cell updates +60000\n")
         self.assertIn("b_steps=20 and 1 other: warning: short\n", printed)
         self.assertTrue(printed.endswith("ok\n"))
         self.assertFalse((self.folder / "runs").exists())
@@ -173,24 +186,39 @@ class FakeSweep(CommandTest):
 class ReportOfASweep(CommandTest):
     """Of synthetic runs, whose speed is known."""
 
-    def write_sweep(self, values, names, scales=("linear", "linear")):
-        """`values`: of lag and amplitude; the speed is lag × amplitude."""
+    def write_sweep(self, values, names, scales=("linear", "linear"), keys=(LAG, AMPLITUDE), changes=()):
+        """`values`: of lag and amplitude, or other keys; the speed is their product, `changes` what it changed by."""
         cases = []
-        for (lag, amplitude), name in zip(values, names):
+        for (lag, amplitude), name, change in zip_longest(values, names, changes):
             write_run(self.folder / "sweep" / name, steps=200, mean_flow=False)
             path = self.folder / "sweep" / name / "summary.json"
             summary = json.loads(path.read_text())
             summary["swimmers"][0]["u_swim_lattice"] = lag * amplitude
+            summary["swimmers"][0]["d1_cells"] = 2.5 + lag if changes else 2.5
+            summary["swimmers"][0]["kinematics"] = {"change_from_last_cycle": {"velocity": change}}
             path.write_text(json.dumps(summary))
-            parameters = {LAG: lag, AMPLITUDE: amplitude}
+            parameters = dict(zip(keys, (lag, amplitude)))
             cases.append({"name": name, "member_of": "s", "parameters": parameters, "summary": {}})
-        heads = [{"key": key, "scale": scale} for key, scale in zip((LAG, AMPLITUDE), scales)]
+        heads = [{"key": key, "scale": scale} for key, scale in zip(keys, scales)]
         (self.folder / "sweep/results.json").write_text(json.dumps({"parameters": heads, "cases": cases}))
 
-    def report(self):
-        session = self.start("report", "sweep", "--out", "report")
+    def report(self, *options):
+        session = self.start("report", "sweep", "--out", "report", *options)
         self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
         return (self.folder / "report/report.html").read_text()
+
+    def read(self, choice=sweeps.Choice()):
+        runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
+        name_apart(runs)
+        (sweep,) = sweeps.sweeps_of(runs, choice)
+        return sweep
+
+    def write_distances(self, count=3):
+        """From a wall, with another distance for each factor; the second run of each three still changes."""
+        distances = [8e-6 * 2**number for number in range(count)]
+        values = [(distance, factor) for distance in distances for factor in (1, 3)]
+        names = [f"wall_{number}" for number in range(len(values))]
+        self.write_sweep(values, names, keys=DISTANCES, changes=[2e-4, 2e-3, None] * (len(values) // 3))
 
     def test_links_of_the_table_lead_to_the_run_of_their_row(self):
         names = ["x_3", "x!", "x?", "X", "α", "β", "v=1.5", "v=1+5", *"abcde"]  # too many for figures of their own
@@ -208,7 +236,7 @@ class ReportOfASweep(CommandTest):
         values = [(lag, amplitude) for lag in (0, 1, 2) for amplitude in (1e-6, 1e-5)]
         self.write_sweep(values, [f"s_{number}" for number in range(6)])
         text = self.report()
-        self.assertIn("<th>phase_lag_steps</th><th>amplitude_N</th>", text)
+        self.assertIn("<th>phase lag [steps]</th><th>amplitude [µN]</th>", text)
         for name in ("s_u_swim_lattice", "s_u_swim_lattice_map"):
             self.assertTrue((self.folder / f"report/{name}.png").read_bytes().startswith(PNG))
         self.assertFalse((self.folder / "report/s_d1_cells.png").exists())  # does not vary
@@ -227,6 +255,118 @@ class ReportOfASweep(CommandTest):
         self.assertEqual((drawn.get_xscale(), drawn.get_yscale()), ("linear", "log"))
         self.assertEqual(drawn.get_ylabel(), "amplitude [µN]")
         self.assertEqual(drawn.collections[0].get_array().tolist(), [0, 1e-6, 2e-6, 0, 1e-5, 2e-5])
+
+    def test_page_begins_with_one_figure_then_table_then_the_others_with_what_can_be_saved(self):
+        self.write_distances()
+        text = self.report()
+        self.assertEqual(
+            re.findall(r'<(source|table|figure class="wide"|figure|h2)[ >]', text)[:6],
+            ['figure class="wide"', "source", "h2", "table", "figure", "figure"],
+        )
+        self.assertIn("<th>x of the center [µm]</th><th>phase</th>", text)
+        self.assertIn("</td><td>8</td><td>1</td><td>8e-06</td>", text)
+        self.assertIn("<dt>x of the center</dt><dd>32 µm</dd>", text)
+        table = (
+            "run,x of the center [µm],phase,u_swim [cells/step],change in last cycle [%]\n"
+            "wall_0,8.0,1.0,8e-06,0.02\n"
+            "wall_1,8.0,3.0,2.4e-05,0.2\n"
+            "wall_2,16.0,1.0,1.6e-05,\n"
+        )
+        saved = dict(re.findall(r'download="([^"]*)" href="data:([^"]*)"', text))
+        self.assertEqual(
+            list(saved), [f"s_{name}" for name in ("u_swim_lattice.csv", *PRINTED.values(), "d1_cells.csv")]
+        )
+        for name, address in saved.items():
+            content = (self.folder / "report" / name).read_bytes()
+            kind, _, packed = address.partition(";base64,")
+            self.assertEqual(
+                (kind, base64.b64decode(packed)), (f"{'application/pdf' if '.pdf' in name else 'text/csv'}", content)
+            )
+        self.assertTrue((self.folder / "report/s_u_swim_lattice.csv").read_text().startswith(table))
+        for width_cm, name in PRINTED.items():
+            content = (self.folder / f"report/s_{name}").read_bytes()
+            width = float(re.search(rb"/MediaBox \[ 0 0 ([\d.]+) ", content)[1])
+            self.assertAlmostEqual(width / 72 * 2.54, width_cm, places=3)
+            self.assertIn(b"/FontFile2", content)
+
+    def test_options_choose_the_first_figure(self):
+        self.write_distances()
+        for options, first in {
+            (): "s: u_swim [cells/step] over x of the center, a curve for each value of phase.",
+            ("--y", "d1"): "s: d1 [cells] over x of the center, a curve for each value of phase.",
+            ("--x", "phase", "--y", "d1_cells"): "s: d1 [cells] over phase, a curve for each value of x of the center.",
+        }.items():
+            sweep = self.read(sweeps.Choice(**{key[2:]: value for key, value in zip(options[::2], options[1::2])}))
+            self.assertTrue(sweeps.caption(sweep, sweep.results[0], is_map=False).startswith(first[:-1]), first)
+        self.assertIn(
+            "<figcaption>s: d1 [cells] over phase, ", self.report("--x", "phase", "--y", "d1").partition("<h2>")[0]
+        )
+        for option, names in {"--x": f"{', '.join(DISTANCES)}.", "--y": "u_swim_lattice, d1_cells."}.items():
+            session = self.start("report", "sweep", "--out", "other", option, "swim")
+            self.assertEqual(session.end(timeout_s=100), 2)
+            self.assertIn(f"{option} swim does not vary in these runs. What does: {names}", "".join(session.stderr))
+
+    def test_values_that_still_change_have_hollow_markers_and_a_line_below(self):
+        self.write_distances()
+        sweep = self.read()
+        result = sweep.results[0]
+        lines = sweeps.curves(sweep, result).axes[0].lines
+        hollow = [line for line in lines if line.get_markerfacecolor() == LIGHT.paper]
+        self.assertEqual([list(zip(*line.get_data())) for line in hollow], [[(32.0, 3.2e-5)], [(8.0, 2.4e-5)]])
+        self.assertIn(
+            "Hollow markers: not periodic yet; the velocity changed by more than 0.1 % in the last cycle of 2 of 6 "
+            "runs, at most by 0.2 %.",
+            sweeps.caption(sweep, result, is_map=False),
+        )
+        self.assertEqual(len(sweeps.colour_map(sweep, result).axes[0].lines[0].get_xdata()), 2)
+
+    def test_curves_that_coincide_are_seen(self):
+        self.write_sweep([(lag, amplitude) for lag in (1, 2, 3) for amplitude in (1e-6, 1e-5, 2e-5)], list("abcdefghi"))
+        sweep = self.read()
+        lines = sweeps.curves(sweep, sweep.results[0]).axes[0].lines
+        self.assertEqual(len({line.get_marker() for line in lines}), 3)
+        sizes = [line.get_markersize() for line in lines]
+        self.assertEqual(sizes, sorted(set(sizes), reverse=True))
+
+    def test_axes_are_logarithmic_where_values_are_geometric_with_ticks_at_the_values(self):
+        for values, ticks in {
+            (8e-6, 16e-6, 32e-6, 64e-6, 128e-6): ["8", "16", "32", "64", "128"],
+            (1.33333333e-6, 2e-5, 3e-4): ["1.333", "20", "300"],
+            (1e-6, 2e-6, 5e-6, 10e-6): ["1", "2", "5", "10"],
+            (1e-6, 2e-6, 3e-6, 4e-6): None,
+            (3e-5, 4.5e-5, 9e-5, 12e-5): None,
+            (0.0, 1e-6, 10e-6): None,
+            (1e-6, 2e-6): None,
+        }.items():
+            axis = sweeps.Axis("a", "a", False, 1e6 * np.array(values), [], "a", "µm")
+            self.assertEqual(axis.is_logarithmic, ticks is not None, values)
+            if ticks:
+                record = sweeps.SweepRecord("s", values, [axis], [])
+                axes = sweeps.curves(record, sweeps.Result("u", "u", 1e-5 * axis.places, 0 * axis.places)).axes[0]
+                self.assertEqual([tick.get_text() for tick in axes.get_xticklabels()], ticks)
+                self.assertEqual(list(axes.get_xticks(minor=True)), [])
+                axes.figure.draw_without_rendering()
+                self.assertEqual(axes.yaxis.get_offset_text().get_text(), "")
+
+    @unittest.skipUnless(CHROMIUM, "there is no chromium")
+    def test_page_does_not_scroll_sideways_and_its_table_shows_that_it_does(self):
+        self.write_sweep([(lag, 1e-5) for lag in range(6)], [f"{'x' * 90}_{n}" for n in range(6)], changes=[1.0] * 6)
+        self.report()
+        for width, dark in ((390, False), (390, True), (800, False), (800, True)):
+            with self.subTest(width=width, dark=dark), Browser(width=width, height=2000, dark=dark) as browser:
+                browser.open(f"file://{self.folder / 'report/report.html'}")
+                self.assertLessEqual(browser.value("document.documentElement.scrollWidth"), width)
+                box = browser.value(f"{BOX}.scrollLeft = 0, {BOX}.getBoundingClientRect().toJSON()")
+                self.assertTrue(browser.value(f"{BOX}.scrollWidth > {BOX}.clientWidth"))
+                edges = []
+                for _ in range(2):
+                    browser.screenshot(self.folder / "page.png")
+                    picture = image.imread(self.folder / "page.png")
+                    edges.append(picture[int(box["top"]) + 4, int(box["right"]) - 2, :3])
+                    paper = picture[2, 2, :3]
+                    browser.value(f"{BOX}.scrollLeft = 1e6")
+                self.assertGreater(np.abs(edges[0] - paper).max(), 0.1)
+                np.testing.assert_allclose(edges[1], paper, atol=0.01)
 
     def test_a_member_that_has_not_finished_is_on_the_page_but_in_no_curve(self):
         self.write_sweep([(1, 1e-5), (2, 1e-5), (3, 1e-5)], ["a", "b", "c"])
