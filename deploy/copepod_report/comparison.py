@@ -77,8 +77,8 @@ def figures_of_sweeps(
             name, text = f"{sweep.name}_{result.key}", sweeps.caption(sweep, result, is_map=False)
             table, narrow = sweeps.values_csv(sweep, result), sweeps.curves(sweep, result)
             if result is sweep.results[0]:
-                wide = sweeps.curves(sweep, result, WIDTH_INCHES)
-                first += draw(name, wide, text, wide=True, narrow=narrow, table=table)
+                drawn = sweeps.curves(sweep, result, WIDTH_INCHES)
+                first += draw(name, drawn, text, wide=True, narrow=narrow, table=table)
             else:
                 others += draw(name, narrow, text, table=table)
             if sweeps.has_map(sweep):

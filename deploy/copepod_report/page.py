@@ -58,11 +58,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def run_section(
-    run: RunRecord,
-    anchor: str,
-    figures: Sequence[str],
-    swept: Sequence[tuple[str, str]] = (),
-    folded: bool = False,
+    run: RunRecord, anchor: str, figures: Sequence[str], swept: Sequence[tuple[str, str]] = (), folded: bool = False
 ) -> str:
     """One run: what was `swept`, its key figures, its swimmers' tables, its plots; `folded`: closed at first."""
     rows = [*swept, *run_rows(run.summary)]

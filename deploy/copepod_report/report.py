@@ -145,8 +145,8 @@ def _sections(
     runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = distinct_words([run.name for run in runs])
     sections = []
+    first, others = comparison.figures_of_sweeps(runs, canvas.draw, choice)
     if len(runs) > 1:
-        first, others = comparison.figures_of_sweeps(runs, canvas.draw, choice)
         first = additions.comparison(runs, canvas) + first
         first = first or canvas.draw("speeds", comparison.speeds(runs), "Swimming speeds of all runs.")
         sections.append(page.comparison_section(runs, anchors, first, others))

@@ -3,13 +3,14 @@
 import csv
 import io
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.ticker import FuncFormatter, NullLocator
+from matplotlib.ticker import Formatter, NullLocator
 
 from copepod_report.run_record import RunRecord
 from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
@@ -21,7 +22,16 @@ _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
 _MOST_LABELS = 9
 _MARKERS = "os^Dv"  # of the curves, each on top smaller than those below: curves that coincide are seen
 _PERIODIC_PERCENT = 0.1  # by which the velocity may change in the last cycle
-_PLAIN = FuncFormatter(lambda value, _: f"{value:.6g}")  # without a power of ten beside the axis
+
+
+class _OneNotation(Formatter):
+    """Of all ticks, without a power of ten beside the axis, where the legend is."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        largest = np.abs(self.locs).max(initial=0.0)
+        if abs(x) < 1e-9 * largest or 1e-3 <= largest < 1e6:
+            return self.fix_minus(f"{np.round(x, 12):.6g}")
+        return self.fix_minus(re.sub(r"\.?0+e", "e", f"{x:.3e}"))
 
 
 @dataclass(frozen=True)
@@ -60,9 +70,9 @@ class Axis:
 
     def number(self, place: float) -> str:
         """As it stands below the label: «2»."""
-        if math.isnan(place):
-            return ""
-        return self.words[int(place)] if self.words else number_text(float(place))
+        if math.isnan(place) or self.words:
+            return "" if math.isnan(place) else self.words[int(place)]
+        return number_text(int(place) if float(place).is_integer() else float(place))
 
     def quantity(self, place: float) -> str:
         """«2 µN»."""
@@ -118,26 +128,24 @@ def sweeps_of(runs: Sequence[RunRecord], choice: Choice = Choice()) -> list[Swee
     for number, run in enumerate(runs):
         if run.sweep.values and run.status.is_finished:
             groups.setdefault((str(run.directory.parent), run.sweep.name), []).append(number)
-    axes = list(axes_of(runs).values())
-    found = [
-        _read(name, [runs[number] for number in members], [replace(axis, places=axis.places[members]) for axis in axes])
-        for (_, name), members in groups.items()
-        if len(members) > 1
-    ]
+    all_keys, found = list(axes_of(runs).values()), []
+    for (_, name), members in groups.items():
+        axes = [replace(axis, places=axis.places[members]) for axis in all_keys]
+        axes = [axis for axis in axes if not np.isnan(axis.places).any() and len(axis.values()) > 1]
+        if len(members) > 1:
+            chosen = [runs[number] for number in members]
+            found.append(SweepRecord(name, [run.name for run in chosen], axes, _results(chosen)))
     all_axes, all_results = ([item for sweep in found for item in getattr(sweep, of)] for of in ("axes", "results"))
     for option, wanted, items in (("--x", choice.x, all_axes), ("--y", choice.y, all_results)):
         if wanted and not any(item.is_called(wanted) for item in items):
             names = ", ".join(dict.fromkeys(item.key for item in items))
-            raise Stop(ExitCode.BAD_CASE, f"{option} {wanted} does not vary in these runs. What does: {names}.")
+            raise Stop(
+                ExitCode.BAD_CASE, f"{option} {wanted} does not vary in these runs. What does: {names or 'nothing'}."
+            )
     for sweep in found:
         sweep.axes.sort(key=lambda axis: (not axis.is_called(choice.x), bool(axis.words), -len(axis.values())))
         sweep.results.sort(key=lambda result: not result.is_called(choice.y))
     return found
-
-
-def _read(name: str, runs: Sequence[RunRecord], axes: Sequence[Axis]) -> SweepRecord:
-    varied = [axis for axis in axes if not np.isnan(axis.places).any() and len(axis.values()) > 1]
-    return SweepRecord(name, [run.name for run in runs], varied, _results(runs))
 
 
 def _axis(key: str, head: str, is_range: bool, values: Sequence[Any]) -> Axis:
@@ -207,18 +215,15 @@ def curves(sweep: SweepRecord, result: Result, width_inches: float = COLUMN_INCH
         chosen = np.flatnonzero([row == combination for row in rows])
         chosen = chosen[np.argsort(over.places[chosen])]
         part = number / max(1, len(combinations) - 1)
-        look = {
-            "color": VIOLET_TO_YELLOW(part) if len(combinations) > 1 else LIGHT.beads[0],
-            "marker": _MARKERS[number % len(_MARKERS)],
-            "markersize": 7 - 3 * part,
-        }
+        colour = VIOLET_TO_YELLOW(part) if len(combinations) > 1 else LIGHT.beads[0]
+        look = {"color": colour, "marker": _MARKERS[number % len(_MARKERS)], "markersize": 7 - 3 * part}
         label = ", ".join(axis.text(place) for axis, place in zip(others, combination))
         axes.plot(over.places[chosen], result.values[chosen], linewidth=1.4, label=label, **look)
         hollow = chosen[result.still_changes[chosen]]
         if len(hollow):
             axes.plot(over.places[hollow], result.values[hollow], " ", markerfacecolor=LIGHT.paper, **look)
     _dress(axes.xaxis, over)
-    axes.yaxis.set_major_formatter(_PLAIN)
+    axes.yaxis.set_major_formatter(_OneNotation())
     axes.set_ylabel(result.heading)
     if np.nanmin(result.values) < 0 < np.nanmax(result.values):
         axes.axhline(0, color=LIGHT.faint, linewidth=1)
@@ -264,7 +269,7 @@ def colour_map(sweep: SweepRecord, result: Result) -> Any:
     axes.plot(across.places[hollow], upwards.places[hollow], "o", markersize=4, mfc="none", mec=LIGHT.paper)
     _dress(axes.xaxis, across)
     _dress(axes.yaxis, upwards)
-    colour_bar(figure, drawn, result.heading, ax=axes, format=_PLAIN).outline.set_visible(False)
+    colour_bar(figure, drawn, result.heading, ax=axes, format=_OneNotation()).outline.set_visible(False)
     return figure
 
 
@@ -282,7 +287,7 @@ def _dress(axis_of_plot: Any, axis: Axis) -> None:
     axis_of_plot.axes.set(**{f"{name}label": axis.label, f"{name}scale": scale})
     values = axis.values()
     is_even = len(values) <= _MOST_LABELS and np.ptp(np.diff(values)) < 1e-6 * np.ptp(values)
-    axis_of_plot.set_major_formatter(_PLAIN)
+    axis_of_plot.set_major_formatter(_OneNotation())
     if axis.words or axis.is_logarithmic or is_even:
         shown = values if axis.words else values[:: math.ceil(len(values) / _MOST_LABELS)]
         axis_of_plot.set_ticks(shown, [axis.number(value) for value in shown])

@@ -60,10 +60,7 @@ _UNITS = {
     **{"deg": "°", "step": "step", "cell": "cell", "cycle": "cycle"},
 }
 _POWERS = {"": "", "2": "²", "3": "³"}
-_OF_THREE = {
-    *("anchor", "angular velocity", "axis", "body force", "center", "direction", "domain", "gravity", "position"),
-    "velocity",
-}
+_OF_THREE = {"anchor", "axis", "center", "direction", "domain", "force", "gravity", "position", "velocity"}
 
 
 def quantity_of(key: str) -> tuple[str, str]:
@@ -76,7 +73,7 @@ def quantity_of(key: str) -> tuple[str, str]:
     words = key.removesuffix(position).split("_")
     length, unit = next(((n, unit) for n in range(1, len(words)) if (unit := _unit_of(words[n:]))), (len(words), ""))
     name = " ".join(words[:length])
-    if name.rpartition(".")[2] in _OF_THREE and position in (".0", ".1", ".2"):
+    if re.split(r"[. ]", name)[-1] in _OF_THREE and position in (".0", ".1", ".2"):
         return f"{'xyz'[int(position[1:])]} of the {name}", unit
     return name + position.replace(".", " "), unit
 

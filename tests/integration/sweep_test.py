@@ -3,6 +3,7 @@
 import base64
 import csv
 import json
+import math
 import re
 import shlex
 import unittest
@@ -301,8 +302,12 @@ class ReportOfASweep(CommandTest):
         self.assertIn(
             "<figcaption>s: d1 [cells] over phase, ", self.report("--x", "phase", "--y", "d1").partition("<h2>")[0]
         )
-        for option, names in {"--x": f"{', '.join(DISTANCES)}.", "--y": "u_swim_lattice, d1_cells."}.items():
-            session = self.start("report", "sweep", "--out", "other", option, "swim")
+        for folder, option, names in (
+            ("sweep", "--x", f"{', '.join(DISTANCES)}."),
+            ("sweep", "--y", "u_swim_lattice, d1_cells."),
+            ("sweep/wall_0", "--y", "nothing."),
+        ):
+            session = self.start("report", folder, "--out", "other", option, "swim")
             self.assertEqual(session.end(timeout_s=100), 2)
             self.assertIn(f"{option} swim does not vary in these runs. What does: {names}", "".join(session.stderr))
 
@@ -347,6 +352,22 @@ class ReportOfASweep(CommandTest):
                 self.assertEqual(list(axes.get_xticks(minor=True)), [])
                 axes.figure.draw_without_rendering()
                 self.assertEqual(axes.yaxis.get_offset_text().get_text(), "")
+
+    def test_ticks_of_an_axis_are_written_alike(self):
+        for places, texts in {
+            (5e-5, 1e-4, 1.5e-4): ["5e−05", "1e−04", "1.5e−04"],
+            (-2e-7, 1e-22, 2e-7): ["−2e−07", "0", "2e−07"],
+            (-0.5, 5.5e-17, 0.5): ["−0.5", "0", "0.5"],
+            (19880, 19882.5, 19885): ["19880", "19882.5", "19885"],
+        }.items():
+            axis = sweeps.Axis("a", "a", False, np.arange(3.0), [], "a", "")
+            result = sweeps.Result("u", "u", np.array(places), np.zeros(3))
+            axes = sweeps.curves(sweeps.SweepRecord("s", "abc", [axis], [result]), result).axes[0]
+            self.assertEqual(axes.yaxis.get_major_formatter().format_ticks(places), texts)
+
+    def test_places_of_steps_have_all_their_digits(self):
+        axis = sweeps.Axis("run.steps", "steps", False, np.array([1234567.0, 0.25, math.nan]), [], "steps", "")
+        self.assertEqual([axis.number(place) for place in axis.places], ["1234567", "0.25", ""])
 
     @unittest.skipUnless(CHROMIUM, "there is no chromium")
     def test_page_does_not_scroll_sideways_and_its_table_shows_that_it_does(self):
