@@ -46,8 +46,8 @@ std::string member_text(const Sweep& sweep, std::size_t member);
 /// An assignment as after --set.
 std::string setting_text(const Value::Entry& assignment);
 
-/// The values of a range, ends included. They are rounded to a millionth of the distance between neighbours, so that
-/// they read as a person would write them.
+/// The values of a range. Its ends are those that are written; the others are rounded to a thousandth of the distance
+/// between neighbours, so that they read as a person would write them.
 ///   linear       vᵢ = a + (b − a) i / (n − 1)
 ///   logarithmic  vᵢ = a (b/a)^(i / (n − 1))
 /// @param count  n, at least 2

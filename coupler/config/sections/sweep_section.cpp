@@ -16,12 +16,12 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t most_members = 10'000;
 
-/// A value rounded to a millionth of `distance`, in the shortest text.
+/// A value rounded to a thousandth of `distance`, in the shortest text.
 std::string neat_text(double value, double distance) {
   constexpr int most_digits = 15;
   if (value == 0.0) return "0";
   const auto exponent = [](double number) { return static_cast<int>(std::floor(std::log10(std::abs(number)))); };
-  const int digits = std::min(exponent(value) - exponent(distance) + 7, most_digits);
+  const int digits = std::min(exponent(value) - exponent(distance) + 4, most_digits);
   if (digits < 1) return "0";  // the rounding error of a sum that vanishes
   std::array<char, 40> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%.*e", digits - 1, value);
@@ -226,8 +226,9 @@ std::vector<std::string> range_texts(double from, double to, std::size_t count, 
   };
   for (std::size_t place = 0; place < count; ++place) {
     const auto i = static_cast<double>(place);
-    const double neighbour = value_at(place > 0 ? i - 1.0 : 1.0);
-    texts.push_back(neat_text(value_at(i), value_at(i) - neighbour));
+    const bool is_end = place == 0 || place + 1 == count;  // as it was written
+    const double distance = is_end ? value_at(i) * 1e-12 : value_at(i) - value_at(i - 1.0);
+    texts.push_back(neat_text(value_at(i), distance));
   }
   return texts;
 }

@@ -57,12 +57,19 @@ TEST(Range, HasNumbersAsAPersonWritesThem) {
   EXPECT_EQ(range_texts(100000, 500000, 3, SweepScale::linear), (Texts{"100000", "300000", "500000"}));
   EXPECT_EQ(range_texts(1e-6, 3e-6, 3, SweepScale::linear), (Texts{"1e-06", "2e-06", "3e-06"}));
   EXPECT_EQ(range_texts(1000000, 1000001, 4, SweepScale::linear),
-            (Texts{"1000000", "1000000.3333333", "1000000.6666667", "1000001"}));
+            (Texts{"1000000", "1000000.3333", "1000000.6667", "1000001"}));
+}
+
+TEST(Range, HasShortValuesBetweenEndsAsTheyAreWritten) {
+  EXPECT_EQ(range_texts(1e-6, 3e-6, 7, SweepScale::linear),
+            (Texts{"1e-06", "1.3333e-06", "1.6667e-06", "2e-06", "2.3333e-06", "2.6667e-06", "3e-06"}));
+  EXPECT_EQ(range_texts(1.23456789e-6, 8.7654321e-6, 3, SweepScale::logarithmic),
+            (Texts{"1.23456789e-06", "3.29e-06", "8.7654321e-06"}));
 }
 
 TEST(Range, OfALogarithmicScaleHasConstantRatios) {
   EXPECT_EQ(range_texts(1e-6, 1e-2, 5, SweepScale::logarithmic), (Texts{"1e-06", "1e-05", "1e-04", "0.001", "0.01"}));
-  EXPECT_EQ(range_texts(1, 10, 3, SweepScale::logarithmic), (Texts{"1", "3.162278", "10"}));
+  EXPECT_EQ(range_texts(1, 10, 3, SweepScale::logarithmic), (Texts{"1", "3.162", "10"}));
   EXPECT_EQ(range_texts(-100, -1, 3, SweepScale::logarithmic), (Texts{"-100", "-10", "-1"}));
 }
 
