@@ -77,11 +77,11 @@ def figures_of_sweeps(
             name, text = f"{sweep.name}_{result.key}", sweeps.caption(sweep, result, is_map=False)
             table, narrow = sweeps.values_csv(sweep, result), sweeps.curves(sweep, result)
             if result is sweep.results[0]:
-                drawn = sweeps.curves(sweep, result, WIDTH_INCHES)
-                first += draw(name, drawn, text, wide=True, narrow=narrow, table=table)
+                figure = sweeps.curves(sweep, result, WIDTH_INCHES)
+                first += draw(name, figure, text, wide=True, narrow=narrow, table=table)
             else:
                 others += draw(name, narrow, text, table=table)
             if sweeps.has_map(sweep):
-                drawn = sweeps.colour_map(sweep, result)
-                maps += draw(f"{name}_map", drawn, sweeps.caption(sweep, result, is_map=True))
+                text = sweeps.caption(sweep, result, is_map=True)
+                maps += draw(f"{name}_map", sweeps.colour_map(sweep, result), text)
     return first, others + maps

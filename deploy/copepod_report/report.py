@@ -147,8 +147,9 @@ def _sections(
     sections = []
     first, others = comparison.figures_of_sweeps(runs, canvas.draw, choice)
     if len(runs) > 1:
-        first = additions.comparison(runs, canvas) + first
-        first = first or canvas.draw("speeds", comparison.speeds(runs), "Swimming speeds of all runs.")
+        first = additions.comparison(runs, canvas) + first or canvas.draw(
+            "speeds", comparison.speeds(runs), "Swimming speeds of all runs."
+        )
         sections.append(page.comparison_section(runs, anchors, first, others))
     sections += chapters
     axes = axes_of(runs)

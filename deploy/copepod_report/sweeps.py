@@ -210,13 +210,13 @@ def curves(sweep: SweepRecord, result: Result, width_inches: float = COLUMN_INCH
     over, others = sweep.axes[0], _others(sweep)
     figure, axes = new_figure(LIGHT, 1.4 + 0.3 * width_inches, width_inches)
     rows = list(zip(*(axis.places for axis in others))) or [()] * len(sweep.runs)
-    combinations = sorted(set(rows))
+    combinations, size = sorted(set(rows)), 0.5 + width_inches / 14
     for number, combination in enumerate(combinations):
         chosen = np.flatnonzero([row == combination for row in rows])
         chosen = chosen[np.argsort(over.places[chosen])]
         part = number / max(1, len(combinations) - 1)
         colour = VIOLET_TO_YELLOW(part) if len(combinations) > 1 else LIGHT.beads[0]
-        look = {"color": colour, "marker": _MARKERS[number % len(_MARKERS)], "markersize": 7 - 3 * part}
+        look = {"color": colour, "marker": _MARKERS[number % len(_MARKERS)], "markersize": (7 - 3 * part) * size}
         label = ", ".join(axis.text(place) for axis, place in zip(others, combination))
         axes.plot(over.places[chosen], result.values[chosen], linewidth=1.4, label=label, **look)
         hollow = chosen[result.still_changes[chosen]]

@@ -370,24 +370,33 @@ class ReportOfASweep(CommandTest):
         self.assertEqual([axis.number(place) for place in axis.places], ["1234567", "0.25", ""])
 
     @unittest.skipUnless(CHROMIUM, "there is no chromium")
-    def test_page_does_not_scroll_sideways_and_its_table_shows_that_it_does(self):
-        self.write_sweep([(lag, 1e-5) for lag in range(6)], [f"{'x' * 90}_{n}" for n in range(6)], changes=[1.0] * 6)
+    def test_page_does_not_scroll_sideways_and_its_table_shows_where_it_goes_on(self):
+        names = [f"{'x' * 90}_{number}" for number in range(24)]
+        self.write_sweep([(lag, 1e-5) for lag in range(24)], names, changes=[1.0] * 24)
         self.report()
         for width, dark in ((390, False), (390, True), (800, False), (800, True)):
             with self.subTest(width=width, dark=dark), Browser(width=width, height=2000, dark=dark) as browser:
                 browser.open(f"file://{self.folder / 'report/report.html'}")
                 self.assertLessEqual(browser.value("document.documentElement.scrollWidth"), width)
-                box = browser.value(f"{BOX}.scrollLeft = 0, {BOX}.getBoundingClientRect().toJSON()")
                 self.assertTrue(browser.value(f"{BOX}.scrollWidth > {BOX}.clientWidth"))
-                edges = []
-                for _ in range(2):
-                    browser.screenshot(self.folder / "page.png")
-                    picture = image.imread(self.folder / "page.png")
-                    edges.append(picture[int(box["top"]) + 4, int(box["right"]) - 2, :3])
-                    paper = picture[2, 2, :3]
-                    browser.value(f"{BOX}.scrollLeft = 1e6")
-                self.assertGreater(np.abs(edges[0] - paper).max(), 0.1)
-                np.testing.assert_allclose(edges[1], paper, atol=0.01)
+                box = browser.value(f"{BOX}.getBoundingClientRect().toJSON()")
+                self.assertLess(box["height"], 600)
+                right, bottom = int(box["right"]), int(box["bottom"])
+                edges = {
+                    "scrollLeft": np.s_[bottom - 300 : bottom - 20, right - 2],
+                    "scrollTop": np.s_[bottom - 2, 250 : right - 20],
+                }
+                for direction, edge in edges.items():
+                    colours = []
+                    for _ in range(2):
+                        browser.screenshot(self.folder / "page.png")
+                        picture = image.imread(self.folder / "page.png")[..., :3]
+                        colours.append(np.median(picture[edge], axis=0) - picture[2, 2])
+                        browser.value(f"{BOX}.{direction} = 1e6")
+                    self.assertGreater(np.abs(colours[0]).max(), 0.1, direction)
+                    self.assertLess(np.abs(colours[1]).max(), 0.1 * np.abs(colours[0]).max() + 0.005, direction)
+                head = browser.value(f"{BOX}.querySelector('th').getBoundingClientRect().toJSON()")
+                self.assertEqual((round(head["left"]), round(head["top"])), (round(box["left"]), round(box["top"])))
 
     def test_a_member_that_has_not_finished_is_on_the_page_but_in_no_curve(self):
         self.write_sweep([(1, 1e-5), (2, 1e-5), (3, 1e-5)], ["a", "b", "c"])
