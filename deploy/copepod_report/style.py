@@ -74,8 +74,9 @@ def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
     size = 9.0 if axes.figure.get_figwidth() > COLUMN_INCHES else 7.5
     longest = max((len(label) for label in axes.get_legend_handles_labels()[1]), default=0)
     columns = min(columns, max(1, int(65 * axes.figure.get_figwidth() / (size * (0.6 * longest + 4)))))
-    look = {"fontsize": size, "labelcolor": theme.ink, "frameon": False, "borderaxespad": 0.2, "columnspacing": 1.2}
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look)
+    look = {"fontsize": size, "labelcolor": theme.ink, "frameon": False}
+    room = {"borderaxespad": 0.2, "columnspacing": 1.0, "handletextpad": 0.5}
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look, **room)
 
 
 def colour_bar(figure: Any, drawn: Any, label: str = "", **place: Any) -> Any:

@@ -265,8 +265,7 @@ def colour_map(sweep: SweepRecord, result: Result) -> Any:
     both_signs = np.nanmin(values) < -1e-9 * largest and np.nanmax(values) > 1e-9 * largest
     look = {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest} if both_signs else {"cmap": VIOLET_TO_YELLOW}
     drawn = axes.pcolormesh(_edges(across), _edges(upwards), values, **look)
-    hollow = result.still_changes
-    axes.plot(across.places[hollow], upwards.places[hollow], "o", markersize=4, mfc="none", mec=LIGHT.paper)
+    axes.plot(*(axis.places[result.still_changes] for axis in sweep.axes), "o", ms=4, mfc="none", mec=LIGHT.paper)
     _dress(axes.xaxis, across)
     _dress(axes.yaxis, upwards)
     colour_bar(figure, drawn, result.heading, ax=axes, format=_OneNotation()).outline.set_visible(False)
