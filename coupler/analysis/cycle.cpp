@@ -24,6 +24,18 @@ CycleFigures evaluate(const Cycle& cycle, const Group& group, const FluidCase& f
   return figures;
 }
 
+double change_of_motion(const Cycle& before, const Cycle& after, double length_m) {
+  const auto gained = [&](const Eigen::Vector3d& first, const Eigen::Vector3d& second) {
+    return (after.turned.transpose() * second - before.turned.transpose() * first).norm();
+  };
+  const Eigen::Vector3d turned = rotation_vector(after.rotation);
+  const double motion = std::max(after.translation_m.norm() / length_m, turned.norm());
+  if (motion <= rest_in_a_cycle) return 0.0;
+  return std::max(gained(before.translation_m, after.translation_m) / length_m,
+                  gained(rotation_vector(before.rotation), turned)) /
+         motion;
+}
+
 CycleChange change(const Cycle& before, const Cycle& after, double length_m) {
   const auto relative = [&](const Eigen::Vector3d& first, const Eigen::Vector3d& second,
                             double unit) -> std::optional<double> {

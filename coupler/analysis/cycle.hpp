@@ -76,4 +76,8 @@ struct CycleChange {
 };
 CycleChange change(const Cycle& before, const Cycle& after, double length_m);
 
+/// The larger of the changes of translation (in lengths) and rotation, over the larger of both: what does not move is
+/// periodic, and so is the rounding of a swimmer's turn beside its way. 0 at rest.
+double change_of_motion(const Cycle& before, const Cycle& after, double length_m);
+
 }  // namespace copepod::coupler

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
+#include "analysis/groups.hpp"
 #include "analysis/rigid_fit.hpp"
 #include "contract/errors.hpp"
 
@@ -70,6 +72,15 @@ void CycleObserver::finish(const StepRecord& last) {
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     if (sums_[i].number >= 0 && sums_[i].samples == groups_[i].period_steps) close(groups_[i], sums_[i], last);
   }
+}
+
+bool CycleObserver::is_periodic(double tolerance) const {
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    if (groups_[i].period_steps == 0) continue;
+    const auto& [last, before] = std::tie(sums_[i].last, sums_[i].before_last);
+    if (before.number < 0 || !(change_of_motion(before, last, groups_[i].length_m) <= tolerance)) return false;
+  }
+  return have_cycles(groups_);
 }
 
 void CycleObserver::open(const Group& group, CycleSums& sums, const StepRecord& record) {

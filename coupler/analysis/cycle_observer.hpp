@@ -39,6 +39,8 @@ class CycleObserver final : public Observer {
   void observe(const StepRecord& record) override;
   void finish(const StepRecord& last) override;
 
+  /// Whether the motion of every swimmer in its last full cycle is that of the one before, up to `tolerance` of it.
+  [[nodiscard]] bool is_periodic(double tolerance) const;
   [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
   [[nodiscard]] const std::vector<CycleSums>& sums() const { return sums_; }
   /// Of all bodies when the run ends, shape (3, bodies).

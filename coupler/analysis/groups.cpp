@@ -169,4 +169,8 @@ std::vector<Group> groups_of(const Case& the_case, const Assembly& assembly) {
   return groups;
 }
 
+bool have_cycles(const std::vector<Group>& groups) {
+  return std::ranges::any_of(groups, [](const Group& group) { return group.period_steps > 0; });
+}
+
 }  // namespace copepod::coupler

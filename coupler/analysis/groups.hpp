@@ -15,4 +15,7 @@ namespace copepod::coupler {
 /// first start of these signals and the first stop.
 std::vector<Group> groups_of(const Case& the_case, const Assembly& assembly);
 
+/// Whether any has a period.
+bool have_cycles(const std::vector<Group>& groups);
+
 }  // namespace copepod::coupler

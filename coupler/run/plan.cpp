@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis/groups.hpp"
 #include "analysis/swimmer_figures.hpp"
 #include "config/checks/contact_setup.hpp"
 #include "config/checks/light_bodies.hpp"
@@ -205,6 +206,11 @@ ordered_json make_plan(const LoadedCase& loaded) {
                       {"disk_bytes", disk_bytes(the_case, static_cast<std::int64_t>(loaded.assembly.bodies.size()))},
                       {"cell_updates", static_cast<double>(cells) * static_cast<double>(the_case.steps)}};
   plan["warnings"] = loaded.warnings;
+  if (the_case.until_periodic && !have_cycles(groups_of(the_case, loaded.assembly))) {
+    plan["warnings"].push_back(
+        "warning: run.until_periodic has no effect (nothing in the case has a period: the run takes all its steps). "
+        "Give a swimmer a stroke, or a group period_steps.");
+  }
   plan["notes"] = make_notes(loaded);
   if (loaded.sweep) plan["sweep"] = plan_of(*loaded.sweep);
   return plan;

@@ -185,10 +185,14 @@ void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
   RunTiming timing;
   timing.first_step = scheme.step();
   const Clock::time_point start = Clock::now();
-  const auto pause = [&](std::int64_t step) { return checkpointer.wants_pause(step); };
-  while (scheme.step() < the_case.steps) {
+  const auto ended = [&] {
+    return scheme.step() >= the_case.steps ||
+           (the_case.until_periodic && observers.cycles().is_periodic(the_case.until_periodic->tolerance));
+  };
+  const auto pause = [&](std::int64_t step) { return checkpointer.wants_pause(step) || ended(); };
+  while (!ended()) {
     scheme.run(the_case.steps, pause);
-    if (scheme.step() < the_case.steps) checkpointer.write(*fluid_, *body_, scheme, observers);
+    if (!ended()) checkpointer.write(*fluid_, *body_, scheme, observers);
   }
   SolverSummary fluid_summary = fluid_->summarise();  // answered after the last bulk update
   timing.loop_s = std::chrono::duration<double>(Clock::now() - start).count();
@@ -199,6 +203,8 @@ void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
   events_.phase("finishing");
   auto analysis = swimmer_reports(the_case, observers.cycles());
   analysis["balance"] = observers.balance().report();
+  if (the_case.until_periodic)
+    analysis["periodic"] = observers.cycles().is_periodic(the_case.until_periodic->tolerance);
   if (fluid_summary.momentum_drift) *fluid_summary.momentum_drift += observers.balance().withheld();
   const auto summary =
       make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(), scheme.kinematics(), timing, analysis);

@@ -14,10 +14,6 @@ std::vector<std::string> body_names(const Assembly& assembly) {
   return names;
 }
 
-bool have_cycles(const std::vector<Group>& groups) {
-  return std::any_of(groups.begin(), groups.end(), [](const Group& group) { return group.period_steps > 0; });
-}
-
 /// Where to continue a table; one that the checkpoint lacks cannot be continued: this end fits no file.
 std::optional<TableEnd> end_of(const std::filesystem::path& table, const CouplerState* resumed) {
   if (resumed == nullptr) return std::nullopt;

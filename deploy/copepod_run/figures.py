@@ -209,6 +209,8 @@ def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """(name, value) of everything that is not about a swimmer."""
     step_s = summary.get("step_s")  # not known before the first sample
     rows = [("steps", f"{summary.get('steps')}" + (f" of {number_text(step_s)} s" if step_s else ""))]
+    if (periodic := summary.get("periodic")) is not None:
+        rows.append(("until periodic", "reached" if periodic else "not reached in these steps"))
     if (wall_s := summary.get("wall_s")) is not None:  # of a run that has finished
         rows.insert(0, ("wall time", elapsed_text(wall_s) if wall_s >= 10 else f"{wall_s:.2f} s"))
     if summary.get("mlups"):

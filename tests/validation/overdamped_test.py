@@ -137,6 +137,19 @@ class Overdamped(WholeRunTest):
         self.finish("run", case, "--out", other, "--resume")
         self.assertEqual(self.digest_of(whole), self.digest_of(other))
 
+    def test_a_run_may_end_once_its_swimmer_repeats_its_cycle_resumed_or_not(self):
+        case, more = self.case(SWIMMER), ("run.steps=40000", "run.until_periodic={}")
+        out = self.run_of(case, *more)
+        summary = json.loads((out / "summary.json").read_text())
+        self.assertEqual((summary["steps"], summary["periodic"]), (3 * STEPS + 1, True))
+        self.assertLess(summary["swimmers"][0]["kinematics"]["change_from_last_cycle"]["velocity"], 1e-3)
+        (out / "summary.json").unlink()
+        self.finish("run", case, "--out", out, "--resume", *(word for each in more for word in ("--set", each)))
+        self.assertEqual(self.digest_of(out), summary["digest"])
+        never = self.run_of(case, "run.until_periodic.tolerance=1e-20", "services.transport=in_process")
+        summary = json.loads((never / "summary.json").read_text())
+        self.assertEqual((summary["steps"], summary["periodic"]), (CYCLES * STEPS, False))
+
     def test_without_a_virtual_mass_the_longest_step_is_named_and_stable(self):
         case = self.case(BALL)
         session = self.finish("check", case, "--set", "coupling.virtual_mass=none", code=2)

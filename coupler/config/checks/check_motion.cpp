@@ -245,6 +245,11 @@ void check_output(const Case& the_case, Problems& problems) {
     problems.error(path, path + " stops at " + std::to_string(stop) + ", the run after " +
                              std::to_string(the_case.steps) +
                              " steps (the mean would never be written). Run longer or stop earlier.");
+  } else if (the_case.until_periodic) {
+    problems.warning(path,
+                     path + " stops at " + std::to_string(stop) +
+                         " (the run ends earlier if run.until_periodic is reached, and writes no mean then). Give "
+                         "only one of them.");
   } else if (output.fields.mean_every_steps > stop - start) {
     problems.warning("output.fields.mean_every_steps",
                      "output.fields.mean_every_steps takes one sample in the whole window "

@@ -166,6 +166,11 @@ struct LubricationCase {
 };
 
 /// Section `contact`: bodies that meet each other or a wall rebound.
+/// When a run may end before its last step.
+struct Periodicity {
+  double tolerance = 1e-3;  ///< change of every swimmer's motion from one cycle to the next, relative to it
+};
+
 struct ContactCase {
   double restitution = 0.9;
   double friction = 0.3;
@@ -228,6 +233,7 @@ struct Case {
   LubricationCase lubrication;
   std::optional<ContactCase> contact;  ///< absent: a run in which bodies meet ends
   std::int64_t steps = 0;
+  std::optional<Periodicity> until_periodic;  ///< absent: the run takes all its steps
   OutputCase output;
   ServicesCase services;
 };

@@ -153,7 +153,13 @@ void declare(Keys& keys, Case& the_case) {
       "which bodies meet ends with an error.",
       [](Keys& below, ContactCase& contact) { declare(below, contact); });
   keys.section(required("run"), "Length of the run.", [&](Keys& run) {
-    run.integer(required("steps"), the_case.steps, Range::positive, "Number of coupling steps.");
+    run.integer(required("steps"), the_case.steps, Range::positive, "Number of coupling steps, or the most of them.");
+    run.section<Periodicity>("until_periodic", the_case.until_periodic,
+                             "The run ends after the first cycle in which every swimmer moves as in the cycle before.",
+                             [](Keys& below, Periodicity& periodicity) {
+                               below.number("tolerance", periodicity.tolerance, Range::positive,
+                                            "Largest change of motion, relative to it.");
+                             });
   });
   keys.section("output", "What is written to the run directory.",
                [&](Keys& output) { declare(output, the_case.output, the_case.steps); });
