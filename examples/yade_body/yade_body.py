@@ -207,7 +207,7 @@ class YadeBodies:
 
 
 def _own_option(arguments, name, default):
-    """Value of an option that the kit does not know; it is removed."""
+    """Value of an option of our own, which is removed from the arguments of the kit."""
     if name not in arguments:
         return default
     place = arguments.index(name)
