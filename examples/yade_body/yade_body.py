@@ -4,10 +4,12 @@
 Yade [yade-dem.org; Debian's package yade] detects the contacts, computes their forces (linear spring and damper with
 the restitution of the case, Coulomb friction, rolling friction) and integrates:
     v(n+1) = v(n) + h F/m,   x(n+1) = x(n) + h v(n+1)
-First order in the step. Weight, hydrodynamic loads, springs and drive go to Yade as forces on its bodies. Run a case:
-    deploy/copepod run CASE.yaml --body "python3 examples/yade_body/yade_body.py --rolling-friction 0.1"
+First order in the step h, which is divided where contacts are short. Weight, hydrodynamic loads, springs and drive go
+to Yade as forces on its bodies. Run a case:
+    deploy/copepod run CASE.yaml --body "/usr/bin/python3 examples/yade_body/yade_body.py --rolling-friction 0.1"
 """
 
+import argparse
 import hashlib
 import math
 import os
@@ -78,7 +80,11 @@ class YadeBodies:
             self._add_sphere(body, setup.contact, rolling_friction)
         for wall in setup.walls:
             self._add_wall(wall, setup, rolling_friction)
-        self._scene.dt, self._step = setup.step_s, 0
+        self._substeps, self._step = 1, 0
+        if setup.bodies and setup.contact.stiffness_N_per_m:  # a contact lasts π contact_s
+            contact_s = np.sqrt(min(body.mass_kg for body in setup.bodies) / 2 / setup.contact.stiffness_N_per_m)
+            self._substeps = max(1, math.ceil(setup.step_s / (0.1 * contact_s)))
+        self._scene.dt = setup.step_s / self._substeps
         self._set_engines(setup.contact.stiffness_N_per_m > 0)
 
     def _set_engines(self, contacts):
@@ -96,14 +102,9 @@ class YadeBodies:
 
     def _material(self, contact, young_Pa, friction, rolling_friction):
         """The damper of a contact follows from the restitution."""
-        return self._yade.ViscElMat(
-            young=young_Pa,
-            poisson=POISSON,
-            en=contact.restitution,
-            et=contact.restitution,
-            frictionAngle=math.atan(friction),
-            mR=rolling_friction,
-        )
+        e, angle_rad = contact.restitution, math.atan(friction)
+        elastic = {"young": young_Pa, "poisson": POISSON, "en": e, "et": e}
+        return self._yade.ViscElMat(**elastic, frictionAngle=angle_rad, mR=rolling_friction)
 
     def _add(self, shape, material, position_m, velocity_m_per_s, moves_freely):
         body = self._yade.Body()
@@ -138,11 +139,8 @@ class YadeBodies:
     def driving_nodes(self):
         return [0.0]
 
-    def _states(self):
-        return [self._scene.bodies[i].state for i in range(self._count)]
-
     def kinematics(self):
-        states = self._states()
+        states = [self._scene.bodies[i].state for i in range(self._count)]
 
         def array(vectors, width):
             return np.array([list(vector) for vector in vectors], dtype=float).reshape(-1, width)
@@ -166,7 +164,8 @@ class YadeBodies:
         for i in range(self._count):
             self._scene.forces.setPermF(i, tuple(force_N[i]))
             self._scene.forces.setPermT(i, tuple(applied.torque_N_m[i]))
-        self._scene.step()
+        for _ in range(self._substeps):
+            self._scene.step()
         self._step = applied.step + 1
         return self.kinematics()
 
@@ -206,17 +205,9 @@ class YadeBodies:
         return Summary(digest=int.from_bytes(hashlib.sha256(bits).digest()[:8], "little"))
 
 
-def _own_option(arguments, name, default):
-    """Value of an option of our own, which is removed from the arguments of the kit."""
-    if name not in arguments:
-        return default
-    place = arguments.index(name)
-    value = float(arguments[place + 1])
-    del arguments[place : place + 2]
-    return value
-
-
 if __name__ == "__main__":
-    rolling = _own_option(sys.argv, "--rolling-friction", 0.0)
+    own = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    own.add_argument("--rolling-friction", type=float, default=0.0)
+    options, sys.argv[1:] = own.parse_known_args()  # the rest belongs to the kit
     capabilities = Capabilities("Yade", "2023.02", FEATURES)
-    sys.exit(run_body_component(lambda setup, context: YadeBodies(setup, context, rolling), capabilities))
+    sys.exit(run_body_component(lambda *given: YadeBodies(*given, options.rolling_friction), capabilities))
