@@ -10,6 +10,7 @@ to Yade as forces on its bodies. Run a case:
 """
 
 import argparse
+import dataclasses
 import hashlib
 import math
 import os
@@ -55,8 +56,8 @@ class Pairs:
         return between_m / length_m[:, None], length_m
 
     def add(self, force_N, attraction_N, direction):
-        np.add.at(force_N, self.A, attraction_N[:, None] * direction)
-        np.subtract.at(force_N, self.B, attraction_N[:, None] * direction)
+        for bodies, sign in ((self.A, 1), (self.B, -1)):
+            np.add.at(force_N, bodies, sign * attraction_N[:, None] * direction)
 
 
 class YadeBodies:
@@ -66,13 +67,13 @@ class YadeBodies:
         import yade.wrapper  # late, since it takes seconds: questions such as --capabilities do without
         from yade.minieigenHP import Quaternion
 
-        self._yade, self._scene, self._count = yade.wrapper, yade.wrapper.Omega(), len(setup.bodies)
-        self._quaternion = Quaternion
+        self._yade, self._quaternion, self._scene = yade.wrapper, Quaternion, yade.wrapper.Omega()
+        self._count = len(setup.bodies)
+        shutil.rmtree(Path(self._scene.tmpFilename()).parent, ignore_errors=True)  # which Yade would leave behind
         self._springs, self._spring_entries = Pairs(setup.springs, 0), setup.springs
-        is_pair = [actuator.kind == schema.ACTUATOR_KIND_PAIR_FORCE for actuator in setup.actuators]
-        self._is_pair = np.array(is_pair, dtype=bool)
-        self._pair_forces = Pairs([a for a, pair in zip(setup.actuators, is_pair) if pair], 1)
-        self._world_forces = [a for a, pair in zip(setup.actuators, is_pair) if not pair]
+        self._is_pair = np.array([a.kind == schema.ACTUATOR_KIND_PAIR_FORCE for a in setup.actuators], dtype=bool)
+        self._pair_forces = Pairs([a for a, pair in zip(setup.actuators, self._is_pair) if pair], 1)
+        self._world_forces = [a for a, pair in zip(setup.actuators, self._is_pair) if not pair]
         volume_m3 = 4 / 3 * np.pi * np.array([body.shape.radius_m for body in setup.bodies]) ** 3
         heavier_kg = _column(setup.bodies, "mass_kg") - setup.fluid_density_kg_per_m3 * volume_m3
         self._weight_N = heavier_kg[:, None] * np.array(setup.gravity_m_per_s2)
@@ -89,14 +90,10 @@ class YadeBodies:
 
     def _set_engines(self, contacts):
         y = self._yade
-        search = [
-            y.InsertionSortCollider([y.Bo1_Sphere_Aabb(), y.Bo1_Wall_Aabb()], verletDist=0.0),
-            y.InteractionLoop(
-                [y.Ig2_Sphere_Sphere_ScGeom(), y.Ig2_Wall_Sphere_ScGeom()],
-                [y.Ip2_ViscElMat_ViscElMat_ViscElPhys()],
-                [y.Law2_ScGeom_ViscElPhys_Basic()],
-            ),
-        ]
+        collider = y.InsertionSortCollider([y.Bo1_Sphere_Aabb(), y.Bo1_Wall_Aabb()], verletDist=0.0)
+        shapes = [y.Ig2_Sphere_Sphere_ScGeom(), y.Ig2_Wall_Sphere_ScGeom()]
+        laws = [y.Ip2_ViscElMat_ViscElMat_ViscElPhys()], [y.Law2_ScGeom_ViscElPhys_Basic()]
+        search = [collider, y.InteractionLoop(shapes, *laws)]
         newton = y.NewtonIntegrator(damping=0, gravity=(0, 0, 0))
         self._scene.engines = [y.ForceResetter(), *(search if contacts else []), newton]
 
@@ -128,9 +125,7 @@ class YadeBodies:
         axis = int(np.argmax(np.abs(wall.normal)))
         if wall.friction > setup.contact.friction:
             raise CaseError("A wall is rougher than the bodies (Yade takes the lower friction). Lower wall friction.")
-        rigid_Pa = (
-            1e9 * setup.contact.stiffness_N_per_m / min((body.shape.radius_m for body in setup.bodies), default=1.0)
-        )
+        rigid_Pa = 1e15 * setup.contact.stiffness_N_per_m  # beside that of a sphere
         material = self._material(setup.contact, rigid_Pa, wall.friction, rolling_friction)
         shape = self._yade.Wall(axis=axis, sense=int(np.sign(wall.normal[axis])))
         state = self._add(shape, material, wall.point_m, wall.velocity_m_per_s, False)
@@ -142,16 +137,11 @@ class YadeBodies:
     def kinematics(self):
         states = [self._scene.bodies[i].state for i in range(self._count)]
 
-        def array(vectors, width):
-            return np.array([list(vector) for vector in vectors], dtype=float).reshape(-1, width)
+        def array(name, width=3):
+            return np.array([list(getattr(state, name)) for state in states], dtype=float).reshape(-1, width)
 
-        return Kinematics(
-            self._step,
-            array((state.pos for state in states), 3),
-            np.roll(array(([state.ori[i] for i in range(4)] for state in states), 4), 1, axis=1),  # Yade: x, y, z, w
-            array((state.vel for state in states), 3),
-            array((state.angVel for state in states), 3),
-        )
+        orientation = np.roll(array("ori", 4), 1, axis=1)  # Yade has x, y, z, w
+        return Kinematics(self._step, array("pos"), orientation, array("vel"), array("angVel"))
 
     def step(self, applied):
         now, force_N = self.kinematics(), self._weight_N + applied.force_N
@@ -199,9 +189,8 @@ class YadeBodies:
             raise StorageError(f"The folder {path} cannot be read ({error}). Choose another one.") from error
 
     def summarise(self):
-        now = self.kinematics()
-        arrays = (now.position_m, now.orientation_wxyz, now.velocity_m_per_s, now.angular_velocity_rad_per_s)
-        bits = b"".join(array.tobytes() for array in arrays)
+        now = dataclasses.astuple(self.kinematics())
+        bits = b"".join(array.tobytes() for array in now[1:])
         return Summary(digest=int.from_bytes(hashlib.sha256(bits).digest()[:8], "little"))
 
 
