@@ -1,0 +1,223 @@
+#!/usr/bin/python3
+"""Palabos beside our fluid, and both with every body component: prints the tables of docs/foreign_engines.md.
+
+    foreign_engines.py /tmp/palabos_fluid/palabos_fluid [array|turning|wall|settling|swimmer|matrix|speed]…
+"""
+
+import csv
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES = ROOT / "configs/examples/foreign"
+YADE = "/usr/bin/python3 examples/yade_body/yade_body.py"
+CELL_M, DENSITY_KG_PER_M3, VISCOSITY_M2_PER_S = 1e-5, 1000.0, 1e-6
+VISCOSITY_PA_S = DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S
+ZICK_HOMSY = {0.027: 2.008, 0.125: 4.292}
+PALABOS = ""
+
+
+def run(case, palabos, *options, scheme="parabolic"):
+    """Rows of the trajectory, and the summary, of a case (a file or a dictionary) in Palabos or in our fluid."""
+    with tempfile.TemporaryDirectory() as folder:
+        if isinstance(case, dict):
+            file = Path(folder, "case.yaml")
+            file.write_text(json.dumps(case))
+            case = file
+        ours = ["--set", f"fluid.moving_boundary={scheme}", "--set", "fluid.refill=nonequilibrium"]
+        ours += ["--set", "fluid.solver=lattice_boltzmann", "--set", "lubrication.cut_off_cells=none"]
+        command = [ROOT / "deploy/copepod", "run", case, "--out", Path(folder, "out"), *options]
+        ended = subprocess.run(
+            [*map(str, command), *(["--fluid", PALABOS] if palabos else ours)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if ended.returncode:
+            raise RuntimeError(ended.stdout + ended.stderr)
+        with open(Path(folder, "out/trajectory.csv")) as file:
+            rows = [{k: v if k == "body" else float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+        return rows, json.loads(Path(folder, "out/summary.json").read_text())
+
+
+def case_of(cells, tau, body, steps, every, boundaries=None, collision="trt", **more):
+    """A case in water-like units; `body` completes a ball of one ng."""
+    fluid = {
+        "solver": "lattice_boltzmann",
+        "density_kg_per_m3": DENSITY_KG_PER_M3,
+        "kinematic_viscosity_m2_per_s": VISCOSITY_M2_PER_S,
+        "cell_size_m": CELL_M,
+        "relaxation_time": tau,
+        "domain_cells": cells,
+        "boundaries": boundaries or {axis: "periodic" for axis in "xyz"},
+        "collision": collision,
+    }
+    fluid |= {key: more.pop(key) for key in ("body_force_N_per_m3",) if key in more}
+    output = {"trajectory": {"every_steps": every}}
+    bodies = [{"name": "ball", "mass_kg": 1e-9} | body]
+    return {"case": "foreign", "fluid": fluid, "bodies": bodies, "run": {"steps": steps}, "output": output} | more
+
+
+def mean(rows, name, last):
+    return sum(row[name] for row in rows[-last:]) / last
+
+
+def torque_or_force(kind, direction, **amplitude):
+    signal = {"kind": "constant"} | amplitude
+    return [{"kind": kind, "body": "ball", "direction": direction, "signal": signal}]
+
+
+def array():
+    """A neutrally buoyant sphere is pushed against the fluid: F (1 − φ)⁻¹ = 6πμr U K(φ)."""
+    print("| φ | τ | collision | ours [%] | Palabos [%] |\n|---|---|---|---|---|")
+    n, place = 24, [12.3 * CELL_M, 12.21 * CELL_M, 11.88 * CELL_M]
+    for fraction, reference in ZICK_HOMSY.items():
+        radius_m = n * CELL_M * (fraction * 3 / 4 / math.pi) ** (1 / 3)
+        body = {"radius_m": radius_m, "position_m": place, "mass_kg": DENSITY_KG_PER_M3 * fraction * (n * CELL_M) ** 3}
+        for tau in (2 / 3, 1.0):
+            stokes = 6 * math.pi * VISCOSITY_PA_S * radius_m
+            force_N = stokes * 1e-3 * VISCOSITY_M2_PER_S / CELL_M / ((tau - 0.5) / 3)
+            for collision in ("bgk", "trt"):
+                case = case_of([n] * 3, tau, body, 1500 if tau == 1 else 3000, 50, collision=collision)
+                case["fluid"]["body_force_N_per_m3"] = [0, 0, -force_N / (1 - fraction) / (n * CELL_M) ** 3]
+                case["actuators"] = torque_or_force("world_force", [0, 0, 1], amplitude_N=force_N)
+                errors = [
+                    100
+                    * (
+                        force_N / stokes / mean(run(case, palabos)[0], "vz_m_per_s", 12) / reference / (1 - fraction)
+                        - 1
+                    )
+                    for palabos in (False, True)
+                ]
+                print(f"| {fraction} | {tau:.3f} | {collision} | {errors[0]:+.2f} | {errors[1]:+.2f} |", flush=True)
+
+
+def turning():
+    """8πμR³Ω = T (1 − φ): configs/validation/rotating_sphere.yaml."""
+    print("| τ | collision | ours [%] | Palabos [%] |\n|---|---|---|---|")
+    phi = 4 / 3 * math.pi * (4 / 24) ** 3
+    expected = 5e-14 * (1 - phi) / (8 * math.pi * VISCOSITY_PA_S * (4 * CELL_M) ** 3)
+    for tau, steps in ((2 / 3, 4000), (1.0, 1500)):
+        for collision in ("bgk", "trt"):
+            sets = (f"fluid.relaxation_time={tau}", f"fluid.collision={collision}", f"run.steps={steps}")
+            options = [word for key in sets for word in ("--set", key)]
+            errors = [
+                100
+                * (
+                    mean(run(ROOT / "configs/validation/rotating_sphere.yaml", p, *options)[0], "wz_rad_per_s", 4)
+                    / expected
+                    - 1
+                )
+                for p in (False, True)
+            ]
+            print(f"| {tau:.3f} | {collision} | {errors[0]:+.2f} | {errors[1]:+.2f} |", flush=True)
+
+
+def wall():
+    """A sphere of radius 4 moves or turns near a wall: force over 6πμRU, torque over 8πμR³Ω, with U = RΩ."""
+    print("| motion | height/R | load | theory | ours | Palabos |\n|---|---|---|---|---|---|")
+    radius_m, step_s = 4 * CELL_M, CELL_M**2 / 6 / VISCOSITY_M2_PER_S
+    speed = 1e-6 * CELL_M / step_s
+    force_N, torque_N_m = (
+        6 * math.pi * VISCOSITY_PA_S * radius_m * speed,
+        8 * math.pi * VISCOSITY_PA_S * radius_m**2 * speed,
+    )
+    velocities = {"towards": ([0, 0, -speed], [0, 0, 0]), "along": ([speed, 0, 0], [0, 0, 0])}
+    velocities["turning"] = ([0, 0, 0], [0, speed / radius_m, 0])
+    for motion, height, theory in (
+        ("towards", 2.3524, {"fz_N": 1.8374}),
+        ("along", 2.3524, {"fx_N": -1.3079, "ty_N_m": None}),
+        ("along", 1.5431, {"fx_N": -1.5675, "ty_N_m": 0.01465}),
+        ("turning", 1.5431, {"fx_N": 0.01953, "ty_N_m": -1.0998}),
+    ):
+        velocity, spin = velocities[motion]
+        body = {"radius_m": radius_m, "motion": "prescribed", "velocity_m_per_s": velocity}
+        body |= {"angular_velocity_rad_per_s": spin, "position_m": [32.3 * CELL_M, 32.2 * CELL_M, height * radius_m]}
+        faces = {"x": "periodic", "y": "periodic", "z": "no_slip"}
+        case = case_of([64, 64, 48], 1.0, body, 600, 20, faces, coupling={"load_averaging": "none"})
+        ours, palabos = (run(case, palabos)[0][-1] for palabos in (False, True))
+        for load, expected in theory.items():
+            unit, name = (force_N, "force") if load[0] == "f" else (torque_N_m, "torque")
+            known = "–" if expected is None else f"{expected:+.4f}"
+            print(
+                f"| {motion} | {height} | {name} | {known} | {ours[load] / unit:+.4f} | {palabos[load] / unit:+.4f} |"
+            )
+
+
+def settling():
+    """Experiment E2 of ten Cate et al. (2002), twelve cells per diameter; largest velocity over u∞."""
+    case = {
+        "case": "settling_E2",
+        "fluid": {
+            "solver": "lattice_boltzmann",
+            "density_kg_per_m3": 965,
+            "kinematic_viscosity_m2_per_s": 2.196891e-4,
+            "cell_size_m": 1.25e-3,
+            "relaxation_time": 0.76365,
+            "domain_cells": [80, 80, 128],
+        },
+        "bodies": [{"name": "ball", "radius_m": 7.5e-3, "mass_kg": 1.9792e-3, "position_m": [0.05, 0.05, 0.1275]}],
+        "gravity_m_per_s2": [0, 0, -9.81],
+        "run": {"steps": 3200},
+        "output": {"trajectory": {"every_steps": 10}},
+    }
+    for name, palabos in (("ours", False), ("Palabos", True)):
+        rows, _ = run(case, palabos, "--ranks", "2")
+        print(f"{name}: {max(-row['vz_m_per_s'] for row in rows) / 0.06:.4f} u∞, measured 0.953")
+
+
+def swimmer():
+    """configs/quick/three_sphere.yaml in the whole domain."""
+    whole = ("--set", "fluid.symmetry_planes=[]", "--set", "output.fields.mean_over_steps=[0,0]", "--ranks", "2")
+    for name, palabos in (("ours", False), ("Palabos", True)):
+        for collision in ("bgk", "trt"):
+            case = ROOT / "configs/quick/three_sphere.yaml"
+            _, summary = run(case, palabos, *whole, "--set", f"fluid.collision={collision}")
+            one = summary["swimmers"][0]
+            names = ("u_swim_lattice", "d1_cells", "d2_cells", "sin_dphi", "u_GA_lattice")
+            print(name, collision, *(f"{number}={one[number]:.5g}" for number in names), flush=True)
+
+
+def matrix():
+    """Both fluids with four body components."""
+    print(
+        "| fluid | bodies | settling: peak [mm/s] | first contact [s] | apart at the end [mm] |\n|---|---|---|---|---|"
+    )
+    for palabos in (False, True):
+        for body in ("own", "bullet", "mujoco", "yade"):
+            who = ("--ranks", "1", *(("--body", YADE) if body == "yade" else ("--set", f"body.solver={body}")))
+            rows, _ = run(CASES / "settling_sphere_palabos.yaml", palabos, *who)
+            cells = [f"{1e3 * max(-row['vz_m_per_s'] for row in rows):.3f}"]
+            try:
+                rows, _ = run(CASES / "colliding_spheres_palabos_yade.yaml", palabos, *who)
+            except RuntimeError as refused:
+                cells += ["refused: contact:friction" if "contact:friction" in str(refused) else "failed", ""]
+            else:
+                pairs = list(zip(rows[::2], rows[1::2]))
+                apart = [math.dist(*([row[f"{axis}_m"] for axis in "xyz"] for row in pair)) for pair in pairs]
+                first = next(pair[0]["time_s"] for pair, gap in zip(pairs, apart) if gap <= 0.015)
+                cells += [f"{first:.3f}", f"{1e3 * apart[-1]:.2f}"]
+            print(f"| {'Palabos' if palabos else 'ours'} | {body} | {' | '.join(cells)} |", flush=True)
+
+
+def speed():
+    """Million cell updates per second, coupled, one sphere of radius 4 in a periodic cube."""
+    for cells in (32, 64, 96):
+        body = {"radius_m": 4 * CELL_M, "motion": "fixed", "position_m": [0.5 * cells * CELL_M] * 3}
+        case = case_of([cells] * 3, 1.0, body, 3_000_000 // cells**2, 50)
+        for ranks in ("1", "2"):
+            found = [run(case, palabos, "--ranks", ranks)[1]["mlups"] for palabos in (False, True)]
+            print(f"{cells}³ on {ranks} rank(s): ours {found[0]:.1f}, Palabos {found[1]:.2f} MLUPS", flush=True)
+
+
+if __name__ == "__main__":
+    PALABOS, *chosen = sys.argv[1:] or sys.exit(__doc__)
+    for experiment in (array, turning, wall, settling, swimmer, matrix, speed):
+        if not chosen or experiment.__name__ in chosen:
+            print(f"\n{experiment.__name__}: {experiment.__doc__}\n", flush=True)
+            experiment()
