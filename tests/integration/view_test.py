@@ -28,6 +28,11 @@ CASE = {
     "swimmers": [{"name": "swimmer", "beads": BEADS, "stroke": {"period_steps": 100}}],
 }
 # Brightest channel of the beads' colours: blue, red, green. Counts pixels of each, and sums up the picture.
+PLAY_BUTTON = """(() => {
+  const [button, path] = [".play", ".play path"].map((name) => document.querySelector(name));
+  const {width, height} = path.getBoundingClientRect();
+  return {text: button.textContent, shape: path.getAttribute("d"), width, height};
+})()"""
 PICTURE = """(() => {
   const view = window.copepod.views[0];
   view.drawNow();
@@ -146,7 +151,11 @@ class InChromium(unittest.TestCase):
 
         with self.subTest("plays to the end"):
             browser.value("window.copepod.views[0].speed.value = 4")
+            button = browser.value(PLAY_BUTTON)
+            self.assertEqual(button["text"], "")  # a font may lack the character
+            self.assertGreater(min(button["width"], button["height"]), 8)
             browser.value("document.querySelector('.play').click()")
+            self.assertNotEqual(browser.value(PLAY_BUTTON)["shape"], button["shape"])
             browser.wait_for("window.copepod.views[0].at === 200 && !window.copepod.views[0].playing")
             self.assertIn("step 200", browser.value("document.querySelector('.clock').textContent"))
             played = browser.value(PICTURE)

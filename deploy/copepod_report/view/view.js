@@ -233,7 +233,8 @@ class View {
   }
 
   showPlaying() {
-    this.playButton.textContent = this.playing ? "⏸" : "▶";
+    const shape = this.playing ? "M1 0h3v10H1zM6 0h3v10H6z" : "M1 0l9 5-9 5z"; // no font needs to have it
+    this.playButton.innerHTML = `<svg viewBox="0 0 10 10" aria-hidden="true"><path d="${shape}"/></svg>`;
     this.playButton.setAttribute("aria-label", this.playing ? "pause" : "play");
   }
 
