@@ -5,7 +5,7 @@ from typing import Any
 
 from copepod_paper import families, hydrodynamic_radii, resonance
 from copepod_report.report import Additions, Canvas
-from copepod_report.run_record import RunRecord, SwimmerRecord
+from copepod_report.run_record import RunRecord, RunResult, SwimmerRecord
 from copepod_report.style import Theme
 
 
@@ -27,7 +27,7 @@ class PaperAdditions(Additions):
         sections += [self._resonance(name, members, canvas) for name, members in sweeps.items()]
         return left, sections
 
-    def comparison(self, runs: Sequence[RunRecord], canvas: Canvas) -> list[str]:
+    def comparison(self, runs: Sequence[RunResult], canvas: Canvas) -> list[str]:
         return canvas.draw(
             "speeds_by_family",
             lambda theme: families.speeds_by_family(runs, theme),

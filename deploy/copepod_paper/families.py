@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from copepod_report.run_record import RunRecord
+from copepod_report.run_record import RunResult
 from copepod_report.style import Theme, new_figure
 
 FAMILIES = (
@@ -14,7 +14,7 @@ FAMILIES = (
 )
 
 
-def speeds_by_family(runs: Sequence[RunRecord], theme: Theme) -> Any:
+def speeds_by_family(runs: Sequence[RunResult], theme: Theme) -> Any:
     """Swimming speed of every design, ours and published, a panel per family; None unless there are several designs."""
     speeds: dict[str, tuple[float, float | None]] = {}
     for run in runs:

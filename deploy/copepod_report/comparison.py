@@ -4,14 +4,15 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from copepod_report import sweeps
-from copepod_report.run_record import RunRecord
+from copepod_report.run_record import RunResult
 from copepod_report.style import LIGHT, WIDTH_INCHES, legend_above, new_figure
 from copepod_run.figures import FIGURES, Figure, figures_by_name, number_text, percent_text
 
+Draw = Callable[..., list[str]]
 Row = tuple[int, str, dict[str, Figure]]  # number of the run, swimmer name, figures by key
 
 
-def comparison_rows(runs: Sequence[RunRecord]) -> list[Row]:
+def comparison_rows(runs: Sequence[RunResult]) -> list[Row]:
     """A row for every swimmer and group, or one for a run without any."""
     return [
         (number, name, figures)
@@ -32,7 +33,7 @@ def cell_texts(figure: Figure) -> tuple[str, ...]:
     return number_text(figure.ours), number_text(figure.published), percent_text(figure.deviation_percent)
 
 
-def speeds(runs: Sequence[RunRecord]) -> Any:
+def speeds(runs: Sequence[RunResult]) -> Any:
     """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
     rows = [
         (runs[number].name, cells["u_swim_lattice"].ours, cells["u_swim_lattice"].published)
@@ -63,25 +64,27 @@ def speeds(runs: Sequence[RunRecord]) -> Any:
     return figure
 
 
-def figures_of_sweeps(
-    runs: Sequence[RunRecord], draw: Callable[..., list[str]], choice: sweeps.Choice
-) -> tuple[list[str], list[str]]:
-    """HTML of the figure that answers each sweep, and of all others: every result that varies over the swept keys, as
-    curves and, for a grid of two keys, as a map.
+def first_figures(runs: Sequence[RunResult], draw: Draw, choice: sweeps.Choice) -> list[str]:
+    """HTML of the figure that answers each sweep. `draw(name, figure, caption, …)` writes a figure."""
+    figures = []
+    for sweep in sweeps.sweeps_of(runs, choice):
+        for result in sweep.results[:1] if sweep.axes else []:
+            figure, narrow = sweeps.curves(sweep, result, WIDTH_INCHES), sweeps.curves(sweep, result)
+            text, table = sweeps.caption(sweep, result, is_map=False), sweeps.values_csv(sweep, result)
+            figures += draw(f"{sweep.name}_{result.key}", figure, text, wide=True, narrow=narrow, table=table)
+    return figures
 
-    `draw(name, figure, caption, …)` writes a figure.
-    """
-    first, others, maps = [], [], []
+
+def other_figures(runs: Sequence[RunResult], draw: Draw, choice: sweeps.Choice) -> list[str]:
+    """HTML of every other result that varies over the swept keys, as curves, and of all of them as maps where two keys
+    form a grid."""
+    others, maps = [], []
     for sweep in sweeps.sweeps_of(runs, choice):
         for result in sweep.results if sweep.axes else []:
             name, text = f"{sweep.name}_{result.key}", sweeps.caption(sweep, result, is_map=False)
-            table, narrow = sweeps.values_csv(sweep, result), sweeps.curves(sweep, result)
-            if result is sweep.results[0]:
-                figure = sweeps.curves(sweep, result, WIDTH_INCHES)
-                first += draw(name, figure, text, wide=True, narrow=narrow, table=table)
-            else:
-                others += draw(name, narrow, text, table=table)
+            if result is not sweep.results[0]:
+                others += draw(name, sweeps.curves(sweep, result), text, table=sweeps.values_csv(sweep, result))
             if sweeps.has_map(sweep):
                 text = sweeps.caption(sweep, result, is_map=True)
                 maps += draw(f"{name}_map", sweeps.colour_map(sweep, result), text)
-    return first, others + maps
+    return others + maps

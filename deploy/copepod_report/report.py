@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_report import comparison, cycles, flow, motion_plots, page, view
-from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, SwimmerRecord, collect, name_apart
+from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, RunResult, SwimmerRecord, collect, name_apart
 from copepod_report.style import LIGHT, Theme, picture_of, svg_of
 from copepod_report.swarm import Swarm
 from copepod_report.sweeps import Choice, axes_of
@@ -80,7 +80,7 @@ class Additions:
         """The runs that remain for sections of their own, and the HTML of sections about the others."""
         return list(runs), []
 
-    def comparison(self, runs: Sequence[RunRecord], canvas: Canvas) -> list[str]:
+    def comparison(self, runs: Sequence[RunResult], canvas: Canvas) -> list[str]:
         """HTML of figures that replace the plot of all swimming speeds; empty to keep that."""
         return []
 
@@ -130,6 +130,14 @@ def page_of(directory: str | Path, read_case: ReadCase, additions: Additions = A
         raise _damaged(str(directory), problem) from None
 
 
+def opening_figures(
+    runs: Sequence[RunResult], canvas: Canvas, additions: Additions, choice: Choice = Choice()
+) -> list[str]:
+    """HTML of the figures that a page of several runs begins with."""
+    first = additions.comparison(runs, canvas) + comparison.first_figures(runs, canvas.draw, choice)
+    return first or canvas.draw("speeds", comparison.speeds(runs), "Swimming speeds of all runs.")
+
+
 def _damaged(names: str, problem: Exception) -> Stop:
     return Stop(
         ExitCode.STORAGE_FAILED,
@@ -145,11 +153,9 @@ def _sections(
     runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = distinct_words([run.name for run in runs])
     sections = []
-    first, others = comparison.figures_of_sweeps(runs, canvas.draw, choice)
     if len(runs) > 1:
-        first = additions.comparison(runs, canvas) + first or canvas.draw(
-            "speeds", comparison.speeds(runs), "Swimming speeds of all runs."
-        )
+        first = opening_figures(runs, canvas, additions, choice)
+        others = comparison.other_figures(runs, canvas.draw, choice)
         sections.append(page.comparison_section(runs, anchors, first, others))
     sections += chapters
     axes = axes_of(runs)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from copepod_report.cycles import Cycles, kinematics_so_far, read_cycles
-from copepod_report.run_status import state_of, status_of
+from copepod_report.run_status import RunStatus, state_of, status_of
 from copepod_report.scene import BEADS, Body, bead_names, bodies_of
 from copepod_report.trajectory import Trajectory, trajectory_in
 from copepod_run.errors import ExitCode, Stop
@@ -31,7 +31,18 @@ class Sweep:
     scales: dict[str, str] = field(default_factory=dict)  # «linear» or «logarithmic»
 
 
-class RunRecord:
+@dataclass(eq=False)
+class RunResult:
+    """What tables and figures of several runs take of each."""
+
+    directory: Path
+    name: str
+    sweep: Sweep
+    status: RunStatus
+    summary: Any  # as in summary.json
+
+
+class RunRecord(RunResult):
     """A run: `status`, `summary`, resolved `case` as the coupler reads it, `trajectory`, `cycles` by swimmer.
 
     Of a run that has not finished they hold what there is so far, and the summary what follows from its cycles.
@@ -61,7 +72,7 @@ class RunRecord:
             self.summary = self._summary_so_far()
         self.cell_size_m = self.summary.get("cell_size_m")
         parameters = self.summary.get("parameter_set")
-        self.name: str = f"{self.summary['case']} ({parameters})" if parameters else self.summary["case"]
+        self.name = f"{self.summary['case']} ({parameters})" if parameters else self.summary["case"]
 
     def _summary_so_far(self) -> dict[str, Any]:
         """Keys of summary.json as far as they are known before the end."""
@@ -138,8 +149,8 @@ def collect(directory: str | Path, read_case: ReadCase) -> list[RunRecord]:
     directory = Path(directory)
     if not (directory / "results.json").exists():
         return [RunRecord(directory, read_case)]
-    begun = read_file(directory / "results.json", _read_begun)
-    return [RunRecord(directory / name, read_case, sweep) for name, sweep in begun]
+    begun = [member for member in members_of(directory) if member.has_begun]
+    return [RunRecord(directory / member.name, read_case, member.sweep) for member in begun]
 
 
 def name_apart(runs: Sequence[RunRecord]) -> None:
@@ -174,14 +185,32 @@ def _read_summary(path: Path) -> Any:
     return summary
 
 
-def _read_begun(path: Path) -> list[tuple[str, Sweep]]:
-    """Names of the cases of a campaign that have begun, and the sweeps that they are of."""
+@dataclass(frozen=True)
+class Member:
+    """A case of a campaign, as results.json lists it."""
+
+    name: str
+    sweep: Sweep
+    has_begun: bool
+    has_failed: bool
+
+
+def members_of(directory: Path) -> list[Member]:
+    """All cases of a campaign, in its order. Raises Stop(73) if results.json is damaged."""
+    return read_file(directory / "results.json", _read_members)
+
+
+def _read_members(path: Path) -> list[Member]:
     content = json.loads(path.read_text())
     scales = {parameter["key"]: parameter["scale"] for parameter in content.get("parameters", [])}
     return [
-        (case["name"], Sweep(case.get("member_of") or "", case.get("parameters", {}), scales))
+        Member(
+            case["name"],
+            Sweep(case.get("member_of") or "", case.get("parameters", {}), scales),
+            case["summary"] is not None or (path.parent / case["name"] / "case.yaml").is_file(),
+            case.get("state") == "failed",
+        )
         for case in content["cases"]
-        if case["summary"] is not None or (path.parent / case["name"] / "case.yaml").is_file()
     ]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.ticker import Formatter, NullLocator
 
-from copepod_report.run_record import RunRecord
+from copepod_report.run_record import RunResult
 from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, number_text, prefix_of, swarm_rows
@@ -114,7 +114,7 @@ class SweepRecord:
     results: list[Result]
 
 
-def axes_of(runs: Sequence[RunRecord]) -> dict[str, Axis]:
+def axes_of(runs: Sequence[RunResult]) -> dict[str, Axis]:
     """All swept keys of the runs, each with one name and one unit for every table and figure."""
     heads = short_keys(list(dict.fromkeys(key for run in runs for key in run.sweep.values)))
     scales = {key: scale for run in runs for key, scale in run.sweep.scales.items()}
@@ -122,7 +122,7 @@ def axes_of(runs: Sequence[RunRecord]) -> dict[str, Axis]:
     return {key: _axis(key, head, scales.get(key) == "logarithmic", values[key]) for key, head in heads.items()}
 
 
-def sweeps_of(runs: Sequence[RunRecord], choice: Choice = Choice()) -> list[SweepRecord]:
+def sweeps_of(runs: Sequence[RunResult], choice: Choice = Choice()) -> list[SweepRecord]:
     """Sweeps with two finished runs or more. Raises Stop(2) if none of them has what is chosen."""
     groups: dict[tuple[str, str], list[int]] = {}
     for number, run in enumerate(runs):
@@ -171,7 +171,7 @@ def with_prefix(numbers: np.ndarray, unit: str) -> tuple[float, str]:
     return 10.0**-power, prefix + unit
 
 
-def _results(runs: Sequence[RunRecord]) -> list[Result]:
+def _results(runs: Sequence[RunResult]) -> list[Result]:
     """Figures that differ among the runs, of every swimmer and group, and of a swarm together."""
     tables = [_figures_of(run) for run in runs]
     results = []
@@ -183,7 +183,7 @@ def _results(runs: Sequence[RunRecord]) -> list[Result]:
     return results
 
 
-def _figures_of(run: RunRecord) -> dict[str, tuple[str, float, float]]:
+def _figures_of(run: RunResult) -> dict[str, tuple[str, float, float]]:
     """Heading and value of each figure and the change of the velocity, by a key that may name a file."""
     found = {}
     entries = figures_by_name(run.summary)
