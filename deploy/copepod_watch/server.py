@@ -18,11 +18,12 @@ from copepod_report.page import page, templates
 from copepod_report.run_record import DAMAGE
 from copepod_report.view import scripts
 from copepod_run.errors import ExitCode, Stop
+from copepod_watch.campaign import CampaignFollower, Draw
 from copepod_watch.follower import RunFollower, runs_in
 
 _LOOPBACK = "127.0.0.1"
 _OUR_NAMES = (_LOOPBACK, "localhost")  # another name that leads here is that of a page elsewhere (DNS rebinding)
-_LIVE = Path(__file__).with_name("live.js")
+_LIVE, _RUNS = (Path(__file__).with_name(name) for name in ("live.js", "runs.js"))
 _HTML = templates(Path(__file__).with_name("live.html"))
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
@@ -38,12 +39,18 @@ class WatchServer(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, directory: Path, port: int, follow: Follow, report: Report, announce: Callable[[str], None]):
-        """`report`: HTML of a run's report; `announce(text)`: called when a run ends. Raises Stop(2) for a bad port."""
+    def __init__(
+        self, directory: Path, port: int, follow: Follow, report: Report, draw: Draw, announce: Callable[[str], None]
+    ):
+        """`report`: HTML of a run's report; `draw`: of figures of several; `announce(text)`: called when a run ends.
+
+        Raises Stop(2) for a bad port.
+        """
         self.directory = directory
         self._follow = follow
         self._report = report
         self._announce = announce
+        self._campaign = CampaignFollower(directory, draw)
         self._lock = threading.Lock()  # followers and plots work for one request at a time
         self._followers: dict[str, RunFollower] = {}
         self._states: dict[str, str] = {}
@@ -88,7 +95,9 @@ class WatchServer(ThreadingHTTPServer):
         with self._lock:
             runs = runs_in(self.directory)
             if path == "" and "" not in runs:
-                return "text/html", self._list(runs)
+                return "text/html", self._page_of_runs()
+            if path == "state" and "" not in runs:
+                return "application/json", json.dumps(self._campaign.content(known))
             if name not in runs or last not in ("", "state", "report"):
                 return None
             if name not in self._followers:
@@ -105,10 +114,9 @@ class WatchServer(ThreadingHTTPServer):
         with self._lock:
             self._followers[name] = self._follow(runs_in(self.directory)[name])
 
-    def _list(self, runs: dict[str, Path]) -> str:
-        followers = [(name, RunFollower(path, {}, 0)) for name, path in runs.items()]
-        rows = [(name, follower.state(), follower.last_event()) for name, follower in followers]
-        return page(f"Copepod: {self.directory.resolve().name}", [_HTML.runs(self.directory, rows)])
+    def _page_of_runs(self) -> str:
+        section = _HTML.runs(self.directory, self._campaign.content(), _RUNS.read_text())
+        return page(f"Copepod: {self.directory.resolve().name}", [section])
 
 
 def _live_page(follower: RunFollower, list_of_runs: str) -> str:

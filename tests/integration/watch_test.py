@@ -13,11 +13,14 @@ from urllib.parse import urlsplit
 
 from browser import CHROMIUM, Browser
 from copepod_session import CommandTest, wait_until
-from synthetic_run import PERIOD, write_run
+from synthetic_run import CELL_M, PERIOD, SPEED, STEP_S, write_run
 from copepod_run.errors import Stop
 from copepod_run.progress import RecordedProgress
+from copepod_watch.campaign import CampaignFollower
 from copepod_watch.follower import TrajectoryFollower
 from copepod_watch.server import WatchServer
+
+LAG = "swimmers.0.stroke.phase_lag_steps"
 
 
 class GrowingRun:
@@ -26,6 +29,7 @@ class GrowingRun:
     def __init__(self, folder, steps=2000):
         self.folder = folder
         self.steps = steps
+        self.has_ended = False
         write_run(folder, steps=steps, mean_flow=False)
         self.ending = {name: (folder / name).read_text() for name in ("summary.json", "cycles.csv", "trajectory.csv")}
         (folder / "summary.json").unlink()
@@ -63,6 +67,7 @@ class GrowingRun:
         self.release()
 
     def release(self):
+        self.has_ended = True
         os.close(self._lock)
 
 
@@ -163,9 +168,16 @@ class Server(WatchTest):
         self.assertIn('<a href="case_2/">case_2</a>', self.get(address)[2])
         self.assertEqual(self.state(address, "/case_2/state")["steps"], 2000)
 
+    def test_runs_are_listed_by_the_numbers_in_their_names(self):
+        names = ["x=8e-06", "x=2.4e-05", "x=0.000128"]
+        for name in names:
+            GrowingRun(self.folder / "all" / name).release()
+        _, address = self.watch("all")
+        self.assertEqual(re.findall(r'<a href="[^"]*">([^<]*)</a>', self.get(address)[2]), names)
+
     def test_a_signal_while_a_connection_is_accepted_ends_the_server(self):
         GrowingRun(self.folder / "run").release()
-        with WatchServer(self.folder / "run", 0, None, None, None) as server:
+        with WatchServer(self.folder / "run", 0, None, None, None, None) as server:
             server.process_request = mock.Mock(side_effect=Stop(143, "stopped by SIGTERM."))
             with socket.create_connection(server.server_address), self.assertRaises(Stop):
                 server.serve_forever(poll_interval=0.05)
@@ -201,6 +213,101 @@ class Server(WatchTest):
             browser.wait_for("document.querySelector('.status').textContent === 'Finished after 2000 steps.'")
             browser.wait_for("document.querySelectorAll('.report figure img').length > 3")
             self.assertTrue(browser.value("window.isTheSamePage"))
+            self.assertEqual(browser.problems, [])
+
+
+class Sweep(WatchTest):
+    """Of five runs in an order that is not that of their names: two have finished, two are running, one is to do."""
+
+    NAMES = ("lag=8", "lag=16", "lag=32", "lag=64", "lag=128")
+
+    def setUp(self):
+        super().setUp()
+        self.sweep = self.folder / "sweep"
+        self.runs = [GrowingRun(self.sweep / name) for name in self.NAMES[:4]]
+        for run, name in zip(self.runs, self.NAMES):
+            summary = json.loads(run.ending["summary.json"])
+            summary["swimmers"][0]["u_swim_lattice"] = 1e-6 * float(name.partition("=")[2])
+            run.ending["summary.json"] = json.dumps(summary)
+        cases = [
+            {"name": name, "member_of": "s", "parameters": {LAG: int(name.partition("=")[2])}, "summary": None}
+            for name in self.NAMES
+        ]
+        content = {"parameters": [{"key": LAG, "scale": "linear"}], "cases": cases}
+        (self.sweep / "results.json").write_text(json.dumps(content))
+        for run in self.runs[:2]:
+            run.finish()
+        self.runs[2].write_until(900)
+        self.addCleanup(lambda: [run.release() for run in self.runs if not run.has_ended])
+
+    def rows(self, table):
+        """The texts of the cells, without their elements."""
+        rows = re.findall("<tr>(.*?)</tr>", table, re.DOTALL)[1:]
+        return [[re.sub("<[^>]*>", "", cell) for cell in re.findall("<td>(.*?)</td>", row, re.DOTALL)] for row in rows]
+
+    def test_every_run_has_state_progress_and_speed_in_the_order_of_the_sweep(self):
+        _, address = self.watch("sweep")
+        content = self.state(address)
+        self.assertEqual(content["sentence"], "2 of 5 finished, 2 running, 1 to do.")
+        self.assertAlmostEqual(content["share"], (2 + 900 / 2000) / 5)
+        speed = f"{1e6 * SPEED * CELL_M / STEP_S:.4g}"
+        self.assertEqual(
+            self.rows(content["table"]),
+            [
+                ["lag=8", "finished", " 100 %", speed, "8"],
+                ["lag=16", "finished", " 100 %", speed, "16"],
+                ["lag=32", "running", " 45 %0:07 left", speed, "32"],
+                ["lag=64", "running", " 0 %0:07 left", "", "64"],
+                ["lag=128", "to do", " 0 %", "", "128"],
+            ],
+        )
+        self.assertEqual(self.get(address, "/lag%3D128/state")[0], 404)
+
+    def test_the_figure_is_that_of_the_report_and_is_sent_once(self):
+        _, address = self.watch("sweep")
+        first = self.state(address)
+        session = self.start("report", "sweep", "--out", "report")
+        self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
+        picture = r"<picture>.*?</picture>"
+        report = (self.folder / "report/report.html").read_text()
+        self.assertEqual(re.search(picture, first["figures"])[0], re.search(picture, report)[0])
+        self.assertIsNone(self.state(address, f"/state?have={first['version']}")["figures"])
+
+    def test_figures_are_drawn_for_new_results_only_and_not_more_often_than_every_three_seconds(self):
+        now, drawn = [0.0], []
+        follower = CampaignFollower(self.sweep, lambda runs: drawn.append(len(runs)) or [], lambda: now[0])
+        for time_s, finishes in ((0, False), (2, True), (3.5, False), (60, False), (61, True)):
+            now[0] = time_s
+            if finishes:
+                next(run for run in self.runs if not run.has_ended).finish()
+            follower.content()
+        self.assertEqual(drawn, [2, 3, 4])
+
+    def test_a_run_that_ended_before_it_wrote_its_case_has_failed(self):
+        content = json.loads((self.sweep / "results.json").read_text())
+        content["cases"][4]["state"] = "failed"
+        (self.sweep / "results.json").write_text(json.dumps(content))
+        follower = CampaignFollower(self.sweep, lambda runs: [])
+        self.assertEqual(follower.content()["sentence"], "2 of 5 finished, 2 running, 1 failed.")
+
+    @unittest.skipUnless(CHROMIUM, "chromium is not installed (deploy/copepod setup --ci installs it)")
+    def test_the_page_grows_with_the_runs_without_reloading(self):
+        _, address = self.watch("sweep")
+        with Browser(width=390) as browser:
+            browser.open(address)
+            browser.wait_for("document.querySelector('.answer img')?.naturalWidth > 0")
+            self.assertEqual(browser.value("document.title"), "49 %: sweep")
+            self.assertLessEqual(browser.value("document.documentElement.scrollWidth"), 390)
+            before = browser.value("document.querySelector('.answer img').src")
+            browser.value("window.isTheSamePage = document.querySelector('td a')")
+            self.runs[2].finish()
+            browser.wait_for("document.querySelector('.status').textContent.startsWith('3 of 5 finished')")
+            browser.wait_for(f"document.querySelector('.answer img').src !== '{before}'")
+            self.assertTrue(browser.value("window.isTheSamePage === document.querySelector('td a')"))
+            self.assertEqual(
+                {url.partition("?")[0] for url in browser.requests if not url.startswith("data:")},
+                {address, f"{address}state"},
+            )
             self.assertEqual(browser.problems, [])
 
 
