@@ -2,7 +2,7 @@
 
 import time
 from argparse import Namespace
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from copepod_run import build
@@ -19,7 +19,6 @@ def watch(options: Namespace) -> int:
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
     from copepod_paper.additions import PaperAdditions
     from copepod_report.report import Canvas, opening_figures, page_of
-    from copepod_report.run_record import RunResult
     from copepod_watch.follower import RunFollower
     from copepod_watch.server import WatchServer
 
@@ -35,9 +34,7 @@ def watch(options: Namespace) -> int:
     def report(path: Path) -> str:
         return page_of(path, lambda case: cases.get(case.parent) or plan_of(case).case, PaperAdditions())
 
-    def draw(runs: Sequence[RunResult]) -> list[str]:
-        return opening_figures(runs, Canvas(None), PaperAdditions())
-
+    draw = partial(opening_figures, canvas=Canvas(None), additions=PaperAdditions())
     with WatchServer(directory, options.port, follow, report, draw, say) as server:
         if (directory / "case.yaml").is_file():
             server.watch("")

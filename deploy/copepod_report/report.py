@@ -153,9 +153,9 @@ def _sections(
     runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = distinct_words([run.name for run in runs])
     sections = []
+    others = comparison.other_figures(runs, canvas.draw, choice)
     if len(runs) > 1:
         first = opening_figures(runs, canvas, additions, choice)
-        others = comparison.other_figures(runs, canvas.draw, choice)
         sections.append(page.comparison_section(runs, anchors, first, others))
     sections += chapters
     axes = axes_of(runs)

@@ -149,8 +149,11 @@ def collect(directory: str | Path, read_case: ReadCase) -> list[RunRecord]:
     directory = Path(directory)
     if not (directory / "results.json").exists():
         return [RunRecord(directory, read_case)]
-    begun = [member for member in members_of(directory) if member.has_begun]
-    return [RunRecord(directory / member.name, read_case, member.sweep) for member in begun]
+    return [
+        RunRecord(directory / name, read_case, sweep)
+        for name, sweep, case in members_of(directory)
+        if case["summary"] is not None or (directory / name / "case.yaml").is_file()
+    ]
 
 
 def name_apart(runs: Sequence[RunRecord]) -> None:
@@ -185,31 +188,16 @@ def _read_summary(path: Path) -> Any:
     return summary
 
 
-@dataclass(frozen=True)
-class Member:
-    """A case of a campaign, as results.json lists it."""
-
-    name: str
-    sweep: Sweep
-    has_begun: bool
-    has_failed: bool
-
-
-def members_of(directory: Path) -> list[Member]:
-    """All cases of a campaign, in its order. Raises Stop(73) if results.json is damaged."""
+def members_of(directory: Path) -> list[tuple[str, Sweep, dict[str, Any]]]:
+    """Name, sweep and record of every case of a campaign. Raises Stop(73) if results.json is damaged."""
     return read_file(directory / "results.json", _read_members)
 
 
-def _read_members(path: Path) -> list[Member]:
+def _read_members(path: Path) -> list[tuple[str, Sweep, dict[str, Any]]]:
     content = json.loads(path.read_text())
     scales = {parameter["key"]: parameter["scale"] for parameter in content.get("parameters", [])}
     return [
-        Member(
-            case["name"],
-            Sweep(case.get("member_of") or "", case.get("parameters", {}), scales),
-            case["summary"] is not None or (path.parent / case["name"] / "case.yaml").is_file(),
-            case.get("state") == "failed",
-        )
+        (case["name"], Sweep(case.get("member_of") or "", case.get("parameters", {}), scales), case)
         for case in content["cases"]
     ]
 

@@ -1,7 +1,7 @@
 "use strict";
-// The live page of a campaign: asks for the state of its runs every other second, and shows what has changed.
+// The live page of a campaign: asks for the state of its runs every few seconds, and shows what has changed.
 (() => {
-  const EVERY_MS = 2000;
+  const EVERY_MS = 3000;
   const find = (selector) => document.getElementById("runs").querySelector(selector);
   let version = "";
 
