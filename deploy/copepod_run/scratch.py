@@ -78,10 +78,14 @@ class Scratch:
     def _private_folder(self, where: str) -> Path:
         folder = _temporary_folder(where, self.mark)
         self.folders.append(folder)
+        self.hold(folder)
+        return folder
+
+    def hold(self, folder: Path) -> None:
+        """Locks a claimed folder, which no other run then sweeps."""
         lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         self.locks.append(lock)
         take_lock(lock)
-        return folder
 
     def close(self) -> None:
         for lock in self.locks:
@@ -171,6 +175,7 @@ def guarded_folder() -> Iterator[GuardedFolder]:
     token = secrets.token_hex(16)
     path = _temporary_folder("/tmp", token)  # a short path: it holds sockets
     folder = GuardedFolder(path, Scratch(path, token), token)
+    folder.scratch.hold(path)
     mark = f"{MARK}={folder.mark}"
     guard = cleanup.Guard(mark, [path, *folder.scratch.folders], folder.scratch.locks)
     try:

@@ -11,7 +11,7 @@ from pathlib import Path
 from copepod_session import CommandTest, ROOT, TinyRunTest, WholeRunTest
 from synthetic_run import write_run
 
-from copepod_run import cleanup
+from copepod_run import cleanup, scratch
 from copepod_run.run_directory import Lock, take_lock
 
 _HOURS_AGO = time.time() - 7200
@@ -76,6 +76,14 @@ class TemporaryFolders(FilesTest):
         os.close(lock)
         self.run_tiny()
         self.assertFalse(folder.exists())
+
+    def test_the_folder_of_a_command_without_a_run_stays_as_long_as_the_command(self):
+        """Conformance and replays take longer than the minute in which a folder counts as young."""
+        with scratch.guarded_folder() as folder:
+            os.utime(folder.path, (_HOURS_AGO, _HOURS_AGO))
+            self.run_tiny()
+            self.assertTrue(folder.path.exists())
+        self.assertFalse(folder.path.exists())
 
 
 class RunDirectory(TinyRunTest):
