@@ -207,9 +207,9 @@ def matrix():
 
 def speed():
     """Million cell updates per second, coupled, one sphere of radius 4 in a periodic cube."""
-    for cells in (32, 64, 96):
+    for cells in (32, 64):
         body = {"radius_m": 4 * CELL_M, "motion": "fixed", "position_m": [0.5 * cells * CELL_M] * 3}
-        case = case_of([cells] * 3, 1.0, body, 3_000_000 // cells**2, 50)
+        case = case_of([cells] * 3, 1.0, body, 800_000 // cells**2, 50)
         for ranks in ("1", "2"):
             found = [run(case, palabos, "--ranks", ranks)[1]["mlups"] for palabos in (False, True)]
             print(f"{cells}³ on {ranks} rank(s): ours {found[0]:.1f}, Palabos {found[1]:.2f} MLUPS", flush=True)
