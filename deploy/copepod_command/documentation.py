@@ -13,6 +13,7 @@ from copepod_run import packages
 from copepod_run.checkout import version
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode, Stop
+from copepod_run.messages import is_utf8
 
 # Every example is a paragraph of its own in a manual page.
 _PROGRAM = """#!/bin/sh
@@ -45,7 +46,7 @@ def manual(options: Namespace) -> int:
         print(f"{len(summaries)} pages in {options.out}")
         return ExitCode.FINISHED
     name = options.page or ""
-    environment = {**os.environ, "LC_ALL": "C.UTF-8"} if sys.stdout.encoding == "utf-8" else None
+    environment = {**os.environ, "LC_ALL": "C.UTF-8"} if is_utf8(sys.stdout) else None
     return subprocess.run(
         ["man", "-l", "-"], input=_page(name, summaries[name]), text=True, stdout=sys.stdout, env=environment
     ).returncode

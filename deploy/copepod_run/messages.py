@@ -1,6 +1,7 @@
 """What the command writes to the terminal: lines for people or JSON, and one line per stage of the preparation."""
 
 import enum
+import codecs
 import io
 import json
 import locale
@@ -66,6 +67,11 @@ def open_outputs() -> None:
         buffer = open(descriptor, "wb", closefd=False)
         is_read_at_once = descriptor == 2 or buffer.raw.isatty()
         setattr(sys, name, _Output(buffer, encoding, "replace", line_buffering=is_read_at_once))
+
+
+def is_utf8(stream: TextIO) -> bool:
+    """Whether the stream can show every character; «UTF-8» and «utf8» are one encoding."""
+    return codecs.lookup(stream.encoding or "ascii").name == "utf-8"
 
 
 def write(stream: TextIO, text: str) -> None:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO
 
-from copepod_run.messages import is_quiet, notice, redraw, write
+from copepod_run.messages import is_quiet, is_utf8, notice, redraw, write
 
 Event = dict[str, Any]
 Clock = Callable[[], float]
@@ -159,8 +159,7 @@ class TerminalProgress(Progress):
     def __init__(self, stream: TextIO, cells: int) -> None:
         self._stream = stream
         self._cells = cells
-        unicode_works = (stream.encoding or "").lower().replace("-", "") == "utf8"
-        self._full, self._empty = ("━", "╌") if unicode_works else ("#", ".")
+        self._full, self._empty = ("━", "╌") if is_utf8(stream) else ("#", ".")
         self._drawn = False
 
     def phase(self, name: str) -> None:

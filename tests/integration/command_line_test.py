@@ -92,8 +92,12 @@ class CommandLine(TinyRunTest):
         self.assertIn("copepod run configs/quick/three_sphere.yaml", pages["copepod-run.1"])
         shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), ("PATH", os.environ["PATH"])])
         self.assertIn("--resume", shown.replace("\u2010", "-"))
-        for where in ("C.UTF-8", "xx_YY.UTF-8"):  # of a terminal elsewhere, not installed here
-            shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), ("LC_ALL", where)])
+        for environment in (
+            [("LC_ALL", "C.UTF-8")],
+            [("LC_ALL", "xx_YY.UTF-8")],  # of a terminal elsewhere, not installed here
+            [("LC_ALL", "xx_YY.UTF-8"), ("PYTHONIOENCODING", "UTF-8:replace")],  # started by another Copepod
+        ):
+            shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), *environment])
             self.assertIn("A,B:N,…", shown)
         self.assertRegex(self.ended("run", "--help")[0], r"^Usage: \S*copepod run ")
         _, stderr = self.ended("man", "walk", code=2)
