@@ -70,7 +70,7 @@ hid_t open_file(const std::string& path, Hdf5File::Access kind) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access.get(), false, true);
   if (kind == Hdf5File::Access::create) return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
-  return H5Fopen(path.c_str(), kind == Hdf5File::Access::extend ? H5F_ACC_RDWR : H5F_ACC_RDONLY, access.get());
+  return H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get());
 }
 
 }  // namespace
@@ -97,14 +97,9 @@ void Hdf5File::make_group(const std::string& group) {
   require(made.valid(), "make group " + group);
 }
 
-void Hdf5File::rename(const std::string& object, const std::string& name) {
-  require(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "write " + object);
-  require(H5Lmove(file_, object.c_str(), H5L_SAME_LOC, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0,
-          "rename " + object + " to " + name);
-}
-
-void Hdf5File::remove(const std::string& object) {
-  require(H5Ldelete(file_, object.c_str(), H5P_DEFAULT) >= 0, "remove " + object);
+void Hdf5File::link(const std::string& group, const std::string& file) {
+  require(H5Lcreate_external(file.c_str(), group.c_str(), file_, group.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0,
+          "link " + group);
 }
 
 bool Hdf5File::has(const std::string& object) {

@@ -18,7 +18,7 @@ namespace copepod::fluid {
 /// constructor waits in any other.
 class Hdf5File {
  public:
-  enum class Access { create, extend, read };
+  enum class Access { create, read };
   using Extent = std::vector<std::uint64_t>;
 
   /// @param context  to report progress to; outlives the file
@@ -28,9 +28,8 @@ class Hdf5File {
   ~Hdf5File();
 
   void make_group(const std::string& group);
-  /// What the object holds is in the file before its new name is: a process may be killed in between.
-  void rename(const std::string& object, const std::string& name);
-  void remove(const std::string& object);
+  /// An external link to the group of this name in another file. @param file  from the folder of this one
+  void link(const std::string& group, const std::string& file);
   [[nodiscard]] bool has(const std::string& object);
   /// Names in the root, sorted.
   [[nodiscard]] std::vector<std::string> names();

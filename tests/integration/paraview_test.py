@@ -101,8 +101,10 @@ class ParaView(RealRun):
             "--set", "output.fields.region_cells={y: 12}", "--set", "output.fields.quantities=[velocity, vorticity]",
         )  # fmt: skip
         self.assertEqual(
-            sorted(path.name for path in run.glob("fields*")), ["fields.h5", "fields.xdmf", "fields_mean.xdmf"]
+            sorted(path.name for path in run.glob("fields*")),
+            ["fields", "fields.h5", "fields.xdmf", "fields_mean.xdmf"],
         )
+        self.assertEqual({path.suffix for path in (run / "fields").iterdir()}, {".h5"})
         with h5py.File(run / "fields.h5") as file:
             self.assertEqual(set(file["mean"]), {"velocity_m_per_s", "vorticity_per_s", "body"})
             self.assertEqual(file["step_000000200/vorticity_per_s"].shape, (96, 1, 48, 3))

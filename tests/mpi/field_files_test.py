@@ -88,7 +88,9 @@ class FieldFiles(unittest.TestCase):
             self.assertEqual(start(folder, 1, 1, "selected").wait(60), 0)
             self.assertEqual(self.check_items(Path(folder) / "fields.xdmf"), 4)
             self.assertEqual(
-                {path.name for path in Path(folder).iterdir()}, {"fields.h5", "fields.xdmf", "fields_mean.xdmf"}
+                {path.relative_to(folder).as_posix() for path in Path(folder).rglob("*")},
+                {"fields.h5", "fields.xdmf", "fields_mean.xdmf"}
+                | {"fields", "fields/step_000001000.h5", "fields/mean.h5"},
             )
             origin = next(xml.parse(Path(folder) / "fields.xdmf").iter("Geometry"))[0].text
             np.testing.assert_allclose(list(map(float, origin.split())), [0, 4e-6, 2e-6])
@@ -127,9 +129,11 @@ class FieldFiles(unittest.TestCase):
                 finally:
                     os.killpg(run.pid, signal.SIGKILL)
                     run.wait()
+                shown = xml.parse(Path(folder) / "fields.xdmf").iter("Grid")
                 with h5py.File(Path(folder) / "fields.h5") as file:
                     steps = [name for name in file if name.startswith("step_")]
                     self.assertTrue(steps)
+                    self.assertLessEqual({grid.get("Name") for grid in shown}, {"snapshots", *steps})
                     for name in steps:
                         self.assertEqual(file[name]["velocity_m_per_s"][0, 0, 0, 2], 0.5)
                         self.assertEqual(file[name]["velocity_m_per_s"][19, -1, -1, 2], 19.5)

@@ -95,6 +95,18 @@ TEST_F(Fields, KnowTheirStepTimeAndUnits) {
   EXPECT_EQ(file.read_attribute<std::int64_t>("mean", "mean_stop"), 20);
 }
 
+TEST_F(Fields, KeepTheGroupsThatAnOlderVersionWroteToOneFile) {
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1, block_);
+  if (ranks_.rank() == 0) {
+    std::filesystem::rename(folder_.path() + "/fields/step_000000001.h5", path_);
+    std::filesystem::remove_all(folder_.path() + "/fields");
+  }
+  for (const std::int64_t step : {2, 3}) FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(step, block_);
+  Hdf5File file(path_, Hdf5File::Access::read, context_);
+  EXPECT_EQ(file.names(), (std::vector<std::string>{"step_000000001", "step_000000002", "step_000000003"}));
+  EXPECT_EQ(file.read_attribute<std::int64_t>("step_000000001", "step"), 1);
+}
+
 TEST_F(Fields, GoOnInTheSameFileAfterARestartAndReplaceARepeatedStep) {
   FieldBlock first = block_;
   for (double& density : first.density_kg_per_m3) density = -1;
@@ -115,8 +127,8 @@ TEST_F(Fields, DescribeEverySnapshotToParaView) {
   folder_.barrier();
   std::ifstream file(folder_.path() + "/fields.xdmf");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_NE(text.find("fields.h5:/step_000000001/density_kg_per_m3"), std::string::npos);
-  EXPECT_NE(text.find("fields.h5:/step_000000002/velocity_m_per_s"), std::string::npos);
+  EXPECT_NE(text.find("fields/step_000000001.h5:/step_000000001/density_kg_per_m3"), std::string::npos);
+  EXPECT_NE(text.find("fields/step_000000002.h5:/step_000000002/velocity_m_per_s"), std::string::npos);
 }
 
 TEST_F(Fields, OfAnotherRegionThanBeforeARestartAreDescribedAsTheyAre) {
@@ -128,13 +140,13 @@ TEST_F(Fields, OfAnotherRegionThanBeforeARestartAreDescribedAsTheyAre) {
   folder_.barrier();
   std::ifstream file(folder_.path() + "/fields.xdmf");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_NE(text.find("Dimensions='5 6 8 3' NumberType='Float' Precision='8' Format='HDF'>fields.h5:/step_000000001/"
-                      "velocity_m_per_s"),
+  EXPECT_NE(text.find("Dimensions='5 6 8 3' NumberType='Float' Precision='8' Format='HDF'>"
+                      "fields/step_000000001.h5:/step_000000001/velocity_m_per_s"),
             std::string::npos);
-  EXPECT_NE(text.find("Dimensions='1 6 2 3' NumberType='Float' Precision='8' Format='HDF'>fields.h5:/step_000000002/"
-                      "vorticity_per_s"),
+  EXPECT_NE(text.find("Dimensions='1 6 2 3' NumberType='Float' Precision='8' Format='HDF'>"
+                      "fields/step_000000002.h5:/step_000000002/vorticity_per_s"),
             std::string::npos);
-  EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/fields_uncompressed.h5"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/fields/uncompressed"));
 }
 
 TEST_F(Fields, RefuseARegionWithoutCells) {

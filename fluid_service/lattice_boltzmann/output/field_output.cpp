@@ -17,10 +17,13 @@ namespace {
 
 using Extent = Hdf5File::Extent;
 
-const std::string data_file = "fields.h5";
-const std::string uncompressed_file = "fields_uncompressed.h5";  ///< only while a group is being written
-constexpr std::int64_t structure_bytes = 1 << 16;                ///< more than HDF5 needs to describe a group
-const std::string unfinished_group = "unfinished";               ///< name of a group that is being written
+const std::string index_file = "fields.h5";
+const std::string folder = "fields";               ///< of files with a group each
+const std::string older_file = "fields_older.h5";  ///< all groups of a run that an older version began
+constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe a group
+constexpr std::int64_t link_bytes = 1 << 9;        ///< likewise, a link to one
+
+const std::string mean_group = "mean";
 
 const char* const density_array = "density_kg_per_m3";
 const char* const velocity_array = "velocity_m_per_s";
@@ -84,8 +87,8 @@ void warn_of_other_steps(std::int64_t found, std::int64_t due, std::int64_t step
 FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Communicator& communicator)
     : output_(output),
       region_(region_of(output, setup.domain_cells)),
-      path_(output.directory + "/" + data_file),
-      cells_path_(output.compression > 0 ? output.directory + "/" + uncompressed_file : path_),
+      unfinished_path_(in_run(folder) + "/unfinished"),
+      cells_path_(output.compression > 0 ? in_run(folder) + "/uncompressed" : unfinished_path_),
       units_(setup),
       step_s_(setup.step_s),
       cell_size_m_(setup.cell_size_m),
@@ -102,6 +105,8 @@ FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Com
   offsets_.resize(datasets_.size());
 }
 
+std::string FieldWriter::in_run(const std::string& file) const { return output_.directory + "/" + file; }
+
 Extent FieldWriter::shape(const Dataset& dataset) const { return shape_of(region_, dataset.is_vector()); }
 
 std::int64_t FieldWriter::data_bytes() const {
@@ -110,20 +115,66 @@ std::int64_t FieldWriter::data_bytes() const {
   return bytes * region_.volume();
 }
 
-/// Opens a file, or makes a new one, that can grow by so many bytes.
-Hdf5File FieldWriter::open_for(const std::string& path, std::int64_t bytes) const {
-  const bool exists = std::filesystem::exists(path) && std::filesystem::file_size(path) > 0;
-  require_space(path, bytes + structure_bytes, communicator_.context());
-  return {path, exists ? Hdf5File::Access::extend : Hdf5File::Access::create, communicator_.context()};
+/// Finds the groups that are there when a run is resumed. In older versions fields.h5 held them.
+void FieldWriter::find_groups() {
+  const auto exists = [&](const std::string& file) { return std::filesystem::exists(in_run(file)); };
+  if (!exists(folder) && exists(index_file)) {
+    if (exists(older_file))
+      throw StorageError(in_run(older_file) + " is in the way of what " + index_file + " holds. Move it, and resume.");
+    std::filesystem::rename(in_run(index_file), in_run(older_file));
+  }
+  std::error_code error;
+  std::filesystem::create_directory(in_run(folder), error);
+  if (error)
+    throw StorageError(in_run(folder) + ": cannot make this folder (" + error.message() +
+                       "). Make room on the disk, check permissions, and resume.");
+  if (exists(older_file)) add_groups_of(older_file);
+  for (const auto& entry : std::filesystem::directory_iterator(in_run(folder)))
+    if (entry.path().extension() == ".h5") add_groups_of(folder + "/" + entry.path().filename().string());
 }
 
-void FieldWriter::lay_out() {
-  if (cells_path_ != path_) std::filesystem::remove(cells_path_);  // of a run that was killed
-  Hdf5File file = open_for(cells_path_, data_bytes());
-  if (file.has(unfinished_group)) file.remove(unfinished_group);  // likewise
-  file.make_group(unfinished_group);
+void FieldWriter::add_groups_of(const std::string& name) {
+  Hdf5File file(in_run(name), Hdf5File::Access::read, communicator_.context());
+  for (const std::string& group : file.names()) {
+    if (step_of_group(group) < 0 && group != mean_group) continue;
+    XdmfGrid grid{group, name, {{0, 0, 0}, images_.domain_cells()}, {}};
+    if (file.has_attribute(group, region_attributes[0])) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        grid.box.low[axis] = file.read_attribute<std::int64_t>(group, region_attributes[axis]);
+        grid.box.high[axis] =
+            grid.box.low[axis] + file.read_attribute<std::int64_t>(group, region_attributes[axis + 3]);
+      }
+    }
+    for (const char* array : {density_array, pressure_array, velocity_array, vorticity_array, body_array})
+      if (file.has(group + "/" + array)) grid.datasets.emplace_back(array);
+    grids_[group] = grid;
+  }
+}
+
+/// Makes a file that has room for so many bytes.
+Hdf5File FieldWriter::new_file(const std::string& path, std::int64_t bytes) const {
+  std::filesystem::remove(path);  // of a run that was killed: its space counts as free
+  require_space(path, bytes, communicator_.context());
+  return {path, Hdf5File::Access::create, communicator_.context()};
+}
+
+void FieldWriter::make_group(Hdf5File& file, const std::string& group, const Attributes& attributes) const {
+  file.make_group(group);
+  file.write_attribute(group, "cell_size_m", cell_size_m_);
+  file.write_attribute(group, "step_s", step_s_);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    file.write_attribute(group, region_attributes[axis], region_.low[axis]);
+    file.write_attribute(group, region_attributes[axis + 3], region_.extent(static_cast<int>(axis)));
+  }
+  attributes(file);
+}
+
+void FieldWriter::lay_out(const std::string& group, const Attributes& attributes) {
+  if (grids_.empty()) find_groups();
+  Hdf5File file = new_file(cells_path_, data_bytes() + structure_bytes);
+  make_group(file, group, attributes);
   for (std::size_t i = 0; i < datasets_.size(); ++i) {
-    const std::string name = unfinished_group + "/" + datasets_[i].name;
+    const std::string name = group + "/" + datasets_[i].name;
     offsets_[i] = datasets_[i].name == body_array ? file.make_dataset<std::int32_t>(name, shape(datasets_[i]))
                                                   : file.make_dataset<double>(name, shape(datasets_[i]));
   }
@@ -169,72 +220,50 @@ void FieldWriter::write_cells(const FieldBlock& block) const {
   });
 }
 
-void FieldWriter::compress_into(Hdf5File& file) const {
-  if (file.has(unfinished_group)) file.remove(unfinished_group);  // of a run that was killed
-  file.make_group(unfinished_group);
+void FieldWriter::compress(const std::string& group, const Attributes& attributes) const {
+  Hdf5File file = new_file(unfinished_path_, data_bytes() + structure_bytes);
+  make_group(file, group, attributes);
   Hdf5File source(cells_path_, Hdf5File::Access::read, communicator_.context());
   for (const Dataset& dataset : datasets_) {
-    const std::string name = unfinished_group + "/" + dataset.name;
+    const std::string name = group + "/" + dataset.name;
     if (dataset.name == body_array)
       file.copy_compressed<std::int32_t>(source, name, shape(dataset), output_.compression);
     else
       file.copy_compressed<double>(source, name, shape(dataset), output_.compression);
   }
-}
-
-/// The groups of the file, of snapshots or the mean, in order.
-std::vector<XdmfGrid> FieldWriter::grids_of(Hdf5File& file, bool snapshots) {
-  std::vector<XdmfGrid> grids;
-  for (const std::string& group : file.names()) {
-    if ((step_of_group(group) >= 0) != snapshots || group == unfinished_group) continue;
-    if (!grids_.contains(group)) {
-      XdmfGrid grid{group, {{0, 0, 0}, images_.domain_cells()}, {}};
-      if (file.has_attribute(group, region_attributes[0])) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          grid.box.low[axis] = file.read_attribute<std::int64_t>(group, region_attributes[axis]);
-          grid.box.high[axis] =
-              grid.box.low[axis] + file.read_attribute<std::int64_t>(group, region_attributes[axis + 3]);
-        }
-      }
-      for (const char* name : {density_array, pressure_array, velocity_array, vorticity_array, body_array})
-        if (file.has(group + "/" + name)) grid.datasets.emplace_back(name);
-      grids_[group] = grid;
-    }
-    grids.push_back(grids_[group]);
-  }
-  return grids;
-}
-
-void FieldWriter::publish(const std::string& group, const Attributes& attributes) {
-  const bool compresses = cells_path_ != path_;
-  Hdf5File file = open_for(path_, compresses ? data_bytes() : 0);
-  if (compresses) compress_into(file);
-  file.write_attribute(unfinished_group, "cell_size_m", cell_size_m_);
-  file.write_attribute(unfinished_group, "step_s", step_s_);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    file.write_attribute(unfinished_group, region_attributes[axis], region_.low[axis]);
-    file.write_attribute(unfinished_group, region_attributes[axis + 3], region_.extent(static_cast<int>(axis)));
-  }
-  attributes(file, unfinished_group);
-  if (file.has(group)) file.remove(group);  // from before a restart
-  file.rename(unfinished_group, group);
-  grids_.erase(group);
-  const bool snapshots = step_of_group(group) >= 0;
-  const std::string text = xdmf_text({cell_size_m_, step_s_, data_file, grids_of(file, snapshots)});
   file.close();
-  if (compresses) std::filesystem::remove(cells_path_);
-  write_durably(output_.directory + (snapshots ? "/fields.xdmf" : "/fields_mean.xdmf"), std::as_bytes(std::span(text)));
+  std::filesystem::remove(cells_path_);
+}
+
+void FieldWriter::publish(const std::string& group) {
+  const std::string file = folder + "/" + group + ".h5", new_index = in_run(folder) + "/index";
+  std::filesystem::rename(unfinished_path_, in_run(file));
+  add_groups_of(file);
+  const auto groups = static_cast<std::int64_t>(grids_.size());
+  Hdf5File index = new_file(new_index, structure_bytes + groups * link_bytes);
+  for (const auto& [name, grid] : grids_) index.link(name, grid.file);
+  index.close();
+  copepod::publish(new_index, in_run(index_file));
+  std::vector<XdmfGrid> shown;
+  for (const auto& [name, grid] : grids_)
+    if ((name == mean_group) == (group == mean_group)) shown.push_back(grid);
+  write_durably(in_run(group == mean_group ? "fields_mean.xdmf" : "fields.xdmf"),
+                xdmf_text({cell_size_m_, step_s_, shown}));
 }
 
 void FieldWriter::write(const std::string& group, const FieldBlock& block, const Attributes& attributes) {
-  on_leader(communicator_, [&] { lay_out(); });
+  on_leader(communicator_, [&] { lay_out(group, attributes); });
   communicator_.broadcast(std::as_writable_bytes(std::span(offsets_)));
   write_cells(block);
-  on_leader(communicator_, [&] { publish(group, attributes); });
+  on_leader(communicator_, [&] {
+    if (cells_path_ != unfinished_path_) compress(group, attributes);
+    publish(group);
+  });
 }
 
 void FieldWriter::write_snapshot(std::int64_t step, const FieldBlock& block) {
-  write(group_of_step(step), block, [&](Hdf5File& file, const std::string& group) {
+  const std::string group = group_of_step(step);
+  write(group, block, [&](Hdf5File& file) {
     file.write_attribute(group, "step", step);
     file.write_attribute(group, "time_s", static_cast<double>(step) * step_s_);
     file.write_attribute(group, "step_of_bodies", std::max<std::int64_t>(step - 1, 0));  // of the last exchange
@@ -242,11 +271,11 @@ void FieldWriter::write_snapshot(std::int64_t step, const FieldBlock& block) {
 }
 
 void FieldWriter::write_mean(std::int64_t samples, const FieldBlock& block) {
-  write("mean", block, [&](Hdf5File& file, const std::string& group) {
-    file.write_attribute(group, "samples", samples);
-    file.write_attribute(group, "mean_start", output_.mean_start);
-    file.write_attribute(group, "mean_stop", output_.mean_stop);
-    file.write_attribute(group, "mean_every_steps", output_.mean_every_steps);
+  write(mean_group, block, [&](Hdf5File& file) {
+    file.write_attribute(mean_group, "samples", samples);
+    file.write_attribute(mean_group, "mean_start", output_.mean_start);
+    file.write_attribute(mean_group, "mean_stop", output_.mean_stop);
+    file.write_attribute(mean_group, "mean_every_steps", output_.mean_every_steps);
   });
 }
 

@@ -25,11 +25,14 @@ namespace copepod::fluid {
 ///   density_kg_per_m3 (nz, ny, nx)   velocity_m_per_s (nz, ny, nx, 3)
 ///   pressure_Pa (nz, ny, nx)         vorticity_per_s (nz, ny, nx, 3)   and always body (nz, ny, nx)
 /// for the whole domain or the region that the case asks for: where symmetry planes halve the computed domain, the
-/// mirror image is written too. The file is closed after each group, so that a killed run leaves a readable one; a
-/// group that exists already, from before a restart, is replaced.
+/// mirror image is written too.
+///
+/// Each group is in a file of its own in fields/, which gets its name when it is complete, and fields.h5 holds
+/// external links to all of them; it is replaced, never changed: a kill at any moment leaves every group readable
+/// (docs/decisions/hdf5_without_mpi_io.md).
 ///
 /// Ranks write side by side, which HDF5 allows in contiguous datasets only. Where they are to be compressed, the ranks
-/// write to a file beside fields.h5, from which rank 0 compresses them.
+/// write to another file, from which rank 0 compresses them.
 class FieldWriter {
  public:
   FieldWriter(const FieldOutput& output, const FluidSetup& setup, Communicator& communicator);
@@ -49,19 +52,22 @@ class FieldWriter {
 
     [[nodiscard]] bool is_vector() const { return reflection != Reflection::scalar; }
   };
-  using Attributes = std::function<void(Hdf5File&, const std::string& group)>;
+  using Attributes = std::function<void(Hdf5File&)>;
 
   void write(const std::string& group, const FieldBlock& block, const Attributes& attributes);
-  /// On rank 0: makes the group, under the name of an unfinished one, and takes the disk space.
-  void lay_out();
+  /// On rank 0: makes the file for the cells and takes the disk space.
+  void lay_out(const std::string& group, const Attributes& attributes);
   void write_cells(const FieldBlock& block) const;
   template <class T>
   void write_values(SharedFile& file, std::size_t dataset, const Box& box, const std::vector<T>& values) const;
-  /// On rank 0: gives the group its name and describes to ParaView what is in the file.
-  void publish(const std::string& group, const Attributes& attributes);
-  void compress_into(Hdf5File& file) const;
-  [[nodiscard]] Hdf5File open_for(const std::string& path, std::int64_t bytes) const;
-  [[nodiscard]] std::vector<XdmfGrid> grids_of(Hdf5File& file, bool snapshots);
+  void compress(const std::string& group, const Attributes& attributes) const;
+  /// On rank 0: gives the group's file its name, and names it in fields.h5 and to ParaView.
+  void publish(const std::string& group);
+  void find_groups();
+  void add_groups_of(const std::string& file);
+  [[nodiscard]] Hdf5File new_file(const std::string& path, std::int64_t bytes) const;
+  void make_group(Hdf5File& file, const std::string& group, const Attributes& attributes) const;
+  [[nodiscard]] std::string in_run(const std::string& file) const;
   [[nodiscard]] Hdf5File::Extent shape(const Dataset& dataset) const;
   [[nodiscard]] std::int64_t data_bytes() const;
 
@@ -69,15 +75,15 @@ class FieldWriter {
   Box region_;
   std::vector<Dataset> datasets_;
   std::vector<std::int64_t> offsets_;  ///< where the datasets start in the file [bytes]
-  std::string path_;
-  std::string cells_path_;  ///< where the ranks write
+  std::string unfinished_path_;        ///< of the file of a group that is being written
+  std::string cells_path_;             ///< where the ranks write
   LatticeUnits units_;
   double step_s_;
   double cell_size_m_;
   MirrorImages images_;
   Communicator& communicator_;
   std::optional<Vorticity> vorticity_;     ///< if asked for
-  std::map<std::string, XdmfGrid> grids_;  ///< what is known to be in the file, by group
+  std::map<std::string, XdmfGrid> grids_;  ///< on rank 0, by group: what is written
 };
 
 /// Decides after which steps fields are written or enter the mean; collective.

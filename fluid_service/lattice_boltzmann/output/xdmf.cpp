@@ -48,7 +48,7 @@ void add_grid(std::ostream& text, const XdmfDescription& d, const XdmfGrid& grid
     if (std::ranges::find(grid.datasets, field.name) == grid.datasets.end()) continue;
     text << indent << "  <Attribute Name='" << field.name << "' AttributeType='" << field.kind << "' Center='Cell'>\n"
          << indent << "    <DataItem Dimensions='" << in_words(cells) << field.shape_end << "' " << field.number
-         << " Format='HDF'>" << d.data_file << ":/" << grid.group << "/" << field.name << "</DataItem>\n"
+         << " Format='HDF'>" << grid.file << ":/" << grid.group << "/" << field.name << "</DataItem>\n"
          << indent << "  </Attribute>\n";
   }
   text << indent << "</Grid>\n";

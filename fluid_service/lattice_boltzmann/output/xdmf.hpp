@@ -10,6 +10,7 @@ namespace copepod::fluid {
 /// One group of fields.h5 as ParaView sees it.
 struct XdmfGrid {
   std::string group;  ///< "step_000001000" or "mean"
+  std::string file;   ///< that holds it; from the folder of the XDMF file
   Box box;            ///< its cells, in the whole domain
   std::vector<std::string> datasets;
 
@@ -20,7 +21,6 @@ struct XdmfGrid {
 struct XdmfDescription {
   double cell_size_m = 0.0;
   double step_s = 0.0;
-  std::string data_file;  ///< name of the HDF5 file, in the same folder
   std::vector<XdmfGrid> grids;
 };
 
