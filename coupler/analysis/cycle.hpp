@@ -25,7 +25,7 @@ struct Group {
   Eigen::Matrix3Xd placed_m;                        ///< where the case places the bodies, shape (3, bodies)
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< own axis there, a unit vector in the world
   double length_m = 0.0;                            ///< greatest extent there, from surface to surface
-  double radius_m = 0.0;                            ///< sum of the bodies' equivalent radii
+  std::vector<double> radii_m;                      ///< equivalent radii of the bodies
   std::int64_t period_steps = 0;                    ///< T; 0: no periodic drive, nothing to measure
   std::int64_t first_cycle = 0;                     ///< the first that is driven from its start
   std::int64_t stop_cycle = 0;                      ///< after the last that is driven to its end
@@ -52,14 +52,15 @@ struct Cycle {
 
 /// What follows from a cycle; absent in vacuum: efficiency and Reynolds number.
 struct CycleFigures {
-  Eigen::Vector3d axis;              ///< own axis at the start
-  Eigen::Vector3d velocity_m_per_s;  ///< mean velocity of the centroid
-  double along_m_per_s = 0.0;        ///< its component along the own axis at the start
-  Eigen::Vector3d across_m_per_s;    ///< what remains of it
-  Eigen::Vector3d rotation_rad;      ///< rotation vector from start to end
-  double tilt_rad = 0.0;             ///< angle between the own axis at the start and in the case
-  std::optional<double> efficiency;  ///< 6π η r u² / P, r the sum of the radii, u the mean speed of the centroid
-  std::optional<double> Re;          ///< u l / ν
+  Eigen::Vector3d axis;                ///< own axis at the start
+  Eigen::Vector3d velocity_m_per_s;    ///< mean velocity of the centroid
+  double along_m_per_s = 0.0;          ///< its component along the own axis at the start
+  Eigen::Vector3d across_m_per_s;      ///< what remains of it
+  Eigen::Vector3d rotation_rad;        ///< rotation vector from start to end
+  double tilt_rad = 0.0;               ///< angle between the own axis at the start and in the case
+  std::optional<double> u_GA_m_per_s;  ///< (C9) of docs/theory.md; absent but for three bodies in a row with two arms
+  std::optional<double> efficiency;    ///< 6π η r u² / P, r the sum of the radii, u the mean speed of the centroid
+  std::optional<double> Re;            ///< u l / ν
 };
 
 CycleFigures evaluate(const Cycle& cycle, const Group& group, const FluidCase& fluid, double step_s);

@@ -108,7 +108,7 @@ Group group_of(const std::string& name, const std::vector<int>& numbers, const E
     const BodySpecification& body = bodies.emplace_back(assembly.bodies[static_cast<std::size_t>(number)]);
     group.placed_m.col(static_cast<Eigen::Index>(group.body_names.size())) = body.position_m;
     group.body_names.push_back(body.name);
-    group.radius_m += equivalent_radius_m(body.shape);
+    group.radii_m.push_back(equivalent_radius_m(body.shape));
   }
   group.length_m = length_m(bodies, group.placed_m, axis);
   return group;

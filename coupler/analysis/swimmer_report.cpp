@@ -87,6 +87,7 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   report["period_steps"] = group.period_steps;
   add_speed(report, "u_along", figures.along_m_per_s, group, lattice);
   add_speed(report, "u_across", figures.across_m_per_s.norm(), group, lattice);
+  if (figures.u_GA_m_per_s) add_speed(report, "u_GA", *figures.u_GA_m_per_s, group, lattice);
   report["velocity_m_per_s"] = numbers(figures.velocity_m_per_s);
   report["velocity_across_m_per_s"] = numbers(figures.across_m_per_s);
   report["axis"] = numbers(figures.axis);

@@ -52,7 +52,7 @@ def findings(options: Namespace) -> Findings:
     if not options.start_components:
         plan = replace(plan, unasked=_named_by_case(plan, options))
     plan = components.settled(plan, options)
-    problems = components.problems_of_components(plan)
+    problems = [*components.problems_of_components(plan), *hosts.problems_of_hosts(plan)]
     memory: list[Memory] = []
     try:
         memory = estimate.memory_of(plan)

@@ -13,6 +13,7 @@ FIGURES = {
     "u_swim_lattice": "u_swim [cells/step]",
     "kinematics.u_along_um_per_s": "u along [µm/s]",
     "kinematics.u_across_um_per_s": "u across [µm/s]",
+    "kinematics.u_GA_um_per_s": "u_GA [µm/s]",
     "change_percent": "change in last cycle [%]",
     "d1_cells": "d1 [cells]",
     "d2_cells": "d2 [cells]",
@@ -167,6 +168,7 @@ _KINEMATICS_ROWS = (
 
 # and of one that the paper's figures above do not describe
 _GENERAL_ROWS = (
+    ("u_GA_um_per_s", "theory u_GA (Golestanian, Ajdari)", "µm/s"),
     ("mean_arms_um", "mean arms", "µm"),
     ("amplitudes_um", "amplitudes of the arms", "µm"),
     ("power_W", "power of the drive", "W"),

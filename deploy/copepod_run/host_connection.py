@@ -2,7 +2,6 @@
 
 import json
 import os
-import shlex
 import subprocess
 import time
 from collections.abc import Mapping
@@ -54,12 +53,7 @@ class HostConnection:
             self.read()
             if self._is_closed or time.monotonic() > deadline:
                 why = self.why_closed() if self._is_closed else f"no answer within {_READY_WITHIN_S:.0f} s"
-                raise Stop(
-                    ExitCode.BAD_CASE,
-                    f"host {self.host} cannot be reached ({why}). "
-                    "This command must succeed without questions: "
-                    f"{shlex.join(hosts.connecting_command(self.host, ['true']))}",
-                )
+                raise Stop(ExitCode.BAD_CASE, hosts.not_reached(self.host, why))
             time.sleep(0.01)
 
     def ask(self) -> None:

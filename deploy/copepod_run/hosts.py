@@ -4,7 +4,9 @@ import os
 import shlex
 import shutil
 import socket
+import subprocess
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +15,8 @@ from copepod_run.errors import ExitCode, Stop
 from copepod_run.plan import Plan
 from copepod_run.processes import own_host
 
+_NOTHING = ("true",)
+_TRIED_FOR_S = 15
 _SSH = ("ssh", "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10")
 _SRUN = ("srun", "--quiet", "--overlap", "--nodes=1", "--ntasks=1", "--mem=0", "--mpi=none", "--cpu-bind=none")
 
@@ -101,6 +105,39 @@ def connecting_command(host: str, command: Sequence[str]) -> list[str]:
     if "SLURM_JOB_ID" in os.environ and shutil.which("srun"):
         return [*_SRUN, f"--nodelist={host}", "/bin/sh", "-c", text]
     return [*_SSH, host, text]
+
+
+def not_reached(host: str, why: str) -> str:
+    """The error."""
+    return (
+        f"host {host} cannot be reached ({why}). "
+        f"This command must succeed without questions: {shlex.join(connecting_command(host, _NOTHING))}"
+    )
+
+
+def problems_of_hosts(plan: Plan) -> list[str]:
+    """Errors of the other hosts of a case that cannot be reached; all are tried at once."""
+    names = [host.name for host in others(plan)]
+    with ThreadPoolExecutor(max_workers=max(len(names), 1)) as pool:
+        return [problem for problem in pool.map(_problem_of, names) if problem]
+
+
+def _problem_of(host: str) -> str:
+    try:
+        tried = subprocess.run(
+            connecting_command(host, _NOTHING),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=_TRIED_FOR_S,
+        )
+    except subprocess.TimeoutExpired:
+        return not_reached(host, f"no answer within {_TRIED_FOR_S} s")
+    except OSError as problem:
+        return not_reached(host, str(problem))
+    said = tried.stderr.strip().splitlines() or [f"the command ended with {tried.returncode}"]
+    return not_reached(host, said[-1]) if tried.returncode != 0 else ""
 
 
 def guard_command(variable: str, mark: str) -> list[str]:

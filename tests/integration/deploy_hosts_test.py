@@ -44,6 +44,19 @@ class Placement(unittest.TestCase):
         self.assertEqual(hosts.others(plan("here", "b", ranks=1)), [])  # a solver that has one rank
         self.assertEqual(hosts.others(plan()), [])
 
+    def test_hosts_that_cannot_be_reached_are_named_with_the_reason(self):
+        for way, words in (
+            ("/bin/false", "host b cannot be reached (the command ended with 1). This command must"),
+            ("ls", "host b cannot be reached (ls: cannot access 'true'"),
+            ("/no/program", "host b cannot be reached ([Errno 2] No such file or directory: '/no/program')"),
+        ):
+            with self.subTest(way=way), mock.patch.dict(os.environ, {"COPEPOD_SSH": way}):
+                problems = hosts.problems_of_hosts(plan("here:0", "b", "c"))
+                self.assertEqual(len(problems), 2)
+                self.assertIn(words, problems[0])
+        with mock.patch.dict(os.environ, {"COPEPOD_SSH": "/bin/true"}):
+            self.assertEqual(hosts.problems_of_hosts(plan("here:0", "b")), [])
+
 
 class Processes(unittest.TestCase):
     def test_family_of_a_process_that_ends_while_it_is_looked_at_is_the_process_itself(self):
@@ -89,10 +102,17 @@ class LostHosts(unittest.TestCase):
 
 
 class Check(WholeRunTest):
-    def test_what_runs_where_is_printed_without_connecting(self):
-        here = os.uname().nodename
-        checked = self.finish("check", ROOT / "configs/quick/three_sphere.yaml", "--hosts", f"{here},nowhere:2")
-        self.assertRegex("".join(checked.stdout), r"on nowhere +fluid ranks 1 to 2")
+    def test_says_what_runs_where_and_which_hosts_cannot_be_reached(self):
+        arguments = ("check", ROOT / "configs/quick/three_sphere.yaml", "--hosts", f"{os.uname().nodename},nowhere:2")
+        for way, code, words in (
+            ("/bin/true", 0, r"\nok$"),
+            ("/bin/false", 2, r"error: host nowhere cannot be reached"),
+        ):
+            session = self.start(*arguments, environment=[("COPEPOD_SSH", way)])
+            self.assert_ends(session, code, timeout_s=None)
+            shown = "".join(session.stdout).strip()
+            self.assertRegex(shown, r"on nowhere +fluid ranks 1 to 2")
+            self.assertRegex(shown, words)
 
 
 if __name__ == "__main__":

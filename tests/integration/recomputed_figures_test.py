@@ -240,6 +240,22 @@ class Measured:
         viscosity = fluid["density_kg_per_m3"] * fluid["kinematic_viscosity_m2_per_s"]
         return 6 * np.pi * viscosity * sum(body.equivalent_radius_m for body in self.bodies) * speed**2 / power
 
+    def is_row(self):
+        """Whether the bodies lie on one line at the start."""
+        first = np.array([body.x[0] for body in self.bodies])
+        return np.linalg.matrix_rank(first - first.mean(axis=0), tol=1e-6 * self.length_m) == 1
+
+    def along_the_axis(self, cycle):
+        """Fits of the arms, the trailing one first."""
+        middles = [(A.x[0] + B.x[0]) @ self.axis for A, B in self.arms]
+        return [cycle["arms"][arm] for arm in np.argsort(middles)]
+
+    def geometrical_factor(self, cycle):
+        """K of (C9)."""
+        r1, r2, r3 = (body.equivalent_radius_m for body in self.bodies)
+        l1, l2 = (fit[0] for fit in cycle["arms"])
+        return 1.5 * r1 * r2 * r3 / (r1 + r2 + r3) ** 2 * (1 / l1**2 + 1 / l2**2 - 1 / (l1 + l2) ** 2)
+
     def row(self, number, step_s, most_arms):
         """Of cycles.csv."""
         cycle = self.cycles[number]
@@ -264,7 +280,11 @@ class Measured:
         cycle, T, step_s = self.cycles[-1], self.period, case["step_s"]
         report = {"cycle": cycle["number"], "window_steps": [cycle["number"] * T, (cycle["number"] + 1) * T]}
         report |= {"period_steps": T, "velocity_m_per_s": cycle["u"], "velocity_across_m_per_s": cycle["across"]}
-        for key, speed in (("u_along", cycle["u"] @ cycle["e"]), ("u_across", np.linalg.norm(cycle["across"]))):
+        speeds = {"u_along": cycle["u"] @ cycle["e"], "u_across": np.linalg.norm(cycle["across"])}
+        if len(self.bodies) == 3 and len(self.arms) == 2 and self.is_row():
+            K, (_, d1, phi1), (_, d2, phi2) = self.geometrical_factor(cycle), *self.along_the_axis(cycle)
+            speeds["u_GA"] = K * d1 * d2 * 2 * np.pi / (T * step_s) * np.sin(phi1 - phi2)
+        for key, speed in speeds.items():
             report |= {f"{key}_m_per_s": speed, f"{key}_um_per_s": 1e6 * speed}
             report |= {f"{key}_cells_per_step": speed * step_s / cell_m}
             report |= {f"{key}_lengths_per_cycle": speed * T * step_s / self.length_m}
@@ -299,8 +319,7 @@ class Measured:
         B2, B1, B3 = self.bodies
         u = (B1.x[window.stop] - B1.x[window.start]) @ e / (T * step_s)
         (l1, d1, phi1), (l2, d2, phi2) = cycle["arms"]
-        r1, r2, r3 = (body.equivalent_radius_m for body in self.bodies)
-        K = 1.5 * r1 * r2 * r3 / (r1 + r2 + r3) ** 2 * (1 / l1**2 + 1 / l2**2 - 1 / (l1 + l2) ** 2)
+        K = self.geometrical_factor(cycle)
         speeds = [np.abs(body.v[window] @ e).max() for body in self.bodies]
         extents = [
             2 * b["radius_m"] + (b["length_m"] if b["orientation"] == "parallel" else 0) for b in swimmer["beads"]

@@ -109,7 +109,8 @@ TEST(CycleObserver, MeasuresTheHelixOfASwimmerThatRollsAndPitches) {
   group.placed_m << 4e-6, 0, 0, -1e-6, 0, 3e-6, 0, 0, 0, 0, 2e-6, 0;
   group.period_steps = 10;
   group.stop_cycle = 6;
-  group.length_m = group.radius_m = 1e-5;
+  group.length_m = 1e-5;
+  group.radii_m = {1e-5};
   const Eigen::Vector3d arm_m = radius_m * about.unitOrthogonal();
   const Eigen::Matrix3Xd shape_m = group.placed_m;
   const auto state_at = [&](std::int64_t step) {

@@ -95,6 +95,8 @@ TEST(Groups, MeasuresNamedGroupsOfBodiesLikeSwimmers) {
   const auto reports = swimmer_reports(the_case, observer);
   EXPECT_EQ(reports["groups"][0]["kinematics"], reports["swimmers"][0]["kinematics"]);
   EXPECT_EQ(reports["groups"][1]["kinematics"]["arms"][0]["bodies"][1], "swimmer.B3");
+  EXPECT_TRUE(reports["groups"][0]["kinematics"].contains("u_GA_m_per_s"));
+  EXPECT_FALSE(reports["groups"][1]["kinematics"].contains("u_GA_m_per_s"));  // of two bodies
   EXPECT_EQ(reports["groups"][3]["kinematics"]["cycle"], 0);
   EXPECT_FALSE(reports.contains("swarm"));
 }

@@ -56,6 +56,7 @@ TEST(SwimmerReport, MeasuresTheSpeedOfATurnedSwimmerAlongItsOwnAxis) {
   EXPECT_NEAR(report["kinematics"]["u_along_cells_per_step"].get<double>(), 1e-4, 1e-12);
   EXPECT_NEAR(report["kinematics"]["u_along_um_per_s"].get<double>(), 1e6 * 1e-4 * cell_m / step_s, 1e-6);
   EXPECT_NEAR(report["kinematics"]["u_along_lengths_per_cycle"].get<double>(), 1e-4 * period / 40, 1e-12);
+  EXPECT_NEAR(report["kinematics"]["u_GA_cells_per_step"].get<double>(), report["u_GA_lattice"].get<double>(), 1e-15);
   EXPECT_NEAR(report["kinematics"]["u_across_cells_per_step"].get<double>(), 0.0, 1e-16);
   EXPECT_NEAR(report["kinematics"]["Re"].get<double>(), report["Re_swim"].get<double>(), 1e-12);
   EXPECT_NEAR(report["kinematics"]["tilt_rad"].get<double>(), 0.0, 1e-12);
