@@ -219,6 +219,11 @@ def _add_report(commands: _Commands) -> None:
         metavar="FORMAT",
         help="of the plots' files: png, svg, pdf; several are allowed (default: png)",
     )
+    parser.add_argument(
+        "--video",
+        action="store_true",
+        help="also the flow as a film, RUN_flow.mp4, of runs with snapshots (needs Debian's ffmpeg)",
+    )
     sweep = parser.add_argument_group("first figure of a sweep")
     sweep.add_argument("--x", default="", metavar="KEY", help="swept key, or its end (default: that of most values)")
     sweep.add_argument("--y", default="", metavar="FIGURE", help="column of the table (default: the swimming speed)")

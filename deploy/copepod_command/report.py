@@ -26,7 +26,14 @@ def report(options: Namespace) -> int:
     view = View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
     choice = Choice(options.x, options.y)
     path = write_report(
-        options.directories, out, lambda path: plan_of(path).case, PaperAdditions(), view, options.format, choice
+        options.directories,
+        out,
+        lambda path: plan_of(path).case,
+        PaperAdditions(),
+        view,
+        options.format,
+        choice,
+        options.video,
     )
     print(path)
     return ExitCode.FINISHED

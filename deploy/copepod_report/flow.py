@@ -50,6 +50,15 @@ class FlowPicture:
         return 3 - self.along - self.across
 
     @property
+    def speed_m_per_s(self) -> np.ndarray:
+        """In the plane."""
+        return np.hypot(self.velocity_along_m_per_s, self.velocity_across_m_per_s)
+
+    @property
+    def plane(self) -> str:
+        return _AXES[self.along] + _AXES[self.across]
+
+    @property
     def is_mean(self) -> bool:
         return self.window[1] > self.window[0]
 
@@ -221,25 +230,48 @@ def _shown(
     return low[axes[0]], high[axes[0]], low[axes[1]], high[axes[1]]
 
 
-def draw(run: RunRecord, picture: FlowPicture) -> Any:
-    """Speed in the plane as colour, direction as stream lines; lengths in micrometres."""
-    speed = np.hypot(picture.velocity_along_m_per_s, picture.velocity_across_m_per_s)
+@dataclass(frozen=True)
+class _Layout:
+    """Where the cells of a picture and its edges are [µm]."""
+
+    along: np.ndarray
+    across: np.ndarray
+    box: Sequence[float]
+    shown: Sequence[float]
+    part: tuple[slice, slice]  # the cells that are seen, across and along
+
+
+def _layout(run: RunRecord, picture: FlowPicture) -> _Layout:
     cell = 1e6 * run.cell_size_m
-    rows, columns = speed.shape
+    rows, columns = picture.speed_m_per_s.shape
     left, bottom = (cell * first for first in picture.corner_cells)
     along, across = left + cell * (np.arange(columns) + 0.5), bottom + cell * (np.arange(rows) + 0.5)
     box = [left, left + cell * columns, bottom, bottom + cell * rows]
     shown = [1e6 * edge for edge in picture.shown_m] if picture.shown_m else box
-    columns_shown, rows_shown = _inside(along, shown[:2]), _inside(across, shown[2:])
-    part = (rows_shown, columns_shown)
+    return _Layout(along, across, box, shown, (_inside(across, shown[2:]), _inside(along, shown[:2])))
+
+
+def top_speed_m_per_s(run: RunRecord, picture: FlowPicture) -> float:
+    """Where the scale of colours ends: all but the fastest five hundredth of what is seen is slower."""
+    return float(np.quantile(picture.speed_m_per_s[_layout(run, picture).part], 0.998))
+
+
+def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None) -> Any:
+    """Speed in the plane as colour, direction as stream lines; lengths in micrometres.
+
+    `top_m_per_s`: end of the scale of colours, by default that of this picture.
+    """
+    layout = _layout(run, picture)
+    along, across, box, shown, part = layout.along, layout.across, layout.box, layout.shown, layout.part
+    rows_shown, columns_shown = part
     height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
     figure, axes = new_figure(LIGHT, min(max(height, 1.8), 7.5))
     axes.grid(False)
-    top = float(np.quantile(speed[part], 0.998))
+    top = top_speed_m_per_s(run, picture) if top_m_per_s is None else top_m_per_s
     power, prefix = prefix_of(top, -6)
     unit = 10.0**power
     image = axes.imshow(
-        speed / unit,
+        picture.speed_m_per_s / unit,
         origin="lower",
         extent=box,
         cmap=FLOW,

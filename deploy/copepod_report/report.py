@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from copepod_report import comparison, cycles, flow, motion_plots, page, view
+from copepod_report import comparison, cycles, film, flow, motion_plots, page, view
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, RunResult, SwimmerRecord, collect, name_apart
 from copepod_report.style import LIGHT, Theme, picture_of, svg_of
 from copepod_report.swarm import Swarm
@@ -96,6 +96,7 @@ def write_report(
     flow_view: flow.View = flow.View(),
     formats: Sequence[str] = ("png",),
     choice: Choice = Choice(),
+    video: bool = False,
 ) -> Path:
     """Writes the report of the runs into the folder `out`; returns the path of the page.
 
@@ -111,7 +112,10 @@ def write_report(
         folder, title = Path(out), f"Copepod: {_title(directories, collected)}"
         make_folder(folder)
         canvas = Canvas(folder, formats)
+        films = {run.name: film.film_of(run, flow_view) for run in collected} if video else {}
         canvas.write(PAGE, page.page(title, []).encode())  # from here on the folder is that of a report
+        for name, content in films.items():
+            canvas.write(f"{name}_flow.mp4", content)
         return canvas.write(PAGE, page.page(title, _sections(collected, canvas, additions, flow_view, choice)).encode())
     except DAMAGE as problem:
         raise _damaged(_names(directories), problem) from None

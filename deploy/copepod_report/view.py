@@ -43,7 +43,7 @@ def flow_slice(run: RunRecord, box: Any) -> Any:
     picture = flow.choose(run, flow.View())
     if picture is None:
         return None
-    speed = np.hypot(picture.velocity_along_m_per_s, picture.velocity_across_m_per_s)
+    speed = picture.speed_m_per_s
     low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
     cell = [size / cells for size, cells in zip(box["size"], run.case["fluid"]["domain_cells"])]
     for axis, first, cells in zip((picture.along, picture.across), picture.corner_cells, speed.shape[::-1]):

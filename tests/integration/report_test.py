@@ -1,11 +1,13 @@
 """`copepod report` on a run whose motion is known in closed form."""
 
+import contextlib
 import fcntl
 import json
 import os
 import re
 import shutil
 import unittest
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -13,6 +15,7 @@ import numpy as np
 from copepod_session import CommandTest
 from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles
+from copepod_report.film import film_of
 from copepod_report.flow import View, choose, draw, strongest_plane
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
@@ -351,6 +354,26 @@ class Report(CommandTest):
         trajectory.write_text(trajectory.read_text().replace(",1e-05,1.2e-05,", ",3.1e-05,1.2e-05,"))
         self.assertEqual(RunRecord(self.folder / "run", read_case).is_periodic, (True, False, True))
         self.assertAlmostEqual(self.chosen(plane="yz").at_m, 11e-6, delta=1e-9)  # not 31 µm, beyond the domain
+
+    def test_film_has_a_picture_of_each_snapshot(self):
+        write_run(self.folder / "run")
+        run = RunRecord(self.folder / "run", read_case)
+        (self.folder / "ffmpeg").write_text("#!/bin/sh\nset -e\ncat >pictures\necho film\n")
+        (self.folder / "ffmpeg").chmod(0o700)
+        environment = mock.patch.dict(os.environ, {"PATH": f"{self.folder}:{os.environ['PATH']}"})
+        with environment, mock.patch("copepod_run.packages.missing", return_value=[]), contextlib.chdir(self.folder):
+            self.assertEqual(film_of(run, View()), b"film\n")
+            self.assertEqual((self.folder / "pictures").read_bytes().count(PNG), 2)
+            (self.folder / "ffmpeg").write_text("#!/bin/sh\ncat >/dev/null\necho no codec >&2\nexit 1\n")
+            with self.assertRaisesRegex(Stop, r"ffmpeg made no film of design_a \(no codec\)"):
+                film_of(run, View())
+            with h5py.File(self.folder / "run/fields.h5", "r+") as file:
+                del file["step_000000400"]
+            with self.assertRaisesRegex(Stop, r"there is no film of design_a \(it recorded 1 snapshots"):
+                film_of(run, View())
+        with mock.patch("copepod_run.packages.missing", return_value=["ffmpeg"]):
+            with self.assertRaisesRegex(Stop, "apt-get install -y ffmpeg"):
+                film_of(run, View())
 
     def test_flow_of_a_part_of_the_domain_is_drawn_where_it_is(self):
         write_run(self.folder / "run")
