@@ -9,7 +9,7 @@
 #include "ranks/distributed_fluid.hpp"
 #include "ranks/rank_failure.hpp"
 #include "ranks/thread_ranks.hpp"
-#include "recording/timeline.hpp"
+#include "recording/recorder.hpp"
 #include "rigid_body_solver.hpp"
 #include "service/rank_solver.hpp"
 

@@ -12,7 +12,7 @@
 #include "config/setups.hpp"
 #include "driving/lowered_bodies.hpp"
 #include "driving/prescribed_bodies.hpp"
-#include "recording/timeline.hpp"
+#include "recording/recorder.hpp"
 #include "run/checkpointer.hpp"
 #include "run/run_observers.hpp"
 #include "run/summary.hpp"

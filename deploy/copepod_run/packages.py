@@ -30,7 +30,6 @@ BUILD_AND_RUN = (
     "libyaml-cpp-dev",
     "libcli11-dev",
     "nlohmann-json3-dev",
-    "zlib1g-dev",
     "libhdf5-openmpi-dev",
     "libbenchmark-dev",
     "libbullet-dev",

@@ -8,7 +8,7 @@
 #include "conversion/setup_conversion.hpp"
 #include "ranks/packing.hpp"
 #include "ranks/rank_failure.hpp"
-#include "recording/timeline.hpp"
+#include "recording/recorder.hpp"
 
 namespace copepod::fluid {
 

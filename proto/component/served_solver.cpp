@@ -5,7 +5,7 @@
 
 #include "contract/errors.hpp"
 #include "conversion/finite.hpp"
-#include "recording/timeline.hpp"
+#include "recording/recorder.hpp"
 
 namespace copepod::component {
 

@@ -1,9 +1,8 @@
 #pragma once
 
+#include <map>
 #include <memory>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "conversion/decoder.hpp"
 #include "recording/recorder.hpp"
@@ -24,17 +23,12 @@ class RecordingRouter final : public transport::Router {
   std::string next_remark() override { return router_->next_remark(); }
 
  private:
-  struct Speaker {
-    std::string peer;
-    std::optional<session::Role> role;
-    std::optional<session::Lane> lane;
-  };
-  const Speaker& speaker_of(const std::string& peer, transport::Bytes bytes);
+  Speaker speaker_of(const std::string& peer, transport::Bytes bytes);
 
   std::unique_ptr<transport::Router> router_;
   Recorder recorder_;
   conversion::Decoder decoder_;
-  std::vector<Speaker> speakers_;
+  std::map<std::string, Speaker> speakers_;
 };
 
 }  // namespace copepod::recording

@@ -1,91 +1,105 @@
 #!/usr/bin/python3
-"""Fuzzes the reader of recordings: changes, cuts, repeats and splices a small recording, mostly with right checksums.
+"""Fuzzes the reader of recordings: changes, cuts, repeats and splices a small recording, mostly inside its messages.
 
     tests/fuzz/read_recording.py [--seconds 20 | --executions N] [--seed S]
 
-Whatever the bytes are, the reader either reads or raises UnreadableRecording, and never reads a damaged block. It is
-a simple mutational fuzzer, because Debian 12 has none for Python.
+Whatever the bytes are, the reader either reads or raises UnreadableRecording, and never takes a damaged message for an
+intact one. It is a simple mutational fuzzer, because Debian 12 has none for Python.
 """
 
 import argparse
 import os
 import random
-import struct
 import sys
 import time
-import zlib
 from pathlib import Path
 
+from google.protobuf.internal.encoder import _VarintBytes as length_bytes
+from google.protobuf.message import DecodeError
+
+from copepod_component.messages import recording as schema
+from copepod_component.messages import with_checksum
 from copepod_recording.listing import counts, lines
-from copepod_recording.reader import MAGIC, Recording, UnreadableRecording
+from copepod_recording.reader import Recording, UnreadableRecording, read_length
+from copepod_recording.replay import script_of
 
 SEED = Path(__file__).resolve().parent / "corpus/read_recording.rec"
 
 
-class Bytes(Recording):
-    """A recording in memory."""
+class Content(bytes):
+    """What takes the place of a path."""
 
-    def __init__(self, content):
-        self._memory = content
-        super().__init__("memory")
-
-    def _load(self, path):
-        return self._memory
+    def read_bytes(self):
+        return self
 
 
 def split(content):
-    """Contents of the blocks of a sound recording."""
-    place, blocks = len(MAGIC), []
+    """The messages of a sound recording."""
+    place, messages = 0, []
     while place < len(content):
-        (length,) = struct.unpack_from("<I", content, place)
-        blocks.append(content[place + 8 : place + 8 + length])
-        place += 8 + length
-    return blocks
+        length, start = read_length(content, place)
+        place = start + length
+        messages.append(content[start:place])
+    return messages
 
 
-def join(blocks):
-    return MAGIC + b"".join(struct.pack("<II", len(block), zlib.crc32(block)) + block for block in blocks)
+def join(messages):
+    return b"".join(length_bytes(len(message)) + message for message in messages)
 
 
-def change(random_, block):
+def change(random_, message):
     """One random change of some bytes."""
-    if not block:
+    if not message:
         return bytes([random_.randrange(256)])
-    place, kind = random_.randrange(len(block)), random_.randrange(5)
+    place, kind = random_.randrange(len(message)), random_.randrange(5)
     if kind == 0:
-        return block[:place] + bytes([random_.randrange(256)]) + block[place + 1 :]
+        return message[:place] + bytes([random_.randrange(256)]) + message[place + 1 :]
     if kind == 1:
-        return block[:place]
+        return message[:place]
     if kind == 2:
-        return block[:place] + block[place + random_.randrange(1, 9) :]
+        return message[:place] + message[place + random_.randrange(1, 9) :]
     if kind == 3:
-        return block[:place] + random_.randbytes(random_.randrange(1, 9)) + block[place:]
-    return block[:place] + bytes([block[place] ^ (1 << random_.randrange(8))]) + block[place + 1 :]
+        return message[:place] + random_.randbytes(random_.randrange(1, 9)) + message[place:]
+    return message[:place] + bytes([message[place] ^ (1 << random_.randrange(8))]) + message[place + 1 :]
 
 
-def mutate(random_, blocks):
-    """A damaged recording: in three of four cases inside blocks, behind the checksums."""
+def change_envelope(random_, message):
+    """The record with another Envelope, whose checksum is right; as it is if it holds none."""
+    record = schema.Record()
+    try:
+        record.ParseFromString(message)
+    except DecodeError:
+        return message
+    if record.HasField("message"):
+        record.message.envelope = with_checksum(change(random_, record.message.envelope[:-9]))
+    return record.SerializeToString()
+
+
+def mutate(random_, messages):
+    """A damaged recording: in three of four cases inside messages, in half of these behind the checksums."""
     if random_.random() < 0.25:
-        return change(random_, join(blocks))
-    blocks = list(blocks)
+        return change(random_, join(messages))
+    messages = list(messages)
     for _ in range(random_.randrange(1, 4)):
-        # The schema is large, and costs much to build; it changes in one of fifty changes.
-        target = 0 if random_.random() < 0.02 else random_.randrange(1, len(blocks))
-        blocks[target] = change(random_, blocks[target])
+        target = random_.randrange(len(messages))
+        messages[target] = random_.choice((change, change_envelope))(random_, messages[target])
     if random_.random() < 0.1:
-        random_.shuffle(blocks)
-    return join(blocks)
+        random_.shuffle(messages)
+    return join(messages)
 
 
 def read(content):
     """Whether it could be read; every other exception than these is a finding."""
     try:
-        recording = Bytes(content)
+        recording = Recording(Content(content))
     except UnreadableRecording:
         return False
+    for recorded, envelope in recording.messages():
+        assert envelope is None or recorded.envelope == with_checksum(recorded.envelope[:-9])
     for _ in lines(recording):
         pass
     counts(recording)
+    script_of(recording, "fluid")
     for phase in recording.phases():
         str(phase)
     return True
@@ -99,11 +113,11 @@ def main():
     options = parser.parse_args()
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())  # Protocol Buffers reports every damaged text there
     random_ = random.Random(options.seed)
-    blocks = split(SEED.read_bytes())
-    assert read(join(blocks)), "the seed cannot be read"
+    messages = split(SEED.read_bytes())
+    assert read(join(messages)), "the seed cannot be read"
     end, executed, readable = time.monotonic() + options.seconds, 0, 0
     while executed < options.executions if options.executions else time.monotonic() < end:
-        content = mutate(random_, blocks)
+        content = mutate(random_, messages)
         try:
             readable += read(content)
         except (Exception, RecursionError) as problem:

@@ -2,16 +2,20 @@
 
 import json
 import os
+import signal
 import unittest
 from dataclasses import replace
 from pathlib import Path
 
-from copepod_session import ROOT, CommandTest
+from copepod_session import ROOT, CommandTest, wait_until
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
 
 from copepod.v1.envelope_pb2 import Envelope
+from copepod.v1.recording_pb2 import Record
+from copepod_component.messages import message_name
 from copepod_recording import overlap, trace
 from copepod_recording.comparison import differences
-from copepod_recording.reader import MAGIC, Recording, UnreadableRecording, message_name
+from copepod_recording.reader import Recording, UnreadableRecording
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 QUICK = ROOT / "configs/quick/three_sphere.yaml"
@@ -48,8 +52,8 @@ class Wire(RecordedRun):
 
         recording = Recording(self.folder / "out/wire/attempt_001.rec")
         counts = {}
-        for message in recording.messages():
-            key = (message.role, message.lane, message.direction, message_name(recording.envelope(message)))
+        for message, envelope in recording.messages():
+            key = (message.role, message.lane, message.direction, message_name(envelope))
             counts[key] = counts.get(key, 0) + 1
         self.assertEqual(recording.ending, "")
         self.assertEqual(counts[(1, 1, 1, "Kinematics")], STEPS)
@@ -132,18 +136,87 @@ class CutOff(RecordedRun):
             self.assertLess(left, before)
             self.assertIn("cut off at byte", recording.ending)
             before = left
-        path.write_bytes(whole[: len(whole) // 2] + b"\xff" + whole[len(whole) // 2 + 1 :])
-        recording = Recording(path)
-        self.assertLess(len(list(recording.messages())), messages)
-        self.assertRegex(recording.ending, "damaged|cut off")
         self.assertIn("replies agree", self.run_command("replay", "out", "--body"))
+        self.assertRegex(self.last_words, "attempt_001.rec is cut off at byte [0-9]+; what comes before was used")
+
+    def test_a_changed_byte_is_seen_wherever_it_is(self):
+        """In a message by its checksum; in what surrounds it, if it cannot be read any more."""
+        self.record()
+        path = self.folder / "out/wire/attempt_001.rec"
+        whole = path.read_bytes()
+        messages = list(Recording(path).messages())
+        recorded = next(
+            recorded
+            for recorded, envelope in messages[len(messages) // 2 :]
+            if message_name(envelope) == "Kinematics" and recorded.role == 2
+        )
+        inside = whole.index(recorded.envelope) + len(recorded.envelope) // 2
+        path.write_bytes(whole[:inside] + bytes([whole[inside] ^ 1]) + whole[inside + 1 :])
+        damaged = [message for message, envelope in Recording(path).messages() if envelope is None]
+        self.assertEqual([message.time_ns for message in damaged], [recorded.time_ns])
+        self.assertEqual(self.run_command("recording", "list", "out").count("not an intact Envelope"), 1)
+        self.assertIn("replies agree", self.run_command("replay", "out", "--body"))
+        self.assertRegex(self.last_words, "attempt_001.rec is damaged after [0-9]+ exchanges; what comes before was")
+
+        record = inside - len(recorded.envelope) // 2
+        while whole[record : record + 1] != b"\x12":  # tag of Record.message
+            record -= 1
+        for content, ending in (
+            (whole[:record] + b"\xff" + whole[record + 1 :], "damaged"),  # a tag that does not exist
+            (whole[:record] + bytes(len(whole) - record), "damaged"),  # zeros, as after a loss of power
+            (whole[: record - 1] + b"\xff\xff\x7f" + whole[record + 2 :], "damaged|cut off"),  # a length
+        ):
+            path.write_bytes(content)
+            recording = Recording(path)
+            left = len(list(recording.messages()))
+            self.assertTrue(0 < left < len(messages))
+            self.assertRegex(recording.ending, f"^({ending}) at byte [0-9]+$")
 
     def test_what_is_no_recording_is_refused(self):
-        for content in (b"", b"hello", MAGIC, MAGIC + b"\0" * 8, MAGIC + b"\0" * 16):
+        def delimited(message):
+            return bytes([len(message)]) + message  # shorter than 128 bytes
+
+        schema = FileDescriptorSet()
+        schema.file.add(name="copepod/v1/recording.proto")
+        start = delimited(schema.SerializeToString())
+        phase = delimited(Record(phase={"name": "bulk"}).SerializeToString())
+        for content, words in (
+            (b"", "is not a recording (it does not start like one). Name a file of wire/ or trace/."),
+            (b"hello", "is not a recording"),
+            (b"\0" * 16, "is not a recording"),
+            (b"\xff" * 16, "is not a recording"),
+            (start[:-1], "is not a recording"),
+            (start, "has no header (cut off, or damaged). Record again."),
+            (start + phase, "has no header"),
+            (start + b"\0", "has no header"),
+            (b"\x89CPDREC\n" + b"\0" * 16, "cannot be read (it has the format of recordings of version 1.0)"),
+        ):
             path = self.folder / "x.rec"
             path.write_bytes(content)
-            with self.assertRaises(UnreadableRecording):
+            with self.assertRaises(UnreadableRecording) as refused:
                 Recording(path)
+            self.assertIn(words, str(refused.exception))
+        wire = self.folder / "earlier/wire"
+        wire.mkdir(parents=True)
+        path.rename(wire / "attempt_001.rec")
+        for command in (("recording", "list", "earlier"), ("recording", "count", "earlier")):
+            self.run_command(*command, code=73)
+            self.assertRegex(
+                self.last_words, "^error: .*version 1.0.* Record again, or use the tools of that version.$"
+            )
+
+    def test_a_coupler_that_is_killed_leaves_a_recording_up_to_its_last_record(self):
+        session = self.start("run", QUICK, "--set", "output.wire=true", "--set", "output.trace=true", "--out", "out")
+        wire = self.folder / "out/wire/attempt_001.rec"
+        wait_until(lambda: wire.exists() and wire.stat().st_size > 200_000, "some messages")
+        session.kill(signal.SIGKILL, "coupler")
+        session.end(timeout_s=60)
+        for path in (wire, self.folder / "out/trace/attempt_001/coupler.rank0.rec"):
+            recording = Recording(path)
+            found = [envelope for _, envelope in recording.messages()] or list(recording.phases())
+            self.assertGreater(len(found), 100)
+            self.assertNotIn(None, found)
+            self.assertRegex(recording.ending, "^(cut off at byte [0-9]+)?$")
 
 
 class Trace(RecordedRun):

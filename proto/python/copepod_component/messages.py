@@ -17,6 +17,7 @@ try:
     handshake = importlib.import_module("copepod.v1.handshake_pb2")
     control = importlib.import_module("copepod.v1.control_pb2")
     setup = importlib.import_module("copepod.v1.setup_pb2")
+    recording = importlib.import_module("copepod.v1.recording_pb2")
 except ModuleNotFoundError as missing:
     raise ImportError(
         f"The Python message classes cannot be imported ({missing}). Add the folder that the build generates them in, "

@@ -2,9 +2,7 @@
 
 from collections import Counter
 
-from google.protobuf.message import DecodeError
-
-from copepod_recording.reader import message_name
+from copepod_component.messages import message_name
 
 _ROLES = {0: "?", 1: "fluid", 2: "body"}
 _LANES = {0: "?", 1: "data", 2: "control"}
@@ -14,15 +12,12 @@ _ARROWS = {1: "-->", 2: "<--"}
 def lines(recording):
     """One line per message: time since the first, component, lane, direction, step, sequence, name, bytes."""
     start = None
-    for recorded in recording.messages():
+    for recorded, envelope in recording.messages():
         start = recorded.time_ns if start is None else start
-        envelope = _envelope(recording, recorded)
-        again = f", attempt {envelope.attempt}" if envelope and envelope.attempt else ""
-        about = (
-            f"step {envelope.step} #{envelope.sequence}{again} {message_name(envelope)}"
-            if envelope
-            else "not an Envelope"
-        )
+        about = _name(envelope)
+        if envelope:
+            again = f", attempt {envelope.attempt}" if envelope.attempt else ""
+            about = f"step {envelope.step} #{envelope.sequence}{again} {about}"
         role, lane = _ROLES.get(recorded.role, "?"), _LANES.get(recorded.lane, "?")
         yield (
             f"{(recorded.time_ns - start) * 1e-9:13.6f} s  {_ARROWS.get(recorded.direction, '?')} "
@@ -34,20 +29,12 @@ def counts(recording):
     """[(component, direction, message, number, bytes)], most bytes first."""
     number: Counter = Counter()
     size: Counter = Counter()
-    for recorded in recording.messages():
-        envelope = _envelope(recording, recorded)
-        key = (
-            _ROLES.get(recorded.role, "?"),
-            "to" if recorded.direction == 1 else "from",
-            message_name(envelope) if envelope else "not an Envelope",
-        )
+    for recorded, envelope in recording.messages():
+        key = (_ROLES.get(recorded.role, "?"), "to" if recorded.direction == 1 else "from", _name(envelope))
         number[key] += 1
         size[key] += len(recorded.envelope)
     return [(*key, number[key], size[key]) for key, _ in size.most_common()]
 
 
-def _envelope(recording, recorded):
-    try:
-        return recording.envelope(recorded)
-    except DecodeError:
-        return None
+def _name(envelope):
+    return (message_name(envelope) or "none") if envelope else "not an intact Envelope"

@@ -3,20 +3,18 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from google.protobuf.message import DecodeError
-
 from copepod_component.context import SolverContext
 from copepod_component.errors import CaseError, SolverError, StorageError
-from copepod_component.messages import Envelope
+from copepod_component.messages import Envelope, message_name
 from copepod_component.run import Capabilities, serve_component
 from copepod_conformance.conversation import DATA, Conversation
 from copepod_conformance.verdicts import Violation
 from copepod_recording.comparison import differences
-from copepod_recording.reader import Recording, UnreadableRecording, message_name
+from copepod_recording.reader import Recording, UnreadableRecording
 
 _ROLES = {"fluid": 1, "body": 2}
 _TO_COMPONENT, _CONTROL_LANE = 1, 2
-_HANDSHAKE = ("Hello", "Welcome", "Refusal", "none")
+_HANDSHAKE = ("Hello", "Welcome", "Refusal", None)
 _END_S = 30.0  # after Finished
 
 
@@ -43,16 +41,15 @@ class Script:
 
 
 def script_of(recording, role):
-    """Script of "fluid" or "body". Requests that were sent twice count once."""
+    """Script of "fluid" or "body", up to the first damaged message. Requests that were sent twice count once."""
     script = Script()
     by_sequence = {}
-    for recorded in recording.messages():
+    for recorded, envelope in recording.messages():
         if recorded.role != _ROLES[role] or recorded.lane == _CONTROL_LANE:
             continue
-        try:
-            envelope = recording.envelope(recorded)
-        except DecodeError:
-            continue
+        if envelope is None:
+            recording.ending = f"damaged after {len(script.exchanges)} exchanges"
+            break
         name = message_name(envelope)
         if name == "Hello":
             script.hello = script.hello or envelope.hello
@@ -115,7 +112,6 @@ def _ask(conversation, exchange, role):
         if reply.WhichOneof("body") == "failure":
             raise SolverError(f"The {role} component failed at step {reply.failure.step}: {reply.failure.reason}")
         if reply.sequence == request.sequence:
-            reply.ClearField("checksum")  # of the frame, not of its content
             reply.sequence = exchange.request.sequence
             return reply
 

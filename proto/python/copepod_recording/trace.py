@@ -5,7 +5,7 @@ The format: https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0
 
 from dataclasses import dataclass
 
-from copepod_recording.reader import message_name
+from copepod_component.messages import message_name
 
 _ORDER = ("coupler", "body", "fluid")
 _MESSAGES = 100  # process number of the recorded messages
@@ -114,10 +114,9 @@ def _messages(wire, start, end):
     for role, name in _ROLES.items():
         events += _names(_MESSAGES, "messages", role, f"{name}: request to reply")
     requests: dict = {}
-    for recorded in wire.messages():
-        if recorded.lane != 1 or recorded.role not in _ROLES or not start <= recorded.time_ns <= end:
+    for recorded, envelope in wire.messages():
+        if recorded.lane != 1 or recorded.role not in _ROLES or not start <= recorded.time_ns <= end or not envelope:
             continue
-        envelope = wire.envelope(recorded)
         key = (recorded.role, envelope.sequence)
         if recorded.direction == 1:
             requests.setdefault(key, (recorded.time_ns, message_name(envelope), envelope.step))

@@ -1,50 +1,47 @@
-#include <cstdint>
-#include <cstring>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <vector>
-#include <zlib.h>
 
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/io/zero_copy_stream_impl.h>
+#include <google/protobuf/util/delimited_message_util.h>
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
 #include "conversion/encoder.hpp"
+#include "copepod/v1/recording.pb.h"
 #include "in_memory.hpp"
 #include "recording/recording_router.hpp"
-#include "recording/timeline.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::recording {
 namespace {
 
-using Blocks = std::vector<std::string>;
-
 class Recording : public testing::Test {
  protected:
   [[nodiscard]] std::string path(const std::string& name) const { return folder_.path(name); }
 
-  /// Contents of all blocks; fails the test where magic, length or checksum are wrong.
-  [[nodiscard]] Blocks blocks_of(const std::string& name) const {
-    std::ifstream stream(path(name), std::ios::binary);
-    const std::string content{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-    EXPECT_EQ(content.substr(0, 8),
-              "\x89"
-              "CPDREC\n");
-    Blocks blocks;
-    for (std::size_t place = 8; place < content.size();) {
-      std::uint32_t length = 0;
-      std::uint32_t crc = 0;
-      std::memcpy(&length, &content[place], 4);
-      std::memcpy(&crc, &content[place + 4], 4);
-      blocks.push_back(content.substr(place + 8, length));
-      EXPECT_EQ(crc, crc32(0, reinterpret_cast<const Bytef*>(blocks.back().data()), length));
-      place += 8 + length;
-    }
-    return blocks;
+  /// All records behind schema and header; fails the test if these are missing, or the end is not that of a record.
+  [[nodiscard]] std::vector<v1::Record> records_of(const std::string& name) const {
+    using google::protobuf::util::ParseDelimitedFromZeroCopyStream;
+    std::ifstream file(path(name), std::ios::binary);
+    google::protobuf::io::IstreamInputStream stream(&file);
+    google::protobuf::FileDescriptorSet schema;
+    bool ended = false;
+    EXPECT_TRUE(ParseDelimitedFromZeroCopyStream(&schema, &stream, &ended));
+    EXPECT_EQ(schema.file_size(), 7);
+    EXPECT_EQ(schema.file().rbegin()->name(), "copepod/v1/recording.proto");
+    std::vector<v1::Record> records;
+    for (v1::Record record; ParseDelimitedFromZeroCopyStream(&record, &stream, &ended);) records.push_back(record);
+    EXPECT_TRUE(ended);
+    EXPECT_TRUE(!records.empty() && records[0].has_header());
+    if (!records.empty()) records.erase(records.begin());
+    return records;
   }
 
   TemporaryFolder folder_;
@@ -52,43 +49,65 @@ class Recording : public testing::Test {
 
 using transport::bytes_of;
 
-TEST_F(Recording, KeepsEveryBlockInItsOrder) {
+TEST_F(Recording, KeepsEveryRecordInItsOrder) {
   {
-    RecordFile file(path("a"), bytes_of("schema"));
-    for (int i = 0; i < 5000; ++i) file.append(bytes_of("head "), bytes_of(std::to_string(i)));
+    Recorder recorder(path("a"), "body", 0);
+    for (int i = 0; i < 5000; ++i) recorder.add_phase("integrate", i, Clock::now(), Clock::now());
   }
-  const Blocks blocks = blocks_of("a");
-  ASSERT_EQ(blocks.size(), 5001U);
-  EXPECT_EQ(blocks[0], "schema");
-  for (std::size_t i = 0; i < 5000; ++i) EXPECT_EQ(blocks[i + 1], "head " + std::to_string(i));
+  const auto records = records_of("a");
+  ASSERT_EQ(records.size(), 5000U);
+  for (std::size_t i = 0; i < 5000; ++i) EXPECT_EQ(records[i].phase().step(), i);
 }
 
 TEST_F(Recording, HoldsMoreThanItsBuffer) {
   const std::string large(10 << 20, 'x');
   {
-    RecordFile file(path("a"), {});
-    for (int i = 0; i < 12; ++i) file.append(bytes_of(large));
+    Recorder recorder(path("a"), "coupler", 0);
+    for (int i = 0; i < 12; ++i) recorder.add_message(Clock::now(), Direction::to_component, {}, bytes_of(large));
   }
-  EXPECT_EQ(blocks_of("a").size(), 13U);
+  const auto records = records_of("a");
+  ASSERT_EQ(records.size(), 12U);
+  for (const auto& record : records) EXPECT_EQ(record.message().envelope(), large);
 }
 
 TEST_F(Recording, IsOnTheDiskSoonAfterwards) {
-  RecordFile file(path("a"), {});
-  file.append(bytes_of("now"));
-  while (std::filesystem::file_size(path("a")) < 8 + 8 + 8 + 3) usleep(1000);
-  EXPECT_EQ(blocks_of("a").back(), "now");
+  Recorder recorder(path("a"), "fluid", 0);
+  while (std::filesystem::file_size(path("a")) == 0) usleep(1000);
+  const auto before = std::filesystem::file_size(path("a"));
+  recorder.add_phase("now", 0, Clock::now(), Clock::now());
+  while (std::filesystem::file_size(path("a")) == before) usleep(1000);
+  EXPECT_EQ(records_of("a").back().phase().name(), "now");
 }
 
 TEST_F(Recording, NeverOverwritesAnother) {
   std::ofstream(path("a")) << "precious";
-  EXPECT_THROW(RecordFile(path("a"), {}), StorageError);
-  EXPECT_THROW(RecordFile(path("missing/a"), {}), StorageError);
+  EXPECT_THROW(Recorder(path("a"), "coupler", 0), StorageError);
+  EXPECT_THROW(Recorder(path("missing/a"), "coupler", 0), StorageError);
 }
 
 TEST_F(Recording, IsForItsOwnerOnlySinceItHoldsTheToken) {
-  const RecordFile file(path("a"), {});
+  const Recorder recorder(path("a"), "coupler", 0);
   EXPECT_EQ(std::filesystem::status(path("a")).permissions() & std::filesystem::perms::mask,
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+TEST_F(Recording, OnAFullDiskWarnsOnceAndNeverWaits) {
+  // /dev/full cannot be made anew, so a limit on the size of files takes its place.
+  signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{1 << 20, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  testing::internal::CaptureStderr();
+  {
+    Recorder recorder(path("a"), "coupler", 0);
+    const std::string large(10 << 20, 'x');
+    for (int i = 0; i < 12; ++i) recorder.add_message(Clock::now(), Direction::to_component, {}, bytes_of(large));
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "warning: The recording " + path("a") +
+                                                        " is incomplete (File too large). Free some space, or record "
+                                                        "less.\n");
 }
 
 session::Hello hello_of(session::Role role, session::Lane lane) {
@@ -116,15 +135,17 @@ TEST_F(Recording, OfARouterHoldsWhatWentThroughItWithDirectionRoleAndLane) {
     EXPECT_TRUE(router.connected("peer"));
     EXPECT_FALSE(router.connected("absent"));
   }
-  const Blocks blocks = blocks_of("a");
-  ASSERT_EQ(blocks.size(), 4U);  // schema, header, Hello, answer; what never left is not there
-  // Field 2 to 4 of RecordedMessage: direction, role, lane; last the envelope, field 15.
-  const std::string from_component("\x10\x02\x18\x02\x20\x02\x7a", 7);
-  const std::string to_component("\x10\x01\x18\x02\x20\x02\x7a", 7);
-  EXPECT_NE(blocks[2].find(from_component), std::string::npos);
-  EXPECT_TRUE(blocks[2].ends_with(said));
-  EXPECT_NE(blocks[3].find(to_component), std::string::npos);
-  EXPECT_TRUE(blocks[3].ends_with("answer"));
+  const auto records = records_of("a");
+  ASSERT_EQ(records.size(), 2U);  // Hello, answer; what never left is not there
+  for (const auto& record : records) {
+    EXPECT_EQ(record.message().role(), v1::ROLE_BODY);
+    EXPECT_EQ(record.message().lane(), v1::LANE_CONTROL);
+    EXPECT_GT(record.message().time_ns(), 0U);
+  }
+  EXPECT_EQ(records[0].message().direction(), v1::DIRECTION_FROM_COMPONENT);
+  EXPECT_EQ(records[0].message().envelope(), said);
+  EXPECT_EQ(records[1].message().direction(), v1::DIRECTION_TO_COMPONENT);
+  EXPECT_EQ(records[1].message().envelope(), "answer");
 }
 
 TEST_F(Recording, OfATimelineHoldsItsPhasesOnceItIsOpen) {
@@ -138,11 +159,11 @@ TEST_F(Recording, OfATimelineHoldsItsPhasesOnceItIsOpen) {
   timeline.add("bulk", now, now + std::chrono::nanoseconds(300));
   timeline.close();
   timeline.add("dropped", now, now);
-  const Blocks blocks = blocks_of("fluid.rank3.rec");
-  ASSERT_EQ(blocks.size(), 3U);
-  EXPECT_NE(blocks[1].find("fluid"), std::string::npos);
-  EXPECT_NE(blocks[2].find("bulk"), std::string::npos);
-  EXPECT_TRUE(blocks[2].ends_with(std::string("\x20\xac\x02", 3)));  // field 4, duration: 300
+  const auto records = records_of("fluid.rank3.rec");
+  ASSERT_EQ(records.size(), 1U);
+  EXPECT_EQ(records[0].phase().name(), "bulk");
+  EXPECT_EQ(records[0].phase().step(), 7);
+  EXPECT_EQ(records[0].phase().duration_ns(), 300U);
 }
 
 }  // namespace
