@@ -62,21 +62,33 @@ google::protobuf::FileDescriptorSet recording_schema() {
 
 }  // namespace
 
+/// @param fill  sets all fields of a record that may hold those of an earlier one
+template <class Fill>
+void Recorder::append(const Fill& fill) {
+  std::unique_lock lock(mutex_);
+  room_.wait(lock, [this] { return pending_bytes_ < kMostPending; });
+  if (count_ == pending_.size()) pending_.emplace_back();
+  v1::Record& record = pending_[count_++];
+  fill(record);
+  pending_bytes_ += record.ByteSizeLong();
+  if (pending_bytes_ > kWorthWriting) work_.notify_one();
+}
+
 Recorder::Recorder(const std::string& path, const std::string& process, int rank)
     : path_(path), descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {
   if (descriptor_ < 0) {
     throw StorageError("the recording " + path + " cannot be made (" + std::strerror(errno) + "). " +
                        remedy_for(errno, "Check the run directory, or switch output.wire and output.trace off."));
   }
-  v1::Record record;
-  v1::RecordingHeader& header = *record.mutable_header();
-  header.set_process(process);
-  header.set_rank(rank);
-  header.set_host(host_name());
-  header.set_clock(clock_name());
-  header.set_monotonic_ns(nanoseconds(Clock::now().time_since_epoch()));
-  header.set_utc_ns(nanoseconds(std::chrono::system_clock::now().time_since_epoch()));
-  append(std::move(record));
+  append([&](v1::Record& record) {
+    v1::RecordingHeader& header = *record.mutable_header();
+    header.set_process(process);
+    header.set_rank(rank);
+    header.set_host(host_name());
+    header.set_clock(clock_name());
+    header.set_monotonic_ns(nanoseconds(Clock::now().time_since_epoch()));
+    header.set_utc_ns(nanoseconds(std::chrono::system_clock::now().time_since_epoch()));
+  });
   thread_ = std::thread([this] {
     block_signals();
     write_in_background();
@@ -93,35 +105,25 @@ Recorder::~Recorder() {
 }
 
 void Recorder::add_phase(std::string_view name, std::int64_t step, Clock::time_point begin, Clock::time_point end) {
-  v1::Record record;
-  v1::RecordedPhase& phase = *record.mutable_phase();
-  phase.mutable_name()->assign(name);
-  phase.set_step(step);
-  phase.set_begin_ns(nanoseconds(begin.time_since_epoch()));
-  phase.set_duration_ns(nanoseconds(end - begin));
-  append(std::move(record));
+  append([&](v1::Record& record) {
+    v1::RecordedPhase& phase = *record.mutable_phase();
+    phase.mutable_name()->assign(name);
+    phase.set_step(step);
+    phase.set_begin_ns(nanoseconds(begin.time_since_epoch()));
+    phase.set_duration_ns(nanoseconds(end - begin));
+  });
 }
 
 void Recorder::add_message(Clock::time_point time, Direction direction, const Speaker& speaker,
                            std::span<const std::byte> envelope) {
-  v1::Record record;
-  v1::RecordedMessage& message = *record.mutable_message();
-  message.set_time_ns(nanoseconds(time.time_since_epoch()));
-  message.set_direction(to_wire<v1::Direction>(direction));
-  message.set_role(speaker.role ? to_wire<v1::Role>(*speaker.role) : v1::ROLE_UNSPECIFIED);
-  message.set_lane(speaker.lane ? to_wire<v1::Lane>(*speaker.lane) : v1::LANE_UNSPECIFIED);
-  message.set_envelope(envelope.data(), envelope.size());
-  append(std::move(record));
-}
-
-void Recorder::append(v1::Record&& record) {
-  const std::size_t size = record.ByteSizeLong();
-  std::unique_lock lock(mutex_);
-  room_.wait(lock, [this] { return pending_bytes_ < kMostPending; });
-  if (incomplete_) return;
-  pending_.push_back(std::move(record));
-  pending_bytes_ += size;
-  if (pending_bytes_ > kWorthWriting) work_.notify_one();
+  append([&](v1::Record& record) {
+    v1::RecordedMessage& message = *record.mutable_message();
+    message.set_time_ns(nanoseconds(time.time_since_epoch()));
+    message.set_direction(to_wire<v1::Direction>(direction));
+    message.set_role(speaker.role ? to_wire<v1::Role>(*speaker.role) : v1::ROLE_UNSPECIFIED);
+    message.set_lane(speaker.lane ? to_wire<v1::Lane>(*speaker.lane) : v1::LANE_UNSPECIFIED);
+    message.set_envelope(envelope.data(), envelope.size());
+  });
 }
 
 void Recorder::write_in_background() {
@@ -129,22 +131,23 @@ void Recorder::write_in_background() {
   file.SetCloseOnDelete(true);
   SerializeDelimitedToZeroCopyStream(recording_schema(), &file);
   std::vector<v1::Record> records;
+  bool complete = true;
   std::unique_lock lock(mutex_);
   for (bool last = false; !last;) {
     work_.wait_for(lock, kInterval, [this] { return closing_ || pending_bytes_ > kWorthWriting; });
     last = closing_;
     std::swap(records, pending_);
+    const std::size_t count = std::exchange(count_, 0);
     pending_bytes_ = 0;
     lock.unlock();
     room_.notify_one();
-    for (const v1::Record& record : records) SerializeDelimitedToZeroCopyStream(record, &file);
-    records.clear();
-    const bool written = file.Flush();
+    for (std::size_t i = 0; i < count; ++i) SerializeDelimitedToZeroCopyStream(records[i], &file);
+    const bool written = file.Flush();  // never again once it failed
     lock.lock();
-    if (written || incomplete_) continue;
-    incomplete_ = true;
-    std::cerr << "warning: The recording " << path_ << " is incomplete (" << std::strerror(file.GetErrno())
-              << "). Free some space, or record less." << std::endl;
+    if (!written && complete)
+      std::cerr << "warning: The recording " << path_ << " is incomplete (" << std::strerror(file.GetErrno())
+                << "). Free some space, or record less." << std::endl;
+    complete = written;
   }
 }
 

@@ -49,7 +49,8 @@ class Recorder {
                    std::span<const std::byte> envelope);
 
  private:
-  void append(v1::Record&& record);
+  template <class Fill>
+  void append(const Fill& fill);
   void write_in_background();
 
   std::string path_;
@@ -57,10 +58,10 @@ class Recorder {
   std::mutex mutex_;
   std::condition_variable work_;
   std::condition_variable room_;
-  std::vector<v1::Record> pending_;
+  std::vector<v1::Record> pending_;  ///< those behind the first `count_` are old ones, kept for their memory
+  std::size_t count_ = 0;
   std::size_t pending_bytes_ = 0;
   bool closing_ = false;
-  bool incomplete_ = false;
   std::thread thread_;
 };
 

@@ -37,7 +37,8 @@ class Recording : public testing::Test {
     EXPECT_EQ(schema.file_size(), 7);
     EXPECT_EQ(schema.file().rbegin()->name(), "copepod/v1/recording.proto");
     std::vector<v1::Record> records;
-    for (v1::Record record; ParseDelimitedFromZeroCopyStream(&record, &stream, &ended);) records.push_back(record);
+    for (v1::Record record; ParseDelimitedFromZeroCopyStream(&record, &stream, &ended); record.Clear())
+      records.push_back(record);  // parsing merges into what is there
     EXPECT_TRUE(ended);
     EXPECT_TRUE(!records.empty() && records[0].has_header());
     if (!records.empty()) records.erase(records.begin());
