@@ -16,18 +16,6 @@ _JOBS_PER_CORE = 2  # components mostly wait
 _NOT_CONFORMANT, _BAD_COMMAND, _STORAGE_FAILED, _INTERRUPTED, _TERMINATED = 1, 2, 73, 130, 143
 
 
-class BadCommand(Exception):
-    """The command line is wrong. The text reads "problem (why). What to do."."""
-
-    code = _BAD_COMMAND
-
-
-class BadDestination(BadCommand):
-    """The results cannot be written."""
-
-    code = _STORAGE_FAILED
-
-
 def main(arguments=None):
     """Prints the table, writes JUnit XML to --junit; exit code 0 only if no check failed."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
@@ -35,9 +23,6 @@ def main(arguments=None):
         options = _options(sys.argv[1:] if arguments is None else arguments)
         with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
             return _check(options, folder)
-    except BadCommand as error:
-        print(f"error: {error}", file=sys.stderr)
-        return error.code
     except KeyboardInterrupt:
         return _INTERRUPTED
 
@@ -77,17 +62,21 @@ def _options(arguments):
     options = parser.parse_args(arguments[:place])
     options.command = arguments[place + 1 :]
     if not options.command:
-        raise BadCommand("No component is named. Give its command after --, for example: --role fluid -- ./my_fluid")
+        _end("No component is named. Give its command after --, for example: --role fluid -- ./my_fluid")
     if shutil.which(options.command[0]) is None:
-        raise BadCommand(
+        _end(
             f"The {options.role} component {shlex.join(options.command)} cannot be started (no such program). "
             "Give its path, or put it in PATH."
         )
     if options.junit and not os.access(Path(options.junit).resolve().parent, os.W_OK):
-        raise BadDestination(
-            f"{options.junit} cannot be written (its folder is missing or read-only). Choose another --junit."
-        )
+        problem = f"{options.junit} cannot be written (its folder is missing or read-only). Choose another --junit."
+        _end(problem, _STORAGE_FAILED)
     return options
+
+
+def _end(problem, code=_BAD_COMMAND):
+    print(f"error: {problem}", file=sys.stderr)
+    sys.exit(code)
 
 
 def _called_as():
@@ -101,10 +90,10 @@ def _check(options, folder):
     from copepod_component.errors import CaseError
     from copepod_conformance import report
     from copepod_conformance.subject import Subject
-    from copepod_conformance.suite import SUITE, Suite, all_checks, groups
+    from copepod_conformance.suite import GROUPS, SUITE, Suite, all_checks
 
-    if unknown := set(options.only or ()) - set(groups()):
-        raise BadCommand(f"There is no group {', '.join(unknown)} of checks. Choose from: {', '.join(groups())}.")
+    if unknown := set(options.only or ()) - set(GROUPS):
+        _end(f"There is no group {', '.join(unknown)} of checks. Choose from: {', '.join(GROUPS)}.")
     environment = {**os.environ, SUITE: uuid.uuid4().hex}
     with zmq.Context() as context:
         try:
@@ -112,7 +101,7 @@ def _check(options, folder):
                 options.role, options.command, environment, folder, context, options.patience, options.solver
             )
         except CaseError as error:
-            raise BadCommand(str(error)) from error
+            _end(error)
         checks = [
             check
             for check in all_checks(subject)

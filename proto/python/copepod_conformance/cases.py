@@ -107,13 +107,7 @@ class BodyCase:
             body.velocity_m_per_s.extend((SPEED_M_PER_S, 0.0, 0.0))
             body.angular_velocity_rad_per_s.extend(ZERO)
         if self._is_driven:
-            message.actuators.add(
-                kind=setup.ACTUATOR_KIND_PAIR_FORCE,
-                body_B=2,
-                direction=(0.0, 0.0, 1.0),
-                anchor_A_m=ZERO,
-                anchor_B_m=ZERO,
-            )
+            add_actuator(message, "pair_force", body_B=2)
         return request
 
     def step_request(self, step):
@@ -135,6 +129,12 @@ class BodyCase:
     def learn(self, configured):
         """The body requests the values of actuators at these instants of a step."""
         self.driving_nodes = list(configured.configured.driving_nodes)
+
+
+def add_actuator(content, name, direction=(0.0, 0.0, 1.0), **fields):
+    """Adds an actuator to a BodySetup, with its anchors in the centres."""
+    kind = getattr(setup, f"ACTUATOR_KIND_{name.upper()}")
+    content.actuators.add(kind=kind, direction=direction, anchor_A_m=ZERO, anchor_B_m=ZERO, **fields)
 
 
 def rows(message, field, width=3, bodies=len(POSITIONS_M)):

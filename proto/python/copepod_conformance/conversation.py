@@ -153,14 +153,14 @@ class Conversation:
         self.sent.append(text)
         self._lanes.send_as_it_is(DATA, bytes(frame))
 
-    def welcome(self, minor=PROTOCOL_MINOR, **changes):
-        """Welcomes both lanes; `changes` are fields of the Envelope."""
+    def welcome(self, remark="", minor=PROTOCOL_MINOR, **changes):
+        """Welcomes both lanes; `changes` are fields of the Envelope. The `remark` follows it in reports."""
         for lane in (CONTROL, DATA):
             message = self.with_header(Envelope(step=-1), **{"session_id": 0, "epoch": 0, "sequence": 0, **changes})
             message.welcome.minor, message.welcome.session_id = minor, self.session_id
             message.welcome.epoch = self.epoch
             self._lanes.send(lane, message.SerializeToString())
-        self.sent.append("Welcome on both lanes")
+        self.sent.append(f"Welcome on both lanes{remark}")
         self._last_ping = 0.0
 
     def ping(self, **changes):

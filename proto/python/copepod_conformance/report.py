@@ -1,15 +1,14 @@
 """Results as a table for people, and as JUnit XML for continuous integration."""
 
+from collections import Counter
 from xml.etree import ElementTree
 
-from copepod_conformance.suite import groups
-
-_OUTCOMES = ("passed", "failed", "skipped")
+from copepod_conformance.suite import GROUPS
 
 
 def counts(results):
     """How many of each outcome."""
-    return {outcome: sum(result.outcome == outcome for result in results) for outcome in _OUTCOMES}
+    return Counter(result.outcome for result in results)
 
 
 def table(subject, results, verbose=False):
@@ -21,29 +20,22 @@ def table(subject, results, verbose=False):
         "",
         f"  {'':<16}{'passed':>8}{'failed':>8}{'skipped':>9}",
     ]
-    for group in groups():
+    for group in GROUPS:
         of_group = [result for result in results if result.check.group == group]
         if of_group:
             number = counts(of_group)
             lines.append(f"  {group:<16}{number['passed']:>8}{number['failed'] or '':>8}{number['skipped'] or '':>9}")
-            lines += [
-                f"    {result.outcome:<8} {result.check.name} ({result.seconds:.1f} s)"
-                for result in of_group
-                if verbose
-            ]
-    lines += _reasons_of_skips(results)
+        for result in of_group if verbose else []:
+            lines.append(f"    {result.outcome:<8} {result.check.name} ({result.seconds:.1f} s)")
+    skips = Counter(result.came for result in results if result.outcome == "skipped")
+    lines += ["", *(f"  skipped {number}: {reason}" for reason, number in skips.items())] if skips else []
     for result in results:
         if result.outcome == "failed":
             lines += ["", *failure_lines(result)]
     number = counts(results)
     verdict = "not conformant" if number["failed"] else "conformant"
-    return "\n".join(
-        [
-            *lines,
-            "",
-            f"{verdict}: {number['passed']} passed, {number['failed']} failed, " f"{number['skipped']} skipped",
-        ]
-    )
+    lines += ["", f"{verdict}: {number['passed']} passed, {number['failed']} failed, {number['skipped']} skipped"]
+    return "\n".join(lines)
 
 
 def failure_lines(result):
@@ -90,11 +82,3 @@ def junit(subject, results, seconds):
 def _printable(text):
     """XML allows no control characters, but a component's last words may contain some."""
     return "".join(character if character.isprintable() or character in "\n\t" else "?" for character in text)
-
-
-def _reasons_of_skips(results):
-    reasons: dict = {}
-    for result in results:
-        if result.outcome == "skipped":
-            reasons[result.came] = reasons.get(result.came, 0) + 1
-    return ["", *(f"  skipped {number}: {reason}" for reason, number in reasons.items())] if reasons else []

@@ -21,32 +21,17 @@ from copepod_conformance.trial import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
 SUITE = "COPEPOD_CONFORMANCE"  # in the environment of every process that the suite starts
-_MODULES = (
-    *(handshake, states, exactly_once, limits, checkpoints, lifetime),
-    *(fluid_physics, body_physics, body_contacts, body_joints),
+_MODULES = (handshake, states, exactly_once, limits, checkpoints, lifetime)
+_OF_ROLE = {"fluid": (fluid_physics,), "body": (body_physics, body_contacts, body_joints)}
+GROUPS = (  # of checks, in the order of the report
+    *("handshake", "versions", "states", "exactly once", "limits", "numbers", "checkpoints"),
+    *("control lane", "ends", "processes", "physics"),
 )
 _MOST_SILENCES = 12  # each costs the whole patience
 
 
 def all_checks(subject):
-    return [check for module in _MODULES for check in module.checks(subject)]
-
-
-def groups():
-    """Names of all groups, in the order of the report."""
-    return [
-        "handshake",
-        "versions",
-        "states",
-        "exactly once",
-        "limits",
-        "numbers",
-        "checkpoints",
-        "control lane",
-        "ends",
-        "processes",
-        "physics",
-    ]
+    return [check for module in _MODULES + _OF_ROLE[subject.role] for check in module.checks(subject)]
 
 
 class Suite:
@@ -58,19 +43,15 @@ class Suite:
 
     def run(self):
         """Results in the order of the checks."""
-        together = [check for check in self._checks if not check.alone]
-        results = dict(zip(map(id, together), self._run_together(together)))
-        results.update((id(check), self._run_check(check)) for check in self._checks if check.alone)
-        return [results[id(check)] for check in self._checks]
-
-    def _run_together(self, checks):
         with ThreadPoolExecutor(self._jobs) as pool:
             try:
-                return list(pool.map(self._run_check, checks))
+                results = list(pool.map(self._run_check, (check for check in self._checks if not check.alone)))
             except BaseException:  # stopped by a signal: checks under way notice that their component is gone
                 pool.shutdown(wait=False, cancel_futures=True)
                 end_marked(f"{SUITE}={self._subject.environment[SUITE]}")
                 raise
+        results += [self._run_check(check) for check in self._checks if check.alone]
+        return sorted(results, key=lambda result: self._checks.index(result.check))
 
     def _run_check(self, check):
         start = time.monotonic()
@@ -88,7 +69,7 @@ class Suite:
         try:
             with Trial(self._subject, check.options) as trial:
                 sent = trial.sent
-                check.run(trial)
+                check.run(trial, *check.arguments)
             return Result(check, "passed", time.monotonic() - start)
         except NotApplicable as reason:
             return Result(check, "skipped", time.monotonic() - start, str(reason))

@@ -4,7 +4,7 @@ import time
 
 from copepod_conformance import protocol
 from copepod_conformance.conversation import CONTROL, DATA, Conversation
-from copepod_conformance.protocol import Envelope, describe, part
+from copepod_conformance.protocol import Envelope, content, describe, part
 from copepod_conformance.verdicts import NotApplicable, Violation
 
 _REFUSED = 65
@@ -18,10 +18,11 @@ class Trial(Conversation):
         self.role, self.case, self.step_name = subject.role, subject.case, protocol.STEP[subject.role]
         self.next_step = 0
 
-    def require(self, feature):
-        """Raises NotApplicable unless the component announces the feature."""
-        if not self.subject.can(feature):
-            raise NotApplicable(f"it does not announce {feature}")
+    def require(self, *features):
+        """Raises NotApplicable unless the component announces all of them."""
+        for feature in features:
+            if not self.subject.can(feature):
+                raise NotApplicable(f"it does not announce {feature}")
 
     # -- the run of a coupler
 
@@ -40,20 +41,21 @@ class Trial(Conversation):
             else:
                 self.request(name)
 
-    def configure(self):
-        """The solver exists, no step is done."""
+    def configure(self, steps=0):
+        """The solver exists and has done some steps."""
         self.reach("configured")
+        self.advance(steps)
 
-    def make(self, name):
-        """A legal message of that name for the present step."""
+    def make(self, name, path=None):
+        """A legal message of that name for the present step; `path`: of the checkpoint that it names."""
         if name == protocol.SETUP[self.role]:
             return self.case.setup_request()
         if name == self.step_name:
             return self.case.step_request(self.next_step)
         message = Envelope(step=self.next_step)
         part(message, name)
-        if name == "Save":
-            message.save.path = str(self.folder / "checkpoint")
+        if path or name == "Save":
+            content(message).path = str(path or self.folder / "checkpoint")
         return message
 
     def request(self, what):
@@ -71,14 +73,17 @@ class Trial(Conversation):
         self.request("Finish")
         self.expect_exit(0)
 
-    def send(self, message, **changes):
-        """Puts the header on and sends; without a `sequence` of its own it is the next request. Returns its name."""
+    def send(self, message, remark="", **changes):
+        """Puts the header on and sends; without a `sequence` of its own it is the next request. Returns its name.
+
+        The `remark` follows the message in reports.
+        """
         name = protocol.message_name(message)
         if "sequence" not in changes:
             self.sequence += 1
             if name == self.step_name:
                 self.next_step = message.step + 1
-        self.send_bytes(self.with_header(message, **changes).SerializeToString(), describe(message))
+        self.send_bytes(self.with_header(message, **changes).SerializeToString(), describe(message) + remark)
         return name
 
     # -- expecting

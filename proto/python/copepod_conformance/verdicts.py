@@ -29,7 +29,8 @@ class Check:
     group: str
     name: str
     rule: Rule
-    run: Callable  # of the open Trial; raises Violation or NotApplicable
+    run: Callable  # of the open Trial and the arguments; raises Violation or NotApplicable
+    arguments: tuple = ()
     thorough: bool = False  # left out by --quick
     options: tuple = ()  # for the component's command line
     alone: bool = False  # needs the machine's memory or cores for itself

@@ -35,8 +35,7 @@ _GAP_M = _FALL_STEPS * STEP_S * SPEED_M_PER_S
 
 
 def _rebounding_from_wall(trial):
-    trial.require("contact")
-    trial.require("walls")
+    trial.require("contact", "walls")
 
     def fall(content):
         content.walls.add(point_m=ZERO, normal=(0.0, 0.0, 1.0), velocity_m_per_s=ZERO)
@@ -65,9 +64,7 @@ def _expect_rebound(where, velocity_m_per_s):
 
 
 def _resting(trial):
-    trial.require("contact")
-    trial.require("walls")
-    trial.require("gravity")
+    trial.require("contact", "walls", "gravity")
     sinking = 1e-4  # of the radius
 
     def lay_down(content):
@@ -87,8 +84,6 @@ def _resting(trial):
 
 
 def checks(subject):
-    if subject.role != "body":
-        return []
     return [
         Check("physics", "a body rebounds with the restitution of the setup", _REBOUND, _rebounding_from_wall),
         Check("physics", "spheres rebound from each other", _REBOUND, _rebounding_from_each_other),

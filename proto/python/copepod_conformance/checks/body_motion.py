@@ -6,6 +6,11 @@ from copepod_conformance.cases import ZERO, rows
 from copepod_conformance.verdicts import Violation
 
 STEPS = 10
+_TITLES = {
+    "position_m": "position [m]",
+    "velocity_m_per_s": "velocity [m/s]",
+    "spin_rad_per_s": "angular velocity [rad/s]",
+}
 
 
 class Motion:
@@ -16,6 +21,10 @@ class Motion:
         self.velocity_m_per_s = rows(kinematics, "velocity_m_per_s", bodies=bodies)
         self.spin_rad_per_s = rows(kinematics, "angular_velocity_rad_per_s", bodies=bodies)
         self.orientation_wxyz = rows(kinematics, "orientation_wxyz", width=4, bodies=bodies)
+
+    def expect(self, name, body, expected, tolerance):
+        """Raises Violation if an attribute of a body is not the expected one."""
+        expect(f"{_TITLES[name]} of body {body}", getattr(self, name)[body], expected, tolerance)
 
 
 def motions_of(trial, change=None, force=ZERO, torque=ZERO, values=(), steps=STEPS):

@@ -12,6 +12,7 @@ from copepod_conformance.cases import (
     STEP_S,
     TORQUE_N_M,
     ZERO,
+    add_actuator,
 )
 from copepod_conformance.checks.body_motion import STEPS, motions_of, move, expect
 from copepod_conformance.protocol import setup
@@ -48,18 +49,10 @@ _STIFFNESS_N_PER_M = FORCE_N / _EXTENSION_M
 def _expect_acceleration(motion, body, acceleration_m_per_s2):
     """v = v₀ + a t within rounding; x = x₀ + v₀ t + a t²/2 within what a first-order integrator may be off."""
     scale_m_per_s = max(float(np.abs(acceleration_m_per_s2).max()) * _TIME_S, SPEED_M_PER_S)
-    expect(
-        f"velocity [m/s] of body {body}",
-        motion.velocity_m_per_s[body],
-        _START_M_PER_S + acceleration_m_per_s2 * _TIME_S,
-        _ROUNDING * scale_m_per_s,
-    )
-    expect(
-        f"position [m] of body {body}",
-        motion.position_m[body],
-        POSITIONS_M[body] + _START_M_PER_S * _TIME_S + 0.5 * acceleration_m_per_s2 * _TIME_S**2,
-        scale_m_per_s * STEP_S,
-    )
+    velocity = _START_M_PER_S + acceleration_m_per_s2 * _TIME_S
+    motion.expect("velocity_m_per_s", body, velocity, _ROUNDING * scale_m_per_s)
+    position = POSITIONS_M[body] + _START_M_PER_S * _TIME_S + 0.5 * acceleration_m_per_s2 * _TIME_S**2
+    motion.expect("position_m", body, position, scale_m_per_s * STEP_S)
 
 
 def _under_force(trial):
@@ -73,12 +66,7 @@ def _unloaded(trial):
     motion = move(trial)
     for body in (0, 1):
         _expect_acceleration(motion, body, np.zeros(3))
-        expect(
-            f"angular velocity [rad/s] of body {body}",
-            motion.spin_rad_per_s[body],
-            np.zeros(3),
-            _ROUNDING * SPIN_RAD_PER_S,
-        )
+        motion.expect("spin_rad_per_s", body, np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
 
 
 def _under_torque(trial):
@@ -87,10 +75,8 @@ def _under_torque(trial):
     torque = TORQUE_N_M * _DIRECTION
     motion = move(trial, torque=torque)
     gained = torque / INERTIA_KG_M2 * _TIME_S
-    expect(
-        "angular velocity [rad/s] of body 0", motion.spin_rad_per_s[0], gained, _ROUNDING * float(np.abs(gained).max())
-    )
-    expect("angular velocity [rad/s] of body 1", motion.spin_rad_per_s[1], np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
+    motion.expect("spin_rad_per_s", 0, gained, _ROUNDING * float(np.abs(gained).max()))
+    motion.expect("spin_rad_per_s", 1, np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
     expect("norm of the orientation of body 0", np.linalg.norm(motion.orientation_wxyz[0]), 1.0, 1e-9)
 
 
@@ -119,12 +105,7 @@ def _on_a_spring(trial):
     motion = move(trial, join)
     gained = FORCE_N / MASS_KG * _TIME_S * np.array([1.0, 0.0, 0.0])
     for body, sign in ((0, 1), (1, -1)):
-        expect(
-            f"velocity [m/s] of body {body}",
-            motion.velocity_m_per_s[body],
-            _START_M_PER_S + sign * gained,
-            0.05 * float(gained.max()),
-        )
+        motion.expect("velocity_m_per_s", body, _START_M_PER_S + sign * gained, 0.05 * float(gained.max()))
     expect(
         "sum of velocities [m/s]", motion.velocity_m_per_s.sum(axis=0), 2 * _START_M_PER_S, _ROUNDING * SPEED_M_PER_S
     )
@@ -145,31 +126,25 @@ _SPUN = {
 }
 
 
-def _on_a_spinning_body(name):
+def _on_a_spinning_body(trial, name):
     """An actuator along x, of the body or of the world, while the body turns about z by half a radian."""
     force, turns = name.endswith("force"), name.startswith("body")
+    trial.require(f"actuator:{name}")
+    spin = _SPIN_PER_STEP_RAD / STEP_S
 
-    def run(trial):
-        trial.require(f"actuator:{name}")
-        spin = _SPIN_PER_STEP_RAD / STEP_S
+    def drive(content):
+        content.bodies[0].angular_velocity_rad_per_s[:] = (0.0, 0.0, spin)
+        add_actuator(content, name, direction=(1.0, 0.0, 0.0))
 
-        def drive(content):
-            content.bodies[0].angular_velocity_rad_per_s[:] = (0.0, 0.0, spin)
-            kind = getattr(setup, f"ACTUATOR_KIND_{name.upper()}")
-            content.actuators.add(kind=kind, direction=(1.0, 0.0, 0.0), anchor_A_m=ZERO, anchor_B_m=ZERO)
-
-        motion = move(trial, drive, values=[FORCE_N if force else TORQUE_N_M])
-        angle = spin * _TIME_S if turns else 0.0
-        mean = np.array([np.sin(angle), 1.0 - np.cos(angle), 0.0]) / angle if turns else np.array([1.0, 0.0, 0.0])
-        gained = (FORCE_N / MASS_KG if force else TORQUE_N_M / INERTIA_KG_M2) * _TIME_S
-        start = _START_M_PER_S if force else np.array([0.0, 0.0, spin])
-        found = motion.velocity_m_per_s if force else motion.spin_rad_per_s
-        # A small torque leaves the axis of the spin as it is, but for about gained/spin.
-        tolerance = _accuracy(trial, _SPIN_PER_STEP_RAD) + (0.0 if force else gained / spin) if turns else _ROUNDING
-        what = "velocity [m/s]" if force else "angular velocity [rad/s]"
-        expect(f"{what} of body 0", found[0], start + gained * mean, tolerance * gained + _ROUNDING * abs(start).max())
-
-    return run
+    motion = move(trial, drive, values=[FORCE_N if force else TORQUE_N_M])
+    angle = spin * _TIME_S if turns else 0.0
+    mean = np.array([np.sin(angle), 1.0 - np.cos(angle), 0.0]) / angle if turns else np.array([1.0, 0.0, 0.0])
+    gained = (FORCE_N / MASS_KG if force else TORQUE_N_M / INERTIA_KG_M2) * _TIME_S
+    start = _START_M_PER_S if force else np.array([0.0, 0.0, spin])
+    # A small torque leaves the axis of the spin as it is, but for about gained/spin.
+    tolerance = _accuracy(trial, _SPIN_PER_STEP_RAD) + (0.0 if force else gained / spin) if turns else _ROUNDING
+    what = "velocity_m_per_s" if force else "spin_rad_per_s"
+    motion.expect(what, 0, start + gained * mean, tolerance * gained + _ROUNDING * abs(start).max())
 
 
 _ARM_M = np.subtract(POSITIONS_M[1], POSITIONS_M[0])
@@ -186,9 +161,7 @@ def _turning_pair(turn_per_step_rad):
         speed = 0.5 * turn_per_step_rad * _ARM_LENGTH_M / STEP_S
         content.bodies[0].velocity_m_per_s[:] = (0.0, -speed, 0.0)
         content.bodies[1].velocity_m_per_s[:] = (0.0, speed, 0.0)
-        content.actuators.add(
-            kind=setup.ACTUATOR_KIND_PAIR_FORCE, body_B=2, direction=(0.0, 0.0, 1.0), anchor_A_m=ZERO, anchor_B_m=ZERO
-        )
+        add_actuator(content, "pair_force", body_B=2)
 
     return change
 
@@ -244,12 +217,7 @@ def _on_a_bend(trial):
     gained = FORCE_N / MASS_KG * _TIME_S * np.array([[-1.0, -1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     motion = move(trial, bend)
     for body in range(3):
-        expect(
-            f"velocity [m/s] of body {body}",
-            motion.velocity_m_per_s[body],
-            _START_M_PER_S + gained[body],
-            0.05 * float(gained.max()),
-        )
+        motion.expect("velocity_m_per_s", body, _START_M_PER_S + gained[body], 0.05 * float(gained.max()))
     expect(
         "sum of velocities [m/s]", motion.velocity_m_per_s.sum(axis=0), 3 * _START_M_PER_S, _ROUNDING * SPEED_M_PER_S
     )
@@ -263,12 +231,10 @@ def _fixed(trial):
         body.motion, body.velocity_m_per_s[:] = setup.MOTION_KIND_FIXED, ZERO
 
     motion = move(trial, fix, force=FORCE_N * _DIRECTION)
-    expect("position [m] of body 0", motion.position_m[0], np.array(POSITIONS_M[0]), 1e-9 * POSITIONS_M[0][0])
+    motion.expect("position_m", 0, np.array(POSITIONS_M[0]), 1e-9 * POSITIONS_M[0][0])
 
 
 def checks(subject):
-    if subject.role != "body":
-        return []
     return [
         Check("physics", "no load: the velocity stays", _NEWTON, _unloaded),
         Check("physics", "hydrodynamic force: a = F/m", _NEWTON, _under_force),
@@ -276,7 +242,7 @@ def checks(subject):
         Check("physics", "weight: a = g", _WEIGHT, _falling),
         Check("physics", "a stretched spring pulls", _SPRING, _on_a_spring),
         *(
-            Check("physics", f"a {name.replace('_', ' ')} {follows}", _DRIVE, _on_a_spinning_body(name))
+            Check("physics", f"a {name.replace('_', ' ')} {follows}", _DRIVE, _on_a_spinning_body, (name,))
             for name, follows in _SPUN.items()
         ),
         Check("physics", "a pair force follows the arm", _DRIVE, _on_a_turning_arm),

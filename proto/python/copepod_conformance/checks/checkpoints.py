@@ -3,8 +3,7 @@
 import shutil
 from pathlib import Path
 
-from copepod_conformance.protocol import Envelope
-from copepod_conformance.reference import SAVED_STEP, digest_of
+from copepod_conformance.subject import SAVED_STEP, digest_of
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _SAVE = Rule("Checkpoints", "Save writes the complete state to a new file or folder and changes nothing")
@@ -13,12 +12,6 @@ _UNWRITABLE = Rule(
     "Checkpoints", "a path that cannot be written: Saved with a problem, and the component remains usable"
 )
 _STORAGE = Rule("Checkpoints", "a state that is missing or damaged: Failure with code 73")
-
-
-def _restore_request(path):
-    message = Envelope(step=SAVED_STEP)
-    message.restore.path = str(path)
-    return message
 
 
 def _configure_for_restore(trial):
@@ -33,8 +26,7 @@ def _configure_for_restore(trial):
 
 def _save_changes_nothing(trial):
     trial.require("checkpoint")
-    trial.configure()
-    trial.advance(2)
+    trial.configure(steps=2)
     trial.request("Save")
     if not (trial.folder / "checkpoint").exists():
         raise Violation("Saved, but there is no such file or folder")
@@ -47,16 +39,14 @@ def _saved_again(trial):
     trial.configure()
     for name in ("first", "second"):
         trial.advance(1)
-        message = trial.make("Save")
-        message.save.path = str(trial.folder / name)
-        trial.request(message)
+        trial.request(trial.make("Save", trial.folder / name))
     trial.subject.reference.compare_end(trial)
 
 
 def _restored(trial):
     _configure_for_restore(trial)
     path, digest = trial.subject.reference.checkpoint()
-    trial.request(_restore_request(path))
+    trial.request(trial.make("Restore", path))
     if (found := digest_of(trial)) != digest:
         raise Violation(f"digest {found:016x} after Restore, but {digest:016x} when the state was saved")
     trial.subject.reference.compare_end(trial)
@@ -64,31 +54,24 @@ def _restored(trial):
 
 def _unwritable(trial):
     trial.require("checkpoint")
-    trial.configure()
-    trial.advance(1)
-    message = trial.make("Save")
-    message.save.path = str(trial.folder / "no such folder" / "checkpoint")
-    if not trial.request(message).envelope.saved.problem:
+    trial.configure(steps=1)
+    if not trial.request(trial.make("Save", trial.folder / "no such folder" / "checkpoint")).envelope.saved.problem:
         raise Violation("Saved without a problem, but there is no such folder")
     trial.advance(1)
     trial.subject.reference.compare_end(trial)
 
 
-def _damaged(damage, text):
-    def run(trial):
-        _configure_for_restore(trial)
-        path, _ = trial.subject.reference.checkpoint()
-        copy = trial.folder / "damaged"
-        if Path(path).is_dir():
-            shutil.copytree(path, copy)
-        else:
-            shutil.copyfile(path, copy)
-        damage(copy)
-        trial.send(_restore_request(copy))
-        trial.sent[-1] += f" of {text}"
-        trial.expect_failure(73)
-
-    return run
+def _damaged(trial, damage, text):
+    _configure_for_restore(trial)
+    path, _ = trial.subject.reference.checkpoint()
+    copy = trial.folder / "damaged"
+    if Path(path).is_dir():
+        shutil.copytree(path, copy)
+    else:
+        shutil.copyfile(path, copy)
+    damage(copy)
+    trial.send(trial.make("Restore", copy), f" of {text}")
+    trial.expect_failure(73)
 
 
 def _remove(path):
@@ -125,5 +108,5 @@ def checks(subject):
         Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),
         Check("checkpoints", "a restored run equals the undisturbed one", _RESTORE, _restored),
         Check("checkpoints", "Save to a folder that does not exist", _UNWRITABLE, _unwritable),
-        *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged(damage, text)) for damage, text in damages),
+        *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged, (damage, text)) for damage, text in damages),
     ]

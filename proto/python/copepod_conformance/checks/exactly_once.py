@@ -1,7 +1,7 @@
 """A step is done once, whatever happens to the messages about it."""
 
 from copepod_conformance.protocol import SETUP, STEP, describe
-from copepod_conformance.reference import STEPS, digest_of
+from copepod_conformance.subject import STEPS, digest_of
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _REPEAT = Rule(
@@ -25,25 +25,20 @@ def _same_twice(trial):
     trial.subject.reference.compare_end(trial)
 
 
-def _repeated(name, times=1):
-    def run(trial):
-        if name == "Save":
-            trial.require("checkpoint")
-        if name == SETUP[trial.role]:
-            trial.reach("greeted")
-        else:
-            trial.configure()
-            trial.advance(2)
-        request = trial.make(name)
-        answer = trial.request(request)
-        for attempt in range(1, times + 1):
-            trial.send(request, sequence=trial.sequence, attempt=attempt)
-            trial.sent[-1] += " again"
-            if trial.expect_reply(name, request).data != answer.data:
-                raise Violation(f"another {answer.name} than the first time")
-        trial.subject.reference.compare_end(trial)
-
-    return run
+def _repeated(trial, name, times=1):
+    if name == "Save":
+        trial.require("checkpoint")
+    if name == SETUP[trial.role]:
+        trial.reach("greeted")
+    else:
+        trial.configure(steps=2)
+    request = trial.make(name)
+    answer = trial.request(request)
+    for attempt in range(1, times + 1):
+        trial.send(request, " again", sequence=trial.sequence, attempt=attempt)
+        if trial.expect_reply(name, request).data != answer.data:
+            raise Violation(f"another {answer.name} than the first time")
+    trial.subject.reference.compare_end(trial)
 
 
 def _repeated_at_once(trial):
@@ -51,8 +46,7 @@ def _repeated_at_once(trial):
     trial.configure()
     message = trial.make(trial.step_name)
     trial.send(message)
-    trial.send(message, sequence=trial.sequence, attempt=1)
-    trial.sent[-1] += " again"
+    trial.send(message, " again", sequence=trial.sequence, attempt=1)
     first, second = trial.expect_reply(trial.step_name, message), trial.expect_reply(trial.step_name, message)
     if first.data != second.data:
         raise Violation(f"another {second.name} than the first time")
@@ -60,28 +54,21 @@ def _repeated_at_once(trial):
 
 
 def _old_number(trial):
-    trial.configure()
-    trial.advance(3)
+    trial.configure(steps=3)
     trial.send(trial.case.step_request(1), sequence=trial.sequence - 1)
     trial.subject.reference.compare_end(trial)
 
 
-def _foreign(field):
+def _foreign(trial, field):
     """A request of a foreign session must not count, whatever its number."""
-
-    def run(trial):
-        trial.configure()
-        trial.advance(1)
-        trial.send(trial.make("Finish"), sequence=trial.sequence + 1, **{field: getattr(trial, field) + 1})
-        trial.sent[-1] += f" with another {field}"
-        trial.subject.reference.compare_end(trial)
-
-    return run
+    trial.configure(steps=1)
+    foreign = {field: getattr(trial, field) + 1}
+    trial.send(trial.make("Finish"), f" with another {field}", sequence=trial.sequence + 1, **foreign)
+    trial.subject.reference.compare_end(trial)
 
 
 def _number_ahead(trial):
-    trial.configure()
-    trial.advance(1)
+    trial.configure(steps=1)
     trial.send(trial.make(trial.step_name), sequence=trial.sequence + 2)
     trial.expect_failure(65)
 
@@ -93,21 +80,15 @@ def _no_number(trial):
     trial.expect_failure(65)
 
 
-def _other_step(offset):
-    def run(trial):
-        trial.configure()
-        trial.advance(2)
-        trial.send(trial.case.step_request(2 + offset))
-        trial.sent[-1] += " where step 2 is due"
-        trial.expect_failure(65)
-
-    return run
+def _other_step(trial, offset):
+    trial.configure(steps=2)
+    trial.send(trial.case.step_request(2 + offset), " where step 2 is due")
+    trial.expect_failure(65)
 
 
 def _damaged(trial):
     """Lost like any other: the coupler sends it again."""
-    trial.configure()
-    trial.advance(1)
+    trial.configure(steps=1)
     trial.sequence += 1
     request = trial.with_header(trial.make(trial.step_name))
     trial.send_damaged(request, f"{describe(request)} with one bit changed")
@@ -121,8 +102,7 @@ def _repeated_finish(trial):
     trial.configure()
     finish = trial.make("Finish")
     trial.request(finish)
-    trial.send(finish, sequence=trial.sequence, attempt=1)
-    trial.sent[-1] += " again"
+    trial.send(finish, " again", sequence=trial.sequence, attempt=1)
     trial.expect_reply("Finish", finish)
     trial.expect_exit(0)
 
@@ -142,17 +122,17 @@ def checks(subject):
     group = "exactly once"
     return [
         Check(group, "two runs are the same", _SAME, _same_twice),
-        Check(group, "a step requested twice is done once", _REPEAT, _repeated(STEP[subject.role])),
-        Check(group, "a step requested four times is done once", _REPEAT, _repeated(STEP[subject.role], 3)),
+        Check(group, "a step requested twice is done once", _REPEAT, _repeated, (STEP[subject.role],)),
+        Check(group, "a step requested four times is done once", _REPEAT, _repeated, (STEP[subject.role], 3)),
         Check(group, "a step requested again while it is done is done once", _REPEAT, _repeated_at_once),
-        *(Check(group, f"a repeated {name} is answered as before", _REPEAT, _repeated(name)) for name in repeated),
+        *(Check(group, f"a repeated {name} is answered as before", _REPEAT, _repeated, (name,)) for name in repeated),
         Check(group, "an older number is ignored", _IGNORE, _old_number),
-        Check(group, "another session is ignored", _IGNORE, _foreign("session_id")),
-        Check(group, "another epoch is ignored", _IGNORE, _foreign("epoch")),
+        Check(group, "another session is ignored", _IGNORE, _foreign, ("session_id",)),
+        Check(group, "another epoch is ignored", _IGNORE, _foreign, ("epoch",)),
         Check(group, "a number that skips ahead is refused", _SKIP, _number_ahead),
         Check(group, "a request without a number is refused", _SKIP, _no_number),
-        Check(group, "a step left out is refused", _SKIP, _other_step(+1)),
-        Check(group, "a step done before is refused", _SKIP, _other_step(-1)),
+        Check(group, "a step left out is refused", _SKIP, _other_step, (+1,)),
+        Check(group, "a step done before is refused", _SKIP, _other_step, (-1,)),
         Check(group, "a damaged request counts as lost", _DAMAGED, _damaged),
         Check(group, "a repeated Finish is answered", _FINISH, _repeated_finish),
         Check(group, "requests that come early are answered in order", _QUEUE, _early),

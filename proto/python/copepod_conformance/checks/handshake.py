@@ -146,36 +146,27 @@ def _no_answer(trial):
     trial.expect_exit(74, within_s=1 + trial.subject.patience_s)
 
 
-def _welcome_of_another_major(major):
-    def run(trial):
-        trial.await_hello()
-        trial.welcome(protocol_major=major)
-        trial.sent[-1] += f" of protocol {major}.0"
-        trial.expect_failure(65, is_sent=False)
-
-    return run
+def _welcome_of_another_major(trial, major):
+    trial.await_hello()
+    trial.welcome(f" of protocol {major}.0", protocol_major=major)
+    trial.expect_failure(65, is_sent=False)
 
 
 def _welcome_of_unknown_minor(trial):
     trial.await_hello()
     minor = trial.hellos[DATA].envelope.hello.versions.minor_max + 1
-    trial.welcome(minor=minor)
-    trial.sent[-1] += f" with minor version {minor}, which the Hello did not offer"
+    trial.welcome(f" with minor version {minor}, which the Hello did not offer", minor)
     trial.expect_failure(65, is_sent=False)
 
 
-def _request_of_another_major(major):
-    def run(trial):
-        trial.reach("configured")
-        trial.send(trial.make(trial.step_name), protocol_major=major)
-        trial.sent[-1] += f" of protocol {major}.0"
-        trial.expect_failure(65)
-
-    return run
+def _request_of_another_major(trial, major):
+    trial.configure()
+    trial.send(trial.make(trial.step_name), f" of protocol {major}.0", protocol_major=major)
+    trial.expect_failure(65)
 
 
 def _newer_minor(trial):
-    trial.reach("configured")
+    trial.configure()
     trial.sequence += 1
     message = trial.with_header(trial.make(trial.step_name), protocol_minor=PROTOCOL_MINOR + 1)
     trial.send_bytes(
@@ -189,8 +180,8 @@ def checks(subject):
     def check(name, rule, run, **kinds):
         return Check("handshake", name, rule, run, **kinds)
 
-    def version(name, run):
-        return Check("versions", name, _VERSIONS, run)
+    def version(name, *how):
+        return Check("versions", name, _VERSIONS, *how)
 
     return [
         check("Hello on both lanes", _HELLO, _hello),
@@ -201,8 +192,8 @@ def checks(subject):
         check("ends when it is refused", _REFUSAL, _refusal),
         check("ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
         check("ends without --endpoint and --session", _OPTIONS, _no_options),
-        *(version(f"a Welcome of protocol {n}.0 is refused", _welcome_of_another_major(n)) for n in _OTHER_MAJORS),
-        *(version(f"a request of protocol {n}.0 is refused", _request_of_another_major(n)) for n in _OTHER_MAJORS),
+        *(version(f"a Welcome of protocol {n}.0 is refused", _welcome_of_another_major, (n,)) for n in _OTHER_MAJORS),
+        *(version(f"a request of protocol {n}.0 is refused", _request_of_another_major, (n,)) for n in _OTHER_MAJORS),
         version("a Welcome of a minor version that it does not support is refused", _welcome_of_unknown_minor),
         version("fields of a newer minor version are ignored", _newer_minor),
     ]

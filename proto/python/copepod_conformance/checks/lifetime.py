@@ -30,14 +30,12 @@ _IDLE_SHARE = 0.05
 
 
 def _finished(trial):
-    trial.configure()
-    trial.advance(1)
+    trial.configure(steps=1)
     trial.finish()
 
 
 def _pong_at_rest(trial):
-    trial.configure()
-    trial.advance(2)
+    trial.configure(steps=2)
     trial.wait(0.2)  # the bulk update of the last step
     pong, _ = trial.receive_pong(trial.ping())
     found = (pong.step, pong.received_sequence, pong.replied_sequence)
@@ -70,26 +68,20 @@ def _queue_steps(trial):
     trial.sent[-_BURST:] = [f"{_BURST} steps at once"]
 
 
-def _aborted(state, code, codes=None):
-    def run(trial):
-        trial.reach(state)
-        if state == "stepping":
-            _queue_steps(trial)
-        trial.abort(code)
-        trial.expect_exit(*(codes or (code,)), within_s=_GRACE_S + _MARGIN_S)
-
-    return run
+def _aborted(trial, state, code, codes=None):
+    trial.reach(state)
+    if state == "stepping":
+        _queue_steps(trial)
+    trial.abort(code)
+    trial.expect_exit(*(codes or (code,)), within_s=_GRACE_S + _MARGIN_S)
 
 
-def _orphaned(state):
-    def run(trial):
-        trial.reach(state)
-        if state == "stepping":
-            _queue_steps(trial)
-        trial.vanish()
-        trial.expect_exit(69, within_s=_BROKEN_S + _GRACE_S + _MARGIN_S)
-
-    return run
+def _orphaned(trial, state):
+    trial.reach(state)
+    if state == "stepping":
+        _queue_steps(trial)
+    trial.vanish()
+    trial.expect_exit(69, within_s=_BROKEN_S + _GRACE_S + _MARGIN_S)
 
 
 def _left_without_pings(trial):
@@ -108,23 +100,18 @@ def _kept_by_pings(trial):
 
 
 def _suspended(trial):
-    trial.configure()
-    trial.advance(1)
+    trial.configure(steps=1)
     trial.suspend(3.5)
     trial.advance(1)
     trial.finish()
 
 
-def _nothing_left_after(ending):
-    def run(trial):
-        trial.configure()
-        trial.advance(1)
-        ending(trial)
-        left = trial.process.left_behind()
-        if left:
-            raise Violation(f"{len(left)} process(es) left behind: {'; '.join(left)}")
-
-    return run
+def _nothing_left_after(trial, ending):
+    trial.configure(steps=1)
+    ending(trial)
+    left = trial.process.left_behind()
+    if left:
+        raise Violation(f"{len(left)} process(es) left behind: {'; '.join(left)}")
 
 
 def _end_by_finish(trial):
@@ -148,8 +135,7 @@ def _end_by_orphaning(trial):
 
 
 def _idle(trial):
-    trial.configure()
-    trial.advance(1)
+    trial.configure(steps=1)
     trial.wait(0.5)
     before = trial.process.cpu_seconds()
     trial.wait(_OBSERVED_S)
@@ -174,24 +160,19 @@ def checks(subject):
         Check(lane, "a Ping of another session is ignored", _FOREIGN, _foreign_ping),
         Check(end, "Finish: exit code 0", _END, _finished),
         *(
-            Check(end, f"Abort (code {code}) when {state}: exit code {code}", _ABORT, _aborted(state, code))
+            Check(end, f"Abort (code {code}) when {state}: exit code {code}", _ABORT, _aborted, (state, code))
             for state, code in (("greeted", 70), ("configured", 69), ("ready", 74), ("stepping", 70))
         ),
-        Check(
-            end,
-            "Abort with code 0: an exit code that is not 0",
-            _ABORT,
-            _aborted("ready", 0, codes=tuple(range(1, 256))),
-        ),
+        Check(end, "Abort with code 0: an exit code that is not 0", _ABORT, _aborted, ("ready", 0, range(1, 256))),
         *(
-            Check(end, f"coupler gone when {state}: exit code 69", _ORPHAN, _orphaned(state))
+            Check(end, f"coupler gone when {state}: exit code 69", _ORPHAN, _orphaned, (state,))
             for state in ("greeted", "ready", "stepping")
         ),
         Check(end, "coupler silent: exit code 69", _ORPHAN, _left_without_pings, options=("--orphan-after", "1")),
         Check(end, "coupler only pings: the component waits", _ORPHAN, _kept_by_pings, options=("--orphan-after", "2")),
         Check(end, "suspended for 3.5 s: continues", _SUSPENDED, _suspended, options=("--orphan-after", "2")),
         *(
-            Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after(ending))
+            Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after, (ending,))
             for text, ending in endings
         ),
         Check("processes", "waiting costs no time", _IDLE, _idle),

@@ -1,11 +1,15 @@
 """Bytes from outside never crash a component: what is too large, too short, unknown or not finite is refused."""
 
+import dataclasses
 import math
 import secrets
 
+from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import Message
+
+from copepod_conformance.cases import add_actuator
 from copepod_conformance.conversation import CONTROL
-from copepod_conformance.fields import field_of, fields_of
-from copepod_conformance.protocol import SETUP, STEP, Envelope, content, message_name, setup
+from copepod_conformance.protocol import SETUP, STEP, Envelope, content, message_name
 from copepod_conformance.verdicts import Check, Rule
 
 _SHAPE = Rule("Limits", "arrays whose lengths do not fit the number of bodies are refused with code 65")
@@ -29,62 +33,99 @@ _NO_VALUE = 99  # of any enumeration
 _UNKNOWN_MESSAGE = b"\xfa\x3f\x00"  # number 1023 of the Envelope
 
 
-def refused(name, spoil, text):
-    """A check that sends the request `name` after `spoil(its content)`; `text` describes the fault."""
+def _refused(trial, name, spoil, text):
+    """Sends the request `name` after `spoil(its content)`; `text` describes the fault."""
+    trial.reach("greeted" if name == SETUP[trial.role] else "configured")
+    request = trial.make(name)
+    spoil(content(request))
+    trial.send(request, f" with {text}")
+    trial.expect_failure(65)
 
-    def run(trial):
-        trial.reach("greeted" if name == SETUP[trial.role] else "configured")
-        request = trial.make(name)
-        spoil(content(request))
-        trial.send(request)
-        trial.sent[-1] += f" with {text}"
-        trial.expect_failure(65)
 
-    return run
+@dataclasses.dataclass(frozen=True)
+class _Field:
+    """A field that holds numbers, an enumeration or a text."""
+
+    path: str  # «bodies[1].mass_kg»
+    holder: Message
+    descriptor: FieldDescriptor
+
+    @property
+    def is_list(self):
+        return self.descriptor.label == FieldDescriptor.LABEL_REPEATED
+
+    @property
+    def entries(self):
+        """The list that the field is."""
+        return getattr(self.holder, self.descriptor.name)
+
+    def put(self, value):
+        """Sets the field, of a list its last entry."""
+        if self.is_list:
+            self.entries[-1] = value
+        else:
+            setattr(self.holder, self.descriptor.name, value)
+
+
+def _fields_of(message, path=""):
+    """All fields of a message and of what is inside it, empty lists excepted; of a list of messages the last one."""
+    for descriptor in message.DESCRIPTOR.fields:
+        inside = getattr(message, descriptor.name)
+        name = path + descriptor.name
+        if descriptor.label == FieldDescriptor.LABEL_REPEATED and not len(inside):
+            continue
+        if descriptor.type != FieldDescriptor.TYPE_MESSAGE:
+            yield _Field(name, message, descriptor)
+        elif descriptor.label != FieldDescriptor.LABEL_REPEATED:
+            yield from _fields_of(inside, f"{name}.")
+        else:
+            yield from _fields_of(inside[-1], f"{name}[{len(inside) - 1}].")
+
+
+def _field_of(message, path):
+    """The field of that path."""
+    return next(field for field in _fields_of(message) if field.path == path)
 
 
 def _spoilt_fields(request):
     """Lists too short and too long, values that no enumeration has; NaN and infinities where a number is."""
-    for field in fields_of(content(request)):
+    for field in _fields_of(content(request)):
         if field.is_list:
-            yield _spoilt(request, field, _SHAPE, _shorten(field.path), "too short", thorough=field.is_nested)
-            yield _spoilt(request, field, _SHAPE, _lengthen(field.path), "too long", thorough=field.is_nested)
-        if field.is_enumeration:
+            yield _spoilt(request, field, _SHAPE, _shorten(field.path), "too short")
+            yield _spoilt(request, field, _SHAPE, _lengthen(field.path), "too long")
+        if field.descriptor.type == FieldDescriptor.TYPE_ENUM:
             for value in (_NO_VALUE, 0):
-                thorough = field.is_nested or value == 0
-                yield _spoilt(request, field, _ENUMERATION, _put(field.path, value), f"= {value}", thorough)
-    for field in fields_of(content(request)):
-        if field.is_real:
+                yield _spoilt(request, field, _ENUMERATION, _put(field.path, value), f"= {value}", value == 0)
+    for field in _fields_of(content(request)):
+        if field.descriptor.type == FieldDescriptor.TYPE_DOUBLE:
             for number in (math.nan, math.inf, -math.inf):
-                thorough = field.is_nested or not math.isnan(number)
+                thorough = math.isinf(number)
                 yield _spoilt(request, field, _FINITE, _put(field.path, number), f"= {number}", thorough, "numbers")
 
 
-def _spoilt(request, field, rule, spoil, text, thorough, group="limits"):
+def _spoilt(request, field, rule, spoil, text, thorough=False, group="limits"):
+    """`thorough`, too, if the field is inside another message."""
     name = message_name(request)
-    run = refused(name, spoil, f"{field.path} {text}")
-    return Check(group, f"{name}.{field.path} {text}", rule, run, thorough=thorough)
+    text = f"{field.path} {text}"
+    return Check(group, f"{name}.{text}", rule, _refused, (name, spoil, text), thorough or "." in field.path)
 
 
 def _shorten(path):
-    return lambda message: field_of(message, path).entries.pop()
+    return lambda message: _field_of(message, path).entries.pop()
 
 
 def _lengthen(path):
-    return lambda message: field_of(message, path).entries.append(field_of(message, path).entries[-1])
+    return lambda message: _field_of(message, path).entries.append(_field_of(message, path).entries[-1])
 
 
 def _put(path, value):
-    return lambda message: field_of(message, path).put(value)
+    return lambda message: _field_of(message, path).put(value)
 
 
-def _raw(data_of, text):
-    def run(trial):
-        trial.configure()
-        trial.send_bytes(data_of(trial), text)
-        trial.expect_failure(65)
-
-    return run
+def _raw(trial, data_of, text):
+    trial.configure()
+    trial.send_bytes(data_of(trial), text)
+    trial.expect_failure(65)
 
 
 def _truncated(trial):
@@ -101,12 +142,9 @@ def _unknown_message(trial):
 
 def _long_path(trial):
     trial.require("checkpoint")
-    trial.configure()
-    trial.advance(1)
-    message = trial.make("Save")
-    message.save.path = f"{trial.folder}/{_LONG_TEXT}"
-    trial.send(message)
-    trial.sent[-1] += f" with a path of {len(message.save.path)} bytes"
+    trial.configure(steps=1)
+    message = trial.make("Save", trial.folder / _LONG_TEXT)
+    trial.send(message, f" with a path of {len(message.save.path)} bytes")
     trial.expect_failure(65)
 
 
@@ -154,18 +192,18 @@ def _garbage_on_control_lane(trial):
 
 
 def checks(subject):
-    def check(name, rule, run, **kinds):
-        return Check("limits", name, rule, run, **kinds)
+    def check(*how, **kinds):
+        return Check("limits", *how, **kinds)
 
     requests = (subject.case.step_request(0), subject.case.setup_request())
     return [
         *(spoilt for request in requests for spoilt in _spoilt_fields(request)),
-        *(check(name, rule, refused(SETUP[subject.role], *how)) for name, rule, *how in _BAD_SETUPS[subject.role]),
+        *(check(name, rule, _refused, (SETUP[subject.role], *how)) for name, rule, *how in _BAD_SETUPS[subject.role]),
         check("a path of more than 4096 bytes", _TEXT, _long_path),
-        check("random bytes", _BYTES, _raw(lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
-        check("an empty frame", _BYTES, _raw(lambda trial: b"", "an empty frame")),
-        check("a truncated message", _BYTES, _raw(_truncated, f"{STEP[subject.role]} without its last 20 bytes")),
-        check("an unknown message", _BYTES, _raw(_unknown_message, "an Envelope with an unknown message")),
+        check("random bytes", _BYTES, _raw, (lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
+        check("an empty frame", _BYTES, _raw, (lambda trial: b"", "an empty frame")),
+        check("a truncated message", _BYTES, _raw, (_truncated, f"{STEP[subject.role]} without its last 20 bytes")),
+        check("an unknown message", _BYTES, _raw, (_unknown_message, "an Envelope with an unknown message")),
         check("random bytes on the control lane", _BYTES, _garbage_on_control_lane),
         check("1 000 001 bodies", _COUNT, _too_many_bodies, thorough=True),
         check("a message of 256 MiB", _SIZE, _too_large, thorough=True, alone=True),
@@ -177,8 +215,7 @@ def _spring_to_nowhere(setup):
 
 
 def _actuator_on_nothing(content):
-    kind = setup.ACTUATOR_KIND_WORLD_FORCE
-    content.actuators.add(kind=kind, body_A=2, direction=[0, 0, 1], anchor_A_m=[0, 0, 0], anchor_B_m=[0, 0, 0])
+    add_actuator(content, "world_force", body_A=2)
 
 
 def _bend_to_nowhere(content):

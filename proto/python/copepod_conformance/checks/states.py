@@ -2,7 +2,7 @@
 
 from copepod_conformance import protocol
 from copepod_conformance.protocol import MESSAGES
-from copepod_conformance.reference import SAVED_STEP
+from copepod_conformance.subject import SAVED_STEP
 from copepod_conformance.verdicts import Check, Rule
 
 _REFUSED = 65
@@ -23,31 +23,28 @@ def _rule(role, state, message):
     return Rule("States", f"{queued}{message} {answer}")
 
 
-def _run(state, message):
-    def run(trial):
-        role = trial.role
-        settled = protocol.settled(role, state)
-        row = protocol.transition(role, settled, message=message)
-        can = trial.subject.can("checkpoint") or message not in ("Save", "Restore")
-        saved = trial.subject.reference.checkpoint()[0] if row is not None and can and message == "Restore" else ""
-        trial.reach(state)
-        _send(trial, message, saved)
-        if settled != state:
-            trial.expect(protocol.reply_to(protocol.path_to(role, state)[-1]))  # to the work at hand
-        if row is not None and not can:
-            trial.expect_failure(_REFUSED)
-        elif row is not None:
-            _expect_legal(trial, row, message)
-        elif message in protocol.HANDSHAKE:
-            trial.finish()
-        elif settled == protocol.START:
-            trial.sequence = 0  # it did not count
-            trial.welcome()
-            trial.finish()
-        else:
-            trial.expect_failure(_REFUSED, words=(settled, *protocol.legal_messages(role, settled)))
-
-    return run
+def _run(trial, state, message):
+    role = trial.role
+    settled = protocol.settled(role, state)
+    row = protocol.transition(role, settled, message=message)
+    can = trial.subject.can("checkpoint") or message not in ("Save", "Restore")
+    saved = trial.subject.reference.checkpoint()[0] if row is not None and can and message == "Restore" else ""
+    trial.reach(state)
+    _send(trial, message, saved)
+    if settled != state:
+        trial.expect(protocol.reply_to(protocol.path_to(role, state)[-1]))  # to the work at hand
+    if row is not None and not can:
+        trial.expect_failure(_REFUSED)
+    elif row is not None:
+        _expect_legal(trial, row, message)
+    elif message in protocol.HANDSHAKE:
+        trial.finish()
+    elif settled == protocol.START:
+        trial.sequence = 0  # it did not count
+        trial.welcome()
+        trial.finish()
+    else:
+        trial.expect_failure(_REFUSED, words=(settled, *protocol.legal_messages(role, settled)))
 
 
 def _send(trial, message, saved):
@@ -56,12 +53,11 @@ def _send(trial, message, saved):
         trial.welcome()
     elif message == "Refusal":
         trial.send(trial.make(message), sequence=0, session_id=0, epoch=0)
-    elif saved:
-        request = trial.make(message)
-        request.restore.path, request.step = saved, SAVED_STEP
-        trial.send(request)
     else:
-        trial.send(trial.make(message))
+        request = trial.make(message, saved)
+        if saved:
+            request.step = SAVED_STEP
+        trial.send(request)
 
 
 def _expect_legal(trial, row, message):
@@ -83,7 +79,8 @@ def checks(subject):
             "states",
             f"{state}: {message}",
             _rule(role, state, message),
-            _run(state, message),
+            _run,
+            (state, message),
             thorough=not _is_sampled(role, place, state, message),
         )
         for place, state in enumerate(protocol.states_with_requests(role))
