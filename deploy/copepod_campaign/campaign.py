@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from copepod_campaign import display, programs, results
+from copepod_campaign import programs, results
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.pool import RESTARTS, Pool
 from copepod_campaign.sweep import members_of
@@ -91,11 +91,9 @@ def run_items(
         signals = stack.enter_context(SignalRecorder())
         _announce(name, entries, directory.shown)
         results.write(folder, name, entries)
-        pool = Pool(entries, jobs or _cores(), own_programs, signals, options.keep_going)
-        screen = display.for_stderr(name, pool)
-        for _ in pool.run(screen):
+        pool = Pool(name, entries, jobs or _cores(), own_programs, signals, options.keep_going)
+        for _ in pool.run():
             results.write(folder, name, entries)
-        screen.close()
     shown = (lambda _: json.dumps(results.records(name, entries))) if options.json else table
     return _ending(entries, signals, directory.shown, f"{called_as()} {again(directory.shown)}", shown)
 

@@ -5,32 +5,21 @@ import re
 import selectors
 import signal
 import sys
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Protocol
 
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.programs import Programs
-from copepod_run.progress import Event
+from copepod_run.messages import complain, draw, draws, elapsed_text, report, say, speaks_json
+from copepod_run.progress import Event, clock_text
 from copepod_run.run_process import RunProcess
 from copepod_run.signals import SignalRecorder
 
 RESTARTS = 3  # by itself, when a component is lost
 FAILURES = 3  # of one kind, after which no other case is started
 _REDRAW_S = 1.0
+_LINE_EVERY_S = 60.0
 _NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
-
-
-class Screen(Protocol):
-    """What shows the progress of a campaign."""
-
-    def notice(self, text: str) -> None:
-        ...
-
-    def ended(self, entry: Entry) -> None:
-        ...
-
-    def draw(self) -> None:
-        ...
 
 
 class Job:
@@ -125,9 +114,16 @@ class Pool:
     """Runs the entries of a campaign that are not done, `jobs` at a time."""
 
     def __init__(
-        self, entries: Sequence[Entry], jobs: int, programs: Programs, signals: SignalRecorder, keeps_going: bool
+        self,
+        name: str,
+        entries: Sequence[Entry],
+        jobs: int,
+        programs: Programs,
+        signals: SignalRecorder,
+        keeps_going: bool,
     ) -> None:
-        """`keeps_going`: also when the first cases fail alike."""
+        """`name`: of the campaign; `keeps_going`: also when the first cases fail alike."""
+        self._name = name
         self.entries = entries
         self._keeps_going = keeps_going
         self._waiting = [entry for entry in entries if entry.state is not State.DONE]
@@ -136,31 +132,36 @@ class Pool:
         self._environment = programs.environment()
         self._signals = signals
         self._signals_seen = 0
+        self._next_line = time.monotonic() + _LINE_EVERY_S
         self.running: list[Job] = []
 
     @property
     def stopping(self) -> bool:
         return bool(self._signals.received)
 
-    def run(self, screen: Screen) -> Iterator[Entry]:
+    def run(self) -> Iterator[Entry]:
         """Yields every entry when it has ended."""
         with selectors.DefaultSelector() as selector:
             selector.register(self._signals.descriptor, selectors.EVENT_READ, None)
             while True:
-                self._start_what_fits(selector, screen)
+                self._start_what_fits(selector)
                 if not self.running:
-                    return
+                    break
                 for key, _ in selector.select(_REDRAW_S):
                     if key.data is None:
-                        self._heed_signals(screen)
+                        self._heed_signals()
                         continue
                     key.data.read()
                     if key.data.ended:
                         selector.unregister(key.fileobj)
                         self.running.remove(key.data)
-                        self._settle(key.data.entry, screen)
+                        self._settle(key.data.entry)
                         yield key.data.entry
-                screen.draw()
+                self._show()
+        if speaks_json():
+            self._show()
+        elif draws():
+            draw("")
 
     def share(self) -> float:
         """Part of the whole campaign that is done, by cost."""
@@ -172,23 +173,47 @@ class Pool:
         """Time left, or None as long as no speed is known."""
         return remaining_s(self.running, [entry.weight for entry in self._waiting], self._jobs)
 
-    def _start_what_fits(self, selector: selectors.BaseSelector, screen: Screen) -> None:
+    def line(self) -> str:
+        """«paper: 23 %, 3 of 17 done, 2:31:00 left; design_d 45 %, design_e 12 %»"""
+        words = [f"{self._name}: {100 * self.share():.0f} %", f"{self._done()} of {len(self.entries)} done"]
+        left_s = self.remaining_s()
+        if left_s is not None:
+            words.append(f"{clock_text(left_s)} left")
+        running = ", ".join(f"{job.entry.name} {100 * job.share:.0f} %" for job in self.running)
+        return ", ".join(words) + (f"; {running}" if running else "")
+
+    def _done(self) -> int:
+        return sum(entry.state is State.DONE for entry in self.entries)
+
+    def _show(self) -> None:
+        """A line that is redrawn on a terminal, one a minute elsewhere; of events, step and steps count cases."""
+        if speaks_json():
+            share, left_s = self.share(), self.remaining_s()
+            report("progress", step=self._done(), steps=len(self.entries), share=share, remaining_s=left_s)
+        elif draws():
+            draw(f"copepod: {self.line()}")
+        elif time.monotonic() >= self._next_line:
+            self._next_line = time.monotonic() + _LINE_EVERY_S
+            say(self.line())
+
+    def _start_what_fits(self, selector: selectors.BaseSelector) -> None:
         while self._waiting and len(self.running) < self._jobs and not self.stopping:
             entry = self._waiting.pop(0)
-            screen.notice(
-                f"{entry.name}: {'continues from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}"
-            )
+            say(f"{entry.name}: {'continues from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}")
             job = Job(entry, self._ranks, self._environment)
             selector.register(job.descriptor, selectors.EVENT_READ, job)
             self.running.append(job)
 
-    def _settle(self, entry: Entry, screen: Screen) -> None:
+    def _settle(self, entry: Entry) -> None:
         if entry.state is State.FAILED and self.stopping:
             entry.state, entry.remark = State.HALF_DONE, ""
-        screen.ended(entry)
+        if entry.state is State.FAILED:
+            complain(f"{entry.name}: failed. {entry.remark}")
+        else:
+            say(f"{entry.name}: {f'done{_wall_text(entry)}' if entry.state is State.DONE else 'stopped'}")
         if not self._keeps_going and self._waiting and self._failed_alike():
             self._waiting.clear()
-            screen.notice(f"the first {FAILURES} fail alike: the others are not started (with --keep-going they are)")
+            say(f"the first {FAILURES} fail alike: the others are not started (with --keep-going they are)")
 
     def _failed_alike(self) -> bool:
         """Whether nothing is done and some have failed for one reason, but for names and numbers."""
@@ -196,13 +221,18 @@ class Pool:
         reasons = {_NUMBER.sub("#", entry.remark.replace(entry.name, "")) for entry in ended}
         return len(ended) >= FAILURES and len(reasons) == 1 and all(entry.state is State.FAILED for entry in ended)
 
-    def _heed_signals(self, screen: Screen) -> None:
+    def _heed_signals(self) -> None:
         """The first signal lets all runs write a checkpoint, the second one ends them at once."""
         self._signals.drain()
         for number in self._signals.received[self._signals_seen :]:
             first = self._signals_seen == 0
             self._signals_seen += 1
             if first:
-                screen.notice(f"{signal.Signals(number).name}: waits for the checkpoints of what runs (again: at once)")
+                say(f"{signal.Signals(number).name}: waits for the checkpoints of what runs (again: at once)")
             for job in self.running:
                 job.stop() if first else job.kill()
+
+
+def _wall_text(entry: Entry) -> str:
+    wall_s = (entry.summary or {}).get("wall_s")
+    return f" after {elapsed_text(wall_s)} of computing" if wall_s else ""

@@ -5,16 +5,16 @@ import fcntl
 import os
 import secrets
 import shlex
-import sys
 from argparse import Namespace
 from contextlib import ExitStack
 
-from copepod_run import components, hosts, progress
+from copepod_run import components, hosts
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.launcher import Launcher, Process
 from copepod_run.local_launcher import LocalLauncher
-from copepod_run.messages import complain, say
+from copepod_run.messages import complain, keep_drawn, say
 from copepod_run.plan import Plan
+from copepod_run.progress import Progress
 from copepod_run.run_directory import RunDirectory
 from copepod_run.scratch import Scratch
 from copepod_run.signals import SignalRecorder
@@ -36,9 +36,7 @@ class Attempt:
 
     def run(self) -> Ending:
         cells = self._plan.estimate.get("cells", 0)
-        as_json = self._options.progress == "json"
-        shown = progress.EventProgress(sys.stderr) if as_json else progress.for_stream(sys.stderr, cells)
-        display = progress.RecordedProgress(shown, self._directory.path / "logs" / "progress.json")
+        display = Progress(cells, self._directory.path / "logs" / "progress.json")
         size = f"{cells / 1e6:.3g} million cells, " if cells else ""
         say(f"{self._plan.name}: {size}{self._plan.steps} steps, in {self._directory.shown}")
         with ExitStack() as stack:
@@ -71,7 +69,7 @@ class Attempt:
             watch = Watch(launcher, processes, events, signals, display, self._plan.fluid_ranks)
             stack.callback(watch.close)
             ending = watch.wait()
-            display.close()
+            keep_drawn()
             self._stop(launcher, processes, watch, ending)
         return ending
 

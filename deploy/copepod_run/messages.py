@@ -36,7 +36,7 @@ def printable(text: str) -> str:
 
 
 class _Output(io.TextIOWrapper):
-    """Standard output or error: whatever is written, a terminal only obeys `redraw`."""
+    """Standard output or error: whatever is written, a terminal only obeys `draw`."""
 
     def write(self, text: str, /) -> int:
         return super().write(printable(text))
@@ -74,22 +74,42 @@ def is_utf8(stream: TextIO) -> bool:
     return codecs.lookup(stream.encoding or "ascii").name == "utf-8"
 
 
-def write(stream: TextIO, text: str) -> None:
-    """Writes and flushes; a reader that went away (`copepod run … 2>&1 | head`) or a full disk must not end a run."""
-    _write_by(stream.write, stream, text)
+def draws() -> bool:
+    """Whether stderr is for people, at a terminal, where a line can be drawn again in place."""
+    return _voice is Voice.LINES and sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
-def redraw(stream: TextIO, text: str, end: str = "") -> None:
-    """Writes over the line of a terminal that was drawn last."""
-    _write_by(getattr(stream, "write_as_it_is", stream.write), stream, f"\r{printable(text)}\033[K{end}")
+def width() -> int:
+    """Columns of a line that does not wrap."""
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns - 1
+    except OSError:
+        return 79
 
 
-def _write_by(write: Callable[[str], int], stream: TextIO, text: str) -> None:
+def draw(text: str, end: str = "") -> None:
+    """Draws a line of the terminal. It stays if it has an `end`; otherwise what is written next replaces it."""
+    global _is_drawn
+    _is_drawn = bool(text) and not end
+    text = printable(text) if end else printable(text)[: width()]
+    _write(getattr(sys.stderr, "write_as_it_is", sys.stderr.write), f"\r{text}\033[K{end}")
+
+
+def keep_drawn() -> None:
+    """The line that was drawn last stays."""
+    global _is_drawn
+    if _is_drawn:
+        _is_drawn = False
+        _write(sys.stderr.write, "\n")
+
+
+def _write(write: Callable[[str], int], text: str) -> None:
+    """A reader that went away (`copepod run … 2>&1 | head`) or a full disk must not end a run."""
     try:
         write(text)
-        stream.flush()
+        sys.stderr.flush()
     except OSError:
-        silence(stream)
+        silence(sys.stderr)
 
 
 def silence(stream: TextIO) -> None:
@@ -108,6 +128,7 @@ class Voice(enum.Enum):
 
 
 _voice = Voice.LINES
+_is_drawn = False
 
 
 def speak(voice: Voice) -> None:
@@ -116,17 +137,13 @@ def speak(voice: Voice) -> None:
     _voice = voice
 
 
-def is_quiet() -> bool:
-    return _voice is Voice.QUIET
-
-
 def speaks_json() -> bool:
     return _voice is Voice.JSON
 
 
 def say(text: str) -> None:
     """A line of the command's own on stderr."""
-    if not is_quiet():
+    if _voice is not Voice.QUIET:
         complain(text)
 
 
@@ -137,20 +154,19 @@ def complain(text: str) -> None:
 
 def say_lines(text: str) -> None:
     """Lines of another program on stderr."""
-    if _voice is Voice.JSON:
-        text = "".join(notice(line.removeprefix("copepod: ")) for line in text.splitlines())
-    write(sys.stderr, text)
+    if speaks_json():
+        for line in text.splitlines():
+            report("notice", text=line.removeprefix("copepod: "))
+        return
+    if _is_drawn:
+        draw("")
+    _write(sys.stderr.write, text)
 
 
 def report(event: str, **details: Any) -> None:
     """An event for a program that reads JSON lines; people are not shown it."""
     if speaks_json():
-        write(sys.stderr, json.dumps({"event": event, **details}) + "\n")
-
-
-def notice(text: str) -> str:
-    """A line for people, as an event."""
-    return json.dumps({"event": "notice", "text": text}) + "\n"
+        _write(sys.stderr.write, json.dumps({"event": event, **details}) + "\n")
 
 
 class Stage:
@@ -158,15 +174,17 @@ class Stage:
 
     def __init__(self, text: str) -> None:
         self._text = text
-        self._terminal = sys.stderr.isatty() and _voice is Voice.LINES
+        self._terminal = draws()
 
     def __enter__(self) -> "Stage":
         self._start = time.monotonic()
         self._next_update = self._start + UPDATE_EVERY_S
         if _voice is not Voice.LINES:
             say(f"{self._text} …")
+        elif self._terminal:
+            draw(f"copepod: {self._text} … ")
         else:
-            write(sys.stderr, f"copepod: {self._text} … ")
+            _write(sys.stderr.write, f"copepod: {self._text} … ")
         return self
 
     def count(self, done: int, total: int) -> None:
@@ -190,6 +208,6 @@ class Stage:
         if _voice is not Voice.LINES:
             say(f"{self._text} … {text}")
         elif self._terminal:
-            redraw(sys.stderr, f"copepod: {self._text} … {text}{'' if end else ' '}", end)
+            draw(f"copepod: {self._text} … {text}{'' if end else ' '}", end)
         else:
-            write(sys.stderr, f"{text}{end or ' … '}")
+            _write(sys.stderr.write, f"{text}{end or ' … '}")

@@ -1,14 +1,14 @@
 """How far a run is: the coupler's events, shown as a bar on a terminal and as lines every few seconds elsewhere."""
 
 import json
-import os
+import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
-from copepod_run.messages import is_quiet, is_utf8, notice, redraw, write
+from copepod_run.messages import draw, draws, is_utf8, report, say, speaks_json, width
 
 Event = dict[str, Any]
 Clock = Callable[[], float]
@@ -44,61 +44,6 @@ class EventReader:
         return events
 
 
-def for_stream(stream: TextIO, cells: int) -> "Progress":
-    """The display that suits `stream`; `cells` is the number of cells per step, for the speed in MLUPS."""
-    if is_quiet():
-        return Progress()
-    return (TerminalProgress if redraws(stream) else PlainProgress)(stream, cells)
-
-
-def redraws(stream: TextIO) -> bool:
-    """Whether a line can be drawn again in place."""
-    return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
-
-
-def width_of(stream: TextIO) -> int:
-    """Columns of a line that does not wrap."""
-    try:
-        return os.get_terminal_size(stream.fileno()).columns - 1
-    except OSError:
-        return 79
-
-
-class Progress:
-    """A display of one run; this one shows nothing, as in quiet mode."""
-
-    def phase(self, name: str) -> None:
-        ...
-
-    def step(self, event: Event) -> None:
-        ...
-
-    def notice(self, text: str) -> None:
-        ...
-
-    def close(self) -> None:
-        ...
-
-
-class EventProgress(Progress):
-    """Phases and steps as JSON lines, for a program that shows them in its own way."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-
-    def phase(self, name: str) -> None:
-        self._write({"event": "phase", "phase": name})
-
-    def step(self, event: Event) -> None:
-        self._write(event)
-
-    def notice(self, text: str) -> None:
-        write(self._stream, notice(text))
-
-    def _write(self, event: Event) -> None:
-        write(self._stream, json.dumps(event) + "\n")
-
-
 def speed_text(steps_per_s: float, cells: int) -> str:
     """«412 steps/s, 101 MLUPS» (million lattice cell updates per second)."""
     text = f"{_three_digits(steps_per_s)} steps/s"
@@ -125,105 +70,44 @@ def clock_text(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{seconds % 60:02d}" if hours else f"{minutes}:{seconds % 60:02d}"
 
 
-class PlainProgress(Progress):
-    """Lines for logs and pipes: every phase, a step line every few seconds and for the last step."""
+class Progress:
+    """Shows how far a run is, and keeps phase and last step in a file for `copepod watch`."""
 
-    def __init__(self, stream: TextIO, cells: int, clock: Clock = time.monotonic) -> None:
-        self._stream = stream
+    def __init__(self, cells: int, path: Path, clock: Clock = time.monotonic) -> None:
+        """`cells`: per step, for the speed in MLUPS."""
         self._cells = cells
-        self._clock = clock
-        self._next = 0.0
-
-    def phase(self, name: str) -> None:
-        self._write(name)
-
-    def step(self, event: Event) -> None:
-        now = self._clock()
-        if now < self._next and event["step"] != event["steps"]:
-            return
-        self._next = now + LINE_EVERY_S
-        percent = 100.0 * event["step"] / max(event["steps"], 1)
-        words = [f"step {event['step']} of {event['steps']} ({percent:.0f} %)", *figures(event, self._cells)]
-        self._write(", ".join(words))
-
-    def notice(self, text: str) -> None:
-        self._write(text)
-
-    def _write(self, text: str) -> None:
-        write(self._stream, f"copepod: {text}\n")
-
-
-class TerminalProgress(Progress):
-    """One line, redrawn in place, never wider than the terminal."""
-
-    def __init__(self, stream: TextIO, cells: int) -> None:
-        self._stream = stream
-        self._cells = cells
-        self._full, self._empty = ("━", "╌") if is_utf8(stream) else ("#", ".")
-        self._drawn = False
-
-    def phase(self, name: str) -> None:
-        if not self._drawn:  # once there is a bar it stays
-            self._draw(f"copepod: {name} …")
-
-    def step(self, event: Event) -> None:
-        self._drawn = True
-        self._draw(self.line(event, width_of(self._stream)))
-
-    def notice(self, text: str) -> None:
-        """A line of its own, above the bar."""
-        redraw(self._stream, f"copepod: {text}", "\n")
-
-    def close(self) -> None:
-        """Leaves the last state of the bar standing."""
-        write(self._stream, "\n")
-
-    def line(self, event: Event, width: int) -> str:
-        """The bar with its figures in at most `width` columns; what does not fit is left out from the right."""
-        steps = str(event["steps"])
-        share = min(event["step"] / max(event["steps"], 1), 1.0)
-        head = f"{int(100 * share):3d} % "
-        words = [f"step {event['step']:>{len(steps)}}/{steps}"]
-        words += [word.ljust(places) for word, places in zip(figures(event, self._cells), _PLACES)]
-        while words and len(head) + len("  ".join(words)) + _NARROWEST_BAR > width:
-            words.pop()
-        tail = "  ".join(["", *words])
-        columns = max(min(_WIDEST_BAR, width - len(head) - len(tail)), 0)
-        full = int(share * columns)
-        return (head + self._full * full + self._empty * (columns - full) + tail)[:width].rstrip()
-
-    def _draw(self, text: str) -> None:
-        redraw(self._stream, text[: width_of(self._stream)])
-
-
-class RecordedProgress(Progress):
-    """Passes everything on to another display, and keeps phase and last step in a file for `copepod watch`."""
-
-    def __init__(self, display: Progress, path: Path, clock: Clock = time.monotonic) -> None:
-        self._display = display
         self._path = path
         self._clock = clock
-        self._next = 0.0
+        self._next_record = self._next_line = 0.0
+        self._has_bar = False
         self._state: Event = {}
 
     def phase(self, name: str) -> None:
         self._state["phase"] = name
         self._record()
-        self._display.phase(name)
+        if speaks_json():
+            report("phase", phase=name)
+        elif not draws():
+            say(name)
+        elif not self._has_bar:  # which stays
+            draw(f"copepod: {name} …")
 
     def step(self, event: Event) -> None:
         self._state |= event
-        now = self._clock()
-        if now >= self._next or event["step"] == event["steps"]:
-            self._next = now + RECORD_EVERY_S
+        now, is_last = self._clock(), event["step"] == event["steps"]
+        if is_last or now >= self._next_record:
+            self._next_record = now + RECORD_EVERY_S
             self._record()
-        self._display.step(event)
-
-    def notice(self, text: str) -> None:
-        self._display.notice(text)
-
-    def close(self) -> None:
-        self._display.close()
+        if speaks_json():
+            report(**event)
+        elif draws():
+            self._has_bar = True
+            draw(bar(event, self._cells, width()))
+        elif is_last or now >= self._next_line:
+            self._next_line = now + LINE_EVERY_S
+            percent = 100.0 * event["step"] / max(event["steps"], 1)
+            words = [f"step {event['step']} of {event['steps']} ({percent:.0f} %)", *figures(event, self._cells)]
+            say(", ".join(words))
 
     def _record(self) -> None:
         """Replaces the file at once; a full disk must not end a run that needs no space."""
@@ -231,3 +115,20 @@ class RecordedProgress(Progress):
         with suppress(OSError):
             fresh.write_text(json.dumps(self._state) + "\n")
             fresh.replace(self._path)
+
+
+def bar(event: Event, cells: int, columns: int) -> str:
+    """A bar with its figures in at most so many columns; what does not fit is left out from the right."""
+    unicode_works = is_utf8(sys.stderr)
+    full, empty = ("━", "╌") if unicode_works else ("#", ".")
+    steps = str(event["steps"])
+    share = min(event["step"] / max(event["steps"], 1), 1.0)
+    head = f"{int(100 * share):3d} % "
+    words = [f"step {event['step']:>{len(steps)}}/{steps}"]
+    words += [word.ljust(places) for word, places in zip(figures(event, cells), _PLACES)]
+    while words and len(head) + len("  ".join(words)) + _NARROWEST_BAR > columns:
+        words.pop()
+    tail = "  ".join(["", *words])
+    length = max(min(_WIDEST_BAR, columns - len(head) - len(tail)), 0)
+    done = int(share * length)
+    return (head + full * done + empty * (length - done) + tail)[:columns].rstrip()

@@ -52,9 +52,7 @@ class RunDirectory:
 
     @property
     def shown(self) -> str:
-        """The path as text, relative to the current directory if that is shorter."""
-        relative = os.path.relpath(self.path)
-        return relative if len(relative) < len(str(self.path)) else str(self.path)
+        return shown(self.path)
 
     def summary(self) -> dict[str, Any] | None:
         """summary.json, or None if there is none that can be read."""
@@ -79,6 +77,11 @@ class RunDirectory:
         if not provenance.get("end"):
             provenance["end"] = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
         _replace(path, json.dumps(provenance, indent=2) + "\n")
+
+
+def shown(path: Path) -> str:
+    """As text, relative to the current directory if that is shorter."""
+    return min(str(path), os.path.relpath(path), key=len)
 
 
 def read_object(path: Path) -> dict[str, Any]:

@@ -6,13 +6,13 @@ import signal
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
 from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge, reported_by_mpirun
 from copepod_run.messages import say
 from copepod_run.progress import Event, EventReader, Progress
+from copepod_run.run_directory import shown
 from copepod_run.signals import SignalRecorder
 
 # How long to wait for further evidence once something has failed; with the three seconds that stopping may take,
@@ -195,7 +195,7 @@ class Watch:
             self.last_step = event["step"]
             self._display.step(event)
         elif kind == "notice":
-            self._display.notice(event["text"])
+            say(event["text"])
         elif kind == "failure":
             self._reported = failure_of_event(event, self._host)
             self._decide_within(_AFTER_LOSS_S if self._is_loss_without_cause() else _AFTER_REPORT_S)
@@ -219,7 +219,7 @@ class Watch:
         self._selector.unregister(process.descriptor)
         del self._alive[process.name]
         log = process.log_tail()
-        log_file = _shown(process.log if log else process.output)
+        log_file = shown(process.log if log else process.output)
         exit = describe_exit(process.name, returncode, process.tail(), process.host, self._ranks, log, log_file)
         self._exits.append(exit)
         if self._summary and not exit.signal and not exit.code:
@@ -246,8 +246,3 @@ class Watch:
         late = next(iter(self._alive.values()))
         reason = f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished."
         return Failure(ExitCode.COMPONENT_LOST, late.name, late.host, "0", self.last_step, reason, is_after_step=True)
-
-
-def _shown(path: Path) -> str:
-    """Relative to the current directory if that is shorter."""
-    return min(os.path.relpath(path), str(path), key=len)

@@ -208,6 +208,13 @@ class BrokenComponents(unittest.TestCase):
             output,
         )
         self.assertIn("not conformant: 2 passed, 1 failed, 0 skipped", output)
+        _, output, _ = self.ended["steps_twice_on_a_repeat"]
+        self.assertRegex(
+            output, r"  sent  .*AppliedLoads #4 of step 2, AppliedLoads #4 of step 2 again\n  came  another"
+        )
+        _, output, _ = self.ended["ignores_the_version"]
+        self.assertIn("  sent  Welcome on both lanes of protocol 1.0\n", output)
+        self.assertIn(", Kinematics #2 of step 0 of protocol 3.0\n", output)
 
     def test_every_broken_component_is_tried(self):
         scripts = {path.stem for path in (HERE / "broken").glob("*.py")} - {

@@ -1,12 +1,16 @@
 """Campaigns: killed and started again, of changed cases and builds, with cases that fail."""
 
+import contextlib
 import csv
+import io
+import itertools
 import json
 import os
 import shutil
 import signal
 import unittest
 from pathlib import Path
+from unittest import mock
 
 from copepod_session import FAKES, ROOT, CommandTest
 
@@ -152,6 +156,16 @@ class FakeCampaign(CommandTest):
         self.assertEqual(self.states(), {"a": ("failed", False), "b": ("done", False)})
         self.assertIn("1 of 2 cases failed (a;", said)
 
+    def test_what_starts_and_ends_is_shown_and_if_it_is_quiet_only_what_fails(self):
+        self.write("campaign", {"name": "fakes", "jobs": 1, "cases": ["a", "b"]})
+        self.write_case("b", fail=70)
+        lines = self.run_campaign(code=70).splitlines()
+        for number, line in enumerate(("a: starts", "a: done", "b: starts", "b: failed. ")):
+            self.assertTrue(lines[1 + number].startswith(f"copepod: {line}"), lines)
+        quiet = self.run_campaign("--quiet", code=70).splitlines()
+        self.assertEqual(len(quiet), 2, quiet)
+        self.assertTrue(quiet[0].startswith("copepod: b: failed. "), quiet)
+
     def test_one_campaign_at_a_time_in_a_folder(self):
         self.write_case("a", steps=3000)
         first = self.start("campaign", "campaign.json", "--out", "out")
@@ -159,6 +173,48 @@ class FakeCampaign(CommandTest):
         self.assertIn("is in use", self.run_campaign(code=2))
         first.process.send_signal(signal.SIGTERM)
         self.assertEqual(first.end(timeout_s=30), 143)
+        self.assertIn("copepod: a: stopped\n", first.stderr)
+
+
+class HowFar(unittest.TestCase):
+    """A campaign of four cases: one is done, one runs, one waits, one failed."""
+
+    def setUp(self):
+        from copepod_campaign.entry import State
+        from copepod_campaign.pool import Pool
+        from copepod_run import messages
+
+        self.messages = messages
+        states = (State.DONE, State.RUNNING, State.NEW, State.FAILED)
+        entries = [mock.Mock(state=state, weight=10.0) for state in states]
+        self.pool = Pool("paper", entries, 2, mock.Mock(), None, False)
+        self.pool._waiting = entries[2:3]
+        entries[1].name = "design_d"
+        job = mock.Mock(entry=entries[1], share=0.5, weight_per_s=0.5, remaining_s=10.0)
+        self.pool.running.append(job)
+        self.stream = self.enterContext(contextlib.redirect_stderr(io.StringIO()))
+
+    def test_line_has_the_share_the_time_left_and_what_runs(self):
+        self.assertEqual(self.pool.line(), "paper: 62 %, 1 of 4 done, 0:20 left; design_d 50 %")
+
+    def test_line_comes_once_a_minute(self):
+        with mock.patch("time.monotonic", side_effect=itertools.count(self.pool._next_line - 1, 1)):
+            for _ in range(20):
+                self.pool._show()
+        self.assertEqual(self.stream.getvalue().count("copepod: paper: 62 %"), 1)
+
+    def test_line_is_redrawn_on_a_terminal(self):
+        self.stream.isatty = lambda: True
+        with mock.patch.dict("os.environ", TERM="xterm"):
+            self.pool._show()
+        self.assertEqual(self.stream.getvalue(), f"\rcopepod: {self.pool.line()}\033[K")
+
+    def test_programs_get_events_that_count_cases(self):
+        self.addCleanup(self.messages.speak, self.messages.Voice.LINES)
+        self.messages.speak(self.messages.Voice.JSON)
+        self.pool._show()
+        event = {"event": "progress", "step": 1, "steps": 4, "share": 0.625, "remaining_s": 20.0}
+        self.assertEqual(json.loads(self.stream.getvalue()), event)
 
 
 class Forecast(unittest.TestCase):

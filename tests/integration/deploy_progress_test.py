@@ -1,10 +1,16 @@
 """The progress display on terminals and elsewhere, and the reader of the coupler's events."""
 
+import contextlib
 import io
+import json
+import tempfile
 import unittest
+from pathlib import Path
+from unittest import mock
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_run.progress import EventReader, PlainProgress, TerminalProgress, clock_text, for_stream
+from copepod_run import messages
+from copepod_run.progress import EventReader, Progress, bar, clock_text
 
 EVENT = {"event": "progress", "step": 500, "steps": 1000, "steps_per_s": 123.4, "remaining_s": 4.05}
 
@@ -24,12 +30,16 @@ class Terminal(io.TextIOWrapper):
 
 
 class Plain(unittest.TestCase):
+    def setUp(self):
+        self.path = Path(self.enterContext(tempfile.TemporaryDirectory())) / "progress.json"
+
     def lines_at(self, times, steps=None):
         """Lines written for one progress event at each of the times."""
-        stream, clock = io.StringIO(), iter(times)
-        display = PlainProgress(stream, cells=2_000_000, clock=lambda: next(clock))
-        for step in steps or [500] * len(times):
-            display.step({**EVENT, "step": step})
+        clock = iter(times)
+        progress = Progress(2_000_000, self.path, lambda: next(clock))
+        with contextlib.redirect_stderr(io.StringIO()) as stream:
+            for step in steps or [500] * len(times):
+                progress.step({**EVENT, "step": step})
         return stream.getvalue().splitlines()
 
     def test_line_shows_step_share_speed_and_time_left(self):
@@ -38,8 +48,8 @@ class Plain(unittest.TestCase):
         )
 
     def test_there_is_no_rate_before_the_first_step(self):
-        stream = io.StringIO()
-        PlainProgress(stream, cells=8).step({**EVENT, "step": 0, "steps_per_s": 0.0, "remaining_s": 0.0})
+        with contextlib.redirect_stderr(io.StringIO()) as stream:
+            Progress(8, self.path).step({**EVENT, "step": 0, "steps_per_s": 0.0, "remaining_s": 0.0})
         self.assertEqual(stream.getvalue(), "copepod: step 0 of 1000 (0 %)\n")
 
     def test_lines_come_every_five_seconds(self):
@@ -53,40 +63,66 @@ class Plain(unittest.TestCase):
 
 
 class OnTerminal(unittest.TestCase):
+    def setUp(self):
+        self.terminal = self.enterContext(contextlib.redirect_stderr(Terminal()))
+        self.enterContext(mock.patch.dict("os.environ", TERM="xterm"))
+
     def test_bar_never_exceeds_the_width(self):
-        display = TerminalProgress(Terminal(), cells=2_000_000)
         for width in range(8, 200):
             for step in (0, 1, 500, 999, 1000):
-                self.assertLessEqual(len(display.line({**EVENT, "step": step}, width)), width)
+                self.assertLessEqual(len(bar({**EVENT, "step": step}, 2_000_000, width)), width)
 
     def test_figures_leave_from_the_right_when_it_is_narrow(self):
-        display = TerminalProgress(Terminal(), cells=2_000_000)
-        self.assertIn("MLUPS", display.line(EVENT, 120))
-        self.assertNotIn("MLUPS", display.line(EVENT, 60))
-        self.assertIn("0:04 left", display.line(EVENT, 60))
-        self.assertIn("50 %", display.line(EVENT, 20))
+        self.assertIn("MLUPS", bar(EVENT, 2_000_000, 120))
+        self.assertNotIn("MLUPS", bar(EVENT, 2_000_000, 60))
+        self.assertIn("0:04 left", bar(EVENT, 2_000_000, 60))
+        self.assertIn("50 %", bar(EVENT, 2_000_000, 20))
 
     def test_half_of_the_bar_is_full_at_half_time(self):
-        line = TerminalProgress(Terminal(), cells=0).line(EVENT, 200)
+        line = bar(EVENT, 0, 200)
         self.assertEqual((line.count("━"), line.count("╌")), (20, 20))
 
     def test_line_is_redrawn_in_place(self):
-        terminal = Terminal()
-        display = TerminalProgress(terminal, cells=0)
-        display.step(EVENT)
-        display.step(EVENT)
-        self.assertEqual(terminal.text().count("\r"), 2)
-        self.assertNotIn("\n", terminal.text())
-        display.close()
-        self.assertTrue(terminal.text().endswith("\n"))
+        progress = Progress(0, Path("no such folder/progress.json"))
+        progress.step(EVENT)
+        progress.step(EVENT)
+        self.assertEqual(self.terminal.text().count("\r"), 2)
+        self.assertNotIn("\n", self.terminal.text())
+        messages.keep_drawn()
+        self.assertTrue(self.terminal.text().endswith("\033[K\n"))
 
-    def test_pipe_gets_plain_lines(self):
-        self.assertIsInstance(for_stream(io.StringIO(), 0), PlainProgress)
+    def test_what_is_said_replaces_the_bar(self):
+        Progress(0, Path("no such folder/progress.json")).step(EVENT)
+        messages.say("warned")
+        self.assertTrue(self.terminal.text().endswith("\033[K\r\033[Kcopepod: warned\n"), self.terminal.text())
 
     def test_clock(self):
         self.assertEqual(
             [clock_text(seconds) for seconds in (-1, 7.4, 751, 11040)], ["0:00", "0:07", "12:31", "3:04:00"]
         )
+
+
+class InAnotherVoice(unittest.TestCase):
+    def shown_as(self, voice):
+        """What a phase, two steps and a line become."""
+        self.addCleanup(messages.speak, messages.Voice.LINES)
+        messages.speak(voice)
+        progress = Progress(0, Path("no such folder/progress.json"))
+        with contextlib.redirect_stderr(Terminal()) as stream, mock.patch.dict("os.environ", TERM="xterm"):
+            progress.phase("running")
+            progress.step(EVENT)
+            progress.step(EVENT)
+            messages.say("slow")
+        return stream.text()
+
+    def test_programs_get_every_event_and_line_as_json(self):
+        lines = [json.loads(line) for line in self.shown_as(messages.Voice.JSON).splitlines()]
+        self.assertEqual(
+            lines, [{"event": "phase", "phase": "running"}, EVENT, EVENT, {"event": "notice", "text": "slow"}]
+        )
+
+    def test_quiet_is_silent(self):
+        self.assertEqual(self.shown_as(messages.Voice.QUIET), "")
 
 
 class Events(unittest.TestCase):

@@ -78,12 +78,6 @@ class Display:
     def step(self, event):
         pass
 
-    def notice(self, text):
-        pass
-
-    def close(self):
-        pass
-
 
 class WatchOfThreeHosts(unittest.TestCase):
     def setUp(self):

@@ -1,7 +1,9 @@
 """`copepod watch`: the live page of a run that a test writes row by row."""
 
+import contextlib
 import fcntl
 import http.client
+import io
 import json
 import os
 import re
@@ -15,7 +17,7 @@ from browser import CHROMIUM, Browser
 from copepod_session import CommandTest, wait_until
 from synthetic_run import CELL_M, PERIOD, SPEED, STEP_S, write_run
 from copepod_run.errors import Stop
-from copepod_run.progress import RecordedProgress
+from copepod_run.progress import Progress
 from copepod_watch.campaign import CampaignFollower
 from copepod_watch.follower import TrajectoryFollower
 from copepod_watch.server import WatchServer
@@ -335,22 +337,15 @@ class Following(WatchTest):
         run.release()
 
     def test_a_run_records_its_progress_and_survives_a_lost_folder(self):
-        class Shown:
-            events = []
-
-            def phase(self, name):
-                self.events.append(name)
-
-            def step(self, event):
-                self.events.append(event["step"])
-
         path = self.folder / "logs/progress.json"
-        display = RecordedProgress(Shown(), path, clock=lambda: 1.0)
-        display.phase("running")  # there is no such folder
+        progress = Progress(0, path, clock=lambda: 1.0)
+        shown = self.enterContext(contextlib.redirect_stderr(io.StringIO()))
+        progress.phase("running")  # there is no such folder
         path.parent.mkdir()
         for step in (0, 1, 2, 3):
-            display.step({"event": "progress", "step": step, "steps": 3})
-        self.assertEqual(Shown.events, ["running", 0, 1, 2, 3])
+            progress.step({"event": "progress", "step": step, "steps": 3, "steps_per_s": 0.0})
+        lines = ["running", "step 0 of 3 (0 %)", "step 3 of 3 (100 %)"]
+        self.assertEqual(shown.getvalue().splitlines(), [f"copepod: {line}" for line in lines])
         self.assertEqual(json.loads(path.read_text())["phase"], "running")
         self.assertEqual(json.loads(path.read_text())["step"], 3)
 
