@@ -9,7 +9,7 @@ from typing import Any
 from copepod_campaign.sweep import Member, Problems, members_of, swept_keys, value_text
 from copepod_run import components, estimate
 from copepod_run.errors import Stop
-from copepod_run.estimate import Findings
+from copepod_run.estimate import Check
 from copepod_run.figures import number_text
 from copepod_run.messages import elapsed_text
 
@@ -17,7 +17,7 @@ _MANY_RUNS = 1000
 _UNKNOWN = "unknown: nothing like them has finished on this machine yet"
 
 
-def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, trusted: bool) -> Findings:
+def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, trusted: bool) -> Check:
     """What a sweep or campaign will do and need. Raises Stop(2) with the errors of all cases if one is bad."""
     members = members_of(items, trusted)
     jobs = min(jobs or len(os.sched_getaffinity(0)), len(members))
@@ -42,10 +42,10 @@ def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, tr
     if len(members) > _MANY_RUNS:
         warnings.append(f"warning: {len(members)} runs are many (each has a folder of its own). Fewer values may do.")
     memory = sum(sorted(bytes_of, reverse=True)[:jobs])
-    return Findings(
+    return Check(
         name,
         sum(member.plan.steps for member in members),
-        [*_rows_of_items(members), *_rows_of_needs(members, memory, disk_bytes, jobs)],
+        _rows_of_items(members) | _rows_of_needs(members, memory, disk_bytes, jobs),
         {"at once": memory},
         dict(disk_bytes),
         warnings,
@@ -54,10 +54,10 @@ def findings(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, tr
     )
 
 
-def _rows_of_items(members: Sequence[Member]) -> list[tuple[str, str]]:
+def _rows_of_items(members: Sequence[Member]) -> dict[str, str]:
     """What each sweep varies; how many cases are not of a sweep."""
     items = dict.fromkeys(member.item for member in members)
-    rows, single = [], 0
+    rows, single = {}, 0
     for item in items:
         own = [member for member in members if member.item == item]
         if not own[0].parameters:
@@ -65,8 +65,8 @@ def _rows_of_items(members: Sequence[Member]) -> list[tuple[str, str]]:
             continue
         heads = swept_keys(own)
         texts = [_values_text(head, [member.parameters[key] for member in own]) for key, head in heads.items()]
-        rows.append((item, f"{len(own)} runs: " + "; ".join(texts)))
-    return rows + ([("cases without a sweep", str(single))] if single else [])
+        rows[item] = f"{len(own)} runs: " + "; ".join(texts)
+    return rows | ({"cases without a sweep": str(single)} if single else {})
 
 
 def _values_text(head: str, values: Sequence[Any]) -> str:
@@ -76,25 +76,23 @@ def _values_text(head: str, values: Sequence[Any]) -> str:
     return f"{head} {span}"
 
 
-def _rows_of_needs(
-    members: Sequence[Member], memory: int, disk_bytes: Mapping[str, int], jobs: int
-) -> list[tuple[str, str]]:
+def _rows_of_needs(members: Sequence[Member], memory: int, disk_bytes: Mapping[str, int], jobs: int) -> dict[str, str]:
     """Cell updates, memory, disk and time of the whole."""
-    rows = []
+    rows = {}
     updates = sum(float(member.plan.estimate.get("cell_updates") or 0.0) for member in members)
     if updates:
-        rows.append(("cell updates", number_text(updates)))
+        rows["cell updates"] = number_text(updates)
     if memory:
-        rows.append(("memory", f"{memory / 2**20:.0f} MiB at most, for {jobs} at once"))
+        rows["memory"] = f"{memory / 2**20:.0f} MiB at most, for {jobs} at once"
     if disk_bytes:
-        rows.append(("disk", estimate.disk_text(disk_bytes)))
+        rows["disk"] = estimate.disk_text(disk_bytes)
     ranks = max(1, len(os.sched_getaffinity(0)) // jobs)
     times = [_time_s(member, ranks) for member in members]
     known = [time for time in times if time is not None]
     texts = [f"about {elapsed_text(_together_s(known, jobs))}, {jobs} at once"] if known else []
     if len(known) < len(times):
         texts.append(f"{f'{len(times) - len(known)} runs ' if known else ''}{_UNKNOWN}")
-    return [*rows, ("time", "; ".join(texts))]
+    return rows | {"time": "; ".join(texts)}
 
 
 def _time_s(member: Member, ranks: int) -> float | None:

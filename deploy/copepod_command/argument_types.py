@@ -36,15 +36,19 @@ count = functools.partial(integer, least=0)
 ranks = functools.partial(integer, what="rank count")
 
 
-def metres(text: str) -> float:
-    """A length, zero or more."""
+def real(text: str, what: str) -> float:
+    """A number, zero or more; `what`: what messages call it, and how to write it."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"«{text}» is not a valid length (metres ≥ 0). Write 50e-6 for 50 µm.")
+        raise argparse.ArgumentTypeError(f"«{text}» is not a valid {what}.")
     return value
+
+
+metres = functools.partial(real, what="length (metres ≥ 0). Write 50e-6 for 50 µm")
+tolerance = functools.partial(real, what="relative difference (number ≥ 0, such as 1e-9)")
 
 
 def time(text: str) -> str:
@@ -52,14 +56,3 @@ def time(text: str) -> str:
     if text not in ("auto", "mean", "last") and not text.isdecimal():
         raise argparse.ArgumentTypeError(f"«{text}» is not a time of the flow. Use mean, last or a step such as 14058.")
     return text
-
-
-def tolerance(text: str) -> float:
-    """A relative difference, zero or more."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"«{text}» is not a valid relative difference (number ≥ 0, such as 1e-9).")
-    return value

@@ -11,7 +11,7 @@ from copepod_campaign import check as campaign_check
 from copepod_campaign.campaign import item_of_sweep
 from copepod_run import build, components, estimate, hosts
 from copepod_run.errors import ExitCode, Stop
-from copepod_run.estimate import Findings, Memory
+from copepod_run.estimate import Check, Memory
 from copepod_run.plan import CampaignPlan, Plan, request
 
 
@@ -19,26 +19,17 @@ def check(options: Namespace) -> int:
     """Prints the key figures of a case, sweep or campaign that can run; errors end in Stop(2)."""
     found = findings(options)
     if options.json:
-        print(json.dumps({**asdict(found), "figures": dict(found.figures)}))
+        print(json.dumps(asdict(found)))
     else:
-        _print(options.case, found)
+        print(f"{options.case}: {found.name}, {found.text()}")
     if found.problems:
         raise Stop(ExitCode.BAD_CASE)
+    if not options.json:
+        print("ok")
     return ExitCode.FINISHED
 
 
-def _print(file: str, found: Findings) -> None:
-    width = max((len(name) for name, _ in found.figures), default=0) + 2
-    print(f"{file}: {found.name}, " + (f"{found.runs} runs, " if found.runs > 1 else "") + f"{found.steps} steps")
-    for name, value in found.figures:
-        print(f"  {name:<{width}}{value}")
-    for line in [*found.warnings, *(f"error: {problem}" for problem in found.problems)]:
-        print(line)
-    if not found.problems:
-        print("ok")
-
-
-def findings(options: Namespace) -> Findings:
+def findings(options: Namespace) -> Check:
     """Everything that can be known of a case, every member of a sweep or every case of a campaign before it runs.
 
     Raises Stop(2) with the errors of the coupler if one is bad.
@@ -65,10 +56,10 @@ def findings(options: Namespace) -> Findings:
         *_rank_warnings(plan),
         *_unasked_warnings(plan),
     ]
-    return Findings(
+    return Check(
         plan.name,
         plan.steps,
-        [(note["what"], note["value"]) for note in plan.notes] + _estimate_rows(plan, memory),
+        {note["what"]: note["value"] for note in plan.notes} | _estimate_rows(plan, memory),
         {part.name: part.total for part in memory},
         plan.estimate["disk_bytes"],
         warnings,
@@ -83,15 +74,13 @@ def _named_by_case(plan: Plan, options: Namespace) -> frozenset[str]:
     )
 
 
-def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> list[tuple[str, str]]:
+def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> dict[str, str]:
     """What runs where, memory, disk and time of the run."""
-    rows = [(f"on {host}", what) for host, what in hosts.table(plan)]
+    rows = {f"on {host}": what for host, what in hosts.table(plan)}
     if memory:
         parts = ", ".join(part.text() for part in memory)
-        rows.append(("memory", f"{sum(part.total for part in memory) / 2**20:.0f} MiB ({parts})"))
-    rows.append(("disk", estimate.disk_text(plan.estimate["disk_bytes"])))
-    rows.append(("time", estimate.time_text(plan)))
-    return rows
+        rows["memory"] = f"{sum(part.total for part in memory) / 2**20:.0f} MiB ({parts})"
+    return rows | {"disk": estimate.disk_text(plan.estimate["disk_bytes"]), "time": estimate.time_text(plan)}
 
 
 def _rank_warnings(plan: Plan) -> list[str]:

@@ -45,17 +45,27 @@ class Memory:
 
 
 @dataclass(frozen=True)
-class Findings:
+class Check:
     """What is known of a case, sweep or campaign before it runs."""
 
     name: str
     steps: int  # of all runs
-    figures: list[tuple[str, str]]  # (name, value)
+    figures: dict[str, str]  # as texts: relaxation time, Reynolds numbers, memory, time, …
     memory_bytes: dict[str, int]  # by component, of all its processes; of several runs: of those at once
     disk_bytes: dict[str, int]  # by kind of output
-    warnings: list[str]
-    problems: list[str]  # what keeps it from running
-    runs: int = 1
+    warnings: list[str]  # what may go wrong
+    problems: list[str]  # what keeps it from running: a component that cannot be started or can do too little
+    runs: int = 1  # of a sweep or campaign: its members
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.text()}"
+
+    def text(self) -> str:
+        """Number of runs and steps; then, line by line, figures, warnings and problems."""
+        width = max(map(len, self.figures), default=0)
+        lines = [(f"{self.runs} runs, " if self.runs > 1 else "") + f"{self.steps} steps"]
+        lines += [f"  {name:<{width}}  {value}" for name, value in self.figures.items()]
+        return "\n".join([*lines, *self.warnings, *(f"error: {problem}" for problem in self.problems)])
 
 
 def memory_of(plan: Plan) -> list[Memory]:

@@ -142,27 +142,20 @@ def _problem_of(host: str) -> str:
 
 def guard_command(variable: str, mark: str) -> list[str]:
     """Starts the guard on another host; `variable`, by which the guards find each other, holds the mark there."""
-    folder = Path(__file__).resolve().parent.parent
-    settings = [f"{variable}={mark}", f"PYTHONPATH={folder}", "PYTHONUTF8=1"]
-    return ["exec", "env", *settings, "/usr/bin/python3", "-S", "-P", "-B", "-m", "copepod_run.host_guard"]
+    return [*_python(f"{variable}={mark}"), "-m", "copepod_run.host_guard"]
 
 
 def ending_command(variable: str, mark: str) -> list[str]:
     """Continues a guard that is stopped, and kills it if it does not end then: what it has started cleans up."""
-    folder = Path(__file__).resolve().parent.parent
     code = "import sys; from copepod_run.cleanup import end_marked; end_marked(sys.argv[1], 2.0)"
-    return [
-        "exec",
-        "env",
-        f"PYTHONPATH={folder}",
-        "/usr/bin/python3",
-        "-S",
-        "-P",
-        "-B",
-        "-c",
-        code,
-        f"{variable}={mark}",
-    ]
+    return [*_python(), "-c", code, f"{variable}={mark}"]
+
+
+def _python(*settings: str) -> list[str]:
+    """Becomes a Python that finds our modules and loads no others, with these variables."""
+    folder = Path(__file__).resolve().parent.parent
+    own = (f"PYTHONPATH={folder}", "PYTHONUTF8=1")
+    return ["exec", "env", *settings, *own, "/usr/bin/python3", "-S", "-P", "-B"]
 
 
 def free_endpoint(address: str, host: str) -> str:

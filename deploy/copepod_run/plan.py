@@ -99,14 +99,11 @@ def request_campaign(file: str, settings: Sequence[str] = ()) -> CampaignPlan:
 
 def resolved_case(file: str | Path) -> dict[str, Any] | None:
     """The resolved case in `file` as the present coupler reads it, or None if there is none that it can read."""
-    answer = subprocess.run(
-        [str(program("coupler")), "--plan", str(file)],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    return parse_plan(answer.stdout).case if answer.returncode == 0 else None
+    try:
+        return plan_of(file).case
+    except Stop as refusal:
+        refusal.refused()
+        return None
 
 
 def _ask_coupler(arguments: Sequence[str]) -> str:

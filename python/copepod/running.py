@@ -13,7 +13,7 @@ import warnings
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from copepod.results import Campaign, Run, Sample, TrajectoryReader, load
 from copepod_command.check import findings
 from copepod_run.checkout import ROOT
 from copepod_run.errors import ExitCode
+from copepod_run.estimate import Check
 from copepod_run.progress import Event, clock_text
 from copepod_run.run_process import RunProcess
 
@@ -32,36 +33,6 @@ _DRAW_EVERY_S = 0.5
 
 AnyCase = Case | Mapping[str, Any] | str | Path
 Settings = Mapping[str, Any] | Sequence[str]
-
-
-@dataclass(frozen=True)
-class Check:
-    """What is known of a case before it runs.
-
-    name, steps   of the case
-    runs          1, or of a sweep: its members
-    figures       names and values, as texts: relaxation time, Reynolds numbers, memory, time, …
-    memory_bytes  by component, of all its processes
-    disk_bytes    by kind of output
-    warnings      what may go wrong
-    problems      what keeps the case from running: a component that cannot be started or can do too little
-    """
-
-    name: str
-    steps: int
-    runs: int
-    figures: dict[str, str]
-    memory_bytes: dict[str, int]
-    disk_bytes: dict[str, int]
-    warnings: list[str]
-    problems: list[str]
-
-    def __str__(self) -> str:
-        width = max(map(len, self.figures), default=0)
-        runs = f"{self.runs} runs, " if self.runs > 1 else ""
-        lines = [f"{self.name}: {runs}{self.steps} steps"]
-        lines += [f"  {name:<{width}}  {value}" for name, value in self.figures.items()]
-        return "\n".join([*lines, *self.warnings, *(f"error: {problem}" for problem in self.problems)])
 
 
 @dataclass(frozen=True)
@@ -87,11 +58,14 @@ def check(case: AnyCase, set: Settings = (), ranks: int | None = None) -> Check:
     @param ranks  MPI ranks of the fluid
     @throws CaseError with every error in the case
     """
-    with _case_file(case) as file, _own_names(file), stops_as_errors():
-        options = Namespace(case=str(file.path), set=_assignments(set), ranks=ranks, fluid=None, body=None)
-        found = findings(Namespace(**vars(options), start_components=False))
-    shown = {"figures": dict(found.figures), "warnings": [file.shown(warning) for warning in found.warnings]}
-    return Check(**{**vars(found), **shown})
+    with _case_file(case) as file:
+        options = {"set": _assignments(set), "ranks": ranks, "fluid": None, "body": None, "start_components": False}
+        try:
+            with stops_as_errors():
+                found = findings(Namespace(case=str(file.path), **options))
+        except CaseError as error:
+            raise CaseError(file.shown(str(error)), error.code) from None
+    return replace(found, warnings=[file.shown(warning) for warning in found.warnings])
 
 
 def run(
@@ -259,14 +233,6 @@ def _case_file(case: AnyCase) -> Iterator[_CaseFile]:
         path = Path(folder) / "case.yaml"
         case.save(path)
         yield _CaseFile(path, str(case.get("case", "case")), is_ours=True)
-
-
-@contextmanager
-def _own_names(file: _CaseFile) -> Iterator[None]:
-    try:
-        yield
-    except CaseError as error:
-        raise CaseError(file.shown(str(error)), error.code) from None
 
 
 def _assignments(settings: Settings) -> list[str]:

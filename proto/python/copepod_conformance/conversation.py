@@ -1,5 +1,6 @@
 """One life of a component under test: its process, the coupler's socket, what is sent, received and awaited."""
 
+import contextlib
 import dataclasses
 import secrets
 import shutil
@@ -67,17 +68,11 @@ class Lanes:
             self._peers[peer] = _LANE_OF_NUMBER.get(envelope.hello.lane, DATA)
         return Received(self._peers.get(peer, DATA), data, envelope)
 
-    def send(self, lane, data):
-        """Sends bytes with their checksum; False if the component is not connected."""
-        return self.send_as_it_is(lane, with_checksum(data))
-
-    def send_as_it_is(self, lane, data):
-        try:
+    def send(self, lane, frame):
+        """Lost if the component is not connected."""
+        with contextlib.suppress(StopIteration, zmq.ZMQError):
             peer = next(peer for peer, its_lane in reversed(self._peers.items()) if its_lane == lane)
-            self._socket.send_multipart([peer, data], copy=False)
-        except (StopIteration, zmq.ZMQError):
-            return False
-        return True
+            self._socket.send_multipart([peer, frame], copy=False)
 
     @property
     def connected(self):
@@ -144,14 +139,14 @@ class Conversation:
     def send_bytes(self, data, text, lane=DATA):
         """Sends any bytes; `text` describes them in the report."""
         self.sent.append(text if lane == DATA else f"{text} on the control lane")
-        self._lanes.send(lane, data)
+        self._lanes.send(lane, with_checksum(data))
 
     def send_damaged(self, message, text):
         """One bit of the message changes on its way."""
         frame = bytearray(to_frame(message))
         frame[len(frame) // 2] ^= 4
         self.sent.append(text)
-        self._lanes.send_as_it_is(DATA, bytes(frame))
+        self._lanes.send(DATA, bytes(frame))
 
     def welcome(self, remark="", minor=PROTOCOL_MINOR, **changes):
         """Welcomes both lanes; `changes` are fields of the Envelope. The `remark` follows it in reports."""
@@ -159,7 +154,7 @@ class Conversation:
             message = self.with_header(Envelope(step=-1), **{"session_id": 0, "epoch": 0, "sequence": 0, **changes})
             message.welcome.minor, message.welcome.session_id = minor, self.session_id
             message.welcome.epoch = self.epoch
-            self._lanes.send(lane, message.SerializeToString())
+            self._lanes.send(lane, to_frame(message))
         self.sent.append(f"Welcome on both lanes{remark}")
         self._last_ping = 0.0
 
@@ -274,7 +269,7 @@ class Conversation:
         now = time.monotonic()
         if self._last_ping is not None and now - self._last_ping > _PING_EVERY_S:
             self._last_ping = now
-            self._lanes.send(CONTROL, self._control_message("Ping").SerializeToString())
+            self._lanes.send(CONTROL, to_frame(self._control_message("Ping")))
         received = self._lanes.receive(seconds)
         if received is None:
             return False
