@@ -13,6 +13,7 @@ from copepod_bench.measurements import Figures
 from copepod_run import build, destinations
 from copepod_run.checkout import PROGRAMS, program
 from copepod_run.errors import ExitCode
+from copepod_run.figures import markdown_table
 from copepod_run.messages import Stage, say
 
 _PAPER = (100, 100, 200)
@@ -78,57 +79,45 @@ def _steps(domain: Sequence[int], cell_updates: float) -> int:
 
 def _table(results: Mapping[str, Sequence[Figures]]) -> str:
     """The measurements as tables in Markdown."""
-    lines = [
-        "## Fluid alone",
-        "",
-        "| domain | precision | collision | ranks | memory copy GB/s | 19 streams M cells/s | fluid MLUPS | share |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for row in results["pure"]:
-        lines.append(
-            f"| {_cells(row['domain_cells'])} | {row['precision']} | {row['collision']} | {row['ranks']} "
-            f"| {row['median_copy_gb_per_s']:.1f} | {row['median_streams_mcells_per_s']:.1f} "
-            f"| {row['median_fluid_mlups']:.1f} | {row['median_share_of_limit']:.2f} |"
-        )
+    heads = "domain | precision | collision | ranks | memory copy GB/s | 19 streams M cells/s | fluid MLUPS | share"
+    alone = (
+        f"{_cells(row['domain_cells'])} | {row['precision']} | {row['collision']} | {row['ranks']} "
+        f"| {row['median_copy_gb_per_s']:.1f} | {row['median_streams_mcells_per_s']:.1f} "
+        f"| {row['median_fluid_mlups']:.1f} | {row['median_share_of_limit']:.2f}"
+        for row in results["pure"]
+    )
+    lines = ["## Fluid alone", "", markdown_table(heads, alone)]
+    heads = "domain | symmetry planes | beads | ranks | transport | coupled MLUPS | alone MLUPS | ratio | overhead"
     for title, keys in _KEYS.items():
-        rows = [row for row in results["coupled"] if row["keys"] == keys]
-        lines += [
-            "",
-            f"## Coupled, double precision, over ipc or in one process: {title}",
-            "",
-            "| domain | symmetry planes | beads | ranks | transport | coupled MLUPS | alone MLUPS | ratio | overhead |",
-            "|---|---|---|---|---|---|---|---|---|",
-        ]
-        for row in rows:
+        rows = []
+        for row in (row for row in results["coupled"] if row["keys"] == keys):
             planes = ", ".join(row["symmetry_planes"]) or "none"
             ratios = [sample["ratio"] for sample in row["samples"]]
-            lines.append(
-                f"| {_cells(row['domain_cells'])} | {planes} | {row['beads']} | {row['ranks']} | {row['transport']} "
+            rows.append(
+                f"{_cells(row['domain_cells'])} | {planes} | {row['beads']} | {row['ranks']} | {row['transport']} "
                 f"| {row['median_coupled_mlups']:.1f} | {row['median_fluid_mlups']:.1f} "
                 f"| {row['median_ratio']:.2f} ({min(ratios):.2f}–{max(ratios):.2f}) "
-                f"| {row['median_coupling_overhead']:.3f} |"
+                f"| {row['median_coupling_overhead']:.3f}"
             )
+        lines += ["", f"## Coupled, double precision, over ipc or in one process: {title}", ""]
+        lines += [markdown_table(heads, rows)]
     busy = max(row["others"] for row in results["coupled"])
     if busy > _BUSY:
         lines += ["", f"The machine was busy: other work had up to {100 * busy:.0f} % of it. Measure again without it."]
     lines += ["", "## Phases of a coupled step, rank 0, percent of the fluid's time", ""]
-    lines += _phase_table(results["coupled"])
-    return "\n".join(lines)
+    return "\n".join([*lines, _phase_table(results["coupled"])])
 
 
-def _phase_table(rows: Sequence[Figures]) -> list[str]:
+def _phase_table(rows: Sequence[Figures]) -> str:
     phases = list(rows[0]["samples"][0]["phases_s"]["fluid"]) if rows else []
-    lines = [
-        "| domain | beads | boundary | transport | " + " | ".join(phases) + " |",
-        "|---|---|---|---|" + "---|" * len(phases),
-    ]
+    found = []
     for row in rows:
         seconds = row["samples"][-1]["phases_s"]["fluid"]
         total = sum(seconds.values()) or 1.0
         shares = " | ".join(f"{100 * seconds[phase] / total:.1f}" for phase in phases)
         boundary = row["keys"].get("fluid", {}).get("moving_boundary", "default")
-        lines.append(f"| {_cells(row['domain_cells'])} | {row['beads']} | {boundary} | {row['transport']} | {shares} |")
-    return lines
+        found.append(f"{_cells(row['domain_cells'])} | {row['beads']} | {boundary} | {row['transport']} | {shares}")
+    return markdown_table(" | ".join(["domain | beads | boundary | transport", *phases]), found)
 
 
 def _cells(domain: Sequence[int]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from copepod_report.page import table
 from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
 from copepod_report.style import Theme, legend_above, new_figure
+from copepod_run.figures import markdown_table
 
 # Shapes of motion (B2, B1, B3) and how many times k and γ act on each; the third, a translation, is never driven.
 _MODES = ((np.array([1.0, 0.0, -1.0]), 1.0), (np.array([1.0, -2.0, 1.0]), 3.0))
@@ -158,12 +159,8 @@ def _cells(point: ResonancePoint) -> tuple[str, ...]:
 
 def markdown(points: Sequence[ResonancePoint]) -> str:
     """Markdown: a row per stiffness."""
-    lines = [
-        "| ω₀/ω | k [N/m] | amplitude of B2 per force [m/N] | steady amplitude [m/N] | difference "
-        "| from the exact motion |",
-        "|---|---|---|---|---|---|",
-    ]
-    return "\n".join([*lines, *("| " + " | ".join(_cells(point)) + " |" for point in points)])
+    heads = "ω₀/ω | k [N/m] | amplitude of B2 per force [m/N] | steady amplitude [m/N] | difference"
+    return markdown_table(f"{heads} | from the exact motion", (" | ".join(_cells(point)) for point in points))
 
 
 def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:

@@ -1,7 +1,7 @@
 """The figures of summary.json: a swimmer's beside published ones, and the result table at the end of a run."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -110,6 +110,11 @@ def number_text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.{5 if 1e4 <= abs(value) < 1e5 else 4}g}"
     return "-" if value is None else str(value)
+
+
+def markdown_table(heads: str, rows: Iterable[str]) -> str:
+    """A table in Markdown; cells are separated by « | » already."""
+    return "\n".join([f"| {heads} |", "|" + "---|" * (heads.count("|") + 1), *(f"| {row} |" for row in rows)])
 
 
 _PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}

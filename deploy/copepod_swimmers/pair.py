@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.style import Theme, new_figure
+from copepod_run.figures import markdown_table
 from copepod_swimmers.runs import Member
 from copepod_swimmers.theory import Stroke
 from copepod_swimmers.three_spheres import Bulk, bulk_of
@@ -151,16 +152,13 @@ def _draw_distances(
 
 def table(pairs: Sequence[Pair], alone: Alone) -> str:
     """Markdown: a row per run."""
-    lines = [
-        "| distance [cells] | phase [degrees] | speed of left, right over alone | theory "
-        "| change of distance [nm per cycle] | theory |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = []
     for pair in pairs:
         ours = ", ".join(f"{speed / alone.measured:.4f}" for speed in pair.speeds)
         theirs = ", ".join(f"{speed / alone.theory:.4f}" for speed in pair.theory_speeds)
-        lines.append(
-            f"| {1e6 * pair.distance_m:.1f} | {abs(np.degrees(pair.phase)):.1f} | {ours} | {theirs} | "
-            f"{1e9 * pair.parting:.4f} | {1e9 * pair.theory_parting:.4f} |"
+        rows.append(
+            f"{1e6 * pair.distance_m:.1f} | {abs(np.degrees(pair.phase)):.1f} | {ours} | {theirs} | "
+            f"{1e9 * pair.parting:.4f} | {1e9 * pair.theory_parting:.4f}"
         )
-    return "\n".join(lines)
+    heads = "distance [cells] | phase [degrees] | speed of left, right over alone | theory"
+    return markdown_table(f"{heads} | change of distance [nm per cycle] | theory", rows)

@@ -1,6 +1,5 @@
 """Runs of a campaign by name, and their numbers."""
 
-import csv
 import json
 import re
 from dataclasses import dataclass
@@ -9,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from copepod_report.cycles import read_cycles
 from copepod_report.trajectory import Trajectory
 
 
@@ -29,9 +29,7 @@ class Member:
 
     def cycles(self, swimmer: str) -> dict[str, np.ndarray]:
         """Columns of cycles.csv, shape (cycles,) each, of one swimmer."""
-        with open(self.folder / "cycles.csv", newline="") as file:
-            rows = [row for row in csv.DictReader(file) if row["swimmer"] == swimmer]
-        return {key: np.array([float(row[key] or "nan") for row in rows]) for key in rows[0] if key != "swimmer"}
+        return read_cycles(self.folder / "cycles.csv")[swimmer]
 
     def last_cycle(self, swimmer: str, quantity: str = "position_m") -> np.ndarray:
         """A quantity of trajectory.csv in the last full cycle, without its end, shape (beads, samples, 3)."""

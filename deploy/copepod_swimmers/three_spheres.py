@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.style import Theme, new_figure
+from copepod_run.figures import markdown_table
 from copepod_swimmers.runs import Member
 from copepod_swimmers.theory import Stroke, any_stroke_velocity, small_stroke_velocity
 
@@ -122,25 +123,20 @@ def over_amplitude(stokes: Sequence[Speed], lattice: Sequence[Speed], theme: The
 
 def table(head: str, names: Sequence[str], speeds: Sequence[Speed]) -> str:
     """Markdown: a row per run, with these names."""
-    lines = [f"| {head} | d₁, d₂ [cells] | u [cells/step] | " + " | ".join(f"u over {text}" for text in LABELS) + " |"]
-    lines.append("|---" * (3 + len(LABELS)) + "|")
+    rows = []
     strongest = max(abs(speed.theory[0] / speed.stroke_squared) for speed in speeds)
     for name, speed in zip(names, speeds):
         swims = abs(speed.theory[0] / speed.stroke_squared) > 1e-2 * strongest
         ratios = [f"{speed.measured / theory:.4f}" if swims else "–" for theory in speed.theory]
         arms = ", ".join(f"{value:.3f}" for value in speed.amplitudes)
-        lines.append(f"| {name} | {arms} | {speed.measured:.3e} | " + " | ".join(ratios) + " |")
-    return "\n".join(lines)
+        rows.append(" | ".join([name, arms, f"{speed.measured:.3e}", *ratios]))
+    heads = [head, "d₁, d₂ [cells]", "u [cells/step]", *(f"u over {text}" for text in LABELS)]
+    return markdown_table(" | ".join(heads), rows)
 
 
 def directions(runs: dict[str, Member]) -> str:
     """Markdown: the same swimmer along several axes, in all cycles but the first; the first run is the reference."""
-    lines = [
-        "| axis | u along its axis, cycle by cycle [10⁻⁵ cells/step] | mean | over the first | across over along "
-        "| tilt at the end |",
-        "|---|---|---|---|---|---|",
-    ]
-    reference = None
+    rows, reference = [], None
     for name, run in runs.items():
         cycles = run.cycles("swimmer")
         summary = run.summary()
@@ -148,8 +144,9 @@ def directions(runs: dict[str, Member]) -> str:
         speeds = cycles["u_along_m_per_s"][1:] * scale
         reference = reference or speeds.mean()
         across = np.mean(cycles["u_across_m_per_s"][1:]) * scale / speeds.mean()
-        lines.append(
-            f"| [{', '.join(name)}] | {', '.join(f'{1e5 * speed:.3f}' for speed in speeds)} | "
-            f"{speeds.mean():.3e} | {speeds.mean() / reference:.4f} | {across:.1e} | {cycles['tilt_rad'][-1]:.1e} |"
+        rows.append(
+            f"[{', '.join(name)}] | {', '.join(f'{1e5 * speed:.3f}' for speed in speeds)} | "
+            f"{speeds.mean():.3e} | {speeds.mean() / reference:.4f} | {across:.1e} | {cycles['tilt_rad'][-1]:.1e}"
         )
-    return "\n".join(lines)
+    heads = "axis | u along its axis, cycle by cycle [10⁻⁵ cells/step] | mean | over the first | across over along"
+    return markdown_table(f"{heads} | tilt at the end", rows)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.style import Theme, new_figure
+from copepod_run.figures import markdown_table
 from copepod_swimmers.runs import Member
 from copepod_swimmers.theory import Stroke, rotation_about_z, triangle_rotation
 
@@ -71,17 +72,13 @@ def rotation(over_stroke: Sequence[Turn], over_phase: Sequence[Turn], theme: The
 
 def table(turns: Sequence[Turn]) -> str:
     """Markdown: a row per run."""
-    lines = [
-        "| phase [degrees] | ε/L | rotation [degrees per cycle] | over small strokes and spheres | over Rotne-Prager "
-        "| drift per side and cycle |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = []
     for turn in turns:
         turns_round = abs(turn.measured) > 1e-2 * max(abs(other.measured) for other in turns)
         ratios = [f"{turn.measured / theory:.4f}" if turns_round else "–" for theory in turn.theory]
-        lines.append(
-            f"| {abs(np.degrees(turn.phase)):.1f} | {np.sqrt(turn.stroke_squared):.4f} | "
-            f"{np.degrees(turn.measured):.5f} | "
-            f"{ratios[0]} | {ratios[1]} | {turn.drift:.1e} |"
+        rows.append(
+            f"{abs(np.degrees(turn.phase)):.1f} | {np.sqrt(turn.stroke_squared):.4f} | "
+            f"{np.degrees(turn.measured):.5f} | {ratios[0]} | {ratios[1]} | {turn.drift:.1e}"
         )
-    return "\n".join(lines)
+    heads = "phase [degrees] | ε/L | rotation [degrees per cycle] | over small strokes and spheres | over Rotne-Prager"
+    return markdown_table(f"{heads} | drift per side and cycle", rows)

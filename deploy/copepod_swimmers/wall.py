@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.style import Theme, new_figure
+from copepod_run.figures import markdown_table
 from copepod_swimmers.runs import Member
 from copepod_swimmers.theory import Stroke, dipole_at_a_wall
 from copepod_swimmers.three_spheres import Bulk
@@ -93,15 +94,10 @@ def approach(turnings: Sequence[Turning], paths: Sequence[tuple[str, Member]], b
 
 def table(turnings: Sequence[Turning], bulk: Bulk) -> str:
     """Markdown: a row per height."""
-    lines = [
-        "| h/L | odd part [rad per cycle] | over the dipole's far field | over theory with images | even part "
-        "| over theory with images |",
-        "|---|---|---|---|---|---|",
-    ]
-    for turning in turnings:
-        lines.append(
-            f"| {turning.height_m / bulk.length_m:.2f} | {turning.odd:.3e} | {turning.odd / turning.far_field:.3f} | "
-            f"{turning.odd / turning.integrated[0]:.3f} | {turning.even:.3e} | "
-            f"{turning.even / turning.integrated[1]:.3f} |"
-        )
-    return "\n".join(lines)
+    rows = (
+        f"{turning.height_m / bulk.length_m:.2f} | {turning.odd:.3e} | {turning.odd / turning.far_field:.3f} | "
+        f"{turning.odd / turning.integrated[0]:.3f} | {turning.even:.3e} | {turning.even / turning.integrated[1]:.3f}"
+        for turning in turnings
+    )
+    heads = "h/L | odd part [rad per cycle] | over the dipole's far field | over theory with images | even part"
+    return markdown_table(f"{heads} | over theory with images", rows)

@@ -20,8 +20,9 @@ from copepod_report.trajectory import Trajectory
 from copepod_run.checkout import ROOT, program
 from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode
+from copepod_run.figures import markdown_table
 from copepod_run.messages import Stage
-from copepod_validation.experiment import CaseDict, lattice_case, sphere, table, viscosity
+from copepod_validation.experiment import CaseDict, lattice_case, sphere, viscosity
 from copepod_validation.page import processor
 
 _BOUNDARIES = ("bounce_back", "interpolated", "central_linear", "parabolic")
@@ -199,7 +200,7 @@ def write(folder: Path, rows: Sequence[Row], command: str, build: str) -> Path:
     parts = [
         (ROOT / "docs/results/all_schemes.md").read_text().partition("\n## By scheme")[0].strip(),
         f"## By scheme\n\n`{command}`, {datetime.date.today()} ({processor()}; programs {build}):",
-        table(heads, (" | ".join([group, *_counts(found)]) for group, found in grouped.items())),
+        markdown_table(heads, (" | ".join([group, *_counts(found)]) for group, found in grouped.items())),
         "## Wrong\n\n" + ("\n".join(wrong) or "None."),
     ]
     path = folder / "all_schemes.md"

@@ -8,8 +8,9 @@ import numpy as np
 
 from copepod_report.style import LIGHT, new_figure, png_of
 from copepod_report.trajectory import Trajectory
+from copepod_run.figures import markdown_table
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section
-from copepod_validation.experiment import by_scheme, lattice_case, sphere, table
+from copepod_validation.experiment import by_scheme, lattice_case, sphere
 
 REFERENCE = (
     "A smooth force. A sphere of radius 4 moves at 0.02 cells per step in a closed box, along an axis or along "
@@ -111,7 +112,7 @@ def section(results: Results[Noise]) -> Section:
         }
         for scheme, found in by_scheme(results).items()
     }
-    markdown = table(heads, rows) + "\n\n![Spectra of the noise](accuracy_noise.png)"
+    markdown = markdown_table(heads, rows) + "\n\n![Spectra of the noise](accuracy_noise.png)"
     return Section(markdown, overview, {"accuracy_noise.png": _figure(results)})
 
 

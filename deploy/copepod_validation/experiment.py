@@ -1,11 +1,12 @@
 """What all cases share: named schemes, experiments in lattice units, and tables by point and scheme."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any, TypeVar
 
 from copepod_report.style import LIGHT
+from copepod_run.figures import markdown_table
 
 CaseDict = dict[str, Any]
 Value = TypeVar("Value")
@@ -119,11 +120,6 @@ def worst(
     return {scheme: {head: format(max(map(error, values), key=abs), form)} for scheme, values in found.items()}
 
 
-def table(heads: str, rows: Iterable[str]) -> str:
-    """Markdown of rows whose cells are separated already."""
-    return "\n".join([f"| {heads} |", "|" + "---|" * (heads.count("|") + 1), *(f"| {row} |" for row in rows)])
-
-
 def table_by_point(
     results: Results[Value], heads: str, row: Callable[[Any], str], cell: Callable[[Value], str], none: str = "–"
 ) -> str:
@@ -131,4 +127,4 @@ def table_by_point(
     schemes, points = list(by_scheme(results)), dict.fromkeys(point for _, point, _ in results)
     cells = {(point, scheme): cell(value) for scheme, point, value in results}
     rows = (" | ".join([row(point), *(cells.get((point, scheme), none) for scheme in schemes)]) for point in points)
-    return table(" | ".join([heads, *schemes]), rows)
+    return markdown_table(" | ".join([heads, *schemes]), rows)

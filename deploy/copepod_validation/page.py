@@ -7,7 +7,8 @@ import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 
-from copepod_validation.experiment import SCHEMES, Section, table
+from copepod_run.figures import markdown_table
+from copepod_validation.experiment import SCHEMES, Section
 from copepod_validation.matrix import CASES
 
 _HEAD = """# Accuracy of moving boundaries
@@ -64,7 +65,7 @@ def write(folder: Path, sections: Mapping[str, Section], command: str, build: st
         schemes=", ".join(overview),
         part=part,
     )
-    parts = [*_wrapped(head), table(" | ".join(schemes), map(" | ".join, rows))]
+    parts = [*_wrapped(head), markdown_table(" | ".join(schemes), map(" | ".join, rows))]
     for case, section in sections.items():
         parts += [
             f"## {case.replace('_', ' ').capitalize()}",
