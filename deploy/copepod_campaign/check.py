@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from copepod_campaign.pool import last_end
 from copepod_campaign.sweep import Member, Problems, members_of, swept_keys, value_text
 from copepod_run import components, estimate
 from copepod_run.errors import Stop
@@ -89,7 +90,7 @@ def _rows_of_needs(members: Sequence[Member], memory: int, disk_bytes: Mapping[s
     ranks = max(1, len(os.sched_getaffinity(0)) // jobs)
     times = [_time_s(member, ranks) for member in members]
     known = [time for time in times if time is not None]
-    texts = [f"about {elapsed_text(_together_s(known, jobs))}, {jobs} at once"] if known else []
+    texts = [f"about {elapsed_text(last_end([0.0] * jobs, known))}, {jobs} at once"] if known else []
     if len(known) < len(times):
         texts.append(f"{f'{len(times) - len(known)} runs ' if known else ''}{_UNKNOWN}")
     return rows | {"time": "; ".join(texts)}
@@ -99,11 +100,3 @@ def _time_s(member: Member, ranks: int) -> float | None:
     """Of one run, at the speed that this machine has shown; None if it has not shown any."""
     shared = replace(member.plan, fluid_ranks=ranks) if member.plan.estimate.get("cell_updates") else member.plan
     return estimate.time_of(shared)[0] or estimate.time_of(member.plan)[0]
-
-
-def _together_s(times: Sequence[float], jobs: int) -> float:
-    """When the last ends if each takes the first place that becomes free."""
-    places = [0.0] * jobs
-    for time in times:
-        places[places.index(min(places))] += time
-    return max(places)

@@ -104,9 +104,13 @@ def remaining_s(running: Sequence[Job], waiting_weights: Iterable[float], jobs: 
         for job in running
     ]
     places += [0.0] * (jobs - len(places))
-    for weight in waiting_weights:
-        place = places.index(min(places))
-        places[place] += weight / weight_per_s
+    return last_end(places, (weight / weight_per_s for weight in waiting_weights))
+
+
+def last_end(places: list[float], durations: Iterable[float]) -> float:
+    """When all are done if each takes, in their order, the first of the `places`, which are free at these times."""
+    for duration in durations:
+        places[places.index(min(places))] += duration
     return max(places)
 
 
