@@ -2,6 +2,7 @@
 
 import io
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +78,15 @@ def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
     look = {"fontsize": size, "labelcolor": theme.ink, "frameon": False}
     room = {"borderaxespad": 0.2, "columnspacing": 1.0, "handletextpad": 0.5}
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look, **room)
+
+
+def describe(axes: Any, title: str = "", legend: Mapping[str, Any] | None = None, **properties: Any) -> None:
+    """Title, labels and other properties of a panel; a small legend, if its place is given."""
+    axes.set(**properties)
+    if title:
+        axes.set_title(title, fontsize=10)
+    if legend is not None:
+        axes.legend(fontsize=8, labelcolor=LIGHT.ink, frameon=False, **legend)
 
 
 def colour_bar(figure: Any, drawn: Any, label: str = "", **place: Any) -> Any:

@@ -308,3 +308,8 @@ def _swimmer_lines(swimmer: Mapping[str, Any]) -> list[str]:
         )
         lines.append(f"    {label:<34}{number_text(value):>{_COLUMN}}{beside}  {unit}".rstrip())
     return lines
+
+
+def markdown_table(heads: str, rows: Iterable[str]) -> str:
+    """A table in Markdown; heads and cells of a row are separated by « | » already."""
+    return "\n".join([f"| {heads} |", "|" + "---|" * (heads.count("|") + 1), *(f"| {row} |" for row in rows)])

@@ -93,22 +93,17 @@ def mobility(places: np.ndarray, radii: np.ndarray, wall: bool = False) -> np.nd
     @param wall    beside a no-slip wall at z = 0, whose images act on points: without terms of the order (a/z)³
     @return shape (3n, 3n)
     """
-    number = len(radii)
-    result = np.zeros((number, 3, number, 3))
-    for i in range(number):
-        result[i, :, i, :] = np.eye(3) / (6 * np.pi * radii[i])
-        for j in range(i):
-            apart = places[i] - places[j]
-            distance = np.linalg.norm(apart)
-            along = np.outer(apart, apart) / distance**2
-            squares = (radii[i] ** 2 + radii[j] ** 2) / distance**2
-            block = ((1 + squares / 3) * np.eye(3) + (1 - squares) * along) / (8 * np.pi * distance)
-            result[i, :, j, :] = result[j, :, i, :] = block
+    one, itself = np.eye(3), np.arange(len(radii))
+    apart = places[:, None] - places
+    distance = np.linalg.norm(apart, axis=2)[..., None, None]
+    distance[itself, itself] = 1.0
+    along = apart[..., None] * apart[..., None, :] / distance**2
+    squares = np.add.outer(radii**2, radii**2)[..., None, None] / distance**2
+    blocks = ((1 + squares / 3) * one + (1 - squares) * along) / (8 * np.pi * distance)
+    blocks[itself, itself] = one / (6 * np.pi * radii[:, None, None])
     if wall:
-        for i in range(number):
-            for j in range(number):
-                result[i, :, j, :] += images(places[i], places[j])
-    return result.reshape(3 * number, 3 * number)
+        blocks += [[images(place, source) for source in places] for place in places]
+    return blocks.swapaxes(1, 2).reshape(3 * len(radii), -1)
 
 
 def images(place: np.ndarray, source: np.ndarray) -> np.ndarray:
@@ -226,19 +221,9 @@ def rotation_about_z(before: np.ndarray, after: np.ndarray) -> float:
     return float(np.angle(turned))
 
 
-@dataclass(frozen=True)
-class WallMotion:
-    """What a no-slip wall does to a swimmer: velocity along and away from the wall, and rate of the pitch."""
+def turning_at_a_wall(dipole: float, height: float, pitch: float, viscosity: float) -> float:
+    """Rate of the pitch of a slender swimmer of force dipole p far from a no-slip wall.
 
-    along: float
-    away: float
-    pitch: float
-
-
-def dipole_at_a_wall(dipole: float, height: float, pitch: float, viscosity: float) -> WallMotion:
-    """A slender swimmer of force dipole p far from a no-slip wall, without its own speed.
-
-        ẋ = 3p/(64πηh²) sin 2θ,   ḣ = −3p/(64πηh²) (1 − 3 sin²θ),
         θ̇ = −3p/(128πηh³) sin 2θ (1 + (1 + sin²θ)/2)
 
     [Berke et al., Phys. Rev. Lett. 101, 038102 (2008); Spagnolie & Lauga, J. Fluid Mech. 700, 105 (2012); their
@@ -246,10 +231,5 @@ def dipole_at_a_wall(dipole: float, height: float, pitch: float, viscosity: floa
 
     @param pitch  θ between the swimmer and the wall, positive away from it [rad]
     """
-    sine, double = np.sin(pitch), np.sin(2 * pitch)
-    strength = 3 * dipole / (64 * np.pi * viscosity * height**2)
-    return WallMotion(
-        float(strength * double),
-        float(-strength * (1 - 3 * sine**2)),
-        float(-strength / (2 * height) * double * (1 + (1 + sine**2) / 2)),
-    )
+    strength = 3 * dipole / (128 * np.pi * viscosity * height**3)
+    return float(-strength * np.sin(2 * pitch) * (1 + (1 + np.sin(pitch) ** 2) / 2))
