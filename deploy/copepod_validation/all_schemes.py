@@ -9,7 +9,6 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -145,10 +144,10 @@ def judged(chosen: Sequence[Combination], jobs: int | None, build: str, kept: Pa
     """Runs them and before them their references, several at once, and adds a line to `kept` for each. What it has
     from programs of this build is not run again."""
     rows = {row: verdict for row, verdict in _read(kept, build)}
-    left = [one for one in chosen if one not in rows]
+    left, cores = [one for one in chosen if one not in rows], len(os.sched_getaffinity(0))
     make_folder(kept.parent)
     references = list(dict.fromkeys(one.reference for one in left))
-    with Stage("combinations") as stage, kept.open("a") as file, _pool(jobs) as pool:
+    with Stage("combinations") as stage, kept.open("a") as file, ThreadPoolExecutor(jobs or cores) as pool:
         expected = {one: motion for one, (_, motion, _) in zip(references, pool.map(run, references))}
         for one, (verdict, motion, message) in zip(left, pool.map(run, left)):
             deviation = _deviation_percent(motion, expected[one.reference])
@@ -170,16 +169,6 @@ def _read(kept: Path, build: str) -> Iterator[tuple[Combination, Row]]:
         yield Combination(*(row.pop(field.name) for field in fields(Combination))), row
 
 
-@contextmanager
-def _pool(jobs: int | None) -> Iterator[ThreadPoolExecutor]:
-    """Ends with what runs, however much is left to do, if it is interrupted."""
-    pool = ThreadPoolExecutor(jobs or len(os.sched_getaffinity(0)))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
 def _deviation_percent(motion: np.ndarray | None, expected: np.ndarray | None) -> float:
     """From what is expected, or from its own mean; infinite without either."""
     if motion is None or expected is None:
@@ -195,12 +184,18 @@ def write(folder: Path, rows: Sequence[Row], command: str, build: str) -> Path:
     grouped: dict[str, list[Row]] = {}
     for row in rows:
         grouped.setdefault("{collision} | {moving_boundary} | {tau:g}".format(**row), []).append(row)
+    lines = []
+    for group, found in grouped.items():
+        counts = [sum(row["verdict"] == one for row in found) for one in _VERDICTS]
+        useless = sum(row["verdict"] == "warned" and row["deviation"] <= row["limit"] for row in found)
+        largest = max((row["deviation"] for row in found if row["verdict"] in ("right", "wrong")), default="–")
+        lines.append(" | ".join(map(str, [group, *counts, useless, largest])))
     heads = " | ".join(["collision | boundary | τ", *_VERDICTS, "useless warnings", "largest deviation [%]"])
     wrong = [f"* {', '.join(map(str, row.values()))}" for row in rows if row["verdict"] == "wrong"]
     parts = [
         (ROOT / "docs/results/all_schemes.md").read_text().partition("\n## By scheme")[0].strip(),
         f"## By scheme\n\n`{command}`, {datetime.date.today()} ({processor()}; programs {build}):",
-        markdown_table(heads, (" | ".join([group, *_counts(found)]) for group, found in grouped.items())),
+        markdown_table(heads, lines),
         "## Wrong\n\n" + ("\n".join(wrong) or "None."),
     ]
     path = folder / "all_schemes.md"
@@ -223,10 +218,3 @@ def write_errors(folder: Path, rows: Sequence[Row]) -> Path:
     path = folder / "scheme_errors.inc"
     path.write_text("".join(lines))
     return path
-
-
-def _counts(rows: Sequence[Row]) -> list[str]:
-    verdicts = [row["verdict"] for row in rows]
-    useless = sum(row["verdict"] == "warned" and row["deviation"] <= row["limit"] for row in rows)
-    admitted = [row["deviation"] for row in rows if row["verdict"] in ("right", "wrong")]
-    return [*(str(verdicts.count(one)) for one in _VERDICTS), str(useless), str(max(admitted, default="–"))]

@@ -3,22 +3,15 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from copepod_report.style import LIGHT, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, png_of
 from copepod_report.trajectory import Trajectory
 from copepod_run.figures import markdown_table
-from copepod_validation.experiment import COLOURS, CaseDict, Results, Section
-from copepod_validation.experiment import by_scheme, lattice_case, sphere
+from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 
-REFERENCE = (
-    "A smooth force. A sphere of radius 4 moves at 0.02 cells per step in a closed box, along an axis or along "
-    "(1, 0.7, 0.45). Noise is what a least-squares cubic leaves of the force in windows of 50 steps, the time in "
-    "which the sphere crosses a cell, relative to the mean force along the path; «averaged» is the mean of the loads "
-    "of two steps, which bodies receive by default. Work at the surface is the time for its links, relative to that "
-    "for the update of all 70 000 to 110 000 cells."
-)
 SPEED = 0.02
 RADIUS = 4.0
 _RAMP, _FROM, _STEPS, _WINDOW = 600, 1000, 2200, 50
@@ -48,19 +41,9 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case(cells, point.tau, "no_slip", [sphere(RADIUS, start, motion)], _STEPS)
 
 
-@dataclass(frozen=True)
-class Noise:
-    """Relative to the mean force [%]; `residual` of the raw force along the path, shape (steps,)."""
-
-    rms: float
-    peak: float
-    averaged: float
-    lateral: float
-    residual: np.ndarray
-    work: float  # time at the surface, relative to the update of all cells [%]; NaN if the fluid does not report it
-
-
-def evaluate(folder: Path, point: Point) -> Noise:
+def evaluate(folder: Path, point: Point) -> dict[str, Any]:
+    """Noise relative to the mean force [%]; `residual` of the raw force along the path, shape (steps,); `work`: time at
+    the surface, relative to the update of all cells [%], NaN if the fluid does not report it."""
     trajectory = Trajectory(folder)
     force = trajectory.of("sphere")["force_N"][trajectory.steps > _FROM]
     along = np.array(_PATHS[point.path][0])
@@ -70,14 +53,14 @@ def evaluate(folder: Path, point: Point) -> Noise:
     raw = _residual(force @ along)
     percent = 100 / abs(float(np.mean(force @ along)))
     averaged = _residual(0.5 * (force[1:] + force[:-1]) @ along)
-    return Noise(
-        percent * _rms(raw),
-        percent * float(np.abs(raw).max()),
-        percent * _rms(averaged),
-        percent * _rms(_residual(force @ across)),
-        percent * raw,
-        _work(folder),
-    )
+    return {
+        "raw": percent * _rms(raw),
+        "peak": percent * float(np.abs(raw).max()),
+        "averaged": percent * _rms(averaged),
+        "lateral": percent * _rms(_residual(force @ across)),
+        "residual": percent * raw,
+        "work": _work(folder),
+    }
 
 
 def _work(folder: Path) -> float:
@@ -97,18 +80,18 @@ def _residual(values: np.ndarray) -> np.ndarray:
     return (windows - powers @ np.linalg.lstsq(powers, windows, rcond=None)[0]).T.ravel()
 
 
-def section(results: Results[Noise]) -> Section:
+def section(results: Results[dict[str, Any]]) -> Section:
     heads = "path | τ | scheme | raw [% rms] | raw, peak [%] | averaged [% rms] | lateral [% rms]"
     rows = [
         f"{point.path} | {point.tau:g} | {scheme} | "
-        f"{noise.rms:.2f} | {noise.peak:.2f} | {noise.averaged:.2f} | {noise.lateral:.2f}"
+        "{raw:.2f} | {peak:.2f} | {averaged:.2f} | {lateral:.2f}".format(**noise)
         for scheme, point, noise in sorted(results, key=lambda result: (result[1].path, result[1].tau))
     ]
     overview = {
         scheme: {
-            "noise, raw [% rms]": f"{max(noise.rms for noise in found):.2f}",
-            "averaged [% rms]": f"{max(noise.averaged for noise in found):.2f}",
-            "work at the surface [%]": f"{np.median([noise.work for noise in found]):.1f}",
+            "noise, raw [% rms]": f"{max(noise['raw'] for noise in found):.2f}",
+            "averaged [% rms]": f"{max(noise['averaged'] for noise in found):.2f}",
+            "work at the surface [%]": f"{np.median([noise['work'] for noise in found]):.1f}",
         }
         for scheme, found in by_scheme(results).items()
     }
@@ -116,20 +99,20 @@ def section(results: Results[Noise]) -> Section:
     return Section(markdown, overview, {"accuracy_noise.png": _figure(results)})
 
 
-def _figure(results: Results[Noise]) -> bytes:
+def _figure(results: Results[dict[str, Any]]) -> bytes:
     """Amplitude spectra of the raw force at τ = 0.6, smoothed in bands."""
     paths = list(dict.fromkeys(point.path for _, point, _ in results))
     figure, panels = new_figure(LIGHT, 3.2, ncols=len(paths), sharey=True, squeeze=False)
     for panel, path in zip(panels.flat, paths):
-        for scheme, residual in [(one, noise.residual) for one, point, noise in results if point == Point(path, 0.6)]:
+        for scheme, residual in [
+            (one, noise["residual"]) for one, point, noise in results if point == Point(path, 0.6)
+        ]:
             power = np.abs(np.fft.rfft(residual * np.hanning(residual.size)))[1:] ** 2
             waves = np.arange(1, power.size + 1) / residual.size
             bands = zip(np.array_split(waves, _BANDS), np.array_split(power, _BANDS))
             means = np.array([(wave.mean(), np.sqrt(2 * band.mean()) / residual.size) for wave, band in bands])
             panel.semilogy(*means.T, linewidth=1.2, color=COLOURS[scheme], label=scheme)
-        panel.set_title(f"{path}, τ = 0.6", fontsize=10)
-        panel.set_xlabel("frequency [1/step]")
-    panels.flat[0].set_ylabel("amplitude [% of the force]")
+        describe(panel, f"{path}, τ = 0.6", xlabel="frequency [1/step]")
     panels.flat[0].set_ylim(top=3)
-    panels.flat[0].legend(fontsize=8, frameon=False, ncols=2)
+    describe(panels.flat[0], legend={"ncols": 2}, ylabel="amplitude [% of the force]")
     return png_of(figure)

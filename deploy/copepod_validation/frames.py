@@ -10,13 +10,6 @@ from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, uniform_flow, worst
 
-REFERENCE = (
-    "Galilean invariance: force and torque on a sphere are the same in every frame. A sphere of radius 4 in a periodic "
-    "cube of 40 cells starts suddenly at 0.02 or 0.04 cells per step through fluid at rest; in the other frame the "
-    "fluid starts at the same velocity, opposite, past a sphere at rest. Or the sphere turns with surface velocities "
-    "up to 0.02 in fluid at rest; in the other frame fluid and sphere start with a velocity across the axis. Forces "
-    "and torques are means of steps 400 to 900."
-)
 RADIUS = 4.0
 _SPIN = 0.02 / RADIUS
 _DISPLACED = 4.18879 * RADIUS**3

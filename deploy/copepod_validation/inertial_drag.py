@@ -9,13 +9,6 @@ from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, uniform_flow, worst
 
-REFERENCE = (
-    "Standard drag of a sphere, 24/Re (1 + 0.1935 Re^0.6305) for Re of 20 to 260 [Clift, Grace, Weber, Bubbles, Drops "
-    "and Particles, 1978, table 5.2], uncertain by some 3 %. Fluid that moves uniformly at 0.05 cells per step at "
-    "first passes a sphere at rest, 8 cells in diameter, in a box of 14 × 14 × 24 diameters with walls without "
-    "friction; mean drag from 12 to 16 diameters of travel, before the wake meets the sphere again. The box raises "
-    "it: at Re = 100, one that is 10 diameters wide gives 1 % more. bgk is unstable at Re = 100."
-)
 DIAMETER = 8
 _SPEED, _WIDTH, _LENGTH, _TRAVEL = 0.05, 14, 24, 16  # lengths in diameters
 

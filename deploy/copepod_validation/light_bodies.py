@@ -10,14 +10,6 @@ from copepod_run.checkout import ROOT
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, viscosity, worst
 
-REFERENCE = (
-    "Spheres of a density ρ over the fluid's, with `coupling.virtual_mass: auto`, the default "
-    "([decision](../decisions/virtual_mass.md)). Terminal velocity: that of the sphere of the fluid's density, in a "
-    "closed box of four radii and 16 cells, at 1e-4 cells per step without walls. Start: the exact velocity of a "
-    "sphere in an unbounded fluid, with Stokes drag, added mass and Basset's history force [Maxey and Riley, Phys. "
-    "Fluids 26, 1983], in a periodic cube of 64 cells (R = 4, τ ≤ 1) or 128, in which the fluid feels the opposite "
-    "force."
-)
 BODIES = {
     "own": "own",
     "Bullet": "bullet",

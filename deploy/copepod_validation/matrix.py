@@ -13,7 +13,8 @@ from copepod_validation import crossing_sphere, frames, inertial_drag, light_bod
 from copepod_validation import resistance, settling_sphere, shear, slow_bodies, sphere_array, sudden_start, wall
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section, experiments
 
-# Each module has REFERENCE, points (see `experiments`), case_of(point), evaluate(folder, point) and section(results).
+# Each has points (see `experiments`), case_of(point), evaluate(folder, point) and section(results); accuracy.md has
+# what it compares with.
 _CASES = (
     sphere_array,
     wall,

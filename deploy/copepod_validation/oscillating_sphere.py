@@ -9,11 +9,6 @@ from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, viscosity, worst
 
-REFERENCE = (
-    "6πμR(1 + λ + λ²/9) per velocity, λ² = iωR²/ν [Stokes 1851], for a simple cubic array of eight radii in fluid "
-    "that follows the spheres as a whole; δ = √(2ν/ω) is the depth to which the motion diffuses. Radius 4, velocity "
-    "0.002 cells per step, period 400 steps; third period."
-)
 RADIUS, CELLS = 4.0, 32
 _SPEED, _PERIOD, _PERIODS = 2e-3, 400, 3
 

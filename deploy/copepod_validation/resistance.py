@@ -9,17 +9,6 @@ from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere, table_by_point
 from copepod_validation.experiment import viscosity, worst
 
-REFERENCE = (
-    "Force over 6πμR and torque over 8πμR² of the velocity, for the turning ωR. At a wall: O'Neill [Mathematika 11, "
-    "1964], Dean and O'Neill [Mathematika 10, 1963], tabulated by Goldman, Cox, Brenner [Chem. Eng. Sci. 22, 1967]. "
-    "Pairs: Jeffrey and Onishi [J. Fluid Mech. 139, 1984], summed anew by collocation, and spinning by Jeffery [Proc. "
-    "London Math. Soc. 14, 1915]. «Sliding»: past the wall, or past each other at ±V; «turning»: about an axis along "
-    "the wall; «rolling»: both spheres alike, «geared»: against each other, about axes across their centres; "
-    "«spinning»: against each other about the line of centres. τ = 2; the other sphere of 1:2 has 2R; boxes of 24 "
-    "× 24 × 20 radii at walls and of 20 × 16 × 20 radii for pairs. All with `lubrication: {cut_off_cells: auto}`, "
-    "which acts at gaps below half a radius. The overview has the worst of the values above 0.3: smaller ones are "
-    "couplings that vanish far from the wall."
-)
 _SPEED = 1e-9
 # Force and torque on the (first) sphere; NaN: zero, or an effect of the box as large as itself.
 EXACT = {

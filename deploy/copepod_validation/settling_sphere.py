@@ -5,26 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from copepod_report.style import LIGHT, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, png_of
 from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, worst
 
-REFERENCE = (
-    "Experiments E1 to E4 of ten Cate et al. [Phys. Fluids 14, 4012, 2002]: a sphere of 15 mm and 1120 kg/m³ falls "
-    "from rest, 120 mm above the floor of a box of 100 × 100 × 160 mm full of oil. The largest velocity is compared "
-    "with the measured one, beside that of the lattice Boltzmann simulations in the same paper. Measured curves are "
-    "published only as plots: the whole curve, until the gap to the floor is one diameter, is therefore compared with "
-    "a finer run of central_linear (18 cells per diameter, E4 24). u∞ moves by 0.03 cells per step.\n\n"
-    "E1 is slower than measured at every resolution, as it is in the paper's simulations. The published constants do "
-    "not admit the measured velocity. Without inertia (the case of E1 with parabolic, gravity divided by 50, the "
-    "sphere half-way between floor and ceiling) the sphere moves at 0.720 of the velocity of Stokes' law, with 12 and "
-    "with 18 cells per diameter; theory gives 1 − 1.903 s + 2.09 s³ = 0.722 for s = 0.15, diameter over width [Happel "
-    "& Bart, Appl. Sci. Res. 29, 1974; the cubic term is that of a circular tube]. This is 0.935 u∞, already 1.3 % "
-    "below the measured 0.947, and inertia, which adds drag, takes away another 2 %. A free surface at the top "
-    "instead of a wall changes the largest velocity of E1 to E4 by less than 0.1 %. u∞ is not the cause: it is "
-    "Abraham's formula [Phys. Fluids 13, 1970], which gives 0.0383 m/s where the paper has 0.038."
-)
 _DIAMETER_M, _DENSITY_KG_PER_M3, _GRAVITY_M_PER_S2 = 0.015, 1120.0, 9.81
 _SPEED = 0.03  # of u∞, in cells per step
 _CELLS = 12  # per diameter
@@ -177,16 +162,13 @@ def _figure(falls: Results[Fall], finer: Fall | None) -> bytes:
         peak_s = fall.time_s[np.argmax(fall.speed)]
         panel.plot([0.8 * peak_s, 1.2 * peak_s], 2 * [fall.oil.measured * u_inf], ":", color=colour)
     panel.plot(*E4_MEASURED.T, "o", markersize=3, color=LIGHT.ink, fillstyle="none")
-    panel.set_title(f"{last}; measured: ○ and dotted", fontsize=10)
-    panel.set_ylabel("velocity [m/s]")
+    describe(panel, f"{last}; measured: ○ and dotted", ylabel="velocity [m/s]")
     if finer:
         panel, seen = panels.flat[1], finer.gap > 1
         for scheme, fall in ((scheme, fall) for scheme, _, fall in falls if fall.oil == E4):
             deviation = fall.deviation(finer.time_s[seen], finer.speed[seen])
             panel.plot(finer.time_s[seen], deviation, linewidth=1.2, color=COLOURS[scheme], label=scheme)
-        panel.set_title("E4: deviation from the finer run", fontsize=10)
-        panel.set_ylabel("[% of the largest velocity]")
+        describe(panel, "E4: deviation from the finer run", ylabel="[% of the largest velocity]")
     for panel in panels.flat:
-        panel.set_xlabel("time [s]")
-        panel.legend(fontsize=8, frameon=False)
+        describe(panel, legend={}, xlabel="time [s]")
     return png_of(figure)

@@ -8,13 +8,6 @@ import numpy as np
 from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere, table_by_point, worst
 
-REFERENCE = (
-    "Jeffery's orbit [Proc. R. Soc. A 102, 1922]: in shear at the rate γ a body of revolution, whose axis has turned "
-    "by θ from the flow, rotates at γ/2 (1 − (r² − 1)/(r² + 1) cos 2θ), a sphere at γ/2. Every such body has an "
-    "aspect ratio r [Bretherton, J. Fluid Mech. 14, 1962]; that of a capsule is measured, and the test is that the "
-    "rotation has this form with the mean γ/2. Radius 4, capsule of length 16, in a cube of 64 cells between walls; "
-    "half the length squared times γ/ν is 0.04 and 0.13."
-)
 RADIUS, LENGTH = 4.0, 8.0  # of both; of the capsule's cylinder
 _CELLS = 64
 
@@ -43,17 +36,9 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case([_CELLS] * 3, point.tau, boundaries, [body], point.steps, **flow)
 
 
-@dataclass(frozen=True)
-class Rotation:
-    """Error of the mean rate, largest deviation from the form, both over γ/2 [%]; aspect ratio r of a capsule."""
-
-    error: float
-    deviation: float
-    aspect: float | None
-
-
-def evaluate(folder: Path, point: Point) -> Rotation:
-    """Without the first third of the run, in which the rotation begins."""
+def evaluate(folder: Path, point: Point) -> tuple[float, float, float | None]:
+    """Error of the mean rate, largest deviation from the form, both over γ/2 [%]; aspect ratio r of a capsule. Without
+    the first third of the run, in which the rotation begins."""
     rate = -Trajectory(folder).of("sphere")["angular_velocity_rad_per_s"][:, 1]
     angle, start = np.cumsum(rate), len(rate) // 3
     found = rate[start:] / (0.5 * point.rate)
@@ -62,13 +47,13 @@ def evaluate(folder: Path, point: Point) -> Rotation:
         form = np.column_stack([form, -np.cos(2 * angle[start:])])
     mean, *part = parts = np.linalg.lstsq(form, found, rcond=None)[0]
     aspect = float(np.sqrt((mean + part[0]) / (mean - part[0]))) if part else None
-    return Rotation(100 * (mean - 1), 100 * np.abs(found - form @ parts).max(), aspect)
+    return 100 * (mean - 1), 100 * np.abs(found - form @ parts).max(), aspect
 
 
-def section(results: Results[Rotation]) -> Section:
-    def cell(one: Rotation) -> str:
-        return f"{one.error:+.2f} ± {one.deviation:.1f}" + (f" (r = {one.aspect:.2f})" if one.aspect else "")
+def section(results: Results[tuple[float, float, float | None]]) -> Section:
+    def cell(found: tuple[float, float, float | None]) -> str:
+        return "{:+.2f} ± {:.1f}".format(*found) + (f" (r = {found[2]:.2f})" if found[2] else "")
 
     markdown = table_by_point(results, "body | τ", "{0.shape} | {0.tau:g}".format, cell)
     markdown += "\n\nError of the mean rate ± largest deviation from the form [% of γ/2]."
-    return Section(markdown, worst(results, "shear [%]", lambda rotation: rotation.error))
+    return Section(markdown, worst(results, "shear [%]", lambda found: found[0]))

@@ -10,18 +10,11 @@ from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, uniform_flow, viscosity, worst
 
-REFERENCE = (
-    "Drag of each body over 6πμR. Spheres that follow each other: Stimson and Jeffery [Proc. R. Soc. A 111, 1926]; "
-    "that approach each other: Maude [Br. J. Appl. Phys. 12, 1961]; capsules, twice as long as wide: singularities on "
-    "the axis [Batchelor, J. Fluid Mech. 44, 1970], with an error below 0.05 %. Radius 4, τ = 1, a periodic cube of "
-    "64 cells, whose images are accounted for [Hasimoto, J. Fluid Mech. 5, 1959]; what is neglected is of the order "
-    "of 0.3 %. Approaching spheres move, in a cube of 96 cells, with `lubrication: {cut_off_cells: auto}`, which acts "
-    "at gaps below two cells; the other bodies are at rest in a flow."
-)
 RADIUS = 4.0
-# Series of the papers, summed anew: drag of each sphere; by the gap over the radius.
+# Series and singularities of the papers, summed anew: drag of each sphere by the gap over the radius, and of a capsule.
 FOLLOWING = {0.5: 0.67292, 1.0: 0.69830, 2.0: 0.74226}
 APPROACHING = {0.02: 28.11402, 0.125: 6.31928, 0.5: 2.77242, 1.0: 2.03865, 2.0: 1.59668}
+CAPSULE = {"capsule, along": 1.3152990479696505, "capsule, across": 1.4848097221802163}
 _SPEED, _APPROACH = 2e-4, 2e-9
 
 
@@ -41,13 +34,11 @@ class Point:
 
     @property
     def is_capsule(self) -> bool:
-        return self.kind.startswith("capsule")
+        return self.kind in CAPSULE
 
     @property
     def reference(self) -> float:
-        if self.is_capsule:
-            return capsule_drag(0 if self.kind == "capsule, across" else 2)
-        return (FOLLOWING if self.kind == "following" else APPROACHING)[self.gap]
+        return CAPSULE.get(self.kind) or (FOLLOWING if self.kind == "following" else APPROACHING)[self.gap]
 
     @property
     def body_force(self) -> float:
@@ -57,36 +48,9 @@ class Point:
 
 
 POINTS = [Point("following", gap) for gap in FOLLOWING] + [Point("approaching", gap) for gap in APPROACHING]
-POINTS += [Point("capsule, along"), Point("capsule, across")]
+POINTS += map(Point, CAPSULE)
 LABEL = "{0.kind}_gap{0.gap:g}"
 FAST = POINTS[:1]
-
-
-def capsule_drag(axis: int) -> float:
-    """Drag of a capsule along z, cylinder and radius of length 2 and 1, that moves along `axis`; over 6πμ.
-
-    Stokeslets and potential dipoles along the motion on the axis [Batchelor, J. Fluid Mech. 44, 1970], whose sum has
-    the velocity 1 at the surface in the sense of least squares. Drag along and across: within 1e-4 and 3e-4 of the
-    limit of more points and of more kinds of singularities.
-    """
-    motion, places = np.eye(3)[axis], np.linspace(-1, 1, 24)
-    arc = (np.arange(160) + 0.5) / 160 * (0.5 * np.pi + 1)  # from a tip to the middle
-    radius = np.where(arc < 0.5 * np.pi, np.sin(arc), 1)
-    height = np.where(arc < 0.5 * np.pi, 1 + np.cos(arc), 1 - (arc - 0.5 * np.pi))
-    angles = np.pi * (np.arange(8) + 0.5) / 4
-    rings = [[np.cos(angle) * radius, np.sin(angle) * radius, sign * height] for angle in angles for sign in (-1, 1)]
-    surface = np.concatenate([np.array(ring).T for ring in rings])
-    weights = np.sqrt(np.hypot(*surface.T[:2]))[:, None]  # of the surface that a point stands for
-    stokeslets, dipoles = [], []
-    for place in places:
-        r = surface - [0, 0, place]
-        distance, along = np.linalg.norm(r, axis=1)[:, None], (r @ motion)[:, None]
-        stokeslets.append(motion / distance + r * along / distance**3)
-        dipoles.append(3 * r * along / distance**5 - motion / distance**3)
-    columns = np.column_stack([(weights * velocity).ravel() for velocity in stokeslets + dipoles])
-    scale = np.linalg.norm(columns, axis=0)
-    strengths = np.linalg.lstsq(columns / scale, (weights * motion).ravel(), rcond=1e-10)[0] / scale
-    return float(8 * np.pi * strengths[: len(places)].sum() / (6 * np.pi))
 
 
 def images(distance: float, edge: float) -> float:

@@ -10,16 +10,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from copepod_report.style import LIGHT, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, png_of
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, uniform_flow, viscosity
 
-REFERENCE = (
-    "K = fL³/(6πμRU) of simple cubic arrays, f the body force, U the superficial velocity: 2.008, 4.292, 15.4 and "
-    "28.1 at solid fractions φ of 0.027, 0.125, 0.343 and 0.45 [Zick & Homsy, J. Fluid Mech. 115, 1982]. Reynolds "
-    "number 0.01. For each point the sphere's centre has five places between the cells (random, fixed seed). bgk is "
-    "unstable at τ = 0.51."
-)
 DRAG = {0.027: 2.008, 0.125: 4.292, 0.343: 15.4, 0.45: 28.1}
 
 _CENTRES = np.random.default_rng(1).random((5, 3))
@@ -78,15 +72,8 @@ def case_of(point: Point) -> CaseDict:
     return case | {"output": {"fields": {"every_steps": between}}}
 
 
-@dataclass(frozen=True)
-class Drag:
+def evaluate(folder: Path, point: Point) -> tuple[float, float]:
     """Error of K, and what the last fifth of the run changed in it [%]."""
-
-    error: float
-    change: float
-
-
-def evaluate(folder: Path, point: Point) -> Drag:
     velocities = []
     with h5py.File(folder / "fields.h5", "r") as file:
         for name in sorted(name for name in file if name.startswith("step_"))[-4:]:
@@ -95,7 +82,7 @@ def evaluate(folder: Path, point: Point) -> Drag:
             velocities.append(momentum[is_fluid].sum() / point.cells**3)
     force = point.body_force * point.cells**3
     now, before = (force / (point.stokes * _limit(velocities[place:][:3])) for place in (1, 0))
-    return Drag(100 * (now / DRAG[point.solid_fraction] - 1), 100 * abs(now / before - 1))
+    return 100 * (now / DRAG[point.solid_fraction] - 1), 100 * abs(now / before - 1)
 
 
 def _limit(values: Sequence[float]) -> float:
@@ -106,11 +93,11 @@ def _limit(values: Sequence[float]) -> float:
     return third - (third - second) ** 2 / (third - 2 * second + first)
 
 
-def section(results: Results[Drag]) -> Section:
+def section(results: Results[tuple[float, float]]) -> Section:
     """A row per point: mean over the centres, largest deviation from it."""
     errors: dict[tuple[str, Point], list[float]] = {}
-    for scheme, point, drag in sorted(results, key=lambda result: astuple(result[1])):
-        errors.setdefault((scheme, replace(point, centre=0)), []).append(drag.error)
+    for scheme, point, (error, _) in sorted(results, key=lambda result: astuple(result[1])):
+        errors.setdefault((scheme, replace(point, centre=0)), []).append(error)
     arrays = [(*key, found) for key, found in errors.items()]
 
     def row(point: Point) -> str:
@@ -121,12 +108,12 @@ def section(results: Results[Drag]) -> Section:
 
     markdown = table_by_point(arrays, "φ | D [cells] | τ", row, cell) + (
         "\n\nError of K [%]: mean ± largest deviation of a centre. The last fifth of the runs changed K by at most "
-        f"{max(drag.change for _, _, drag in results):.1g} %.\n\n"
+        f"{max(change for _, _, (_, change) in results):.1g} %.\n\n"
         "![Error of the drag against cells per diameter](accuracy_array.png)"
     )
     overview = {}
     for scheme, dilute in by_scheme([array for array in arrays if array[1].solid_fraction <= 0.125]).items():
-        means = [float(np.mean(found)) for found in dilute]
+        means = np.mean(dilute, axis=1)
         overview[scheme] = {
             "array drag, φ ≤ 0.125 [%]": f"{min(means):+.2f} … {max(means):+.2f}",
             "spread [%]": f"{max(map(_spread, dilute)):.2f}",
@@ -146,23 +133,13 @@ def _figure(arrays: Results[list[float]]) -> bytes:
     for panel, tau in zip(panels.flat, taus):
         for number, scheme in enumerate(by_scheme(arrays)):
             found = [(point, errors) for one, point, errors in shown if (one, point.tau) == (scheme, tau)]
-            panel.errorbar(
-                [(1 + 0.02 * (number - 1.5)) * 2 * point.radius for point, _ in found],
-                [np.mean(errors) for _, errors in found],
-                [_spread(errors) for _, errors in found],
-                fmt="o-",
-                markersize=4,
-                linewidth=1,
-                capsize=2,
-                color=COLOURS[scheme],
-                label=scheme,
-            )
+            places = [(1 + 0.02 * (number - 1.5)) * 2 * point.radius for point, _ in found]
+            means, spreads = zip(*((np.mean(errors), _spread(errors)) for _, errors in found)) if found else ((), ())
+            look = {"markersize": 4, "linewidth": 1, "capsize": 2, "color": COLOURS[scheme], "label": scheme}
+            panel.errorbar(places, means, spreads, fmt="o-", **look)
         panel.axhline(0, color=LIGHT.ink, linewidth=0.8)
-        panel.set_xlim(6, 22)
         panel.set_yscale("symlog", linthresh=5, linscale=2)
         panel.set_yticks(_TICKS, [f"{tick:+d}" for tick in _TICKS], minor=False)
-        panel.set_title(f"τ = {tau:g}", fontsize=10)
-        panel.set_xlabel("cells per diameter")
-    panels.flat[0].set_ylabel("error of the drag [%]")
-    panels.flat[0].legend(fontsize=8, frameon=False)
+        describe(panel, f"τ = {tau:g}", xlim=(6, 22), xlabel="cells per diameter")
+    describe(panels.flat[0], legend={}, ylabel="error of the drag [%]")
     return png_of(figure)

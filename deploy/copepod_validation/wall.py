@@ -5,18 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from copepod_report.style import LIGHT, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, png_of
 from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, viscosity, worst
 
-REFERENCE = (
-    "Drag over 6πμRU, torque over 8πμR³Ω. Towards the wall: Brenner's series [Chem. Eng. Sci. 16, 1961]; along it "
-    "and turning about an axis along it: Goldman, Cox, Brenner [Chem. Eng. Sci. 22, 1967]. τ = 1; boxes of 16 × "
-    "16 × 12 radii, periodic along the wall, with a second wall opposite. The box lowers the drag along the wall "
-    "at the widest gap by 2 %: in one of 32 × 24 × 18 radii the error of central_linear there is 0.0 %. All with "
-    "`lubrication: {cut_off_cells: auto}`, which acts at gaps below two cells."
-)
 _SPEED = 1e-9  # of the surface
 
 
@@ -80,16 +73,8 @@ def case_of(point: Point) -> CaseDict:
     return case | {"lubrication": {"cut_off_cells": "auto"}}
 
 
-@dataclass(frozen=True)
-class Drag:
-    """Error of the drag, what the last third of the run changed in it, and how far it alternates between steps [%]."""
-
-    error: float
-    change: float
-    alternating: float
-
-
-def evaluate(folder: Path, point: Point) -> Drag:
+def evaluate(folder: Path, point: Point) -> tuple[float, float, float]:
+    """Error of the load, what the last third of the run changed in it, how far it alternates between steps [%]."""
     sample = Trajectory(folder).of("sphere")
     if point.way == "turning":
         load, stokes = sample["torque_N_m"][1:-1, 1], 8 * np.pi * viscosity(1.0) * point.radius**2 * _SPEED
@@ -98,32 +83,31 @@ def evaluate(folder: Path, point: Point) -> Drag:
         stokes = 6 * np.pi * viscosity(1.0) * point.radius * _SPEED
     before, last = (abs(load[place : place + 2].mean()) for place in (0, len(load) - 2))
     step = load[-1] - load[-2]
-    return Drag(100 * (last / (stokes * point.reference) - 1), 100 * abs(last / before - 1), 50 * abs(step / last))
+    return 100 * (last / (stokes * point.reference) - 1), 100 * abs(last / before - 1), 50 * abs(step / last)
 
 
-def section(results: Results[Drag]) -> Section:
+def section(results: Results[tuple[float, float, float]]) -> Section:
     heads = "way | R [cells] | gap [cells] | over Stokes'"
     row = "{0.way} | {0.radius:g} | {0.gap:.2f} | {0.reference:.3f}".format
-    change, alternating = max(drag.change for _, _, drag in results), max(drag.alternating for _, _, drag in results)
-    markdown = table_by_point(results, heads, row, "{0.error:+.2f}".format, none="") + (
+    _, change, alternating = np.max([found for _, _, found in results], axis=0)
+    markdown = table_by_point(results, heads, row, "{0[0]:+.2f}".format, none="") + (
         "\n\nError of the load [%], mean of two steps, between which the sudden start leaves it alternating by up to "
         f"±{alternating:.1g} %. The last third of the runs changed it by at most {change:.1g} %.\n\n"
         "![Error of the load over the gap](accuracy_wall.png)"
     )
-    overview = worst(results, "wall [%]", lambda drag: drag.error)
+    overview = worst(results, "wall [%]", lambda found: found[0])
     return Section(markdown, overview, {"accuracy_wall.png": _figure(results)})
 
 
-def _figure(results: Results[Drag]) -> bytes:
+def _figure(results: Results[tuple[float, float, float]]) -> bytes:
     figure, panels = new_figure(LIGHT, 3.2, ncols=3, sharey=True)
     for panel, way in zip(panels, DRAG):
         for scheme in by_scheme(results):
-            chosen = [(p.gap, drag.error) for one, p, drag in results if (one, p.way, p.radius) == (scheme, way, 4)]
+            chosen = [(p.gap, found[0]) for one, p, found in results if (one, p.way, p.radius) == (scheme, way, 4)]
             gaps, errors = np.reshape(chosen, (-1, 2)).T
             panel.semilogx(gaps, errors, "o-", markersize=4, linewidth=1, color=COLOURS[scheme], label=scheme)
         panel.axhline(0, color=LIGHT.ink, linewidth=0.8)
-        panel.set_title(f"{way} the wall" if way != "turning" else "turning", fontsize=10)
-        panel.set_xlabel("gap [cells]")
+        describe(panel, f"{way} the wall" if way != "turning" else "turning", xlabel="gap [cells]")
     panels[0].set_ylabel("error of the load [%]")
-    panels[-1].legend(fontsize=8, frameon=False)
+    describe(panels[-1], legend={})
     return png_of(figure)

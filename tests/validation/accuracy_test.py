@@ -19,6 +19,33 @@ from copepod_validation.experiment import SCHEMES, experiments  # noqa: E402
 SCHEME = "parabolic"
 
 
+def capsule_drag(axis):
+    """Drag of a capsule along z, cylinder and radius of length 2 and 1, that moves along `axis`; over 6πμ.
+
+    Stokeslets and potential dipoles along the motion on the axis [Batchelor, J. Fluid Mech. 44, 1970], whose sum has
+    the velocity 1 at the surface in the sense of least squares. Drag along and across: within 1e-4 and 3e-4 of the
+    limit of more points and of more kinds of singularities.
+    """
+    motion, places = np.eye(3)[axis], np.linspace(-1, 1, 24)
+    arc = (np.arange(160) + 0.5) / 160 * (0.5 * np.pi + 1)  # from a tip to the middle
+    radius = np.where(arc < 0.5 * np.pi, np.sin(arc), 1)
+    height = np.where(arc < 0.5 * np.pi, 1 + np.cos(arc), 1 - (arc - 0.5 * np.pi))
+    angles = np.pi * (np.arange(8) + 0.5) / 4
+    rings = [[np.cos(angle) * radius, np.sin(angle) * radius, sign * height] for angle in angles for sign in (-1, 1)]
+    surface = np.concatenate([np.array(ring).T for ring in rings])
+    weights = np.sqrt(np.hypot(*surface.T[:2]))[:, None]  # of the surface that a point stands for
+    stokeslets, dipoles = [], []
+    for place in places:
+        r = surface - [0, 0, place]
+        distance, along = np.linalg.norm(r, axis=1)[:, None], (r @ motion)[:, None]
+        stokeslets.append(motion / distance + r * along / distance**3)
+        dipoles.append(3 * r * along / distance**5 - motion / distance**3)
+    columns = np.column_stack([(weights * velocity).ravel() for velocity in stokeslets + dipoles])
+    scale = np.linalg.norm(columns, axis=0)
+    strengths = np.linalg.lstsq(columns / scale, (weights * motion).ravel(), rcond=1e-10)[0] / scale
+    return float(8 * np.pi * strengths[: len(places)].sum() / (6 * np.pi))
+
+
 class References(unittest.TestCase):
     def test_sphere_towards_a_wall(self):
         for height, drag in ((1.1276, 9.2534), (1.5, 3.20539), (2.0, 2.12554), (3.0, 1.56921)):  # Brenner 1961
@@ -29,8 +56,9 @@ class References(unittest.TestCase):
         self.assertAlmostEqual(50 * slow_bodies.images(1e-4, 50), -2.837297, places=5)
 
     def test_drag_of_a_capsule_is_that_of_more_and_other_singularities(self):
-        self.assertAlmostEqual(slow_bodies.capsule_drag(2), 1.31530, delta=1e-4)
-        self.assertAlmostEqual(slow_bodies.capsule_drag(0), 1.48523, delta=5e-4)
+        for axis, way, of_more in ((2, "along", 1.31530), (0, "across", 1.48523)):
+            self.assertAlmostEqual(slow_bodies.CAPSULE[f"capsule, {way}"], capsule_drag(axis), delta=1e-8)
+            self.assertAlmostEqual(capsule_drag(axis), of_more, delta=5e-4)
 
 
 class Accuracy(WholeRunTest):
@@ -47,8 +75,8 @@ class Accuracy(WholeRunTest):
         """Measured: −0.2 ± 0.15 % at every relaxation time. Central linear interpolation has −1.4 ± 0.8 %, bounce-back
         spreads by 3 %, and linear interpolation is 7 % lower at τ = 2 than at 0.6."""
         drags = self.measured(sphere_array)
-        self.assertLess(max(drag.change for drag in drags), 0.1)  # the runs are long enough
-        errors = np.reshape([drag.error for drag in drags], (2, 5))  # τ = 0.6 and 2, five centres
+        self.assertLess(max(change for _, change in drags), 0.1)  # the runs are long enough
+        errors = np.reshape([error for error, _ in drags], (2, 5))  # τ = 0.6 and 2, five centres
         self.assertLess(np.abs(errors.mean(axis=1)).max(), 0.5)
         self.assertLess(np.ptp(errors, axis=1).max(), 0.5)
         self.assertLess(np.ptp(errors, axis=0).max(), 0.1)
@@ -60,19 +88,19 @@ class Accuracy(WholeRunTest):
         """Measured: 0.4 % rms, peaks of 1.2 %. Bounce-back has 5 and 13 %, central linear 1.4 and 3.8 %."""
         (noise,) = self.measured(crossing_sphere)
         self.assertIn("starts", self.said)
-        self.assertLess(noise.rms, 0.5)
-        self.assertLess(noise.peak, 2.0)
-        self.assertLess(noise.averaged, 0.4)
-        self.assertGreater(noise.rms, 0.1)  # it is the load of a step
+        self.assertLess(noise["raw"], 0.5)
+        self.assertLess(noise["peak"], 2.0)
+        self.assertLess(noise["averaged"], 0.4)
+        self.assertGreater(noise["raw"], 0.1)  # it is the load of a step
         self.measured(crossing_sphere)
         self.assertIn("1 cases, 1 done already", self.said)
         self.assertNotIn("starts", self.said)
 
     def test_drag_towards_a_wall_with_a_film_of_a_quarter_cell_in_between(self):
         """Measured: −1.1 %; −57 % without lubrication."""
-        (drag,) = self.measured(wall)
-        self.assertLess(abs(drag.error), 3.0)
-        self.assertLess(drag.change, 0.2)
+        ((error, change, _),) = self.measured(wall)
+        self.assertLess(abs(error), 3.0)
+        self.assertLess(change, 0.2)
 
     def test_sphere_that_slides_along_a_wall_is_turned_as_a_wheel_is(self):
         """Measured: +0.1 and −1.9 %; the torque had the wrong sign when the film's moment was that of its shear."""
@@ -88,14 +116,14 @@ class Accuracy(WholeRunTest):
 
     def test_sphere_that_starts_suddenly_receives_the_impulse_of_basset(self):
         """Measured: −1.8 %; with bgk 14 %."""
-        (start,) = self.measured(sudden_start)
-        self.assertLess(abs(start.error), 3.0)
-        self.assertLess(start.alternating, 2.0)
+        ((error, alternating),) = self.measured(sudden_start)
+        self.assertLess(abs(error), 3.0)
+        self.assertLess(alternating, 2.0)
 
     def test_free_sphere_in_shear_rotates_at_half_the_rate(self):
-        (rotation,) = self.measured(shear)
-        self.assertLess(abs(rotation.error), 0.3)
-        self.assertLess(rotation.deviation, 0.3)
+        ((error, deviation, _),) = self.measured(shear)
+        self.assertLess(abs(error), 0.3)
+        self.assertLess(deviation, 0.3)
 
     def test_spheres_that_follow_each_other_have_the_drag_of_stimson_and_jeffery(self):
         """Measured: −0.2 %. Bounce-back is 1.7 % off."""

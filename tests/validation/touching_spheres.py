@@ -22,7 +22,7 @@ sys.path.insert(0, str(ROOT / "deploy"))
 
 from copepod_report.style import LIGHT, new_figure, png_of  # noqa: E402
 from copepod_report.trajectory import Trajectory  # noqa: E402
-from copepod_run.figures import markdown_table  # noqa: E402
+from copepod_run.figures import markdown_table as table  # noqa: E402
 from copepod_validation.experiment import lattice_case, sphere  # noqa: E402
 
 RESULTS = ROOT / "docs/results"
@@ -112,9 +112,7 @@ def rebounds(folder):
         rows.append(f"{st:.0f} | {reynolds:.0f} | {density} | {cells} | {measured:.3f} | {e[1] - measured:+.3f}")
         print(rows[-1], flush=True)
     heads = " | ".join(f"e at D/{part}" for part in _SEEN)
-    return _REBOUND.format(
-        table=markdown_table(f"St | Re | density ratio | {heads} | 0.97 exp(−35/St) | difference", rows)
-    )
+    return _REBOUND.format(table=table(f"St | Re | density ratio | {heads} | 0.97 exp(−35/St) | difference", rows))
 
 
 # --- drafting, kissing and tumbling ---
@@ -405,10 +403,10 @@ def _without_inertia(folder):
         rows.append(f"{fraction} | {' | '.join(cells)} | {mean:.3f} ± {error:.3f} | {compared}")
         print(rows[-1], flush=True)
     widths = " | ".join(f"{width} D, {starts} starts" for width, (starts, _) in _STARTS.items())
-    by_fraction = markdown_table(f"φ | {widths} | U/U₀ | (1 − φ)^4.65 | deviation | (1 − φ)^5.6 | deviation", rows)
+    by_fraction = table(f"φ | {widths} | U/U₀ | (1 − φ)^4.65 | deviation | (1 − φ)^5.6 | deviation", rows)
     settings = [(_CREEPING_DIAMETER, _CREEPING_TIME), *_OTHER_CREEPING]
     of_one = [creeping_velocity(0.2, 5, folder, 1, cells, time) for cells, time in settings]
-    return by_fraction, markdown_table(
+    return by_fraction, table(
         "cells, τ | " + " | ".join(f"{cells}, {time:g}" for cells, time in settings),
         ["U/U₀ | " + " | ".join(f"{velocity:.4f}" for velocity in of_one)],
     )
@@ -423,7 +421,7 @@ def _faster(folder):
         )
         law = (1 - fraction) ** exponent
         rows.append(f"{fraction} | {velocity:.3f} ± {error:.3f} | {law:.3f} | {100 * (velocity / law - 1):+.1f} %")
-    return markdown_table("φ | U/U₀ | Richardson, Zaki | deviation", rows)
+    return table("φ | U/U₀ | Richardson, Zaki | deviation", rows)
 
 
 def fixed_array_velocity(fraction):
@@ -477,7 +475,7 @@ def settling(folder):
         print(rows[-1], flush=True)
     by_width = {width: settling_velocity(0.1, width, folder) for width in sorted((_WIDTHS[0.1], *_OTHER_WIDTHS))}
     print(by_width)
-    finer = markdown_table(
+    finer = table(
         "φ | " + " | ".join(f"{cells} cells" for cells in _FINER) + f" | {_FINER[0]} cells, no films",
         [
             f"{fraction} | " + " | ".join(f"{velocity:.4f}" for velocity in _at_the_start(fraction, folder))
@@ -489,12 +487,12 @@ def settling(folder):
     dense = settling_velocity(_DENSE[0], _DENSE[1], folder, travel=_DENSE[2])
     without_inertia, other_creeping = _without_inertia(folder)
     heads = "φ | cube | U/U₀ | Richardson, Zaki | deviation | Garside, Al-Dibouni | deviation | k (1 − φ)ⁿ | deviation"
-    widths = markdown_table(
+    widths = table(
         "width | " + " | ".join(f"{width} D" for width in by_width),
         ["U/U₀ | " + " | ".join(f"{velocity:.3f} ± {error:.3f}" for velocity, error in by_width.values())],
     )
     return _SETTLING.format(
-        table=markdown_table(heads, rows),
+        table=table(heads, rows),
         widths="  " + widths.replace("\n", "\n  "),
         finer="  " + finer.replace("\n", "\n  "),
         wider=_WIDER,
