@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from copepod_report.run_record import RunResult
-from copepod_report.style import Theme, new_figure
+from copepod_report.style import Theme, describe, new_figure
 
 FAMILIES = (
     ("parallel capsules", "abcdef"),
@@ -30,26 +32,15 @@ def speeds_by_family(runs: Sequence[RunResult], theme: Theme) -> Any:
         theme, 3.4, ncols=len(FAMILIES), sharey=True, width_ratios=[width + 1 for width in widths]
     )
     for panel, (title, letters) in zip(panels, FAMILIES):
-        present = [letter for letter in letters if letter in speeds]
-        for column, (colour, label, hollow) in enumerate(
-            ((theme.beads[0], "Copepod", False), (theme.beads[1], "published", True))
+        for column, look in enumerate(
+            ({"label": "Copepod", "markersize": 6}, {"label": "published", "markersize": 9, "markerfacecolor": "none"})
         ):
-            values = [(letters.index(letter), speeds[letter][column]) for letter in present]
-            points = [(place, 1e6 * value) for place, value in values if value is not None]
-            panel.plot(
-                [place for place, _ in points],
-                [value for _, value in points],
-                "o",
-                color=colour,
-                markerfacecolor="none" if hollow else colour,
-                markersize=9 if hollow else 6,
-                markeredgewidth=1.5,
-                label=label,
-            )
+            values = [(place, speeds[letter][column]) for place, letter in enumerate(letters) if letter in speeds]
+            points = np.reshape([(place, 1e6 * value) for place, value in values if value is not None], (-1, 2))
+            panel.plot(*points.T, "o", color=theme.beads[column], markeredgewidth=1.5, **look)
         panel.set_xticks(range(len(letters)), list(letters))
         panel.set_xlim(-0.7, len(letters) - 0.3)
         panel.set_title(title.replace(", ", ",\n"), fontsize=9, color=theme.ink, wrap=True)
     panels[0].set_ylim(bottom=0)
-    panels[0].set_ylabel("u_swim [10⁻⁶ cells/step]")
-    panels[0].legend(loc="lower left", fontsize=8, labelcolor=theme.ink, frameon=False)
+    describe(panels[0], legend={"loc": "lower left"}, ylabel="u_swim [10⁻⁶ cells/step]")
     return figure

@@ -1,7 +1,7 @@
 """The swimmer in vacuum: its exact motion, and over all stiffnesses the resonance curve."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from html import escape
 from typing import Any
 
@@ -36,12 +36,8 @@ class VacuumSwimmer:
     @classmethod
     def of_case(cls, case: Mapping[str, Any], swimmer: Mapping[str, Any]) -> "VacuumSwimmer":
         """From the resolved case and its section of the swimmer."""
-        spring, stroke = swimmer["spring"], swimmer["stroke"]
-        step_s = case["step_s"]
-        return cls(
-            swimmer["bead_mass_kg"], spring["stiffness_N_per_m"], spring["damping_N_s_per_m"], stroke["amplitude_N"],
-            stroke["period_steps"], stroke["phase_lag_steps"], stroke["cycles"], step_s,
-        )  # fmt: skip
+        known = {"mass_kg": swimmer["bead_mass_kg"], "step_s": case["step_s"], **swimmer["spring"], **swimmer["stroke"]}
+        return cls(**{field.name: known[field.name] for field in fields(cls)})
 
     @property
     def omega_rad_per_s(self) -> float:
@@ -81,9 +77,9 @@ class VacuumSwimmer:
     def _transfer(self, times: float) -> complex:
         """H of q̈ + g q̇ + w² q = e^{iωt}: q = H e^{iωt}."""
         omega = self.omega_rad_per_s
-        rigidity = times * self.stiffness_N_per_m / self.mass_kg
-        friction = times * self.damping_N_s_per_m / self.mass_kg
-        return 1.0 / (rigidity - omega**2 + 1j * friction * omega)
+        return self.mass_kg / (
+            times * self.stiffness_N_per_m - self.mass_kg * omega**2 + 1j * times * self.damping_N_s_per_m * omega
+        )
 
     def _response(self, times: float, steps: np.ndarray) -> np.ndarray:
         """Answer to sin(ωt) for t ≥ 0 of an oscillator at rest; zero before.
@@ -123,20 +119,13 @@ class ResonancePoint:
 
 def compare(run: RunRecord) -> ResonancePoint:
     """ResonancePoint of a run of one swimmer in vacuum."""
-    swimmer = run.swimmers[0]
+    swimmer, steps = run.swimmers[0], run.trajectory.steps
     exact = VacuumSwimmer.of_case(run.case, run.case["swimmers"][0])
-    steps = run.trajectory.steps
     window = (steps > steps[-1] - swimmer.period) & (steps <= steps[-1])
-    ours = swimmer.displacements_m()[_BEAD]
+    ours = swimmer.displacements_m()[_BEAD][window]
     theirs = exact.displacements_m(steps[window])[_BEAD]
-    phase = 2 * np.pi * (steps[window] % swimmer.period) / swimmer.period
-    _, amplitude, _ = fit_arm(phase, ours[window])
-    return ResonancePoint(
-        exact,
-        amplitude,
-        exact.steady_amplitude_m(_BEAD),
-        np.abs(ours[window] - theirs).max() / amplitude,
-    )
+    _, amplitude, _ = fit_arm(2 * np.pi * (steps[window] % swimmer.period) / swimmer.period, ours)
+    return ResonancePoint(exact, amplitude, exact.steady_amplitude_m(_BEAD), np.abs(ours - theirs).max() / amplitude)
 
 
 def points_of(runs: Sequence[RunRecord]) -> list[ResonancePoint]:
@@ -160,34 +149,23 @@ def _cells(point: ResonancePoint) -> tuple[str, ...]:
 def markdown(points: Sequence[ResonancePoint]) -> str:
     """Markdown: a row per stiffness."""
     heads = "ω₀/ω | k [N/m] | amplitude of B2 per force [m/N] | steady amplitude [m/N] | difference"
-    return markdown_table(f"{heads} | from the exact motion", (" | ".join(_cells(point)) for point in points))
+    return markdown_table(f"{heads} | from the exact motion", map(" | ".join, map(_cells, points)))
 
 
 def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:
-    """Amplitude over ω₀/ω: exact steady curve, and a dot per run."""
+    """Amplitude over ω₀/ω: exact steady curve, the damping as strong as that of the first run, and a dot per run."""
     figure, axes = new_figure(theme, 3.6)
     first = points[0].exact
-    ratios = np.linspace(points[0].exact.frequency_ratio, points[-1].exact.frequency_ratio, 600)
-    base_k, damping_ratio = first.stiffness_N_per_m / first.frequency_ratio**2, first.damping_N_s_per_m / (
-        2 * np.sqrt(first.mass_kg * first.stiffness_N_per_m)
-    )
+    ratios = np.linspace(first.frequency_ratio, points[-1].exact.frequency_ratio, 600)
     exact = []
-    for ratio in ratios:
-        stiffness = base_k * ratio**2
-        damping = 2 * damping_ratio * np.sqrt(first.mass_kg * stiffness)
+    for scale in ratios / first.frequency_ratio:
+        stiffness, damping = first.stiffness_N_per_m * scale**2, first.damping_N_s_per_m * scale
         swimmer = replace(first, stiffness_N_per_m=stiffness, damping_N_s_per_m=damping)
         exact.append(swimmer.steady_amplitude_m(_BEAD) / swimmer.amplitude_N)
     axes.plot(ratios, exact, color=theme.beads[0], linewidth=1.4, label="exact, steady")
-    axes.plot(
-        [point.exact.frequency_ratio for point in points],
-        [point.amplitude_m / point.exact.amplitude_N for point in points],
-        "o",
-        color=theme.beads[1],
-        markersize=4,
-        label="Copepod, last period",
-    )
-    axes.set_xlabel("ω₀/ω")
-    axes.set_ylabel("amplitude of B2 per force [m/N]")
+    found = [(point.exact.frequency_ratio, point.amplitude_m / point.exact.amplitude_N) for point in points]
+    axes.plot(*np.transpose(found), "o", color=theme.beads[1], markersize=4, label="Copepod, last period")
+    axes.set(xlabel="ω₀/ω", ylabel="amplitude of B2 per force [m/N]")
     legend_above(axes, theme)
     return figure
 
@@ -222,9 +200,5 @@ def draw_exact(axes: Any, swimmer: SwimmerRecord, theme: Theme) -> None:
     for values in motion:
         axes.plot(swimmer.periods()[shown], values[shown], ".", color=theme.ink, markersize=2.5)
     apart = np.abs(motion - swimmer.positions()).max()
-    axes.set_title(
-        f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away",
-        fontsize=9,
-        loc="left",
-        color=theme.ink,
-    )
+    title = f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away"
+    axes.set_title(title, fontsize=9, loc="left", color=theme.ink)
