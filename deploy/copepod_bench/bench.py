@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import os
 import subprocess
 from argparse import Namespace
@@ -42,19 +43,13 @@ def bench(options: Namespace) -> int:
 
 
 def _pure(options: Namespace) -> list[Figures]:
-    cores = len(os.sched_getaffinity(0))
-    domains = (_DOMAINS[0],) if options.quick else _DOMAINS
+    domains, cores = (_DOMAINS[0],) if options.quick else _DOMAINS, len(os.sched_getaffinity(0))
     results = []
-    for domain in domains:
-        for ranks in sorted({1, cores}):
-            for precision in ("double", "single"):
-                for collision in ("bgk", "trt") if domain == _PAPER else ("bgk",):
-                    with Stage(f"fluid alone, {domain}, {precision}, {collision}, {ranks} rank(s)"):
-                        results.append(
-                            measurements.measure_fluid(
-                                domain, ranks, precision, collision, options.samples, _steps(domain, 4e7)
-                            )
-                        )
+    for domain, ranks, precision in itertools.product(domains, sorted({1, cores}), ("double", "single")):
+        for collision in ("bgk", "trt") if domain == _PAPER else ("bgk",):
+            with Stage(f"fluid alone, {domain}, {precision}, {collision}, {ranks} rank(s)"):
+                chosen = (domain, ranks, precision, collision, options.samples, _steps(domain, 4e7))
+                results.append(measurements.measure_fluid(*chosen))
     return results
 
 
@@ -67,58 +62,51 @@ def _coupled(options: Namespace) -> list[Figures]:
     for keys, (domain, beads, planes), transport in itertools.product(_KEYS.values(), rows, ("ipc", "in_process")):
         with Stage(f"coupled, {domain}, {beads} beads, {ranks} rank(s), {transport}{', as published' if keys else ''}"):
             steps = min(_LONGEST_STEPS, _steps(measurements.computed_cells(domain, planes), 1e9))
-            results.append(
-                measurements.measure_coupled(domain, beads, ranks, steps, options.samples, planes, transport, keys)
-            )
+            chosen = (domain, beads, ranks, steps, options.samples, planes, transport, keys)
+            results.append(measurements.measure_coupled(*chosen))
     return results
 
 
 def _steps(domain: Sequence[int], cell_updates: float) -> int:
-    return max(10, int(cell_updates / (domain[0] * domain[1] * domain[2])))
+    return max(10, int(cell_updates / math.prod(domain)))
 
 
 def _table(results: Mapping[str, Sequence[Figures]]) -> str:
     """The measurements as tables in Markdown."""
     heads = "domain | precision | collision | ranks | memory copy GB/s | 19 streams M cells/s | fluid MLUPS | share"
-    alone = (
-        f"{_cells(row['domain_cells'])} | {row['precision']} | {row['collision']} | {row['ranks']} "
-        f"| {row['median_copy_gb_per_s']:.1f} | {row['median_streams_mcells_per_s']:.1f} "
-        f"| {row['median_fluid_mlups']:.1f} | {row['median_share_of_limit']:.2f}"
-        for row in results["pure"]
-    )
-    lines = ["## Fluid alone", "", markdown_table(heads, alone)]
+    form = "{domain} | {precision} | {collision} | {ranks} | {median_copy_gb_per_s:.1f} | "
+    form += "{median_streams_mcells_per_s:.1f} | {median_fluid_mlups:.1f} | {median_share_of_limit:.2f}"
+    parts = [
+        "## Fluid alone",
+        markdown_table(heads, (form.format(**row, domain=_cells(row)) for row in results["pure"])),
+    ]
     heads = "domain | symmetry planes | beads | ranks | transport | coupled MLUPS | alone MLUPS | ratio | overhead"
+    form = "{domain} | {planes} | {beads} | {ranks} | {transport} | {median_coupled_mlups:.1f} | "
+    form += "{median_fluid_mlups:.1f} | {median_ratio:.2f} ({least:.2f}–{most:.2f}) | {median_coupling_overhead:.3f}"
     for title, keys in _KEYS.items():
         rows = []
-        for row in (row for row in results["coupled"] if row["keys"] == keys):
-            planes = ", ".join(row["symmetry_planes"]) or "none"
+        for row in [row for row in results["coupled"] if row["keys"] == keys]:
             ratios = [sample["ratio"] for sample in row["samples"]]
-            rows.append(
-                f"{_cells(row['domain_cells'])} | {planes} | {row['beads']} | {row['ranks']} | {row['transport']} "
-                f"| {row['median_coupled_mlups']:.1f} | {row['median_fluid_mlups']:.1f} "
-                f"| {row['median_ratio']:.2f} ({min(ratios):.2f}–{max(ratios):.2f}) "
-                f"| {row['median_coupling_overhead']:.3f}"
-            )
-        lines += ["", f"## Coupled, double precision, over ipc or in one process: {title}", ""]
-        lines += [markdown_table(heads, rows)]
+            more = {"domain": _cells(row), "planes": ", ".join(row["symmetry_planes"]) or "none"}
+            rows.append(form.format(**row, **more, least=min(ratios), most=max(ratios)))
+        parts += [f"## Coupled, double precision, over ipc or in one process: {title}", markdown_table(heads, rows)]
     busy = max(row["others"] for row in results["coupled"])
     if busy > _BUSY:
-        lines += ["", f"The machine was busy: other work had up to {100 * busy:.0f} % of it. Measure again without it."]
-    lines += ["", "## Phases of a coupled step, rank 0, percent of the fluid's time", ""]
-    return "\n".join([*lines, _phase_table(results["coupled"])])
+        parts.append(f"The machine was busy: other work had up to {100 * busy:.0f} % of it. Measure again without it.")
+    parts += ["## Phases of a coupled step, rank 0, percent of the fluid's time", _phase_table(results["coupled"])]
+    return "\n\n".join(parts)
 
 
-def _phase_table(rows: Sequence[Figures]) -> str:
-    phases = list(rows[0]["samples"][0]["phases_s"]["fluid"]) if rows else []
-    found = []
-    for row in rows:
+def _phase_table(results: Sequence[Figures]) -> str:
+    phases, rows = list(results[0]["samples"][0]["phases_s"]["fluid"]), []
+    for row in results:
         seconds = row["samples"][-1]["phases_s"]["fluid"]
         total = sum(seconds.values()) or 1.0
-        shares = " | ".join(f"{100 * seconds[phase] / total:.1f}" for phase in phases)
         boundary = row["keys"].get("fluid", {}).get("moving_boundary", "default")
-        found.append(f"{_cells(row['domain_cells'])} | {row['beads']} | {boundary} | {row['transport']} | {shares}")
-    return markdown_table(" | ".join(["domain | beads | boundary | transport", *phases]), found)
+        shares = (f"{100 * seconds[phase] / total:.1f}" for phase in phases)
+        rows.append(" | ".join([_cells(row), str(row["beads"]), boundary, row["transport"], *shares]))
+    return markdown_table(" | ".join(["domain | beads | boundary | transport", *phases]), rows)
 
 
-def _cells(domain: Sequence[int]) -> str:
-    return "×".join(map(str, domain))
+def _cells(row: Figures) -> str:
+    return "×".join(map(str, row["domain_cells"]))

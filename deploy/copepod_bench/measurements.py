@@ -1,5 +1,6 @@
 """Measurements of this machine: the fluid alone beside the memory, and whole runs beside the uncoupled fluid."""
 
+import itertools
 import json
 import math
 import os
@@ -71,19 +72,37 @@ def measure_coupled(
     transport: str = "ipc",
     keys: Mapping[str, Any] = {},
 ) -> Figures:
-    """Speed with beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio; with the defaults
-    but for some `keys`. `others`: largest part of the machine that others, or its host, took during a sample.
+    """Speed with beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio. `keys` replace
+    defaults, by section. `others`: largest part of the machine that others, or its host, took during a sample.
 
     `domain` is the whole one; rates count the cells that are computed, and leave out the fluid's last look at all
     cells (the phase summary), which belongs to no step.
     """
     computed = computed_cells(domain, symmetry_planes)
     collision = keys.get("fluid", {}).get("collision", "trt")
+    flow = {
+        "solver": "lattice_boltzmann",
+        "density_kg_per_m3": 1360,
+        "kinematic_viscosity_m2_per_s": 7.36e-5,
+        "cell_size_m": _CELL_M,
+        "relaxation_time": 2.0 / 3.0,
+        "domain_cells": list(domain),
+        "symmetry_planes": list(symmetry_planes),
+    }
+    case = {
+        "case": f"bench_{beads}_beads",
+        "fluid": flow | keys.get("fluid", {}),
+        "lubrication": keys.get("lubrication", {}),
+        "bodies": [_bead(*numbered) for numbered in enumerate(bead_positions(domain, beads))],
+        "run": {"steps": steps},
+        "output": {"trajectory": {"every_steps": steps}},
+        "services": {"fluid": {"ranks": ranks}, "transport": transport},
+    }
     rows = []
     for _ in range(samples):
         before = _processor_times()
         alone = measure_fluid(computed, ranks, collision=collision, samples=1, steps=max(10, steps // 4))
-        summary = _run(case_text(domain, beads, ranks, steps, symmetry_planes, transport, keys))
+        summary = _run(case)
         steps_s = summary["wall_s"] - summary["phases_s"]["fluid"]["summary"]
         coupled = 1e-6 * math.prod(computed) * steps / steps_s
         others, total = (after - start for after, start in zip(_processor_times(), before))
@@ -127,78 +146,41 @@ def computed_cells(domain: Sequence[int], symmetry_planes: Sequence[str]) -> lis
     return [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
 
 
-def case_text(
-    domain: Sequence[int],
-    beads: int,
-    ranks: int,
-    steps: int,
-    symmetry_planes: Sequence[str] = (),
-    transport: str = "ipc",
-    keys: Mapping[str, Any] = {},
-) -> str:
-    """A case as YAML (JSON is YAML): beads on a grid in a closed box, every other one moving up, the others down.
-    `keys`: by section, in place of defaults."""
-    positions = bead_positions(domain, beads)
-    bodies = [
-        {
-            "name": f"bead_{i}",
-            "shape": "sphere",
-            "radius_m": _RADIUS_CELLS * _CELL_M,
-            "mass_kg": 5.44e-13,
-            "position_m": [x * _CELL_M for x in position],
-            "velocity_m_per_s": [0.0, 0.0, _SPEED_M_PER_S if i % 2 else -_SPEED_M_PER_S],
-            "motion": "prescribed",
-        }
-        for i, position in enumerate(positions)
-    ]
-    return json.dumps(
-        {
-            "case": f"bench_{beads}_beads",
-            "fluid": {
-                "solver": "lattice_boltzmann",
-                "density_kg_per_m3": 1360,
-                "kinematic_viscosity_m2_per_s": 7.36e-5,
-                "cell_size_m": _CELL_M,
-                "relaxation_time": 2.0 / 3.0,
-                "domain_cells": list(domain),
-                "symmetry_planes": list(symmetry_planes),
-                **keys.get("fluid", {}),
-            },
-            "lubrication": keys.get("lubrication", {}),
-            "bodies": bodies,
-            "run": {"steps": steps},
-            "output": {"trajectory": {"every_steps": steps}},
-            "services": {"fluid": {"ranks": ranks}, "transport": transport},
-        }
-    )
+def _bead(number: int, position: Sequence[float]) -> Figures:
+    """Every other one moves up, the others down."""
+    return {
+        "name": f"bead_{number}",
+        "shape": "sphere",
+        "radius_m": _RADIUS_CELLS * _CELL_M,
+        "mass_kg": 5.44e-13,
+        "position_m": [x * _CELL_M for x in position],
+        "velocity_m_per_s": [0.0, 0.0, _SPEED_M_PER_S if number % 2 else -_SPEED_M_PER_S],
+        "motion": "prescribed",
+    }
 
 
-def bead_positions(domain: Sequence[int], beads: int) -> list[tuple[float, float, float]]:
+def bead_positions(domain: Sequence[int], beads: int) -> list[tuple[float, ...]]:
     """Centres in cells: up to three beads in a row on the axis, more on a grid over the whole domain."""
-    middle = [cells / 2 for cells in domain]
     if beads <= 3:
-        return [(middle[0], middle[1], middle[2] + 16 * (i - 1)) for i in range(beads)]
-    places = [[(i + 0.5) * _SPACING_CELLS for i in range(cells // _SPACING_CELLS)] for cells in domain]
-    grid = [(x, y, z) for x in places[0] for y in places[1] for z in places[2]]
+        x, y, z = (cells / 2 for cells in domain)
+        return [(x, y, z + 16 * (i - 1)) for i in range(beads)]
+    places = ([(i + 0.5) * _SPACING_CELLS for i in range(cells // _SPACING_CELLS)] for cells in domain)
+    grid = list(itertools.product(*places))
     if len(grid) < beads:
         raise Stop(
             ExitCode.BAD_CASE,
             f"{beads} beads do not fit into {domain} cells (there is room for {len(grid)}). Use fewer.",
         )
-    stride = len(grid) / beads
-    return [grid[int(i * stride)] for i in range(beads)]
+    return [grid[int(i * (len(grid) / beads))] for i in range(beads)]
 
 
-def _run(text: str) -> Figures:
+def _run(case: Figures) -> Figures:
     """summary.json of a run of the case in a folder of its own."""
     with tempfile.TemporaryDirectory(prefix="copepod-bench-") as folder:
-        case = Path(folder) / "case.yaml"
-        case.write_text(text)
-        out = Path(folder) / "run"
-        done = subprocess.run(
-            [str(ROOT / "deploy" / "copepod"), "run", str(case), "--out", str(out)], capture_output=True, text=True
-        )
+        file, out = Path(folder, "case.yaml"), Path(folder, "run")
+        file.write_text(json.dumps(case))
+        command = [str(ROOT / "deploy/copepod"), "run", str(file), "--out", str(out)]
+        done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             raise Stop(done.returncode, f"a benchmark run failed ({done.stderr.strip()[-500:]}).")
-        summary: Figures = json.loads((out / "summary.json").read_text())
-        return summary
+        return dict(json.loads((out / "summary.json").read_text()))
