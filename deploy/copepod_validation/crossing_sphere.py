@@ -46,10 +46,8 @@ def evaluate(folder: Path, point: Point) -> dict[str, Any]:
     the surface, relative to the update of all cells [%], NaN if the fluid does not report it."""
     trajectory = Trajectory(folder)
     force = trajectory.of("sphere")["force_N"][trajectory.steps > _FROM]
-    along = np.array(_PATHS[point.path][0])
-    along /= np.linalg.norm(along)
-    across = np.cross(along, (0.0, 1.0, 0.3))
-    across /= np.linalg.norm(across)
+    way = np.array(_PATHS[point.path][0])
+    along, across = (axis / np.linalg.norm(axis) for axis in (way, np.cross(way, (0.0, 1.0, 0.3))))
     raw = _residual(force @ along)
     percent = 100 / abs(float(np.mean(force @ along)))
     averaged = _residual(0.5 * (force[1:] + force[:-1]) @ along)

@@ -51,10 +51,8 @@ def case_of(point: Point) -> CaseDict:
 
 def evaluate(folder: Path, point: Point) -> np.ndarray:
     """Mean force [N] and torque [N m]."""
-    trajectory = Trajectory(folder)
-    loads = trajectory.of("sphere")
-    kept = trajectory.steps >= _FROM
-    return np.mean([loads["force_N"][kept], loads["torque_N_m"][kept]], axis=1)
+    loads = Trajectory(folder).of("sphere")
+    return np.mean([loads["force_N"], loads["torque_N_m"]], axis=1)
 
 
 def section(results: Results[np.ndarray]) -> Section:
@@ -70,11 +68,10 @@ def section(results: Results[np.ndarray]) -> Section:
         unit = _DISPLACED * _SPIN * point.speed
         of_torque = np.linalg.norm(torque - other_torque) / np.linalg.norm(other_torque)
         turns.append((scheme, point, (np.linalg.norm(force - other_force) / unit, 100 * of_torque)))
-    row = "{0.tau:g} | {0.speed:g}".format
-    heads = "τ | velocity [cells/step]"
+    row, heads = "{0.tau:g} | {0.speed:g}".format, "τ | velocity [cells/step]"
     markdown = table_by_point(moves, heads, row, "{:+.2f}".format)
     markdown += "\n\nForce on the moving sphere relative to that on the sphere at rest, minus one [%].\n\n"
-    markdown += table_by_point(turns, heads, row, lambda both: "{:.3f}, {:.2f}".format(*both), none="–")
+    markdown += table_by_point(turns, heads, row, "{0[0]:.3f}, {0[1]:.2f}".format)
     markdown += (
         "\n\nForce by which fluid that carries a turning sphere along pushes it [ρVωv], and by how much the torque "
         "changes [%]."

@@ -9,6 +9,7 @@ from copepod_report.trajectory import Trajectory
 from copepod_run.checkout import ROOT
 from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, viscosity, worst
+from copepod_validation.sudden_start import inverse_laplace
 
 BODIES = {
     "own": "own",
@@ -85,16 +86,14 @@ def case_of(point: Point) -> CaseDict:
 def exact_start(point: Point) -> np.ndarray:
     """Velocity after each step, over the terminal one, of a sphere that a constant force sets into motion from rest:
         (ρ + 1/2) V' = D (1 − V) − 9/(2 r) √(ν/π) ∫ V'(s)/√(t − s) ds,   D = 9 ν/(2 r²)
-    in steps [Basset 1888; Maxey and Riley 1983], V' constant within a step."""
-    nu, steps = viscosity(point.tau), np.arange(_STEPS["start"])
-    drag, history = 4.5 * nu / point.radius**2, 4.5 / point.radius * np.sqrt(nu / np.pi)
-    weights = 2 * (np.sqrt(steps + 0.5) - np.sqrt(np.maximum(steps - 0.5, 0)))
-    gained = np.zeros(len(steps))
-    for n in steps:
-        past = weights[n:0:-1] @ gained[:n]
-        rest = drag * (1 - gained.sum()) - history * past
-        gained[n] = rest / (point.density + 0.5 + 0.5 * drag + history * weights[0])
-    return np.cumsum(gained)
+    [Basset 1888; Maxey and Riley 1983]."""
+    nu, r = viscosity(point.tau), point.radius
+    drag = 4.5 * nu / r**2
+
+    def transform(s: complex) -> complex:
+        return complex(drag / s / ((point.density + 0.5) * s + drag + 4.5 / r * np.sqrt(nu * s)))
+
+    return np.array([inverse_laplace(transform, step) for step in range(1, _STEPS["start"] + 1)])
 
 
 def evaluate(folder: Path, point: Point) -> float:

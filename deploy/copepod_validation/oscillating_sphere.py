@@ -55,9 +55,8 @@ def case_of(point: Point) -> CaseDict:
 def evaluate(folder: Path, point: Point) -> complex:
     """Phasor of the force, over that of theory."""
     trajectory = Trajectory(folder)
-    seen = (trajectory.steps >= (_PERIODS - 1) * _PERIOD) & (trajectory.steps < _PERIODS * _PERIOD)
-    waves = np.exp(-2j * np.pi / _PERIOD * trajectory.steps[seen])
-    phasor = 2 * np.mean(trajectory.of("sphere")["force_N"][seen, 2] * waves)
+    waves = np.exp(-2j * np.pi / _PERIOD * trajectory.steps)
+    phasor = 2 * np.mean((trajectory.of("sphere")["force_N"][:, 2] * waves)[:-1])  # the last sample begins a period
     velocity = -1j * _SPEED  # of a sine
     return complex(phasor / (-point.resistance * velocity))
 

@@ -60,6 +60,19 @@ class References(unittest.TestCase):
             self.assertAlmostEqual(slow_bodies.CAPSULE[f"capsule, {way}"], capsule_drag(axis), delta=1e-8)
             self.assertAlmostEqual(capsule_drag(axis), of_more, delta=5e-4)
 
+    def test_a_sphere_starts_as_the_equation_of_basset_makes_it_step_by_step(self):
+        """V' constant within a step: ∫ V'(s)/√(t − s) ds is a sum."""
+        steps = np.arange(300)
+        weights = 2 * (np.sqrt(steps + 0.5) - np.sqrt(np.maximum(steps - 0.5, 0)))
+        for density, tau, radius in ((0.01, 0.55, 4.0), (0.5, 1.0, 4.0), (10.0, 2.0, 8.0)):
+            drag, history = 4.5 * (tau - 0.5) / 3 / radius**2, 4.5 / radius * np.sqrt((tau - 0.5) / 3 / np.pi)
+            gained = np.zeros(len(steps))
+            for n in steps:
+                rest = drag * (1 - gained.sum()) - history * weights[n:0:-1] @ gained[:n]
+                gained[n] = rest / (density + 0.5 + 0.5 * drag + history * weights[0])
+            exact = light_bodies.exact_start(light_bodies.Point("start", density, tau, radius))
+            np.testing.assert_allclose(exact[99:], np.cumsum(gained)[99:], rtol=5e-5)
+
 
 class Accuracy(WholeRunTest):
     def measured(self, case, *schemes):
