@@ -112,11 +112,6 @@ def number_text(value: Any) -> str:
     return "-" if value is None else str(value)
 
 
-def markdown_table(heads: str, rows: Iterable[str]) -> str:
-    """A table in Markdown; cells are separated by « | » already."""
-    return "\n".join([f"| {heads} |", "|" + "---|" * (heads.count("|") + 1), *(f"| {row} |" for row in rows)])
-
-
 _PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
 
 
