@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 
 from copepod_report.style import LIGHT, legend_above, many_lines, new_figure
+from copepod_run.figures import quantity_text
+
+_MOST_AVERAGED = 5  # cycles
 
 Cycles = dict[str, np.ndarray]  # of one swimmer: column to values, shape (cycles,); empty fields are NaN
 
@@ -53,6 +56,16 @@ def centroids_m(cycles: Cycles) -> np.ndarray:
     starts = np.column_stack([cycles[f"{axis}_m"] for axis in "xyz"])
     velocity = np.array([cycles[f"u{axis}_m_per_s"][-1] for axis in "xyz"])
     return np.vstack([starts, starts[-1] + velocity * (cycles["start_s"][1] - cycles["start_s"][0])])
+
+
+def steady_speed_text(cycles: Cycles) -> str:
+    """Mean and standard deviation of the velocity along the own axis over the last cycles, without the first, which may
+    be a transient; empty before the fourth."""
+    speeds = cycles["u_along_m_per_s"][1:][-_MOST_AVERAGED:]
+    if len(speeds) < 3:
+        return ""
+    mean, spread = (quantity_text(float(value), "m/s") for value in (speeds.mean(), speeds.std(ddof=1)))
+    return f" Along the axis, mean of the last {len(speeds)} cycles: {mean} ± {spread}."
 
 
 def by_cycle(cycles: Cycles, arm_names: Sequence[str]) -> Any:
