@@ -151,9 +151,9 @@ def run_conformance(script, role, *options):
                 role,
                 "--quick",
                 "--patience",
-                "4",
+                "8",
                 "--jobs",
-                "4",
+                "2",
                 "--junit",
                 junit,
                 *options,
@@ -178,7 +178,7 @@ def run_conformance(script, role, *options):
 class BrokenComponents(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        with ThreadPoolExecutor(3) as pool:
+        with ThreadPoolExecutor(2) as pool:
             started = {
                 script: pool.submit(run_conformance, script, role, *(f"--only={group}" for group in groups))
                 for script, (role, groups, _) in BROKEN.items()
