@@ -18,7 +18,7 @@ namespace {
 
 /// Velocity after Golestanian and Ajdari along the own axis [docs/theory.md, (C9)], of three bodies whose arms lead
 /// from the trailing one to the middle one, and from there to the leading one.
-std::optional<double> u_GA_m_per_s(const Cycle& cycle, const Group& group, double step_s) {
+std::optional<double> golestanian_ajdari_m_per_s(const Cycle& cycle, const Group& group, double step_s) {
   if (group.bodies.size() != 3 || group.arms.size() != 2) return {};
   const Eigen::Matrix3Xd places_m = group.placed_m.colwise() - group.placed_m.rowwise().mean();
   const Eigen::RowVectorXd along_m = group.axis.transpose() * places_m;
@@ -49,7 +49,7 @@ CycleFigures evaluate(const Cycle& cycle, const Group& group, const FluidCase& f
   figures.across_m_per_s = figures.velocity_m_per_s - figures.along_m_per_s * figures.axis;
   figures.rotation_rad = rotation_vector(cycle.rotation);
   figures.tilt_rad = std::atan2(group.axis.cross(figures.axis).norm(), group.axis.dot(figures.axis));
-  figures.u_GA_m_per_s = u_GA_m_per_s(cycle, group, step_s);
+  figures.u_GA_m_per_s = golestanian_ajdari_m_per_s(cycle, group, step_s);
   const double viscosity_m2_per_s = fluid.kinematic_viscosity_m2_per_s, speed = figures.velocity_m_per_s.norm();
   if (viscosity_m2_per_s <= 0.0) return figures;
   figures.Re = speed * group.length_m / viscosity_m2_per_s;
