@@ -11,8 +11,8 @@ from copepod_run import packages
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import quantity_text
 
-_SHOWN_FOR_S = 10  # all of it, at 2 to 25 pictures a second
-_SCALED_BY = 20  # pictures
+_SHOWN_FOR_S = 10  # at 2 to 25 pictures a second
+_SCALED_BY = 20  # pictures whose speeds determine the scale of colours
 _X264 = "-c:v libx264 -preset medium -crf 20 -pix_fmt yuv420p -vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -f mp4"
 _FRAGMENTS = "-movflags frag_keyframe+empty_moov+default_base_moof"  # ffmpeg writes to a pipe, where it cannot go back
 
@@ -27,7 +27,7 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
     if len(steps) < 2:
         raise Stop(
             ExitCode.BAD_CASE,
-            f"there is no film of {run.name} (it recorded {len(steps)} snapshots of the flow). "
+            f"{run.name} cannot be filmed (a film needs two snapshots of the flow, the run recorded {len(steps)}). "
             "Set output.fields.every_steps in the case.",
         )
     last = flow.choose(run, replace(view, time="last"))

@@ -108,7 +108,7 @@ def connecting_command(host: str, command: Sequence[str]) -> list[str]:
 
 
 def not_reached(host: str, why: str) -> str:
-    """The error."""
+    """The error about a host of the case, with the command that must work first."""
     return (
         f"host {host} cannot be reached ({why}). "
         f"This command must succeed without questions: {shlex.join(connecting_command(host, _NOTHING))}"

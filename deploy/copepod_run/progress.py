@@ -119,8 +119,7 @@ class Progress:
 
 def bar(event: Event, cells: int, columns: int) -> str:
     """A bar with its figures in at most so many columns; what does not fit is left out from the right."""
-    unicode_works = is_utf8(sys.stderr)
-    full, empty = ("━", "╌") if unicode_works else ("#", ".")
+    full, empty = ("━", "╌") if is_utf8(sys.stderr) else ("#", ".")
     steps = str(event["steps"])
     share = min(event["step"] / max(event["steps"], 1), 1.0)
     head = f"{int(100 * share):3d} % "

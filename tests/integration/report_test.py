@@ -373,7 +373,7 @@ class Report(CommandTest):
                 film_of(run, View())
             with h5py.File(self.folder / "run/fields.h5", "r+") as file:
                 del file["step_000000400"]
-            with self.assertRaisesRegex(Stop, r"there is no film of design_a \(it recorded 1 snapshots"):
+            with self.assertRaisesRegex(Stop, r"design_a cannot be filmed .* the run recorded 1\)"):
                 film_of(run, View())
         with mock.patch("copepod_run.packages.missing", return_value=["ffmpeg"]):
             with self.assertRaisesRegex(Stop, "apt-get install -y ffmpeg"):

@@ -340,7 +340,7 @@ class Following(WatchTest):
         path = self.folder / "logs/progress.json"
         progress = Progress(0, path, clock=lambda: 1.0)
         shown = self.enterContext(contextlib.redirect_stderr(io.StringIO()))
-        progress.phase("running")  # there is no such folder
+        progress.phase("running")  # its folder does not exist
         path.parent.mkdir()
         for step in (0, 1, 2, 3):
             progress.step({"event": "progress", "step": step, "steps": 3, "steps_per_s": 0.0})

@@ -93,7 +93,7 @@ def _check(options, folder):
     from copepod_conformance.suite import GROUPS, SUITE, Suite, all_checks
 
     if unknown := set(options.only or ()) - set(GROUPS):
-        _end(f"There is no group {', '.join(unknown)} of checks. Choose from: {', '.join(GROUPS)}.")
+        _end(f"Unknown group of checks: {', '.join(unknown)}. Choose from: {', '.join(GROUPS)}.")
     environment = {**os.environ, SUITE: uuid.uuid4().hex}
     with zmq.Context() as context:
         try:
