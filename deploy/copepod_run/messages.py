@@ -1,7 +1,7 @@
 """What the command writes to the terminal: lines for people or JSON, and one line per stage of the preparation."""
 
-import enum
 import codecs
+import enum
 import io
 import json
 import locale
