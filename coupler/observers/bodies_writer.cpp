@@ -89,7 +89,7 @@ BodiesWriter::BodiesWriter(fs::path path, const std::vector<BodySpecification>& 
       listed_(Clock::now()) {
   for (const BodySpecification& body : bodies) {
     names_.push_back(body.name);
-    meshes_.push_back(surface_mesh(body.shape, points_around(bodies.size())));
+    surfaces_.push_back(make_solid(body.shape)->surface(points_around(bodies.size())));
   }
   keep_frames_before(first_step);
   write_list();
@@ -154,9 +154,9 @@ std::string BodiesWriter::frame_text(const StepRecord& record) const {
   std::vector<std::int32_t> ends;
   std::vector<std::int32_t> numbers;
   std::vector<char> names;
-  for (std::size_t body = 0; body < meshes_.size(); ++body) {
+  for (std::size_t body = 0; body < surfaces_.size(); ++body) {
     const auto column = static_cast<Eigen::Index>(body);
-    const SurfaceMesh& mesh = meshes_[body];
+    const Surface& surface = surfaces_[body];
     const Eigen::Matrix3d R_WB = rotation_matrix(state.orientation_wxyz.col(column));
     Eigen::Vector3d center_m = state.position_m.col(column);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -164,9 +164,9 @@ std::string BodiesWriter::frame_text(const StepRecord& record) const {
       if (length_m > 0.0) center_m[axis] -= length_m * std::floor(center_m[axis] / length_m);
     }
     const auto first = static_cast<std::int32_t>(points.size() / 3);
-    for (const float value : in_single_precision((R_WB * mesh.points_m).colwise() + center_m)) points.push_back(value);
-    for (const float value : in_single_precision(R_WB * mesh.normals)) normals.push_back(value);
-    for (const std::int32_t point : mesh.strip) strips.push_back(first + point);
+    for (const float value : in_single_precision((R_WB * surface.points).colwise() + center_m)) points.push_back(value);
+    for (const float value : in_single_precision(R_WB * surface.normals)) normals.push_back(value);
+    for (const std::int32_t point : surface.strip) strips.push_back(first + point);
     ends.push_back(static_cast<std::int32_t>(strips.size()));
     numbers.push_back(static_cast<std::int32_t>(body) + 1);
     names.insert(names.end(), names_[body].begin(), names_[body].end());

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
+#include "geometry/shapes/solid.hpp"
 #include "observers/observer.hpp"
-#include "observers/surface_mesh.hpp"
 
 namespace copepod::coupler {
 
@@ -49,7 +49,7 @@ class BodiesWriter final : public Observer {
   std::filesystem::path path_;
   std::filesystem::path folder_;
   std::vector<std::string> names_;
-  std::vector<SurfaceMesh> meshes_;  ///< by body
+  std::vector<Surface> surfaces_;  ///< by body
   double step_s_;
   std::array<double, 3> periodic_length_m_;
   std::int64_t every_steps_;

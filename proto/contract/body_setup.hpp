@@ -45,11 +45,12 @@ enum class JointKind {
 /// Whether JointSpecification::axis matters.
 constexpr bool has_axis(JointKind kind) { return kind == JointKind::hinge || kind == JointKind::slider; }
 
-/// One rigid body of uniform density; its initial state is in SI units and the world frame.
+/// One rigid body; its initial state is in SI units and the world frame.
 struct BodySpecification {
   std::string name;
   Shape shape;
   double mass_kg = 0.0;
+  std::vector<double> inertia_kg_m2;  ///< about the centre of mass, body frame: xx, yy, zz, xy, xz, yz; none: uniform
   MotionKind motion = MotionKind::free;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector, for MotionKind::axis
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -57,6 +58,13 @@ struct BodySpecification {
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();
 };
+
+/// Inertia tensor about the centre of mass, in the body frame [kg m²].
+inline Eigen::Matrix3d inertia_tensor_kg_m2(const BodySpecification& body) {
+  const std::vector<double>& I = body.inertia_kg_m2;
+  if (I.empty()) return inertia_tensor_kg_m2(body.shape, body.mass_kg);
+  return Eigen::Matrix3d{{I[0], I[3], I[4]}, {I[3], I[1], I[5]}, {I[4], I[5], I[2]}};
+}
 
 /// Spring and damper between an anchor on body A and one on body B [paper, eqs. (5), (6)].
 struct SpringSpecification {

@@ -37,6 +37,11 @@ bool is_method(const std::string& name) {
   return known != nullptr && known->kind == method;
 }
 
+void require_shape(const Shape& shape, std::set<std::string>& required) {
+  required.insert(feature("shape", shape_names, shape.kind));
+  for (const ShapePart& part : shape.parts) require_shape(part.shape, required);
+}
+
 void require_lattice_features(const FluidSetup& setup, std::set<std::string>& required) {
   required.insert(feature("collision", collision_names, setup.collision));
   required.insert(feature("precision", precision_names, setup.precision));
@@ -91,6 +96,13 @@ const std::vector<Feature>& known_features() {
       {"initial_flow:taylor_green", physics, "the fluid starts as a Taylor-Green vortex"},
       {"shape:sphere", physics, "bodies that are spheres"},
       {"shape:capsule", physics, "bodies that are capsules"},
+      {"shape:ellipsoid", physics, "bodies that are ellipsoids"},
+      {"shape:cylinder", physics, "bodies that are cylinders with flat ends"},
+      {"shape:box", physics, "bodies that are boxes"},
+      {"shape:mesh", physics, "bodies within closed surfaces of triangles"},
+      {"shape:compound", physics, "bodies that are the union of several shapes"},
+      {"inertia", physics, "bodies of a given inertia tensor"},
+      {"obstacles", physics, "solid parts of the domain that never move"},
       {"motion:free", physics, "bodies with six degrees of freedom"},
       {"motion:fixed", physics, "bodies that never move"},
       {"motion:prescribed", physics, "bodies that keep their given velocities"},
@@ -157,7 +169,9 @@ const char* name_of(FeatureKind kind) {
 std::set<std::string> required_features(const FluidSetup& setup) {
   std::set<std::string> required{feature("solver", fluid_kind_names, setup.kind)};
   if (setup.kind == FluidKind::vacuum) return required;
-  for (const Shape& shape : setup.bodies) required.insert(feature("shape", shape_names, shape.kind));
+  for (const Shape& shape : setup.bodies) require_shape(shape, required);
+  for (const ObstacleSpecification& obstacle : setup.obstacles) require_shape(obstacle.shape, required);
+  if (!setup.obstacles.empty()) required.insert("obstacles");
   if (setup.kind == FluidKind::stokes && setup.no_slip_plane >= 0) required.insert("no_slip_plane");
   if (setup.kind == FluidKind::lattice_boltzmann) require_lattice_features(setup, required);
   return required;
@@ -166,7 +180,8 @@ std::set<std::string> required_features(const FluidSetup& setup) {
 std::set<std::string> required_features(const BodySetup& setup) {
   std::set<std::string> required{feature("integrator", integrator_names, setup.integrator)};
   for (const BodySpecification& body : setup.bodies) {
-    required.insert(feature("shape", shape_names, body.shape.kind));
+    require_shape(body.shape, required);
+    if (!body.inertia_kg_m2.empty()) required.insert("inertia");
     required.insert(feature("motion", motion_names, body.motion));
   }
   for (const SpringSpecification& spring : setup.springs) {

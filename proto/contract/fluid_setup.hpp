@@ -64,6 +64,13 @@ struct FieldOutput {
   int compression = 0;                     ///< level of deflate, 1 to 9; 0: none
 };
 
+/// A part of the domain that is solid and never moves; it may reach beyond the faces. It has no loads.
+struct ObstacleSpecification {
+  Shape shape;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+};
+
 /// Everything that a fluid solver needs before the first exchange; SI units.
 /// The domain is the box [0, domain_cells · cell_size_m]; cell (i, j, k) has its centre at ((i, j, k) + 1/2)
 /// · cell_size_m.
@@ -86,6 +93,7 @@ struct FluidSetup {
   double film_thickness_m = 0.0;  ///< loads leave out what films that are thinner exert; 0: nothing is left out
   double wall_overlap_m = 0.0;    ///< how far moving bodies may reach beyond a face: contacts are soft
   std::vector<Shape> bodies;      ///< shapes, in the order of Kinematics and Loads
+  std::vector<ObstacleSpecification> obstacles;
   std::vector<BodyPair> jointed;  ///< pairs with a joint: they may overlap, and have no film then
   FieldOutput fields;
   std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere

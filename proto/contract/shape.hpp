@@ -1,44 +1,79 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <numbers>
 #include <utility>
+#include <vector>
+
+#include <Eigen/Core>
 
 namespace copepod {
 
 using BodyPair = std::pair<int, int>;  ///< indices, the lower one first
 
-enum class ShapeKind { sphere, capsule };
+enum class ShapeKind { sphere, capsule, ellipsoid, cylinder, box, mesh, compound };
 
-/// Rigid shape in the body frame, centred at the centre of mass.
-/// A capsule is a cylinder of `length_m` along the body's z axis, closed by two half spheres.
-struct Shape {
-  ShapeKind kind = ShapeKind::sphere;
-  double radius_m = 0.0;
-  double length_m = 0.0;  ///< cylinder part only; 0 for a sphere
+/// A closed surface of triangles, which may be concave.
+struct TriangleMesh {
+  using Triangles = Eigen::Matrix<std::int32_t, 3, Eigen::Dynamic>;
+
+  Eigen::Matrix3Xd vertices_m;
+  Triangles triangles;             ///< their corners, counter-clockwise seen from outside
+  double bounding_radius_m = 0.0;  ///< of the smallest ball around the origin that contains it
+
+  TriangleMesh() = default;
+  TriangleMesh(Eigen::Matrix3Xd vertices, Triangles corners)
+      : vertices_m(std::move(vertices)),
+        triangles(std::move(corners)),
+        bounding_radius_m(vertices_m.cols() == 0 ? 0.0 : vertices_m.colwise().norm().maxCoeff()) {}
 };
 
-/// Half the length of the shape's core segment [m]: the shape is all points within `radius_m` of it.
-/// 0 for a sphere.
+struct ShapePart;
+
+/// Rigid shape in the body frame, whose origin is the centre of mass.
+/// A capsule is a cylinder of `length_m` along the body's z axis, closed by two half spheres; a cylinder has flat ends;
+/// a compound is the union of its parts. Ellipsoids and boxes have the axes of the frame.
+struct Shape {
+  ShapeKind kind = ShapeKind::sphere;
+  double radius_m = 0.0;  ///< of sphere, capsule and cylinder; of others that of a sphere of the same volume
+  double length_m = 0.0;  ///< of the cylinder, or the cylinder part; else 0
+  Eigen::Vector3d extents_m = Eigen::Vector3d::Zero();  ///< semi-axes of an ellipsoid, edges of a box
+  std::shared_ptr<const TriangleMesh> mesh = nullptr;
+  std::vector<ShapePart> parts = {};  ///< of a compound
+};
+
+/// Part of a compound, in the frame of the whole.
+struct ShapePart {
+  Shape shape;  ///< any but a compound
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+};
+
+/// Whether a shape is all points within `radius_m` of its core segment: thin films and contacts of our own know these.
+inline bool is_round(const Shape& shape) { return shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule; }
+
+/// Whether it matters how the shape is turned.
+inline bool has_orientation(const Shape& shape) { return shape.kind != ShapeKind::sphere; }
+
+/// Half the length of the core segment of a sphere or capsule [m]; 0 for a sphere.
 inline double core_half_length_m(const Shape& shape) {
   return shape.kind == ShapeKind::capsule ? 0.5 * shape.length_m : 0.0;
 }
 
-/// Radius of the smallest sphere around the centre of mass that contains the shape [m].
-inline double bounding_radius_m(const Shape& shape) { return core_half_length_m(shape) + shape.radius_m; }
+/// Radius of the smallest sphere around the centre of mass that contains the shape [m]; of a compound an upper bound.
+double bounding_radius_m(const Shape& shape);
 
-/// Volume of the two half spheres, 4/3 π r³.
-inline double spherical_volume_m3(const Shape& shape) {
-  return 4.0 / 3.0 * std::numbers::pi * shape.radius_m * shape.radius_m * shape.radius_m;
-}
-
-/// Volume of the cylinder, π r² l.
-inline double cylindrical_volume_m3(const Shape& shape) {
-  return std::numbers::pi * shape.radius_m * shape.radius_m * 2.0 * core_half_length_m(shape);
-}
-
-/// Volume of a shape: V = π r² l + 4/3 π r³                                               (B1), (B3)
+/// Volume; of a sphere or capsule V = π r² l + 4/3 π r³                                    (B1), (B3)
 /// [theory_bodies.md]
-inline double volume_m3(const Shape& shape) { return cylindrical_volume_m3(shape) + spherical_volume_m3(shape); }
+double volume_m3(const Shape& shape);
+
+/// Inertia tensor about the origin of a uniformly filled shape [kg m²]. Of spheres and capsules, m_c and m_s the masses
+/// of cylinder and half spheres:
+///   I_zz = m_c r²/2 + 2/5 m_s r²                                                                 (B2), (B4)
+///   I_xx = I_yy = m_c (l²/12 + r²/4) + m_s (2/5 r² + 3/8 l r + l²/4)                                   (B5)
+/// @param mass_kg  positive
+Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg);
 
 /// Moments of inertia about the centre of mass.
 struct MomentsOfInertia {
@@ -46,19 +81,9 @@ struct MomentsOfInertia {
   double across_kg_m2 = 0.0;  ///< about any axis perpendicular to it
 };
 
-/// Moments of inertia of a uniformly filled shape, m_c and m_s the masses of cylinder and half spheres:
-///   I_along  = m_c r²/2 + 2/5 m_s r²                                                             (B2), (B4)
-///   I_across = m_c (l²/12 + r²/4) + m_s (2/5 r² + 3/8 l r + l²/4)                                      (B5)
-/// @param mass_kg  positive
 inline MomentsOfInertia moments_of_inertia(const Shape& shape, double mass_kg) {
-  const double radius = shape.radius_m;
-  const double length = 2.0 * core_half_length_m(shape);
-  const double volume = volume_m3(shape);
-  const double cylinder_kg = mass_kg * (cylindrical_volume_m3(shape) / volume);
-  const double half_spheres_kg = mass_kg * (spherical_volume_m3(shape) / volume);
-  return {cylinder_kg * radius * radius / 2.0 + half_spheres_kg * 0.4 * radius * radius,
-          cylinder_kg * (length * length / 12.0 + radius * radius / 4.0) +
-              half_spheres_kg * (0.4 * radius * radius + 0.375 * length * radius + length * length / 4.0)};
+  const Eigen::Matrix3d tensor = inertia_tensor_kg_m2(shape, mass_kg);
+  return {tensor(2, 2), tensor(0, 0)};
 }
 
 }  // namespace copepod

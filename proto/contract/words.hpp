@@ -68,7 +68,12 @@ inline constexpr std::array plane_names{Choice<int>{"none", -1}, Choice<int>{"x_
                                         Choice<int>{"z_high", 5}};
 
 inline constexpr std::array shape_names{Choice<ShapeKind>{"sphere", ShapeKind::sphere},
-                                        Choice<ShapeKind>{"capsule", ShapeKind::capsule}};
+                                        Choice<ShapeKind>{"capsule", ShapeKind::capsule},
+                                        Choice<ShapeKind>{"ellipsoid", ShapeKind::ellipsoid},
+                                        Choice<ShapeKind>{"cylinder", ShapeKind::cylinder},
+                                        Choice<ShapeKind>{"box", ShapeKind::box},
+                                        Choice<ShapeKind>{"mesh", ShapeKind::mesh},
+                                        Choice<ShapeKind>{"compound", ShapeKind::compound}};
 
 inline constexpr std::array motion_names{
     Choice<MotionKind>{"free", MotionKind::free}, Choice<MotionKind>{"fixed", MotionKind::fixed},

@@ -28,7 +28,7 @@ Ours from_wire(int value, const google::protobuf::EnumDescriptor& known, const c
 }
 
 // Both end with the same enumerator.
-static_assert(v1::ShapeKind_MAX == to_wire<v1::ShapeKind>(ShapeKind::capsule));
+static_assert(v1::ShapeKind_MAX == to_wire<v1::ShapeKind>(ShapeKind::compound));
 static_assert(v1::FluidKind_MAX == to_wire<v1::FluidKind>(FluidKind::vacuum));
 static_assert(v1::BoundaryKind_MAX == to_wire<v1::BoundaryKind>(BoundaryKind::pressure));
 static_assert(v1::InitialFlowKind_MAX == to_wire<v1::InitialFlowKind>(InitialFlowKind::taylor_green));

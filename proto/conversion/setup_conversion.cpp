@@ -39,6 +39,21 @@ void describe(auto& wire, Is<Shape> auto& shape) {
   wire("kind", shape.kind);
   wire("radius_m", shape.radius_m);
   wire("length_m", shape.length_m);
+  if (shape.kind == ShapeKind::ellipsoid || shape.kind == ShapeKind::box) wire("extents_m", shape.extents_m);
+  if (shape.kind == ShapeKind::mesh) wire("mesh", shape.mesh);
+  if (shape.kind == ShapeKind::compound) wire("parts", shape.parts);
+}
+
+void describe(auto& wire, Is<ShapePart> auto& part) {
+  wire("shape", part.shape);
+  wire("position_m", part.position_m);
+  wire("orientation_wxyz", part.orientation_wxyz);
+}
+
+void describe(auto& wire, Is<ObstacleSpecification> auto& obstacle) {
+  wire("shape", obstacle.shape);
+  wire("position_m", obstacle.position_m);
+  wire("orientation_wxyz", obstacle.orientation_wxyz);
 }
 
 void describe(auto& wire, Is<Boundary> auto& boundary) {
@@ -89,6 +104,7 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
   wire("wall_overlap_m", setup.wall_overlap_m);
   wire("bodies", setup.bodies);
   wire("jointed", setup.jointed);
+  wire("obstacles", setup.obstacles);
   wire("fields", setup.fields);
   wire("trace_directory", setup.trace_directory);
 }
@@ -103,6 +119,7 @@ void describe(auto& wire, Is<BodySpecification> auto& body) {
   wire("orientation_wxyz", body.orientation_wxyz);
   wire("velocity_m_per_s", body.velocity_m_per_s);
   wire("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s);
+  wire("inertia_kg_m2", body.inertia_kg_m2);
 }
 
 void describe(auto& wire, Is<SpringSpecification> auto& spring) {
@@ -193,12 +210,17 @@ template <class T>
 concept Enumeration = std::is_enum_v<T>;
 
 template <class T>
-concept Record = std::is_class_v<T> && !std::ranges::range<T>;
+concept Record = std::is_class_v<T> && !std::ranges::range<T> && !std::same_as<T, std::shared_ptr<const TriangleMesh>>;
+
+/// The meshes of a setup: a shape on the wire has the number of its own, so that each goes over once.
+using Mesh = std::shared_ptr<const TriangleMesh>;
+using Meshes = std::vector<Mesh>;
 
 /// Contract struct -> message. What is written under a repeated field is appended to it.
 class Writer {
  public:
-  explicit Writer(Message& message) : message_(&message), reflection_(message.GetReflection()) {}
+  Writer(Message& message, Meshes& meshes)
+      : message_(&message), reflection_(message.GetReflection()), meshes_(meshes) {}
 
   template <class T>
   void operator()(const char* name, const T& value) {
@@ -232,19 +254,46 @@ class Writer {
   }
   void put(const FieldDescriptor* field, const Record auto& value) {
     Writer inner(field->is_repeated() ? *reflection_->AddMessage(message_, field)
-                                      : *reflection_->MutableMessage(message_, field));
+                                      : *reflection_->MutableMessage(message_, field),
+                 meshes_);
     describe(inner, value);
+  }
+  void put(const FieldDescriptor* field, const Mesh& mesh) {
+    const auto known = std::ranges::find(meshes_, mesh);
+    put(field, static_cast<int>(known - meshes_.begin()) + 1);
+    if (known == meshes_.end()) meshes_.push_back(mesh);
   }
 
   Message* message_;
   const Reflection* reflection_;
+  Meshes& meshes_;  ///< written so far
 };
+
+// What the fields of a message must fulfil together.
+
+void check(const auto& /*other messages*/) {}
+
+void check(const Shape& shape) {
+  const bool has_extents = shape.kind == ShapeKind::ellipsoid || shape.kind == ShapeKind::box;
+  if (!(shape.radius_m > 0.0) || shape.length_m < 0.0 || (has_extents && !(shape.extents_m.minCoeff() > 0.0)))
+    throw MalformedMessage("a shape has an extent that is not positive");
+  if (shape.kind == ShapeKind::compound && shape.parts.empty()) throw MalformedMessage("a compound has no parts");
+}
+
+void check(const ShapePart& part) {
+  if (part.shape.kind == ShapeKind::compound) throw MalformedMessage("a part of a compound is a compound itself");
+}
+
+void check(const BodySpecification& body) {
+  if (!body.inertia_kg_m2.empty() && body.inertia_kg_m2.size() != 6)
+    throw MalformedMessage("inertia_kg_m2 has " + std::to_string(body.inertia_kg_m2.size()) + " entries, not 6");
+}
 
 /// Message -> contract struct; throws MalformedMessage naming the field.
 class Reader {
  public:
-  Reader(const Message& message, std::string path)
-      : message_(message), reflection_(*message.GetReflection()), path_(std::move(path)) {}
+  Reader(const Message& message, const Meshes& meshes, std::string path)
+      : message_(message), reflection_(*message.GetReflection()), meshes_(meshes), path_(std::move(path)) {}
 
   template <class T>
   void operator()(const char* name, T& value) {
@@ -299,8 +348,15 @@ class Reader {
   void get(const FieldDescriptor* field, int i, Record auto& value) const {
     Reader inner(field->is_repeated() ? reflection_.GetRepeatedMessage(message_, field, i)
                                       : reflection_.GetMessage(message_, field),
-                 path_ + field->name() + ".");
+                 meshes_, path_ + field->name() + ".");
     describe(inner, value);
+    check(value);
+  }
+  void get(const FieldDescriptor* field, int, Mesh& mesh) const {
+    const std::uint32_t number = reflection_.GetUInt32(message_, field);
+    if (number == 0 || number > meshes_.size())
+      fail(field, "is " + std::to_string(number) + " of " + std::to_string(meshes_.size()));
+    mesh = meshes_[number - 1];
   }
 
   template <class T>
@@ -318,10 +374,10 @@ class Reader {
 
   const Message& message_;
   const Reflection& reflection_;
-  std::string path_;  ///< before a field's name in messages: "fields."
+  const Meshes& meshes_;  ///< of the setup
+  std::string path_;      ///< before a field's name in messages: "fields."
 };
 
-// What the fields of a setup must fulfil together.
 
 void check(const FieldOutput& fields) {
   const std::vector<std::int64_t>& region = fields.region_cells;
@@ -382,15 +438,38 @@ void check(const BodySetup& setup) {
 }
 
 template <class Setup>
-void write_setup(const Setup& setup, Message& wire) {
+void write_setup(const Setup& setup, auto& wire) {
   wire.Clear();
-  Writer writer(wire);
+  Meshes meshes;
+  Writer writer(wire, meshes);
   describe(writer, setup);
+  for (const Mesh& mesh : meshes) {
+    auto& written = *wire.add_meshes();
+    written.mutable_vertices_m()->Add(mesh->vertices_m.data(), mesh->vertices_m.data() + mesh->vertices_m.size());
+    written.mutable_triangles()->Add(mesh->triangles.data(), mesh->triangles.data() + mesh->triangles.size());
+  }
+}
+
+/// @throws MalformedMessage if a corner is none of the vertices
+Mesh read_mesh(const v1::TriangleMesh& wire) {
+  const auto& numbers = wire.vertices_m();
+  const auto& corners = wire.triangles();
+  const int vertices = numbers.size() / 3;
+  if (numbers.size() % 3 != 0 || corners.size() % 3 != 0 || corners.empty() ||
+      !all_finite(numbers.data(), static_cast<std::size_t>(numbers.size())) ||
+      std::ranges::any_of(corners, [&](std::uint32_t corner) { return std::cmp_greater_equal(corner, vertices); }))
+    throw MalformedMessage("a mesh has a vertex that is not finite, or a triangle without three vertices");
+  TriangleMesh::Triangles triangles(3, corners.size() / 3);
+  std::ranges::copy(corners, triangles.data());
+  return std::make_shared<const TriangleMesh>(Eigen::Map<const Eigen::Matrix3Xd>(numbers.data(), 3, vertices),
+                                              std::move(triangles));
 }
 
 template <class Setup>
-void read_setup(const Message& wire, Setup& setup) {
-  Reader reader(wire, "");
+void read_setup(const auto& wire, Setup& setup) {
+  Meshes meshes;
+  for (const v1::TriangleMesh& mesh : wire.meshes()) meshes.push_back(read_mesh(mesh));
+  Reader reader(wire, meshes, "");
   describe(reader, setup);
   check(setup);
 }

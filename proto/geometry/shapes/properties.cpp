@@ -1,0 +1,55 @@
+#include <algorithm>
+#include <numbers>
+
+#include "contract/shape.hpp"
+#include "geometry/shapes/solid.hpp"
+
+namespace copepod {
+
+namespace {
+
+double spherical_volume_m3(const Shape& shape) {
+  return 4.0 / 3.0 * std::numbers::pi * shape.radius_m * shape.radius_m * shape.radius_m;
+}
+
+double cylindrical_volume_m3(const Shape& shape) {
+  return std::numbers::pi * shape.radius_m * shape.radius_m * 2.0 * core_half_length_m(shape);
+}
+
+}  // namespace
+
+double bounding_radius_m(const Shape& shape) {
+  if (is_round(shape)) return core_half_length_m(shape) + shape.radius_m;
+  if (shape.kind == ShapeKind::mesh) return shape.mesh->bounding_radius_m;
+  if (shape.kind == ShapeKind::ellipsoid) return shape.extents_m.maxCoeff();
+  if (shape.kind == ShapeKind::box) return 0.5 * shape.extents_m.norm();
+  if (shape.kind == ShapeKind::cylinder) return std::hypot(shape.radius_m, 0.5 * shape.length_m);
+  double radius_m = 0.0;
+  for (const ShapePart& part : shape.parts)
+    radius_m = std::max(radius_m, part.position_m.norm() + bounding_radius_m(part.shape));
+  return radius_m;
+}
+
+double volume_m3(const Shape& shape) {
+  if (is_round(shape)) return cylindrical_volume_m3(shape) + spherical_volume_m3(shape);
+  return make_solid(shape)->moments().volume;
+}
+
+Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg) {
+  if (!is_round(shape)) {
+    const VolumeMoments moments = make_solid(shape)->moments();
+    return mass_kg / moments.volume * moments.inertia();
+  }
+  const double radius = shape.radius_m;
+  const double length = 2.0 * core_half_length_m(shape);
+  const double volume = volume_m3(shape);
+  const double cylinder_kg = mass_kg * (cylindrical_volume_m3(shape) / volume);
+  const double half_spheres_kg = mass_kg * (spherical_volume_m3(shape) / volume);
+  const double along_kg_m2 = cylinder_kg * radius * radius / 2.0 + half_spheres_kg * 0.4 * radius * radius;
+  const double across_kg_m2 =
+      cylinder_kg * (length * length / 12.0 + radius * radius / 4.0) +
+      half_spheres_kg * (0.4 * radius * radius + 0.375 * length * radius + length * length / 4.0);
+  return Eigen::Vector3d(across_kg_m2, across_kg_m2, along_kg_m2).asDiagonal();
+}
+
+}  // namespace copepod

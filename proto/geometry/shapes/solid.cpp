@@ -1,0 +1,91 @@
+#include "geometry/shapes/solid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace copepod {
+
+void unite(Intervals& intervals) {
+  std::ranges::sort(intervals, {}, &Interval::low);
+  std::size_t kept = 0;
+  for (const Interval& next : intervals) {
+    if (kept > 0 && next.low <= intervals[kept - 1].high)
+      intervals[kept - 1].high = std::max(intervals[kept - 1].high, next.high);
+    else
+      intervals[kept++] = next;
+  }
+  intervals.resize(kept);
+}
+
+VolumeMoments VolumeMoments::moved(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) const {
+  const Eigen::Vector3d turned = R * first;
+  return {volume, turned + volume * t,
+          R * second * R.transpose() + turned * t.transpose() + t * turned.transpose() + volume * t * t.transpose()};
+}
+
+VolumeMoments& VolumeMoments::operator+=(const VolumeMoments& other) {
+  volume += other.volume;
+  first += other.first;
+  second += other.second;
+  return *this;
+}
+
+void Surface::join(const std::vector<std::int32_t>& next) {
+  if (!strip.empty()) {
+    if (strip.size() % 2 != 0) strip.push_back(strip.back());
+    strip.insert(strip.end(), {strip.back(), next.front()});
+  }
+  strip.insert(strip.end(), next.begin(), next.end());
+}
+
+bool Solid::contains(const Eigen::Vector3d& point) const {
+  Intervals inside;
+  crossings(point, Eigen::Vector3d::UnitZ(), inside);
+  return std::ranges::any_of(inside, [](const Interval& part) { return part.low < 0.0 && part.high > 0.0; });
+}
+
+std::unique_ptr<Solid> make_solid(const Shape& shape, double unit_m) {
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+    case ShapeKind::capsule:
+      return make_capsule(shape.radius_m / unit_m, 2.0 * core_half_length_m(shape) / unit_m);
+    case ShapeKind::ellipsoid:
+      return make_ellipsoid(shape.extents_m / unit_m);
+    case ShapeKind::cylinder:
+      return make_cylinder(shape.radius_m / unit_m, shape.length_m / unit_m);
+    case ShapeKind::box:
+      return make_mesh_solid(box_mesh(shape.extents_m / unit_m));
+    case ShapeKind::mesh:
+      return make_mesh_solid({shape.mesh->vertices_m / unit_m, shape.mesh->triangles});
+    case ShapeKind::compound:
+      return make_compound(shape.parts, unit_m);
+  }
+  throw std::logic_error("a shape of no kind");
+}
+
+VolumeMoments moments_by_lines(const Solid& solid) {
+  constexpr int lines = 512;  // along each of two axes
+  const Eigen::Vector3d high{solid.support(Eigen::Vector3d::UnitX())[0], solid.support(Eigen::Vector3d::UnitY())[1], 0};
+  const Eigen::Vector3d low{solid.support(-Eigen::Vector3d::UnitX())[0], solid.support(-Eigen::Vector3d::UnitY())[1],
+                            0};
+  const Eigen::Vector3d width = (high - low) / lines;
+  VolumeMoments sum;
+  Intervals inside;
+  for (int i = 0; i < lines; ++i)
+    for (int j = 0; j < lines; ++j) {
+      const Eigen::Vector3d from = low + Eigen::Vector3d((i + 0.5) * width[0], (j + 0.5) * width[1], 0.0);
+      solid.crossings(from, Eigen::Vector3d::UnitZ(), inside);
+      for (const auto& [a, b] : inside) {
+        const double volume = (b - a) * width[0] * width[1];
+        const Eigen::Vector3d middle = from + 0.5 * (a + b) * Eigen::Vector3d::UnitZ();
+        Eigen::Matrix3d second = volume * middle * middle.transpose();
+        second.diagonal() +=
+            volume / 12.0 * Eigen::Vector3d(width[0] * width[0], width[1] * width[1], (b - a) * (b - a));
+        sum += {volume, volume * middle, second};
+      }
+    }
+  return sum;
+}
+
+}  // namespace copepod
