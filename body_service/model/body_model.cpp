@@ -21,15 +21,16 @@ bool is_positive(double number) { return number > 0.0 && std::isfinite(number); 
 
 void check_shape(const BodySpecification& body, const Shape& shape) {
   if (!is_positive(shape.radius_m)) {
-    reject(body, "radius_m " + rounded_text(shape.radius_m) +
-                     " (a shape needs a finite extent > 0). Use a positive radius.");
+    reject(body,
+           "radius_m " + rounded_text(shape.radius_m) + " (a shape needs a finite extent > 0). Use a positive radius.");
   }
   if (shape.kind == ShapeKind::capsule && (!(shape.length_m >= 0.0) || !std::isfinite(shape.length_m))) {
-    reject(body, "length_m " + rounded_text(shape.length_m) + " (the cylinder part cannot be negative). Use 0 or more.");
+    reject(body,
+           "length_m " + rounded_text(shape.length_m) + " (the cylinder part cannot be negative). Use 0 or more.");
   }
   if (shape.kind == ShapeKind::cylinder && !is_positive(shape.length_m)) {
-    reject(body, "length_m " + rounded_text(shape.length_m) +
-                     " (a shape needs a finite extent > 0). Use a positive length.");
+    reject(body,
+           "length_m " + rounded_text(shape.length_m) + " (a shape needs a finite extent > 0). Use a positive length.");
   }
   if ((shape.kind == ShapeKind::ellipsoid || shape.kind == ShapeKind::box) &&
       !(shape.extents_m.minCoeff() > 0.0 && shape.extents_m.allFinite())) {
@@ -53,8 +54,9 @@ void check_inertia(const BodySpecification& body) {
       if (moments[0] > 0.0 && moments[0] + moments[1] >= (1.0 - rounding) * moments[2]) return;
     }
   }
-  reject(body, "inertia_kg_m2 is not that of a rigid body (six numbers xx, yy, zz, xy, xz, yz; principal moments are "
-               "positive, none larger than the sum of the other two). Correct it, or leave it out.");
+  reject(body,
+         "inertia_kg_m2 is not that of a rigid body (six numbers xx, yy, zz, xy, xz, yz; principal moments are "
+         "positive, none larger than the sum of the other two). Correct it, or leave it out.");
 }
 
 void check(const BodySpecification& body) {
@@ -120,7 +122,7 @@ void BodyModel::add(Eigen::Index body, const BodySpecification& specification) {
   inverse_mass_per_kg_[body] = 1.0 / specification.mass_kg;
   full_.push_back(inverse_inertia(specification, q_WB));
   inverse_inertia_.col(body) = full_.back().diagonal();
-  inertia_.push_back(!full_.back().isDiagonal(0.0)                                                 ? Inertia::full
+  inertia_.push_back(!full_.back().isDiagonal(0.0)                                             ? Inertia::full
                      : (inverse_inertia_.col(body).array() == inverse_inertia_(0, body)).all() ? Inertia::isotropic
                                                                                                : Inertia::principal);
 

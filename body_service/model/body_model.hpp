@@ -73,7 +73,7 @@ class BodyModel {
   std::vector<Inertia> inertia_;
   Eigen::Matrix3Xd axis_;
   Eigen::RowVectorXd inverse_mass_per_kg_;
-  BlockVectors inverse_inertia_;        ///< diagonal of I_B⁻¹ [1/(kg m²)]
+  BlockVectors inverse_inertia_;       ///< diagonal of I_B⁻¹ [1/(kg m²)]
   std::vector<Eigen::Matrix3d> full_;  ///< I_B⁻¹
   MotionState initial_;
 };

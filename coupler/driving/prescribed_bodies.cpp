@@ -107,8 +107,8 @@ void PrescribedBodies::check_overlaps(const Kinematics& kinematics) const {
     const BodySpecification& A = bodies_[static_cast<std::size_t>(prescribed.body)];
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       const BodySpecification& B = bodies_[b];
-      if (&A == &B || !(overlaps_.depth_m(static_cast<int>(prescribed.body), static_cast<int>(b),
-                                          kinematics.position_m, kinematics.orientation_wxyz) > 0.0))
+      if (&A == &B || !(overlaps_.depth_m(static_cast<int>(prescribed.body), static_cast<int>(b), kinematics.position_m,
+                                          kinematics.orientation_wxyz) > 0.0))
         continue;
       throw SolverError("body '" + A.name + "' met body '" + B.name +
                             "' (the motion of the first is prescribed, and it pushes no other). Prescribe another "

@@ -22,8 +22,8 @@ struct Placed {
   }
 };
 
-/// Whether a plane between the convex hulls of two solids is found: the nearest point v to the origin of all differences
-/// of their points is approached from above [Gilbert 1966].
+/// Whether a plane between the convex hulls of two solids is found: the nearest point v to the origin of all
+/// differences of their points is approached from above [Gilbert 1966].
 bool are_apart(const Placed& A, const Placed& B) {
   constexpr int most_tries = 30;
   Eigen::Vector3d v = A.position_m - B.position_m;

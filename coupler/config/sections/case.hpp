@@ -49,11 +49,18 @@ struct BodyCase : BodySetup {
   std::string model_file;            ///< path; its bodies are still to be read. Empty: none
 };
 
+/// What differs from a uniform density.
+struct Inhomogeneity {
+  std::vector<double> inertia_kg_m2;                           ///< as in BodySpecification; none: uniform
+  Eigen::Vector3d center_of_mass_m = Eigen::Vector3d::Zero();  ///< in the shape's own frame, beside an inertia
+};
+
 /// A bead of a swimmer, in the swimmer's frame; its body is called "swimmer.bead".
 struct Bead {
   std::string name;
   Shape shape;
   double mass_kg = 0.0;
+  Inhomogeneity inhomogeneity;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
 };
@@ -111,8 +118,9 @@ struct Swimmer {
   bool is_of_swarm = false;  ///< placed by section `swarm`, after those of section `swimmers`
 };
 
-/// A body that is not of a swimmer.
+/// A body that is not of a swimmer; shape and place are those of the shape's own frame.
 struct SingleBody : BodySpecification {
+  Inhomogeneity inhomogeneity;
   std::optional<Signal> signal;  ///< by which its prescribed velocities vary in time
 };
 

@@ -78,7 +78,8 @@ BodySpecification shaped(const std::string& name, const Shape& shape) {
 }
 
 Shape box(double x_m, double y_m, double z_m) {
-  return {.kind = ShapeKind::box, .radius_m = std::cbrt(0.75 / std::numbers::pi * x_m * y_m * z_m),
+  return {.kind = ShapeKind::box,
+          .radius_m = std::cbrt(0.75 / std::numbers::pi * x_m * y_m * z_m),
           .extents_m = {x_m, y_m, z_m}};
 }
 

@@ -55,8 +55,8 @@ TEST(AsymmetricTop, FlipsWithThePeriodOfJacobisEllipticFunctionsAtTheOrderOfTheI
   ASSERT_GT(k2, 0.5);
   ASSERT_LT(k2, 1.0);
   const double flip_s = 2.0 * std::comp_ellint_1(std::sqrt(k2)) / rate_per_s;
-  for (const auto& [integrator, steps, order] : {std::tuple(Integrator::runge_kutta_4, 400, 4.0),
-                                                 std::tuple(Integrator::semi_implicit_euler, 50000, 1.0)}) {
+  for (const auto& [integrator, steps, order] :
+       {std::tuple(Integrator::runge_kutta_4, 400, 4.0), std::tuple(Integrator::semi_implicit_euler, 50000, 1.0)}) {
     std::array<double, 2> error{};
     for (const int finer : {0, 1}) {
       const Eigen::Vector3d end = turned(start, flip_s, steps << finer, integrator);
