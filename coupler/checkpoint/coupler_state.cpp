@@ -94,6 +94,7 @@ void visit_members(AnySums& sums, const Visit& visit) {
   visit("max_speed_along_m_per_s", sums.max_speed_along_m_per_s);
   visit("last", sums.last);
   visit("before_last", sums.before_last);
+  visit("latest_along_m", sums.latest_along_m);
 }
 
 template <typename AnySums, typename Visit>
@@ -124,7 +125,9 @@ requires requires(Members& members) {
   visit_members(members, [](const char*, auto&) {});
 }
 void decode(const ordered_json& json, Members& members) {
-  visit_members(members, [&](const char* name, auto& value) { decode(json.at(name), value); });
+  visit_members(members, [&](const char* name, auto& value) {
+    decode(json.value(name, ordered_json::array()), value);  // older versions lack latest_along_m
+  });
 }
 
 }  // namespace
