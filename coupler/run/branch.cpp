@@ -43,14 +43,11 @@ LoadedCase case_of_run(const std::filesystem::path& directory) {
 }
 
 bool same_shape(const Shape& a, const Shape& b) {
-  const auto same_mesh = [&] {
-    return a.mesh->vertices_m == b.mesh->vertices_m && a.mesh->triangles == b.mesh->triangles;
-  };
   const auto same_part = [](const ShapePart& p, const ShapePart& q) {
     return p.position_m == q.position_m && p.orientation_wxyz == q.orientation_wxyz && same_shape(p.shape, q.shape);
   };
   return a.kind == b.kind && a.radius_m == b.radius_m && a.length_m == b.length_m && a.extents_m == b.extents_m &&
-         (a.kind != ShapeKind::mesh || same_mesh()) && std::ranges::equal(a.parts, b.parts, same_part);
+         (a.kind != ShapeKind::mesh || *a.mesh == *b.mesh) && std::ranges::equal(a.parts, b.parts, same_part);
 }
 
 bool same_bodies(const std::vector<BodySpecification>& before, const std::vector<BodySpecification>& now) {

@@ -27,6 +27,11 @@ struct TriangleMesh {
       : vertices_m(std::move(vertices)),
         triangles(std::move(corners)),
         bounding_radius_m(vertices_m.cols() == 0 ? 0.0 : vertices_m.colwise().norm().maxCoeff()) {}
+
+  bool operator==(const TriangleMesh& other) const {
+    return vertices_m.cols() == other.vertices_m.cols() && triangles.cols() == other.triangles.cols() &&
+           vertices_m == other.vertices_m && triangles == other.triangles;
+  }
 };
 
 struct ShapePart;

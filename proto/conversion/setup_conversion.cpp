@@ -352,9 +352,7 @@ class Writer {
     describe(inner, value);
   }
   void put(const FieldDescriptor* field, const Mesh& mesh) {
-    const auto known = std::ranges::find_if(meshes_, [&](const Mesh& written) {
-      return written == mesh || (written->vertices_m == mesh->vertices_m && written->triangles == mesh->triangles);
-    });
+    const auto known = std::ranges::find_if(meshes_, [&](const Mesh& written) { return *written == *mesh; });
     put(field, static_cast<int>(known - meshes_.begin()) + 1);
     if (known == meshes_.end()) meshes_.push_back(mesh);
   }
@@ -597,9 +595,10 @@ void write_message(const Struct& value, Message& wire) {
 template <class Struct>
 void read_message(const Message& wire, Struct& value) {
   Meshes meshes;
-  if (const FieldDescriptor* field = wire.GetDescriptor()->FindFieldByName("meshes"))
-    for (const auto& mesh : wire.GetReflection()->GetRepeatedFieldRef<v1::TriangleMesh>(wire, field))
-      meshes.push_back(read_mesh(mesh));
+  const Reflection& reflection = *wire.GetReflection();
+  const FieldDescriptor* const field = wire.GetDescriptor()->FindFieldByName("meshes");
+  for (int i = 0; field != nullptr && i < reflection.FieldSize(wire, field); ++i)
+    meshes.push_back(read_mesh(static_cast<const v1::TriangleMesh&>(reflection.GetRepeatedMessage(wire, field, i))));
   Reader reader(wire, meshes, "");
   describe(reader, value);
   check(value);
