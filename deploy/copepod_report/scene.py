@@ -19,7 +19,7 @@ _LEVELS = 65535  # of a 16-bit number
 
 @dataclass(frozen=True)
 class Body:
-    """A sphere, or a capsule with a cylinder of this length along its z axis."""
+    """A sphere, or a capsule with a cylinder of this length along its z axis; other shapes: a sphere as large."""
 
     name: str
     radius_m: float
@@ -112,9 +112,35 @@ def bodies_of(case: Mapping[str, Any]) -> dict[str, Body]:
             found[f"{swimmer['name']}.{name}"] = bead, place
     found |= {body["name"]: (body, place) for place, body in enumerate(case.get("bodies") or [])}
     return {
-        name: Body(name, float(section["radius_m"]), float(section.get("length_m") or 0.0), place)
+        name: Body(name, radius_m_of(section), float(section["shape"] == "capsule" and section["length_m"]), place)
         for name, (section, place) in found.items()
     }
+
+
+def radius_m_of(shape: Mapping[str, Any]) -> float:
+    """Radius of a sphere or capsule of a resolved case, or of a sphere of the same volume; parts are taken as apart."""
+    if shape["shape"] in ("sphere", "capsule"):
+        return float(shape["radius_m"])
+    return float((_volume_m3(shape) / (4 / 3 * math.pi)) ** (1 / 3))
+
+
+def _volume_m3(shape: Mapping[str, Any]) -> float:
+    match shape["shape"]:
+        case "ellipsoid":
+            return float(4 / 3 * math.pi * np.prod(shape["semi_axes_m"]))
+        case "cylinder":
+            return float(math.pi * shape["radius_m"] ** 2 * shape["length_m"])
+        case "box":
+            return float(np.prod(shape["edges_m"]))
+        case "compound":
+            return sum(_volume_m3(part) for part in shape["parts"])
+        case "mesh":
+            rows = [line.split() for line in shape["text"].splitlines()]
+            vertices = shape["unit_m"] * np.array([row[1:4] for row in rows if row[0] == "v"], float)
+            corners = np.array([row[1:4] for row in rows if row[0] == "f"], int) - 1
+            return float(np.linalg.det(vertices[corners]).sum() / 6)
+    length_m = float(shape.get("length_m") or 0.0)
+    return float(math.pi * shape["radius_m"] ** 2 * (length_m + 4 / 3 * shape["radius_m"]))
 
 
 def bead_names(swimmer: Mapping[str, Any]) -> list[str]:

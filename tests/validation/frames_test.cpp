@@ -66,8 +66,8 @@ Difference difference_between_frames(const Trial& trial) {
           (carried.torque - at_rest.torque).norm() / (m * trial.U.squaredNorm())};
 }
 
-constexpr Shape small_sphere{ShapeKind::sphere, 2.6, 0.0};
-constexpr Shape capsule{ShapeKind::capsule, 3.0, 6.0};
+const Shape small_sphere{ShapeKind::sphere, 2.6, 0.0};
+const Shape capsule{ShapeKind::capsule, 3.0, 6.0};
 
 // With the velocity of the surface taken at the fluid cell in what the surface absorbs, the force changes by 0.2 to
 // 0.4 m W × U, and a capsule that does not turn feels a torque.

@@ -60,9 +60,9 @@ struct Bead {
   std::string name;
   Shape shape;
   double mass_kg = 0.0;
-  Inhomogeneity inhomogeneity;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+  Inhomogeneity inhomogeneity = {};
 };
 
 /// Extent of a bead along the swimmer's z axis [m]: 2r + |d_z| L, d the direction of a capsule.

@@ -28,8 +28,8 @@ FluidSetup box(const std::vector<Shape>& bodies) {
   return setup;
 }
 
-constexpr Shape sphere{ShapeKind::sphere, radius_m, 0.0};
-constexpr Shape capsule{ShapeKind::capsule, radius_m, 40.0};
+const Shape sphere{ShapeKind::sphere, radius_m, 0.0};
+const Shape capsule{ShapeKind::capsule, radius_m, 40.0};
 
 /// Bodies in a box, and the loads of the films between them.
 struct Bodies {
