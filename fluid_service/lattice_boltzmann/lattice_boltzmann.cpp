@@ -12,9 +12,9 @@ namespace copepod::fluid {
 
 namespace {
 
-std::vector<LatticeBody> make_bodies(const FluidSetup& setup, const LatticeUnits& units) {
+std::vector<LatticeBody> make_bodies(const FluidSetup& setup) {
   std::vector<LatticeBody> bodies;
-  for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, units);
+  for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, setup.cell_size_m);
   return bodies;
 }
 
@@ -37,7 +37,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       halo_(domain_, partition_, layout_, communicator),
       moving_walls_(domain_, layout_),
       pressure_faces_(domain_, layout_),
-      map_(domain_, layout_, make_bodies(setup, units_)),
+      map_(domain_, layout_, make_bodies(setup)),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
       films_(setup),
       exchange_momentum_(make_momentum_exchange<T>(setup.moving_boundary, constants_, layout_, map_, films_)),

@@ -49,7 +49,7 @@ struct NearSurface {
 
 /// The surfaces that are near each body of a fluid: of others, of all their images through periodic faces and in
 /// mirrors, of its own images, and of walls. Mirrors are symmetry planes and faces with free slip. Two bodies that a
-/// joint holds in touch, or lets overlap, are not near each other.
+/// joint holds in touch, or lets overlap, are not near each other. Only spheres and capsules have such surfaces.
 class NearSurfaces {
  public:
   /// @param reach_m  surfaces that are further apart are left out

@@ -10,18 +10,20 @@
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "ranks/block_partition.hpp"
 #include "test_on_ranks.hpp"
+#include "voxel_shape.hpp"
 
 namespace copepod::fluid {
 namespace {
 
-/// A sphere and a tilted capsule that wander through a small box: across rank borders, periodic faces,
-/// and each other's wakes. Everything that could depend on the decomposition happens within the steps of
-/// the test.
+/// A sphere and a tilted capsule, or a concave mesh and an ellipsoid, that wander and turn through a small box: across
+/// rank borders, periodic faces, and each other's wakes. Everything that could depend on the decomposition happens
+/// within the steps of the test.
 struct Method {
   Precision precision = Precision::double_precision;
   MovingBoundary moving_boundary = MovingBoundary::bounce_back;
   Refill refill = Refill::equilibrium;
   bool has_open_faces = false;
+  bool has_other_shapes = false;
 };
 
 FluidSetup wandering_bodies(const Method& method) {
@@ -37,6 +39,9 @@ FluidSetup wandering_bodies(const Method& method) {
   setup.moving_boundary = method.moving_boundary;
   setup.refill = method.refill;
   setup.bodies = {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}};
+  if (method.has_other_shapes)
+    setup.bodies = {doubles::voxel_shape({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}}, 2.0, {1.5, 0.7, 0.5}),
+                    {.kind = ShapeKind::ellipsoid, .radius_m = 2.4, .extents_m = {1.8, 2.5, 3.0}}};
   return setup;
 }
 
@@ -47,11 +52,11 @@ Kinematics wandering_kinematics(std::int64_t step) {
   kinematics.step = step;
   kinematics.position_m.col(0) << 2.0 + 0.03 * t, 6.0 + std::sin(0.02 * t), 4.0 + 0.02 * t;
   kinematics.position_m.col(1) << 12.0 - 0.02 * t, 12.5, 16.0 + 0.04 * t;
-  kinematics.orientation_wxyz.col(0) << 1.0, 0.0, 0.0, 0.0;
+  kinematics.orientation_wxyz.col(0) << std::cos(0.01 * t), 0.0, std::sin(0.01 * t), 0.0;
   kinematics.orientation_wxyz.col(1) << std::cos(0.01 * t), std::sin(0.01 * t), 0.0, 0.0;
   kinematics.velocity_m_per_s.col(0) << 0.03, 0.02 * std::cos(0.02 * t), 0.02;
   kinematics.velocity_m_per_s.col(1) << -0.02, 0.0, 0.04;
-  kinematics.angular_velocity_rad_per_s.col(0).setZero();
+  kinematics.angular_velocity_rad_per_s.col(0) << 0.0, 0.02, 0.0;
   kinematics.angular_velocity_rad_per_s.col(1) << 0.02, 0.0, 0.0;
   return kinematics;
 }
@@ -174,11 +179,15 @@ INSTANTIATE_TEST_SUITE_P(
                     Method{Precision::single_precision, MovingBoundary::interpolated, Refill::grad},
                     Method{Precision::double_precision, MovingBoundary::parabolic, Refill::nonequilibrium},
                     Method{.has_open_faces = true},
-                    Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, true}),
+                    Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, true},
+                    Method{Precision::double_precision, MovingBoundary::central_linear, Refill::grad, false, true},
+                    Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, false,
+                           true}),
     [](const auto& instance) {
       std::string name = instance.param.precision == Precision::double_precision ? "Double_" : "Single_";
       name += name_of(moving_boundary_names, instance.param.moving_boundary);
       if (instance.param.has_open_faces) name += "OpenFaces";
+      if (instance.param.has_other_shapes) name += "OtherShapes";
       std::erase(name, '_');
       return name;
     });

@@ -17,11 +17,31 @@ BodyMap::BodyMap(const Domain& domain, const PopulationLayout& layout, std::vect
       mapped_(bodies_.size()),
       owner_(static_cast<std::size_t>(layout.cells()), fluid) {}
 
-RowInterval BodyMap::Footprint::row(std::int64_t at_x, std::int64_t at_y) const {
-  const std::int64_t i = at_x - x;
-  const std::int64_t j = at_y - y;
-  if (j < 0 || j >= width || i < 0 || i * width >= static_cast<std::int64_t>(rows.size())) return {};
-  return rows[static_cast<std::size_t>(i * width + j)];
+/// From the crossings of rows in any order.
+void BodyMap::Footprint::set_rows(const std::vector<RowCrossing>& crossings) {
+  const auto number = [this](const RowCrossing& c) { return static_cast<std::size_t>((c.x - x) * width + c.y - y); };
+  std::vector<std::uint32_t> ends(static_cast<std::size_t>(lines * width) + 1);  // while sorting, the next place
+  for (const RowCrossing& crossing : crossings) ++ends[number(crossing) + 1];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<RowCrossing> sorted(crossings.size());
+  for (const RowCrossing& crossing : crossings) sorted[ends[number(crossing)]++] = crossing;
+  ends.pop_back();
+  auto from = sorted.begin();
+  for (const std::uint32_t end : ends) {
+    starts.push_back(static_cast<std::uint32_t>(rows.size()));
+    const auto to = sorted.begin() + end;
+    std::sort(from, to, [](const RowCrossing& a, const RowCrossing& b) {
+      return std::pair(a.z, -a.step) < std::pair(b.z, -b.step);
+    });
+    for (int depth = 0; from != to; ++from) {
+      depth += from->step;
+      if (depth == 1 && from->step == 1) rows.push_back({from->z, from->z});
+      if (depth != 0 || from->step == 1) continue;
+      rows.back().high = from->z;
+      if (rows.back().empty()) rows.pop_back();
+    }
+  }
+  starts.push_back(static_cast<std::uint32_t>(rows.size()));
 }
 
 bool BodyMap::update() {
@@ -39,7 +59,7 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     Footprint& before = mapped_[b];
     const LatticeBody& body = bodies_[b];
     const bool mapped = before.width > 0;
-    const bool turned = before.state.axis != body.axis;
+    const bool turned = !body.is_turned_as(before.state);
     if (mapped && before.state.position == body.position && !turned) continue;
     check_inside(body, b);
     if (has_started_) check_clear_of_faces(body, b);
@@ -56,14 +76,26 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
 }
 
 BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) {
-  const Eigen::Vector3d half = body.half_extents();
-  const auto first = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] - half[axis])); };
-  const auto last = [&](int axis) { return static_cast<std::int64_t>(std::floor(body.position[axis] + half[axis])); };
-  Footprint result{
-      .state = body, .free_way = {}, .x = first(0), .y = first(1), .width = last(1) - first(1) + 1, .rows = {}};
-  result.rows.reserve(static_cast<std::size_t>((last(0) - first(0) + 1) * result.width));
-  for (std::int64_t x = result.x; x <= last(0); ++x)
-    for (std::int64_t y = result.y; y < result.y + result.width; ++y) result.rows.push_back(covered_cells(body, x, y));
+  const Eigen::AlignedBox3d box = body.bounds().translated(body.position);
+  const auto first = [&](int axis) { return static_cast<std::int64_t>(std::floor(box.min()[axis])); };
+  const auto last = [&](int axis) { return static_cast<std::int64_t>(std::floor(box.max()[axis])); };
+  Footprint result{.state = body,
+                   .free_way = {},
+                   .x = first(0),
+                   .y = first(1),
+                   .lines = last(0) - first(0) + 1,
+                   .width = last(1) - first(1) + 1,
+                   .rows = {},
+                   .starts = {}};
+  if (body.placed) {
+    std::vector<RowCrossing> crossings;
+    add_crossings(body, crossings);
+    result.set_rows(crossings);
+    return result;
+  }
+  result.rows.reserve(static_cast<std::size_t>(result.lines * result.width));
+  for_each_row(body.bounds(), body.position,
+               [&](std::int64_t x, std::int64_t y) { result.rows.push_back(covered_cells(body, x, y)); });
   if (body.kind == ShapeKind::sphere) result.free_way = free_way(result);
   return result;
 }
@@ -81,9 +113,8 @@ BodyMap::FreeWay BodyMap::free_way(const Footprint& sphere) {
   FreeWay result{.anywhere = longest, .ahead = longest, .direction = sphere.state.velocity.stableNormalized()};
   const Eigen::Vector3d& n = result.direction;
   const auto from_centre = [&](std::int64_t cell, int axis) { return static_cast<double>(cell) + 0.5 - centre[axis]; };
-  const std::int64_t lines = static_cast<std::int64_t>(sphere.rows.size()) / sphere.width;
   const auto below = static_cast<std::int64_t>(std::floor(centre[2] - 0.5));
-  for (std::int64_t x = sphere.x - 1; x <= sphere.x + lines; ++x)
+  for (std::int64_t x = sphere.x - 1; x <= sphere.x + sphere.lines; ++x)
     for (std::int64_t y = sphere.y - 1; y <= sphere.y + sphere.width; ++y) {
       const double dx = from_centre(x, 0);
       const double dy = from_centre(y, 1);
@@ -96,11 +127,12 @@ BodyMap::FreeWay BodyMap::free_way(const Footprint& sphere) {
         nearest = std::min(nearest, difference);
         result.ahead = std::min(result.ahead, difference / (2.0 * d_dot_n + longest));
       };
-      const RowInterval covered = sphere.row(x, y);
-      if (covered.empty()) {
+      const std::span<const RowInterval> row = sphere.row(x, y);
+      if (row.empty() || row[0].empty()) {
         for (const std::int64_t z : {below, below + 1}) look_at(z);
       } else {
-        for (const std::int64_t z : {covered.low - 1, covered.low, covered.high - 1, covered.high}) look_at(z);
+        const auto [low, high] = row[0];
+        for (const std::int64_t z : {low - 1, low, high - 1, high}) look_at(z);
       }
     }
   result.anywhere = std::min(longest, nearest / (2.0 * (radius + 1.0) + longest)) - rounding;
@@ -110,13 +142,12 @@ BodyMap::FreeWay BodyMap::free_way(const Footprint& sphere) {
 
 /// Whether the body or an image of it can cover a cell of the block or its ghosts.
 bool BodyMap::near_block(const LatticeBody& body) const {
-  const Eigen::Vector3d half = body.half_extents();
+  const Eigen::AlignedBox3d bounds = body.bounds();
   const Box& block = layout_.block();
   for (int axis = 0; axis < 3; ++axis) {
     const auto cells = static_cast<double>(domain_.cells()[axis]);
-    const double margin = half[axis] + 2.0;
-    const double low = static_cast<double>(block.low[axis]) - margin;
-    const double high = static_cast<double>(block.high[axis]) + margin;
+    const double low = static_cast<double>(block.low[axis]) - (bounds.max()[axis] + 2.0);
+    const double high = static_cast<double>(block.high[axis]) + (2.0 - bounds.min()[axis]);
     double x = body.position[axis];
     if (domain_.periodic(axis)) x -= cells * std::floor((x - low) / cells);  // the first image at or above low
     if (x < low || x > high) return false;
@@ -125,40 +156,37 @@ bool BodyMap::near_block(const LatticeBody& body) const {
 }
 
 void BodyMap::compare(const Footprint& before, const Footprint& after, std::int32_t body) {
-  const auto lines = [](const Footprint& f) {
-    return f.width == 0 ? std::int64_t{0} : static_cast<std::int64_t>(f.rows.size()) / f.width;
-  };
-  if (before.x == after.x && before.y == after.y && before.width == after.width && lines(before) == lines(after)) {
-    for (std::size_t i = 0; i < after.rows.size(); ++i) {
-      if (before.rows[i] == after.rows[i]) continue;
-      const auto row = static_cast<std::int64_t>(i);
-      compare_rows(before.rows[i], after.rows[i], {after.x + row / after.width, after.y + row % after.width, 0}, body);
+  if (before.x == after.x && before.y == after.y && before.width == after.width && before.lines == after.lines) {
+    for (std::int64_t i = 0; i < after.lines * after.width; ++i) {
+      const auto number = static_cast<std::size_t>(i);
+      compare_rows(before.row(number), after.row(number), {after.x + i / after.width, after.y + i % after.width, 0},
+                   body);
     }
     return;
   }
   const bool fresh_map = before.width == 0;
   const std::int64_t x0 = fresh_map ? after.x : std::min(before.x, after.x);
   const std::int64_t y0 = fresh_map ? after.y : std::min(before.y, after.y);
-  const std::int64_t x1 = std::max(fresh_map ? after.x : before.x + lines(before), after.x + lines(after));
+  const std::int64_t x1 = std::max(fresh_map ? after.x : before.x + before.lines, after.x + after.lines);
   const std::int64_t y1 = std::max(fresh_map ? after.y : before.y + before.width, after.y + after.width);
   for (std::int64_t x = x0; x < x1; ++x)
-    for (std::int64_t y = y0; y < y1; ++y) {
-      const RowInterval old_row = before.row(x, y);
-      const RowInterval new_row = after.row(x, y);
-      if (old_row != new_row) compare_rows(old_row, new_row, {x, y, 0}, body);
-    }
+    for (std::int64_t y = y0; y < y1; ++y) compare_rows(before.row(x, y), after.row(x, y), {x, y, 0}, body);
 }
 
-void BodyMap::compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body) {
-  const auto inside = [](const RowInterval& interval, std::int64_t z) {
-    return z >= interval.low && z < interval.high;
+void BodyMap::compare_rows(std::span<const RowInterval> before, std::span<const RowInterval> after, Cell row,
+                           std::int32_t body) {
+  if (std::ranges::equal(before, after)) return;
+  const auto inside = [](std::span<const RowInterval> intervals, std::int64_t z) {
+    return std::ranges::any_of(intervals, [z](const RowInterval& i) { return z >= i.low && z < i.high; });
   };
-  for (row[2] = before.low; row[2] < before.high; ++row[2]) {
-    if (inside(after, row[2])) continue;
-    for_each_image(row, [&](const Cell& cell) { give_up(cell, body); });
-  }
-  for (row[2] = after.low; row[2] < after.high; ++row[2])
-    if (!inside(before, row[2])) for_each_image(row, [&](const Cell& cell) { claimed_.emplace_back(cell, body); });
+  for (const RowInterval& interval : before)
+    for (row[2] = interval.low; row[2] < interval.high; ++row[2]) {
+      if (inside(after, row[2])) continue;
+      for_each_image(row, [&](const Cell& cell) { give_up(cell, body); });
+    }
+  for (const RowInterval& interval : after)
+    for (row[2] = interval.low; row[2] < interval.high; ++row[2])
+      if (!inside(before, row[2])) for_each_image(row, [&](const Cell& cell) { claimed_.emplace_back(cell, body); });
 }
 
 template <class Visit>
@@ -242,7 +270,7 @@ void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
     const double x = body.position[axis];
     // A whole domain is twice the computed one where a symmetry plane cuts it.
     const double length = static_cast<double>(domain_.cells()[axis]) * (domain_.symmetric(axis) ? 2.0 : 1.0);
-    if (!std::isfinite(x))
+    if (!std::isfinite(x) || !std::isfinite(body.axis[axis]))
       throw SolverError("position of body " + std::to_string(index) +
                         " is not finite (the body solver diverged). Use a shorter step or softer springs.");
     if (!domain_.periodic(axis) && (x < 0.0 || x > length))
@@ -273,9 +301,9 @@ void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) c
 double BodyMap::beyond(const LatticeBody& body, int axis, bool high) const {
   const FaceKind kind = domain_.face(axis, high).kind;
   if (kind == FaceKind::periodic || (high && domain_.cut_by_symmetry_plane(body.position, axis))) return -1.0;
-  const double half = body.half_extents()[axis];
+  const Eigen::AlignedBox3d bounds = body.bounds();
   const double x = body.position[axis];
-  return high ? x + half - static_cast<double>(domain_.cells()[axis]) : half - x;
+  return high ? x + bounds.max()[axis] - static_cast<double>(domain_.cells()[axis]) : -bounds.min()[axis] - x;
 }
 
 }  // namespace copepod::fluid

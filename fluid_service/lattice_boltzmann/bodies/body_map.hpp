@@ -17,9 +17,9 @@ namespace copepod::fluid {
 /// centre lies inside [paper, section 2.3], and where bodies overlap to the first of them. So the owners follow from
 /// the present places alone; what is kept between updates only saves time.
 ///
-/// A body is kept as one interval of cells per row; from step to step only the ends of intervals differ, so
-/// an update costs a square root per row and touches only cells that change. A sphere is left out until its surface can
-/// have reached the next cell centre.
+/// A body is kept as intervals of cells, one per row or, for shapes other than spheres and capsules, any number; from
+/// step to step only their ends differ, so that an update touches only cells that change. For a sphere it costs a
+/// square root per row, and is left out until the surface can have reached the next cell centre.
 class BodyMap {
  public:
   static constexpr std::int32_t fluid = 0;
@@ -85,17 +85,30 @@ class BodyMap {
     FreeWay free_way;
     std::int64_t x = 0;  ///< of the first row
     std::int64_t y = 0;
-    std::int64_t width = 0;         ///< rows along y; 0: never mapped
-    std::vector<RowInterval> rows;  ///< shape (x, y)
+    std::int64_t lines = 0;             ///< rows along x
+    std::int64_t width = 0;             ///< rows along y; 0: never mapped
+    std::vector<RowInterval> rows;      ///< shape (x, y), or those of one row after those of another
+    std::vector<std::uint32_t> starts;  ///< of each row in `rows`, and the end; none: there is one interval per row
 
-    [[nodiscard]] RowInterval row(std::int64_t at_x, std::int64_t at_y) const;
+    [[nodiscard]] std::span<const RowInterval> row(std::size_t number) const {
+      if (starts.empty()) return {&rows[number], 1};
+      return std::span(rows).subspan(starts[number], starts[number + 1] - starts[number]);
+    }
+    [[nodiscard]] std::span<const RowInterval> row(std::int64_t at_x, std::int64_t at_y) const {
+      const std::int64_t i = at_x - x;
+      const std::int64_t j = at_y - y;
+      if (j < 0 || j >= width || i < 0 || i >= lines) return {};
+      return row(static_cast<std::size_t>(i * width + j));
+    }
+    void set_rows(const std::vector<RowCrossing>& crossings);
   };
 
   [[nodiscard]] static Footprint footprint(const LatticeBody& body);
   [[nodiscard]] static FreeWay free_way(const Footprint& sphere);
   [[nodiscard]] bool near_block(const LatticeBody& body) const;
   void compare(const Footprint& before, const Footprint& after, std::int32_t body);
-  void compare_rows(const RowInterval& before, const RowInterval& after, Cell row, std::int32_t body);
+  void compare_rows(std::span<const RowInterval> before, std::span<const RowInterval> after, Cell row,
+                    std::int32_t body);
   /// visit(cell) for every cell of the block and its ghosts that `unwrapped` stands for.
   template <class Visit>
   void for_each_image(const Cell& unwrapped, const Visit& visit) const;

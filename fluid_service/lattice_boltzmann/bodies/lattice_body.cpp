@@ -66,6 +66,17 @@ void include_cylinder(Interval& span, double dx, double dy, const LatticeBody& b
 
 }  // namespace
 
+void LatticeBody::place(const Eigen::Vector3d& at, const Eigen::Quaterniond& orientation) {
+  const Eigen::Quaterniond q = orientation.normalized();
+  position = at;
+  axis = q * Eigen::Vector3d::UnitZ();
+  const bool stays = !shape_ || (placed && placed->is_at(at, q));
+  if (!stays && at.allFinite() && axis.allFinite()) placed = fluid::place(*shape_, at, q, cell_m_);
+}
+
+/// Centres k + 1/2.
+RowInterval cells_between(double low, double high) { return {floor_of(low - 0.5) + 1, -floor_of(-(high - 0.5))}; }
+
 RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y) {
   const double dx = (static_cast<double>(x) + 0.5) - body.position[0];
   const double dy = (static_cast<double>(y) + 0.5) - body.position[1];
@@ -78,8 +89,19 @@ RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t 
     include_cylinder(span, dx, dy, body);
   }
   if (!(span.low < span.high)) return {};
-  // Centres k + 1/2 strictly between the ends.
-  return {floor_of(body.position[2] + span.low - 0.5) + 1, -floor_of(-(body.position[2] + span.high - 0.5))};
+  return cells_between(body.position[2] + span.low, body.position[2] + span.high);
+}
+
+void add_crossings(const LatticeBody& body, std::vector<RowCrossing>& crossings) {
+  if (body.placed) return body.placed->add_crossings(crossings);
+  for_each_row(body.bounds(), body.position,
+               [&](std::int64_t x, std::int64_t y) { append(crossings, x, y, covered_cells(body, x, y)); });
+}
+
+void append(std::vector<RowCrossing>& crossings, std::int64_t x, std::int64_t y, const RowInterval& cells) {
+  if (cells.empty()) return;
+  crossings.push_back({x, y, cells.low, 1});
+  crossings.push_back({x, y, cells.high, -1});
 }
 
 double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, const Eigen::Vector3d& e) {

@@ -4,11 +4,14 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <vector>
 
 #include <Eigen/Geometry>
 
 #include "contract/exchange.hpp"
 #include "contract/shape.hpp"
+#include "lattice_boltzmann/bodies/placed_shape.hpp"
 #include "lattice_boltzmann/lattice/d3q19.hpp"
 #include "lattice_boltzmann/lattice/lattice_units.hpp"
 
@@ -17,38 +20,54 @@ namespace copepod::fluid {
 /// A rigid body in lattice units, world frame; lengths in cells.
 struct LatticeBody {
   ShapeKind kind = ShapeKind::sphere;
-  double radius = 0.0;
-  double half_length = 0.0;  ///< of the cylinder part
+  double radius = 0.0;       ///< of a sphere or capsule
+  double half_length = 0.0;  ///< of the capsule's cylinder part
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of the capsule
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of the capsule; of other shapes the z axis
+  std::shared_ptr<const PlacedShape> placed;        ///< of all but spheres and capsules
 
   LatticeBody() = default;
-  LatticeBody(const Shape& shape, const LatticeUnits& units)
+  LatticeBody(const Shape& shape, double cell_m)
       : kind(shape.kind),
-        radius(units.length_lu(shape.radius_m)),
-        half_length(shape.kind == ShapeKind::capsule ? 0.5 * units.length_lu(shape.length_m) : 0.0) {}
+        radius(shape.radius_m / cell_m),
+        half_length(core_half_length_m(shape) / cell_m),
+        cell_m_(cell_m),
+        shape_(is_round(shape) ? nullptr : std::make_shared<const Shape>(shape)) {}
 
   void move(const Kinematics& kinematics, Eigen::Index body, const LatticeUnits& units) {
-    position = units.position_lu(kinematics.position_m.col(body));
     velocity = units.velocity_lu(kinematics.velocity_m_per_s.col(body));
     angular_velocity = units.angular_velocity_lu(kinematics.angular_velocity_rad_per_s.col(body));
-    if (kind == ShapeKind::capsule) {
+    if (kind == ShapeKind::sphere) {
+      position = units.position_lu(kinematics.position_m.col(body));
+    } else {
       const Eigen::Vector4d q = kinematics.orientation_wxyz.col(body);
-      axis = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized() * Eigen::Vector3d::UnitZ();
+      place(units.position_lu(kinematics.position_m.col(body)), {q[0], q[1], q[2], q[3]});
     }
   }
+  void place(const Eigen::Vector3d& at, const Eigen::Quaterniond& orientation);
 
-  /// Half extents of the axis-aligned bounding box.
-  [[nodiscard]] Eigen::Vector3d half_extents() const {
-    return Eigen::Vector3d::Constant(radius) + half_length * axis.cwiseAbs();
+  /// Whether it has the place of another state of the same body.
+  [[nodiscard]] bool is_turned_as(const LatticeBody& other) const {
+    return axis == other.axis && placed == other.placed;
+  }
+
+  /// Axis-aligned bounding box, relative to the position.
+  [[nodiscard]] Eigen::AlignedBox3d bounds() const {
+    if (placed) return placed->bounds();
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius) + half_length * axis.cwiseAbs();
+    return {-half, half};
   }
 
   /// u_w = U + Ω × r
   [[nodiscard]] Eigen::Vector3d surface_velocity(const Eigen::Vector3d& r) const {
     return velocity + angular_velocity.cross(r);
   }
+
+ private:
+  double cell_m_ = 1.0;
+  std::shared_ptr<const Shape> shape_;  ///< likewise
 };
 
 /// Half-open range of cells [low, high) along z, in cells counted without wrapping; empty if low ≥ high.
@@ -60,12 +79,34 @@ struct RowInterval {
   bool operator==(const RowInterval&) const = default;
 };
 
-/// Cells of row (x, y) whose centres lie inside a body: bodies are convex, so they form one interval.
+inline Eigen::Vector3d centre_of_cell(std::int64_t x, std::int64_t y, std::int64_t z) {
+  return {static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5};
+}
+
+/// Cells whose centres lie strictly between two heights.
+RowInterval cells_between(double low, double high);
+
+/// visit(x, y) for the rows of cells along z that meet a box around a position.
+template <class Visit>
+void for_each_row(const Eigen::AlignedBox3d& bounds, const Eigen::Vector3d& position, const Visit& visit) {
+  const auto low = [&](int axis) { return static_cast<std::int64_t>(std::floor(position[axis] + bounds.min()[axis])); };
+  const auto high = [&](int axis) {
+    return static_cast<std::int64_t>(std::floor(position[axis] + bounds.max()[axis]));
+  };
+  for (std::int64_t x = low(0); x <= high(0); ++x)
+    for (std::int64_t y = low(1); y <= high(1); ++y) visit(x, y);
+}
+
+/// Cells of row (x, y) whose centres lie inside a sphere or capsule, which are convex, so that they form one interval.
 ///
 /// A sphere cuts the row's line at z = Z ± √(R² − dx² − dy²). A capsule is the convex hull of its two end
 /// spheres: the interval reaches from the lowest to the highest point of the line in the two spheres and in
 /// the cylinder between.
 RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t y);
+
+/// Appends where rows enter and leave a body of any shape.
+void add_crossings(const LatticeBody& body, std::vector<RowCrossing>& crossings);
+void append(std::vector<RowCrossing>& crossings, std::int64_t x, std::int64_t y, const RowInterval& cells);
 
 /// First root q of |r + q e|² = R² along a link that starts outside; infinity if the line misses.
 inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d& e, double radius) {
@@ -79,16 +120,20 @@ inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d&
 /// The same for a capsule: the first of its end spheres and its cylinder.
 double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, const Eigen::Vector3d& e);
 
+/// Where a link first enters a body, in its own length; infinity if it misses.
+/// @param r  from the body's centre to the cell centre where the link begins, outside the body
+inline double entry(const LatticeBody& body, const Eigen::Vector3d& r, int direction) {
+  const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
+  if (body.kind == ShapeKind::sphere) return entry_into_sphere(r, {e[0], e[1], e[2]}, body.radius);
+  return body.placed ? body.placed->entry(r, direction) : entry_into_capsule(body, r, {e[0], e[1], e[2]});
+}
+
 /// Where the link x_f → x_f + e_α crosses the surface: q in [0, 1], with the wall at x_f + q e. Exact:
 ///   |r + q e − c|² = R², with c = 0 for the sphere and the centres of the end spheres for the capsule;
 ///   |(r + q e)⊥|² = R² for the capsule's cylinder, ⊥ normal to its axis.
 /// @param r  from the body's centre to x_f, outside the body; r + e_α is inside
 inline double wall_distance(const LatticeBody& body, const Eigen::Vector3d& r, int direction) {
-  const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
-  const Eigen::Vector3d link(e[0], e[1], e[2]);
-  const double q =
-      body.kind == ShapeKind::sphere ? entry_into_sphere(r, link, body.radius) : entry_into_capsule(body, r, link);
-  return std::min(q, 1.0);  // a centre that is covered by rounding only
+  return std::min(entry(body, r, direction), 1.0);  // a centre that is covered by rounding only
 }
 
 }  // namespace copepod::fluid

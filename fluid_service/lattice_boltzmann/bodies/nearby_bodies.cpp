@@ -119,9 +119,9 @@ NearbyBodies::NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, c
     : communicator_(communicator),
       units_(units),
       near_blocks_(domain, partition, film_reach_lu(setup)),
-      has_capsules_(std::ranges::any_of(setup.bodies, [](const Shape& s) { return s.kind == ShapeKind::capsule; })),
+      has_orientations_(std::ranges::any_of(setup.bodies, has_orientation)),
       returns_mass_(returns_mass),
-      record_bytes_(sizeof(std::int32_t) + (9 + (has_capsules_ ? 4 : 0) + (returns_mass ? 1 : 0)) * sizeof(double)),
+      record_bytes_(sizeof(std::int32_t) + (9 + (has_orientations_ ? 4 : 0) + (returns_mass ? 1 : 0)) * sizeof(double)),
       components_(returns_mass ? load_components : mass_component),
       behind_(ranks_behind(communicator.rank(), communicator.size())),
       relays_(relays_after(behind_)) {
@@ -216,7 +216,7 @@ std::byte* NearbyBodies::write_record(std::byte* to, const Kinematics& kinematic
                                       std::span<const double> returned_mass) const {
   to = put(to, body);
   to = put_column(to, kinematics.position_m, body);
-  if (has_capsules_) to = put_column(to, kinematics.orientation_wxyz, body);
+  if (has_orientations_) to = put_column(to, kinematics.orientation_wxyz, body);
   to = put_column(to, kinematics.velocity_m_per_s, body);
   to = put_column(to, kinematics.angular_velocity_rad_per_s, body);
   if (returns_mass_) to = put(to, returned_mass[static_cast<std::size_t>(body)]);
@@ -249,7 +249,7 @@ void NearbyBodies::take_own_section() {
 const std::byte* NearbyBodies::take_record(const std::byte* from, Kinematics& kinematics, Eigen::Index column,
                                            double& returned_mass) const {
   from = take_column(from, kinematics.position_m, column);
-  if (has_capsules_) from = take_column(from, kinematics.orientation_wxyz, column);
+  if (has_orientations_) from = take_column(from, kinematics.orientation_wxyz, column);
   from = take_column(from, kinematics.velocity_m_per_s, column);
   from = take_column(from, kinematics.angular_velocity_rad_per_s, column);
   return returns_mass_ ? take(from, returned_mass) : from;

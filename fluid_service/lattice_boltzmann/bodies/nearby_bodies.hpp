@@ -73,11 +73,11 @@ class NearbyBodies {
   /// @throws SolverError for another number of bodies than that of the setup
   void scatter(const Kinematics& kinematics, std::span<const double> returned_mass);
 
-  /// On rank 0: what was last scattered, read from the messages. Orientations only if the setup has a capsule.
+  /// On rank 0: what was last scattered, read from the messages. Orientations only if one of the shapes has one.
   [[nodiscard]] Kinematics all_kinematics() const;
   /// The bodies near this rank, ascending.
   [[nodiscard]] const std::vector<std::int32_t>& bodies() const { return bodies_; }
-  /// Of these bodies. Orientations only if the setup has a capsule.
+  /// Of these bodies. Orientations only if one of the shapes has one.
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
   /// By place in bodies(): mass that the body gives back, by the weight of its links.
   [[nodiscard]] const std::vector<double>& returned_mass() const { return returned_mass_; }
@@ -114,7 +114,7 @@ class NearbyBodies {
   LatticeUnits units_;
   NearBlocks near_blocks_;
   std::vector<double> bounding_radius_lu_;
-  bool has_capsules_;
+  bool has_orientations_;
   bool returns_mass_;
   std::size_t record_bytes_;
   std::size_t components_;   ///< of loads, that are of use on rank 0

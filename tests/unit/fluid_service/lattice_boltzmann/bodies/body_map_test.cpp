@@ -14,6 +14,7 @@
 #include "lattice_boltzmann/bodies/nearby_bodies.hpp"
 #include "ranks/block_partition.hpp"
 #include "surface_listing.hpp"
+#include "voxel_shape.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -35,9 +36,9 @@ struct MapFixture {
         layout(BlockPartition(domain.cells(), ranks).block(rank), 8),
         map(domain, layout, bodies_of(setup)) {}
 
-  std::vector<LatticeBody> bodies_of(const FluidSetup& setup) const {
+  static std::vector<LatticeBody> bodies_of(const FluidSetup& setup) {
     std::vector<LatticeBody> bodies;
-    for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, units);
+    for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, setup.cell_size_m);
     return bodies;
   }
   std::int64_t covered(std::int32_t body) const {
@@ -225,7 +226,7 @@ TEST(BoundaryLinks, IncrementalLinksEqualLinksFromScratch) {
   expect_links_of_passing_spheres(10.0);  // one through the other
 }
 
-/// Spheres and capsules that cross each other and turn, inside faces that are not periodic and across those that are;
+/// Bodies that cross each other and turn, inside faces that are not periodic and across those that are;
 /// now and then one is given at another periodic image. The first one stays on a symmetry plane.
 class CrossingBodies {
  public:
@@ -233,7 +234,7 @@ class CrossingBodies {
     for (const Shape& shape : setup.bodies) {
       Way way;
       for (int axis = 0; axis < 3; ++axis) {
-        const double reach = shape.radius_m + 0.5 * shape.length_m + 1e-6;
+        const double reach = bounding_radius_m(shape) + 1e-6;
         const auto cells = static_cast<double>(domain.cells()[axis]);
         const bool on_plane = domain.symmetric(axis) && ways_.empty();
         way.middle[axis] = domain.periodic(axis) ? uniform(0.0, cells) : 0.5 * cells;
@@ -246,22 +247,25 @@ class CrossingBodies {
     }
   }
   void move(int step) {
-    states_.clear();
+    places_.clear();
     for (const Way& way : ways_) {
-      LatticeBody& state = states_.emplace_back();
+      auto& [position, orientation] = places_.emplace_back();
       for (int axis = 0; axis < 3; ++axis) {
-        state.position[axis] =
-            way.middle[axis] + way.amplitude[axis] * std::sin(way.rate[axis] * step + way.phase[axis]);
+        position[axis] = way.middle[axis] + way.amplitude[axis] * std::sin(way.rate[axis] * step + way.phase[axis]);
         if (domain_.periodic(axis) && uniform(0.0, 1.0) < 0.02)
-          state.position[axis] += static_cast<double>(domain_.cells()[axis]);
+          position[axis] += static_cast<double>(domain_.cells()[axis]);
       }
-      state.axis = Eigen::Vector3d(1.0, std::sin(way.spin[0] * step), std::cos(way.spin[1] * step)).normalized();
+      orientation.setFromTwoVectors(Eigen::Vector3d::UnitZ(),
+                                    Eigen::Vector3d(1.0, std::sin(way.spin[0] * step), std::cos(way.spin[1] * step)));
     }
   }
   void place(std::vector<LatticeBody>& bodies) const {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      bodies[b].position = states_[b].position;
-      bodies[b].axis = states_[b].axis;
+      const auto& [position, orientation] = places_[b];
+      if (bodies[b].kind == ShapeKind::sphere)
+        bodies[b].position = position;
+      else
+        bodies[b].place(position, orientation);
     }
   }
 
@@ -274,7 +278,7 @@ class CrossingBodies {
   const Domain& domain_;
   std::mt19937 random_;
   std::vector<Way> ways_;
-  std::vector<LatticeBody> states_;
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Quaterniond>> places_;
 };
 
 /// Covered and uncovered cells must be those that the owners before and after imply, and where they differ both must be
@@ -324,7 +328,7 @@ void expect_map_from_scratch(const FluidSetup& setup, int ranks, unsigned seed) 
     crossing.place(bodies);
     for (std::size_t b = 0; b < bodies.size(); ++b)
       near_blocks.for_each_rank(
-          near_blocks.around(bodies[b].position, bodies[b].radius + bodies[b].half_length).blocks, {},
+          near_blocks.around(bodies[b].position, bounding_radius_m(setup.bodies[b])).blocks, {},
           [&](int rank) { near[static_cast<std::size_t>(rank)].insert(static_cast<std::int32_t>(b)); });
     for (int rank = 0; rank < ranks; ++rank) {
       const auto r = static_cast<std::size_t>(rank);
@@ -354,9 +358,17 @@ void expect_map_from_scratch(const FluidSetup& setup, int ranks, unsigned seed) 
 // What is kept from step to step only saves time, where bodies overlap as where they do not, and where one crosses its
 // own image.
 TEST(BodyMap, OfBodiesThatCrossEqualsOneMadeFromScratch) {
-  const std::vector<Shape> bodies = {{ShapeKind::sphere, 3.0, 0.0},  {ShapeKind::capsule, 2.0, 5.0},
-                                     {ShapeKind::capsule, 2.5, 4.0}, {ShapeKind::sphere, 3.5, 0.0},
-                                     {ShapeKind::capsule, 1.5, 6.0}, {ShapeKind::sphere, 2.2, 0.0}};
+  const Shape box{.kind = ShapeKind::box, .extents_m = {3.0, 4.0, 5.0}};
+  const std::vector<std::array<int, 3>> angle = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}};
+  const std::vector<Shape> bodies = {
+      {ShapeKind::sphere, 3.0, 0.0},
+      {ShapeKind::capsule, 2.0, 5.0},
+      doubles::voxel_shape(angle, 1.7, {1.5, 0.8, 0.5}),
+      {ShapeKind::sphere, 3.5, 0.0},
+      {.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {1.5, 3.0, 4.0}},
+      {ShapeKind::capsule, 1.5, 6.0},
+      {ShapeKind::cylinder, 2.0, 5.0},
+      {.kind = ShapeKind::compound, .parts = {{box, {0.0, 0.0, 1.0}}, {{ShapeKind::sphere, 2.2}, {0.0, 0.0, -1.5}}}}};
   FluidSetup periodic = periodic_box({14, 15, 16}, bodies);
   periodic.bodies.push_back({ShapeKind::capsule, 1.5, 18.0});  // meets its own image
   FluidSetup walls = periodic_box({16, 14, 15}, bodies);

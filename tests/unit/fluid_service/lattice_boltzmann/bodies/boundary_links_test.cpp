@@ -27,7 +27,7 @@ struct Crowd {
     domain.emplace(setup, *units);
     layout.emplace(domain->box(), 8, origin_rule(*domain, domain->box()));
     std::vector<LatticeBody> bodies;
-    for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, *units);
+    for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, setup.cell_size_m);
     map.emplace(*domain, *layout, bodies);
     links.emplace(*map, *layout, true);
     populations.resize(static_cast<std::size_t>(layout->values()));

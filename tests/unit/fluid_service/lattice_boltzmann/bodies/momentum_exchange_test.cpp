@@ -26,7 +26,7 @@ struct Box16 {
     domain.emplace(setup, *units);
     layout.emplace(domain->box(), 8, origin_rule(*domain, domain->box()));
     std::vector<LatticeBody> bodies;
-    for (const Shape& each : setup.bodies) bodies.emplace_back(each, *units);
+    for (const Shape& each : setup.bodies) bodies.emplace_back(each, setup.cell_size_m);
     map.emplace(*domain, *layout, std::move(bodies));
     links.emplace(*map, *layout, true);
     populations.resize(static_cast<std::size_t>(layout->values()));

@@ -58,7 +58,7 @@ bool touches(const LatticeBody& body, const Domain& domain, const Box& block) {
 }
 
 /// Cells between the box around the body's bounding ball and the block, along the axis where it is furthest.
-double distance(const LatticeBody& body, const Domain& domain, const Box& block) {
+double distance(const LatticeBody& body, double bounding_radius, const Domain& domain, const Box& block) {
   double result = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     double nearest = std::numeric_limits<double>::infinity();
@@ -67,7 +67,7 @@ double distance(const LatticeBody& body, const Domain& domain, const Box& block)
       if (domain.periodic(axis)) away = std::remainder(away, static_cast<double>(domain.cells()[axis]));
       nearest = std::min(nearest, std::abs(away) - 0.5);
     }
-    result = std::max(result, nearest - body.radius - body.half_length);
+    result = std::max(result, nearest - bounding_radius);
   }
   return result;
 }
@@ -82,7 +82,10 @@ class NearBlocksOf : public testing::TestWithParam<Division> {};
 
 TEST_P(NearBlocksOf, AreAllThatABodyTouchesAndNoneThatIsFarAway) {
   const auto& [cells, faces, ranks] = GetParam();
-  const FluidSetup setup = box(cells, faces, {{ShapeKind::sphere, 1.7, 0.0}, {ShapeKind::capsule, 1.2, 2.5}});
+  const FluidSetup setup = box(cells, faces,
+                               {{ShapeKind::sphere, 1.7, 0.0},
+                                {ShapeKind::capsule, 1.2, 2.5},
+                                {.kind = ShapeKind::box, .extents_m = {3.0, 1.0, 4.0}}});
   const LatticeUnits units(setup);
   const Domain domain(setup, units);
   const BlockPartition partition(domain.cells(), ranks);
@@ -92,16 +95,15 @@ TEST_P(NearBlocksOf, AreAllThatABodyTouchesAndNoneThatIsFarAway) {
   int touched = 0;
   for (int sample = 0; sample < 60; ++sample)
     for (const Shape& shape : setup.bodies) {
-      LatticeBody body(shape, units);
-      body.position = random.position();
-      body.axis = random.direction();
+      LatticeBody body(shape, setup.cell_size_m);
+      body.place(random.position(), Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), random.direction()));
       std::vector<int> near;
-      near_blocks.for_each_rank(near_blocks.around(body.position, body.radius + body.half_length).blocks, {},
+      near_blocks.for_each_rank(near_blocks.around(body.position, bounding_radius_m(shape)).blocks, {},
                                 [&](int rank) { near.push_back(rank); });
       EXPECT_EQ(std::set<int>(near.begin(), near.end()).size(), near.size()) << "a block is listed twice";
       for (int rank = 0; rank < ranks; ++rank) {
         const bool listed = std::ranges::find(near, rank) != near.end();
-        const double away = distance(body, domain, partition.block(rank));
+        const double away = distance(body, bounding_radius_m(shape), domain, partition.block(rank));
         if (touches(body, domain, partition.block(rank))) {
           ++touched;
           EXPECT_TRUE(listed) << "rank " << rank << ", body at " << body.position.transpose();
