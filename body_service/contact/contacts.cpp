@@ -12,6 +12,7 @@
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/number_text.hpp"
+#include "contract/words.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {
@@ -29,6 +30,11 @@ void check_contact(const BodySetup& setup) {
   if (!(contact.friction >= 0.0)) {
     throw CaseError("contact.friction " + rounded_text(contact.friction) +
                     " (friction must not create energy). Use 0 or more.");
+  }
+  for (const BodySpecification& body : setup.bodies) {
+    if (is_round(body.shape)) continue;
+    throw CaseError("body '" + body.name + "' has shape " + name_of(shape_names, body.shape.kind) +
+                    " (contacts of our own are those of spheres and capsules). Use body: {solver: bullet}.");
   }
   for (const WallSpecification& wall : setup.walls) {
     if (std::abs(wall.normal.norm() - 1.0) < 1e-6 && wall.friction >= 0.0) continue;

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "geometry/rotation.hpp"
 
 namespace copepod::body {
 
@@ -32,13 +31,10 @@ std::string in_metres(double length_m) {
 }  // namespace
 
 OverlapCheck::OverlapCheck(const BodyModel& model, NearPairs& near_pairs, const ContactSpecification& contact)
-    : model_(model), near_pairs_(near_pairs), contacts_are_resolved_(contact.stiffness_N_per_m > 0.0) {}
-
-CoreSegment OverlapCheck::core(Eigen::Index body, const MotionState& state) const {
-  const double half_length_m = core_half_length_m(model_.shape(body));
-  if (half_length_m == 0.0) return {state.position_m.col(body), Eigen::Vector3d::Zero()};
-  return {state.position_m.col(body), half_length_m * z_axis(state.orientation_wxyz.col(body))};
-}
+    : model_(model),
+      near_pairs_(near_pairs),
+      overlaps_(model.shapes(), near_pairs.images()),
+      contacts_are_resolved_(contact.stiffness_N_per_m > 0.0) {}
 
 void OverlapCheck::check(const MotionState& state, std::int64_t step, ThreadTeam& team) {
   std::atomic<bool> hold = true;
@@ -54,14 +50,12 @@ void OverlapCheck::check(const MotionState& state, std::int64_t step, ThreadTeam
 }
 
 void OverlapCheck::check_pair(int A, int B, const MotionState& state, std::int64_t step) const {
-  const double reach_m = bounding_radius_m(model_.shape(A)) + bounding_radius_m(model_.shape(B));
-  const double distance_m = near_pairs_.images().smallest_distance_m(core(A, state), core(B, state), reach_m, A == B);
-  const double gap_m = distance_m - model_.shape(A).radius_m - model_.shape(B).radius_m;
-  if (gap_m < 0.0) report(A, B, gap_m, step);
+  const double depth_m = overlaps_.depth_m(A, B, state.position_m, state.orientation_wxyz);
+  if (depth_m > 0.0) report(A, B, depth_m, step);
 }
 
-void OverlapCheck::report(int A, int B, double gap_m, std::int64_t step) const {
-  const std::string depth = in_metres(-gap_m);
+void OverlapCheck::report(int A, int B, double depth_m, std::int64_t step) const {
+  const std::string depth = in_metres(depth_m);
   if (A == B) {
     throw SolverError("body '" + model_.name(A) + "' overlaps with its own periodic image by " + depth +
                           " (the periodic length is shorter than the body). Use a larger domain.",

@@ -214,7 +214,7 @@ Eigen::Vector3d Joints::per_inertia(int body, const JointSide& side, const Eigen
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   Eigen::Vector3d torque = torque_N_m;
   constrain_loads(model_.motion(body), model_.axis(body), force, torque);
-  return side.R_WB * model_.inverse_inertia_per_kg_m2(body).cwiseProduct(side.R_WB.transpose() * torque);
+  return model_.per_inertia(body, side.R_WB, torque);
 }
 
 template <class State>

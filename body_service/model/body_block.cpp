@@ -73,7 +73,8 @@ std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index p
       blocks.push_back({first, i + 1 - first});
       blocks.back().of_free_spheres =
           std::all_of(setup.bodies.begin() + first, setup.bodies.begin() + i + 1, [](const BodySpecification& body) {
-            return body.shape.kind == ShapeKind::sphere && body.motion == MotionKind::free;
+            return body.shape.kind == ShapeKind::sphere && body.inertia_kg_m2.empty() &&
+                   body.motion == MotionKind::free;
           });
       first = i + 1;
     }

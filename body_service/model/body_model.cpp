@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/number_text.hpp"
@@ -14,18 +17,55 @@ namespace {
   throw CaseError("body '" + body.name + "': " + reason);
 }
 
+bool is_positive(double number) { return number > 0.0 && std::isfinite(number); }
+
+void check_shape(const BodySpecification& body, const Shape& shape) {
+  const bool has_radius = is_round(shape) || shape.kind == ShapeKind::cylinder || &shape == &body.shape;
+  if (has_radius && !is_positive(shape.radius_m)) {
+    reject(body,
+           "radius_m " + rounded_text(shape.radius_m) + " (a shape needs a finite extent > 0). Use a positive radius.");
+  }
+  if (shape.kind == ShapeKind::capsule && (!(shape.length_m >= 0.0) || !std::isfinite(shape.length_m))) {
+    reject(body,
+           "length_m " + rounded_text(shape.length_m) + " (the cylinder part cannot be negative). Use 0 or more.");
+  }
+  if (shape.kind == ShapeKind::cylinder && !is_positive(shape.length_m)) {
+    reject(body,
+           "length_m " + rounded_text(shape.length_m) + " (a shape needs a finite extent > 0). Use a positive length.");
+  }
+  if ((shape.kind == ShapeKind::ellipsoid || shape.kind == ShapeKind::box) &&
+      !(shape.extents_m.minCoeff() > 0.0 && shape.extents_m.allFinite())) {
+    reject(body, "its extents are not all positive (a shape needs finite extents > 0). Use positive lengths.");
+  }
+  if (shape.kind == ShapeKind::mesh && (shape.mesh == nullptr || !is_positive(volume_m3(shape))))
+    reject(body, "its mesh encloses no volume (it is empty, open or inside out). Use a closed mesh.");
+  if (shape.kind == ShapeKind::compound && shape.parts.empty())
+    reject(body, "it has no parts (a compound needs one). Add a part.");
+  for (const ShapePart& part : shape.parts) check_shape(body, part.shape);
+}
+
+/// Of a rigid body each principal moment is positive, and none is larger than the sum of the others.
+void check_inertia(const BodySpecification& body) {
+  if (body.inertia_kg_m2.empty()) return;
+  if (body.inertia_kg_m2.size() == 6) {
+    const Eigen::Matrix3d tensor = inertia_tensor_kg_m2(body);
+    constexpr double rounding = 1e-9;
+    if (tensor.allFinite()) {
+      const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvalues();
+      if (moments[0] > 0.0 && moments[0] + moments[1] >= (1.0 - rounding) * moments[2]) return;
+    }
+  }
+  reject(body,
+         "inertia_kg_m2 is not that of a rigid body (six numbers xx, yy, zz, xy, xz, yz; principal moments are "
+         "positive, none larger than the sum of the other two). Correct it, or leave it out.");
+}
+
 void check(const BodySpecification& body) {
-  if (!(body.mass_kg > 0.0) || !std::isfinite(body.mass_kg)) {
+  if (!is_positive(body.mass_kg)) {
     reject(body, "mass_kg " + rounded_text(body.mass_kg) + " (a body needs a finite mass > 0). Use a positive mass.");
   }
-  if (!(body.shape.radius_m > 0.0) || !std::isfinite(body.shape.radius_m)) {
-    reject(body, "radius_m " + rounded_text(body.shape.radius_m) +
-                     " (a shape needs a finite extent > 0). Use a positive radius.");
-  }
-  if (body.shape.kind == ShapeKind::capsule && (!(body.shape.length_m >= 0.0) || !std::isfinite(body.shape.length_m))) {
-    reject(body,
-           "length_m " + rounded_text(body.shape.length_m) + " (the cylinder part cannot be negative). Use 0 or more.");
-  }
+  check_shape(body, body.shape);
+  check_inertia(body);
   if (!(std::abs(body.orientation_wxyz.norm() - 1.0) < 1e-6)) {
     reject(body, "orientation_wxyz has norm " + rounded_text(body.orientation_wxyz.norm()) +
                      " (a rotation is a unit quaternion). Divide it by its norm.");
@@ -36,41 +76,37 @@ void check(const BodySpecification& body) {
   }
 }
 
-/// Diagonal of the inverse inertia with which the body answers to torques, see MotionState.
-Eigen::Vector3d inverse_inertia(const BodySpecification& body, const Eigen::Vector4d& q_WB) {
-  const Eigen::Matrix3d inertia_B = inertia_tensor_kg_m2(body.shape, body.mass_kg);
+/// Inverse of the inertia with which the body answers to torques, see MotionState.
+Eigen::Matrix3d inverse_inertia(const BodySpecification& body, const Eigen::Vector4d& q_WB) {
+  const Eigen::Matrix3d inertia_B = inertia_tensor_kg_m2(body);
   switch (body.motion) {
     case MotionKind::free:
-      return inertia_B.diagonal().cwiseInverse();
+      return inertia_B.ldlt().solve(Eigen::Matrix3d::Identity());  // of a diagonal one the reciprocals
     case MotionKind::axis: {
       // Turning about an axis through the centre of mass does not change aᵀ I a: one number serves for the
       // whole run.
       const Eigen::Vector3d axis_B = rotation_matrix(q_WB).transpose() * body.axis.normalized();
-      return Eigen::Vector3d::Constant(1.0 / axis_B.dot(inertia_B * axis_B));
+      return Eigen::Matrix3d::Identity() * (1.0 / axis_B.dot(inertia_B * axis_B));
     }
     case MotionKind::fixed:
     case MotionKind::prescribed:
       break;
   }
-  return Eigen::Vector3d::Ones();
+  return Eigen::Matrix3d::Identity();
 }
 
 }  // namespace
-
-Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg) {
-  const MomentsOfInertia moments = moments_of_inertia(shape, mass_kg);
-  return Eigen::Vector3d(moments.across_kg_m2, moments.across_kg_m2, moments.along_kg_m2).asDiagonal();
-}
 
 BodyModel::BodyModel(const BodySetup& setup) {
   const auto bodies = static_cast<Eigen::Index>(setup.bodies.size());
   names_.reserve(setup.bodies.size());
   shapes_.reserve(setup.bodies.size());
   motions_.reserve(setup.bodies.size());
-  isotropic_.reserve(setup.bodies.size());
+  inertia_.reserve(setup.bodies.size());
   axis_.resize(3, bodies);
   inverse_mass_per_kg_.resize(bodies);
   inverse_inertia_.resize(3, bodies);
+  full_.reserve(setup.bodies.size());
   initial_.resize(bodies);
   for (Eigen::Index body = 0; body < bodies; ++body) add(body, setup.bodies[body]);
 }
@@ -85,15 +121,19 @@ void BodyModel::add(Eigen::Index body, const BodySpecification& specification) {
   motions_.push_back(specification.motion);
   axis_.col(body) = specification.axis.normalized();
   inverse_mass_per_kg_[body] = 1.0 / specification.mass_kg;
-  inverse_inertia_.col(body) = inverse_inertia(specification, q_WB);
-  isotropic_.push_back((inverse_inertia_.col(body).array() == inverse_inertia_(0, body)).all() ? 1 : 0);
+  full_.push_back(inverse_inertia(specification, q_WB));
+  inverse_inertia_.col(body) = full_.back().diagonal();
+  inertia_.push_back(!full_.back().isDiagonal(0.0)                                             ? Inertia::full
+                     : (inverse_inertia_.col(body).array() == inverse_inertia_(0, body)).all() ? Inertia::isotropic
+                                                                                               : Inertia::principal);
 
   initial_.position_m.col(body) = specification.position_m;
   initial_.orientation_wxyz.col(body) = q_WB;
   initial_.velocity_m_per_s.col(body) = velocities.linear_m_per_s;
-  const Eigen::Matrix3d R_WB = isotropic_[body] != 0 ? Eigen::Matrix3d::Identity() : rotation_matrix(q_WB);
+  const Eigen::Matrix3d R_WB =
+      inertia_[body] == Inertia::isotropic ? Eigen::Matrix3d::Identity() : rotation_matrix(q_WB);
   const Eigen::Vector3d w_B = R_WB.transpose() * velocities.angular_rad_per_s;
-  initial_.angular_momentum_N_m_s.col(body) = R_WB * w_B.cwiseQuotient(inverse_inertia_.col(body));
+  initial_.angular_momentum_N_m_s.col(body) = R_WB * full_.back().ldlt().solve(w_B);
 }
 
 }  // namespace copepod::body

@@ -13,9 +13,6 @@
 
 namespace copepod::body {
 
-/// Inertia tensor I_B of a uniformly filled shape about its centre of mass, body frame.
-Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg);
-
 /// What does not change about the bodies during a run; SI units, one entry or column per body.
 class BodyModel {
  public:
@@ -30,19 +27,19 @@ class BodyModel {
   [[nodiscard]] Eigen::Vector3d axis(Eigen::Index body) const { return axis_.col(body); }
   [[nodiscard]] double inverse_mass_per_kg(Eigen::Index body) const { return inverse_mass_per_kg_[body]; }
   [[nodiscard]] const Eigen::RowVectorXd& inverse_masses_per_kg() const { return inverse_mass_per_kg_; }
-  /// Diagonal of I_B⁻¹ [1/(kg m²)]
-  [[nodiscard]] Eigen::Vector3d inverse_inertia_per_kg_m2(Eigen::Index body) const {
-    return inverse_inertia_.col(body);
+  /// What a torque or an angular momentum turns into, R I_B⁻¹ Rᵀ v; of an angular momentum it is the angular velocity,
+  ///   ω = R I_B⁻¹ Rᵀ L                                                                 (B11)
+  [[nodiscard]] Eigen::Vector3d per_inertia(Eigen::Index body, const Eigen::Matrix3d& R_WB,
+                                            const Eigen::Vector3d& vector_W) const {
+    if (inertia_[body] == Inertia::full) return R_WB * (full_[body] * (R_WB.transpose() * vector_W));
+    return R_WB * inverse_inertia_.col(body).cwiseProduct(R_WB.transpose() * vector_W);
   }
 
-  /// Angular velocity that belongs to an angular momentum,
-  ///   ω = R I_B⁻¹ Rᵀ L                                                                 (B11)
   [[nodiscard]] Eigen::Vector3d angular_velocity_rad_per_s(Eigen::Index body, const Eigen::Vector4d& q_WB,
                                                            const Eigen::Vector3d& L_W_N_m_s) const {
     // An isotropic tensor commutes with every rotation: spheres need no rotation matrix.
-    if (isotropic_[body] != 0) return inverse_inertia_.col(body).cwiseProduct(L_W_N_m_s);
-    const Eigen::Matrix3d R_WB = rotation_matrix(q_WB);
-    return R_WB * inverse_inertia_.col(body).cwiseProduct(R_WB.transpose() * L_W_N_m_s);
+    if (inertia_[body] == Inertia::isotropic) return inverse_inertia_.col(body).cwiseProduct(L_W_N_m_s);
+    return per_inertia(body, rotation_matrix(q_WB), L_W_N_m_s);
   }
 
   /// The same of the bodies of a block.
@@ -65,15 +62,19 @@ class BodyModel {
   [[nodiscard]] const MotionState& initial_state() const { return initial_; }
 
  private:
+  /// Of the tensor that answers to torques: a multiple of unity, diagonal, or neither.
+  enum class Inertia : std::uint8_t { isotropic, principal, full };
+
   void add(Eigen::Index body, const BodySpecification& specification);
 
   std::vector<std::string> names_;
   std::vector<Shape> shapes_;
   std::vector<MotionKind> motions_;
-  std::vector<std::uint8_t> isotropic_;  ///< 1: the inertia that answers to torques is a multiple of unity
+  std::vector<Inertia> inertia_;
   Eigen::Matrix3Xd axis_;
   Eigen::RowVectorXd inverse_mass_per_kg_;
-  BlockVectors inverse_inertia_;  ///< diagonal of I_B⁻¹ [1/(kg m²)]
+  BlockVectors inverse_inertia_;       ///< diagonal of I_B⁻¹ [1/(kg m²)]
+  std::vector<Eigen::Matrix3d> full_;  ///< I_B⁻¹
   MotionState initial_;
 };
 

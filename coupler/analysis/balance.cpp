@@ -40,10 +40,8 @@ void Balance::add_motion(const Kinematics& kinematics, Eigen::Vector3d& momentum
     const Eigen::Vector3d v = kinematics.velocity_m_per_s.col(b);
     const Eigen::Vector3d w_B =
         rotation_matrix(kinematics.orientation_wxyz.col(b)).transpose() * kinematics.angular_velocity_rad_per_s.col(b);
-    const auto [along_kg_m2, across_kg_m2] = moments_of_inertia(body.shape, body.mass_kg);
     momentum_kg_m_per_s += body.mass_kg * v;
-    energy_J += 0.5 * (body.mass_kg * v.squaredNorm() + across_kg_m2 * w_B.head<2>().squaredNorm() +
-                       along_kg_m2 * w_B[2] * w_B[2]);
+    energy_J += 0.5 * (body.mass_kg * v.squaredNorm() + w_B.dot(inertia_tensor_kg_m2(body) * w_B));
   }
 }
 

@@ -18,9 +18,10 @@ std::vector<Eigen::Index> all_but(const std::vector<PrescribedBody>& prescribed,
   return left;
 }
 
-CoreSegment core(const BodySpecification& body, const Kinematics& kinematics, Eigen::Index number) {
-  return {kinematics.position_m.col(number),
-          core_half_length_m(body.shape) * z_axis(kinematics.orientation_wxyz.col(number))};
+std::vector<Shape> shapes_of(const std::vector<BodySpecification>& bodies) {
+  std::vector<Shape> shapes;
+  for (const BodySpecification& body : bodies) shapes.push_back(body.shape);
+  return shapes;
 }
 
 }  // namespace
@@ -54,7 +55,7 @@ PrescribedBodies::PrescribedBodies(std::unique_ptr<BodySolver> others, const std
       prescribed_(std::move(prescribed)),
       free_(all_but(prescribed_, bodies.size())),
       step_s_(setup.step_s),
-      images_{setup.periodic_length_m},
+      overlaps_(shapes_of(bodies), {setup.periodic_length_m}),
       signal_sums_(prescribed_.size()) {}
 
 void PrescribedBodies::kinematics(Kinematics& kinematics) {
@@ -104,14 +105,11 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
 void PrescribedBodies::check_overlaps(const Kinematics& kinematics) const {
   for (const PrescribedBody& prescribed : prescribed_) {
     const BodySpecification& A = bodies_[static_cast<std::size_t>(prescribed.body)];
-    const CoreSegment first = core(A, kinematics, prescribed.body);
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       const BodySpecification& B = bodies_[b];
-      if (&A == &B) continue;
-      const double reach_m = bounding_radius_m(A.shape) + bounding_radius_m(B.shape);
-      const double distance_m =
-          images_.smallest_distance_m(first, core(B, kinematics, static_cast<Eigen::Index>(b)), reach_m);
-      if (distance_m >= A.shape.radius_m + B.shape.radius_m) continue;
+      if (&A == &B || !(overlaps_.depth_m(static_cast<int>(prescribed.body), static_cast<int>(b), kinematics.position_m,
+                                          kinematics.orientation_wxyz) > 0.0))
+        continue;
       throw SolverError("body '" + A.name + "' met body '" + B.name +
                             "' (the motion of the first is prescribed, and it pushes no other). Prescribe another "
                             "motion, or start them further apart.",

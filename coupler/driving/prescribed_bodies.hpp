@@ -6,7 +6,7 @@
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "driving/signal.hpp"
-#include "geometry/periodic_images.hpp"
+#include "geometry/shapes/overlaps.hpp"
 
 namespace copepod::coupler {
 
@@ -49,7 +49,7 @@ class PrescribedBodies final : public BodySolver {
   std::vector<PrescribedBody> prescribed_;
   std::vector<Eigen::Index> free_;  ///< numbers of the others' bodies
   double step_s_;
-  PeriodicImages images_;
+  Overlaps overlaps_;
   std::int64_t summed_steps_ = 0;
   /// ∫ w dt over these steps and what rounding added to it, which the next part lacks [Kahan, CACM 8, 40, 1965].
   struct SignalSum {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -82,12 +83,15 @@ Lubrication::Matrix6 Lubrication::inverse_inertia(std::size_t body, const Kinema
   const BodySpecification& specification = bodies_.bodies[body];
   Matrix6 result = Matrix6::Zero();
   if (specification.motion != MotionKind::free && specification.motion != MotionKind::axis) return result;
-  const MomentsOfInertia moments = moments_of_inertia(specification.shape, specification.mass_kg);
-  const Eigen::Vector3d own_axis = z_axis(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
-  const Eigen::Matrix3d along = own_axis * own_axis.transpose();
+  const Eigen::Matrix3d inertia_kg_m2 = inertia_tensor_kg_m2(specification);
+  const Eigen::Matrix3d R_WB = rotation_matrix(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
+  const Eigen::Matrix3d along = R_WB.col(2) * R_WB.col(2).transpose();
   result.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / specification.mass_kg);
-  result.bottomRightCorner<3, 3>() =
-      along / moments.along_kg_m2 + (Eigen::Matrix3d::Identity() - along) / moments.across_kg_m2;
+  if (specification.inertia_kg_m2.empty())
+    result.bottomRightCorner<3, 3>() =
+        along / inertia_kg_m2(2, 2) + (Eigen::Matrix3d::Identity() - along) / inertia_kg_m2(0, 0);
+  else
+    result.bottomRightCorner<3, 3>() = R_WB * inertia_kg_m2.ldlt().solve(R_WB.transpose());
   if (specification.motion == MotionKind::axis) {
     const Eigen::Matrix3d projection = specification.axis * specification.axis.transpose();
     for (const int block : {0, 3})

@@ -14,8 +14,8 @@ namespace copepod::coupler {
 /// that every body component computes the motion of the true masses:
 ///   (M + m)(V(n+1) − V(n)) = Δt F̄(n) + p(n) − p(n−1),   p = m V
 ///   L'(n+1) − L'(n) = Δt T̄(n) + h(n) − h(n−1),   L' = R (I + J) Rᵀ ω,   h = R J Rᵀ ω          [docs/theory.md, (C19)]
-/// Bodies are of uniform density, so J = I m/M. Their weight stays that of M. What is kept, p = h = 0, makes the step
-/// of the drag implicit: bodies lose their momentum over a few steps, however short the time they need for it.
+/// It is distributed like that of the body, J = I m/M. Their weight stays that of M. What is kept, p = h = 0, makes the
+/// step of the drag implicit: bodies lose their momentum over a few steps, however short the time they need for it.
 class VirtualMass {
  public:
   /// No body has one.
@@ -51,7 +51,7 @@ class VirtualMass {
   struct Addition {
     Eigen::Index body = 0;
     double mass_kg = 0.0;
-    Eigen::Vector3d inertia_kg_m2;  ///< diagonal of J in the frame of the body
+    Eigen::Matrix3d inertia_kg_m2;  ///< J in the frame of the body
     Eigen::Vector3d weight_N;       ///< m g
   };
 

@@ -378,7 +378,6 @@ class Reader {
   std::string path_;      ///< before a field's name in messages: "fields."
 };
 
-
 void check(const FieldOutput& fields) {
   const std::vector<std::int64_t>& region = fields.region_cells;
   if (!region.empty() && region.size() != 6)

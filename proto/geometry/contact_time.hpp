@@ -13,15 +13,17 @@ namespace copepod {
 /// [docs/decisions/contacts.md].
 inline constexpr double substeps_per_contact = 40.0;
 
-/// Largest inverse of the effective mass of a contact, 1/m_eff = Σ (1/m + a²/I_across) over both bodies, with a the
-/// distance of a capsule's ends from its centre [1/kg]; 0 if no body moves.
+/// Share of turning in the inverse of the effective mass of a body's contact, the largest over its surface [1/kg],
+///   (r × n)ᵀ I⁻¹ (r × n);   of capsules a²/I_across, a the distance of their ends from the centre
+double largest_turning_per_kg(const BodySpecification& body);
+
+/// Largest inverse of the effective mass of a contact, 1/m_eff = Σ (1/m + turning) over both bodies [1/kg]; 0 if no
+/// body moves.
 inline double largest_inverse_mass_per_kg(const std::vector<BodySpecification>& bodies) {
   double largest = 0.0;
   for (const BodySpecification& body : bodies) {
     if (body.motion != MotionKind::free && body.motion != MotionKind::axis) continue;
-    const double arm_m = core_half_length_m(body.shape);
-    const double turning = arm_m * arm_m / moments_of_inertia(body.shape, body.mass_kg).across_kg_m2;
-    largest = std::max(largest, 1.0 / body.mass_kg + turning);
+    largest = std::max(largest, 1.0 / body.mass_kg + largest_turning_per_kg(body));
   }
   return 2.0 * largest;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "config/placement/geometry.hpp"
@@ -44,24 +45,19 @@ struct End {
 /// Rate at which a unit tension at end f accelerates its body along end e, of motions that its kind allows:
 ///   e·f/m + τ_e·I⁻¹ τ_f;   on an axis a: (a·e)(a·f)/m + (a·τ_e)(a·τ_f)/(aᵀ I a)
 double response(const BodySpecification& body, const End& e, const End& f) {
-  const MomentsOfInertia inertia = moments_of_inertia(body.shape, body.mass_kg);
-  const Eigen::Vector3d own = body_axis(body);
+  const Eigen::Matrix3d R_WB = rotation_matrix(body.orientation_wxyz);
+  const Eigen::Matrix3d inertia_kg_m2 = R_WB * inertia_tensor_kg_m2(body) * R_WB.transpose();
   switch (body.motion) {
     case MotionKind::fixed:
     case MotionKind::prescribed:
       return 0.0;
-    case MotionKind::axis: {
-      const double along = own.dot(body.axis) * own.dot(body.axis);
-      const double inertia_kg_m2 = along * inertia.along_kg_m2 + (1.0 - along) * inertia.across_kg_m2;
+    case MotionKind::axis:
       return e.force_W.dot(body.axis) * f.force_W.dot(body.axis) / body.mass_kg +
-             e.torque_W.dot(body.axis) * f.torque_W.dot(body.axis) / inertia_kg_m2;
-    }
+             e.torque_W.dot(body.axis) * f.torque_W.dot(body.axis) / body.axis.dot(inertia_kg_m2 * body.axis);
     case MotionKind::free:
       break;
   }
-  const double along = e.torque_W.dot(own) * f.torque_W.dot(own);
-  return e.force_W.dot(f.force_W) / body.mass_kg + along / inertia.along_kg_m2 +
-         (e.torque_W.dot(f.torque_W) - along) / inertia.across_kg_m2;
+  return e.force_W.dot(f.force_W) / body.mass_kg + e.torque_W.dot(inertia_kg_m2.ldlt().solve(f.torque_W));
 }
 
 /// The ends that pull at each body.

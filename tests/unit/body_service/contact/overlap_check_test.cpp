@@ -29,11 +29,12 @@ std::string reason_at_start(const BodySetup& setup) {
 }
 
 /// Two bodies that touch when `gap` is zero; they overlap just inside and do not just outside.
-void expect_contact_at(const BodySpecification& first, BodySpecification second, const Eigen::Vector3d& touching_m) {
+void expect_contact_at(const BodySpecification& first, BodySpecification second, const Eigen::Vector3d& touching_m,
+                       double tolerance_m = 1e-10) {
   const Eigen::Vector3d outwards = (touching_m - first.position_m).normalized();
-  second.position_m = touching_m + 1e-10 * outwards;
+  second.position_m = touching_m + tolerance_m * outwards;
   EXPECT_EQ(reason_at_start(setup_of({first, second}, 1e-9)), "no overlap");
-  second.position_m = touching_m - 1e-10 * outwards;
+  second.position_m = touching_m - tolerance_m * outwards;
   const std::string reason = reason_at_start(setup_of({first, second}, 1e-9));
   EXPECT_TRUE(contains(reason, "bodies '" + first.name + "' and '" + second.name + "' overlap by"));
 }
@@ -63,6 +64,49 @@ TEST(OverlapCheck, FindsTheContactOfTwoParallelCapsules) {
 TEST(OverlapCheck, FindsTheContactOfCrossedCapsules) {
   expect_contact_at(capsule("a", {0, 0, 0}), lying(capsule("b", {0, 0, 0})), {0, 8 * um, 0});
   expect_contact_at(capsule("a", {0, 0, 0}), lying(capsule("b", {0, 0, 0})), {12 * um, 0, 0});
+}
+
+BodySpecification turned(BodySpecification body, const Eigen::Vector3d& angle_rad) {
+  body.orientation_wxyz = rotated(angle_rad, body.orientation_wxyz);
+  return body;
+}
+
+TEST(OverlapCheck, FindsTheContactOfOtherShapes) {
+  const BodySpecification cube = shaped("cube", {0, 0, 0}, box({8 * um, 8 * um, 8 * um}));
+  const BodySpecification disc = shaped("disc", {0, 0, 0}, cylinder(4 * um, 2 * um));
+  const Eigen::Vector3d semi_axes_m(3 * um, 4 * um, 8 * um);
+  const BodySpecification egg = shaped("egg", {0, 0, 0}, ellipsoid(semi_axes_m));
+  const double eighth = 0.25 * std::numbers::pi;
+  expect_contact_at(cube, bead("ball", {0, 0, 0}), {8 * um, 0, 0});
+  expect_contact_at(cube, disc, {0, 0, 5 * um});
+  expect_contact_at(disc, lying(capsule("rod", {0, 0, 0})), {12 * um, 0, 0});
+  expect_contact_at(turned(cube, {0, 0, eighth}), turned(shaped("dice", {0, 0, 0}, cube.shape), {0, eighth, 0}),
+                    {8 * std::numbers::sqrt2 * um, 0, 0});  // edge across edge
+  expect_contact_at(egg, shaped("ovum", {0, 0, 0}, egg.shape), {0, 0, 16 * um});
+  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(0.48, 0.64, 0.6), Eigen::Vector3d(-0.6, 0.48, 0.64)})
+    expect_contact_at(egg, shaped("ovum", {0, 0, 0}, egg.shape), 2.0 * semi_axes_m.cwiseProduct(direction), 2e-8);
+}
+
+TEST(OverlapCheck, LetsABodyIntoAConcaveOneAsLongAsItFits) {
+  BodySpecification ball = bead("ball", {0.01 * um, 0, 0});
+  ball.shape.radius_m = 3.98 * um;
+  EXPECT_EQ(reason_at_start(setup_of({shaped("trough", {0, 0, 0}, trough()), ball}, 1e-9)), "no overlap");
+  ball.shape.radius_m = 4 * um;
+  EXPECT_TRUE(contains(reason_at_start(setup_of({shaped("trough", {0, 0, 0}, trough()), ball}, 1e-9)),
+                       "bodies 'trough' and 'ball' overlap by 1.000e-08 m"));
+  BodySetup setup = setup_of({shaped("trough", {0, 0, 0}, trough())}, 1e-9);
+  setup.periodic_length_m = {0, 29 * um, 0};
+  EXPECT_TRUE(contains(reason_at_start(setup), "'trough' overlaps with its own periodic image by 1.000e-06 m"));
+  setup.periodic_length_m = {0, 31 * um, 0};
+  EXPECT_EQ(reason_at_start(setup), "no overlap");
+}
+
+TEST(OverlapCheck, SeesABodyInsideAnother) {
+  BodySpecification small = bead("small", {1 * um, 0, 0});
+  small.shape.radius_m = 1 * um;
+  EXPECT_TRUE(
+      contains(reason_at_start(setup_of({shaped("cube", {0, 0, 0}, box({8 * um, 8 * um, 8 * um})), small}, 1e-9)),
+               "'cube' and 'small' overlap"));
 }
 
 TEST(OverlapCheck, ReportsTheDepthAndWhatToDo) {

@@ -58,7 +58,7 @@ TEST(JointLimit, TurnsTwoBodiesIntoOneThatKeepsTheirAngularMomentum) {
   BodySetup setup = setup_of({capsule("a", {0, 0, 0}), bead("b", {0, 0, 0})}, limited_step_s);
   setup.bodies[0].angular_velocity_rad_per_s = {0, 300, 0};
   const auto inertia = [&setup](std::size_t body) {
-    return moments_of_inertia(setup.bodies[body].shape, setup.bodies[body].mass_kg).across_kg_m2;
+    return inertia_tensor_kg_m2(setup.bodies[body].shape, setup.bodies[body].mass_kg)(0, 0);
   };
   setup.joints = {limited(JointKind::hinge, 1, -0.5, 0.25, {0, 1, 0})};
   RigidBodySolver solver(setup);
@@ -85,7 +85,7 @@ TEST(JointLimit, EndsTheSwingOfAPendulumWithoutAddingEnergy) {
     state = advance(solver, 100);
     const double square =
         state.velocity_m_per_s.squaredNorm() +
-        state.angular_velocity_rad_per_s.squaredNorm() * moments_of_inertia(setup.bodies[0].shape, 1.0).across_kg_m2;
+        state.angular_velocity_rad_per_s.squaredNorm() * inertia_tensor_kg_m2(setup.bodies[0].shape, 1.0)(0, 0);
     highest_energy = std::max(highest_energy, 0.5 * square + 9.81 * state.position_m(2, 0));
   }
   EXPECT_LT(highest_energy, 1e-12 * 9.81 * 8e-6);
@@ -115,7 +115,7 @@ double angular_momentum(const Kinematics& state, const BodySetup& setup) {
     const BodySpecification& of = setup.bodies[static_cast<std::size_t>(body)];
     const Eigen::Vector3d x = state.position_m.col(body), v = state.velocity_m_per_s.col(body);
     sum += of.mass_kg * x.cross(v).z() +
-           moments_of_inertia(of.shape, of.mass_kg).across_kg_m2 * state.angular_velocity_rad_per_s(2, body);
+           inertia_tensor_kg_m2(of.shape, of.mass_kg)(0, 0) * state.angular_velocity_rad_per_s(2, body);
   }
   return sum;
 }
@@ -125,7 +125,7 @@ double kinetic_energy(const Kinematics& state, const BodySetup& setup) {
   for (Eigen::Index body = 0; body < state.position_m.cols(); ++body) {
     const BodySpecification& of = setup.bodies[static_cast<std::size_t>(body)];
     sum += 0.5 * of.mass_kg * state.velocity_m_per_s.col(body).squaredNorm() +
-           0.5 * moments_of_inertia(of.shape, of.mass_kg).across_kg_m2 *
+           0.5 * inertia_tensor_kg_m2(of.shape, of.mass_kg)(0, 0) *
                state.angular_velocity_rad_per_s.col(body).squaredNorm();
   }
   return sum;

@@ -35,7 +35,7 @@ JointSpecification sprung(JointKind kind, int body_B, double stiffness, double d
 
 TEST(JointSpring, OfAHingeIsATorsionPendulumWhoseHeavyEndIsTheWorld) {
   BodySetup setup = setup_of({capsule("arm", {0, 0, 0})}, sprung_step_s);
-  const double inertia_kg_m2 = moments_of_inertia(setup.bodies[0].shape, setup.bodies[0].mass_kg).across_kg_m2;
+  const double inertia_kg_m2 = inertia_tensor_kg_m2(setup.bodies[0].shape, setup.bodies[0].mass_kg)(0, 0);
   const double stiffness = 4e6 * inertia_kg_m2;  // half a turn of the phase in 1570 steps
   const double damping = 300 * inertia_kg_m2;
   setup.joints = {sprung(JointKind::hinge, -1, stiffness, damping, 1.2, {0, 1, 0})};

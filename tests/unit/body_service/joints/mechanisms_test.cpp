@@ -31,7 +31,7 @@ BodySpecification link(const std::string& name, const Eigen::Vector3d& from_m, c
   return body;
 }
 
-MomentsOfInertia moments() { return moments_of_inertia(capsule("", {0, 0, 0}).shape, 5.44e-13); }
+Eigen::Vector3d moments() { return inertia_tensor_kg_m2(capsule("", {0, 0, 0}).shape, 5.44e-13).diagonal(); }
 
 /// Angle of a link from the vertical, positive towards +x at its lower end.
 double angle_of(const Kinematics& state, int body) {
@@ -49,7 +49,7 @@ double kinetic_energy_J(const Kinematics& state) {
     const Eigen::Vector3d w = state.angular_velocity_rad_per_s.col(body);
     const double spin = w.dot(z_axis(state.orientation_wxyz.col(body)));
     energy_J += 0.5 * 5.44e-13 * state.velocity_m_per_s.col(body).squaredNorm() +
-                0.5 * (moments().across_kg_m2 * (w.squaredNorm() - spin * spin) + moments().along_kg_m2 * spin * spin);
+                0.5 * (moments()[0] * (w.squaredNorm() - spin * spin) + moments()[2] * spin * spin);
   }
   return energy_J;
 }
@@ -76,7 +76,7 @@ BodySetup hanging(const std::vector<double>& angles_rad, double step_s, JointKin
 
 /// T = 4 K(sin(θ₀/2)) √(I/(m g d)), K the complete elliptic integral of the first kind
 double period_s(double amplitude_rad) {
-  const double inertia_kg_m2 = moments().across_kg_m2 + 5.44e-13 * half_m * half_m;
+  const double inertia_kg_m2 = moments()[0] + 5.44e-13 * half_m * half_m;
   return 4.0 * std::comp_ellint_1(std::sin(0.5 * amplitude_rad)) *
          std::sqrt(inertia_kg_m2 / (5.44e-13 * g_m_per_s2 * half_m));
 }
@@ -98,7 +98,7 @@ TEST(PhysicalPendulum, HasThePeriodOfTheEllipticIntegralToFourthOrder) {
 Eigen::Vector4d double_pendulum(const Eigen::Vector4d& y) {
   const double m = 5.44e-13;
   const double l = half_m;
-  const double I = moments().across_kg_m2;
+  const double I = moments()[0];
   const double sine = std::sin(y[0] - y[1]);
   Eigen::Matrix2d mass;
   mass << I + 5 * m * l * l, 2 * m * l * l * std::cos(y[0] - y[1]), 2 * m * l * l * std::cos(y[0] - y[1]),

@@ -237,7 +237,7 @@ TEST(Lubrication, OfABodyWithItsOwnImagesStopsItWithoutTurningItBack) {
   Bodies bodies = periodic(row(1, 1, 1e-3));
   bodies.fluid.step_s = 1.0;
   const Loads loads = bodies.loads();
-  const double inertia_kg_m2 = moments_of_inertia(bodies.fluid.bodies[0], 1e-3).along_kg_m2;
+  const double inertia_kg_m2 = inertia_tensor_kg_m2(bodies.fluid.bodies[0], 1e-3)(2, 2);
   const Eigen::Vector3d stopped = -loads.torque_N_m.col(0) / inertia_kg_m2;
   EXPECT_LT(loads.force_N.norm(), 1e-9);
   for (const Eigen::Index across : {0, 1})

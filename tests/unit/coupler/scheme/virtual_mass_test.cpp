@@ -153,12 +153,12 @@ class Capsule : public testing::Test {
 };
 
 /// R J Rᵀ ω with J of the capsule, by Eigen's quaternions.
-Eigen::Vector3d spin(const MomentsOfInertia& moments, const Kinematics& at) {
+Eigen::Vector3d spin(const Eigen::Vector3d& moments, const Kinematics& at) {
   const Eigen::Vector4d q = at.orientation_wxyz.col(1);
   const Eigen::Quaterniond turned(q[0], q[1], q[2], q[3]);
   const Eigen::Vector3d along = turned * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d w = at.angular_velocity_rad_per_s.col(1);
-  return moments.across_kg_m2 * w + (moments.along_kg_m2 - moments.across_kg_m2) * along.dot(w) * along;
+  return moments[0] * w + (moments[2] - moments[0]) * along.dot(w) * along;
 }
 
 TEST_F(Capsule, ReceivesTheChangeOfItsVirtualMomentumLessItsVirtualWeight) {
@@ -170,7 +170,7 @@ TEST_F(Capsule, ReceivesTheChangeOfItsVirtualMomentumLessItsVirtualWeight) {
   virtual_mass.add_to(loads, second);
   const Eigen::Vector3d gained = second.velocity_m_per_s.col(1) - first.velocity_m_per_s.col(1);
   EXPECT_LT((loads.force_N.col(1) - (2.0 * gained / step_s - 2.0 * setup.gravity_m_per_s2)).norm(), 1e-11);
-  const MomentsOfInertia moments = moments_of_inertia(setup.bodies[1].shape, 2.0);
+  const Eigen::Vector3d moments = inertia_tensor_kg_m2(setup.bodies[1].shape, 2.0).diagonal();
   const Eigen::Vector3d torque_N_m = (spin(moments, second) - spin(moments, first)) / step_s;
   EXPECT_LT((loads.torque_N_m.col(1) - torque_N_m).norm(), 1e-12);
   EXPECT_TRUE(loads.force_N.col(0).isZero(0.0));

@@ -137,7 +137,7 @@ TEST(FastestSpring, IsTheOneThatLimitsTheStep) {
 
 TEST(FastestSprings, HingesAreTorsionSpringsOfBothBodies) {
   const std::vector<BodySpecification> bodies{ball({0, 0, 0}, 2.0), ball({0, 0, 5}, 2.0)};
-  const double inertia = moments_of_inertia(bodies[0].shape, 2.0).across_kg_m2;
+  const double inertia = inertia_tensor_kg_m2(bodies[0].shape, 2.0)(0, 0);
   JointSpecification hinge{JointKind::hinge, 0, 1};
   hinge.stiffness = 3.0;
   const FastestSprings fastest = fastest_springs(bodies, {}, {}, {hinge}, runge_kutta);
