@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "geometry/rotation.hpp"
@@ -66,12 +67,15 @@ BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double 
       springs_(setup) {
   // Bullet forgets a contact whose points rounding has moved apart by more than this [radii].
   if (is_resolving(contact_)) gContactBreakingThreshold = 1e-9;
-  plane_and_capsule_.m_swapped = true;
-  dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, STATIC_PLANE_PROXYTYPE, &capsule_and_plane_);
-  dispatcher_.registerCollisionCreateFunc(STATIC_PLANE_PROXYTYPE, CAPSULE_SHAPE_PROXYTYPE, &plane_and_capsule_);
+  plane_and_shape_.m_swapped = true;
+  for (const int kind :
+       {CAPSULE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, CUSTOM_CONVEX_SHAPE_TYPE}) {
+    dispatcher_.registerCollisionCreateFunc(kind, STATIC_PLANE_PROXYTYPE, &shape_and_plane_);
+    dispatcher_.registerCollisionCreateFunc(STATIC_PLANE_PROXYTYPE, kind, &plane_and_shape_);
+  }
   const Kinematics start = initial_kinematics(model);
   for (Eigen::Index body = 0; body < model.bodies(); ++body) {
-    add_body(body);
+    add_body(body, setup.bodies[static_cast<std::size_t>(body)]);
     place(body, start);
     if (model.motion(body) == MotionKind::axis) add_joint(body, start);
   }
@@ -82,18 +86,26 @@ BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double 
   }
 }
 
-void BulletWorld::add_body(Eigen::Index body) {
-  const Shape& shape = model_.shape(body);
-  const double radius = shape.radius_m / units_.length_m;
-  if (shape.kind == ShapeKind::sphere) {
-    shapes_.push_back(std::make_unique<btSphereShape>(radius));
-  } else {
-    shapes_.push_back(std::make_unique<btCapsuleShapeZ>(radius, shape.length_m / units_.length_m));
-  }
+void BulletWorld::add_body(Eigen::Index body, const BodySpecification& specification) {
+  btCollisionShape* shape = bullet_shape(specification.shape, units_.length_m, specification.name, shapes_);
   const bool moves = moves_freely(model_.motion(body));
   const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
-  const Eigen::Vector3d inertia = inertia_tensor_kg_m2(shape, mass_kg).diagonal();
-  btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shapes_.back().get(),
+  const Eigen::Matrix3d tensor = inertia_tensor_kg_m2(specification);
+  Eigen::Vector3d inertia = tensor.diagonal();
+  q_BP_.push_back(btQuaternion::getIdentity());
+  if (!tensor.isDiagonal(0.0)) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(tensor);
+    inertia = principal.eigenvalues();
+    Eigen::Matrix3d axes = principal.eigenvectors();
+    axes.col(2) = axes.col(0).cross(axes.col(1));
+    const Eigen::Quaterniond q(axes);
+    q_BP_.back() = {q.x(), q.y(), q.z(), q.w()};
+    auto turned = std::make_unique<btCompoundShape>();
+    turned->addChildShape(btTransform(q_BP_.back().inverse()), shape);
+    shape = turned.get();
+    shapes_.push_back(std::move(turned));
+  }
+  btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shape,
                                                 to_bullet(inertia, units_.inertia_kg_m2()));
   bodies_.push_back(std::make_unique<btRigidBody>(info));
   btRigidBody& made = *bodies_.back();
@@ -136,7 +148,7 @@ void BulletWorld::add_joint(Eigen::Index body, const Kinematics& start) {
 
 void BulletWorld::place(Eigen::Index body, const Kinematics& state) {
   btRigidBody& placed = *bodies_[static_cast<std::size_t>(body)];
-  const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)),
+  const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)) * q_BP_[static_cast<std::size_t>(body)],
                          to_bullet(state.position_m.col(body), units_.length_m));
   const btVector3 velocity = to_bullet(state.velocity_m_per_s.col(body), units_.velocity_m_per_s());
   const btVector3 angular_velocity = to_bullet(state.angular_velocity_rad_per_s.col(body), 1.0 / units_.time_s);
@@ -209,7 +221,7 @@ void BulletWorld::read(Eigen::Index body, Kinematics& state) const {
   x = from_bullet(moved.getWorldTransform().getOrigin(), units_.length_m);
   state.velocity_m_per_s.col(body) = from_bullet(moved.getLinearVelocity(), units_.velocity_m_per_s());
   state.angular_velocity_rad_per_s.col(body) = from_bullet(moved.getAngularVelocity(), 1.0 / units_.time_s);
-  const btQuaternion turned = moved.getWorldTransform().getRotation();
+  const btQuaternion turned = moved.getWorldTransform().getRotation() * q_BP_[static_cast<std::size_t>(body)].inverse();
   q = of_the_same_sign({turned.w(), turned.x(), turned.y(), turned.z()}, q);
 }
 

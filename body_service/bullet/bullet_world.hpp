@@ -6,7 +6,8 @@
 
 #include <Eigen/Core>
 
-#include "bullet/capsule_on_plane.hpp"
+#include "bullet/bullet_shapes.hpp"
+#include "bullet/shape_on_plane.hpp"
 #include "bullet/spring_constraint.hpp"
 #include "contract/body_setup.hpp"
 #include "engine/engine_units.hpp"
@@ -31,7 +32,7 @@ class BulletWorld final : public EngineWorld {
   void advance(Kinematics& state, const Loads& loads) override;
 
  private:
-  void add_body(Eigen::Index body);
+  void add_body(Eigen::Index body, const BodySpecification& specification);
   void add_wall(const WallSpecification& wall);
   void add_joint(Eigen::Index body, const Kinematics& start);
   void give_contact_properties(btRigidBody& body, double restitution, double friction) const;
@@ -45,9 +46,10 @@ class BulletWorld final : public EngineWorld {
   double friction_of_a_body_;  ///< Bullet multiplies those of two bodies
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
-  CapsuleOnPlane::CreateFunc capsule_and_plane_, plane_and_capsule_;
-  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
-  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  ShapeOnPlane::CreateFunc shape_and_plane_, plane_and_shape_;
+  BulletShapes shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;  ///< in their principal frames, as Bullet requires
+  std::vector<btQuaternion> q_BP_;                    ///< of these
   std::vector<std::unique_ptr<btRigidBody>> walls_;
   std::vector<std::unique_ptr<btTypedConstraint>> joints_;  ///< of bodies with motion: axis
   Springs springs_;

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 
 #include "geometry/near_pairs.hpp"
-#include "geometry/overlaps.hpp"
+#include "geometry/shapes/overlaps.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"
 #include "threads/thread_team.hpp"

@@ -20,7 +20,8 @@ namespace {
 bool is_positive(double number) { return number > 0.0 && std::isfinite(number); }
 
 void check_shape(const BodySpecification& body, const Shape& shape) {
-  if (!is_positive(shape.radius_m)) {
+  const bool has_radius = is_round(shape) || shape.kind == ShapeKind::cylinder || &shape == &body.shape;
+  if (has_radius && !is_positive(shape.radius_m)) {
     reject(body,
            "radius_m " + rounded_text(shape.radius_m) + " (a shape needs a finite extent > 0). Use a positive radius.");
   }

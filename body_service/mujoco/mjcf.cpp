@@ -10,6 +10,7 @@
 
 #include "contact/contact_law.hpp"
 #include "contract/errors.hpp"
+#include "contract/words.hpp"
 #include "engine/engine_world.hpp"
 #include "geometry/contact_time.hpp"
 #include "geometry/near_pairs.hpp"
@@ -169,13 +170,27 @@ class Writer {
 
   [[nodiscard]] std::string matter(int number) const {
     const BodySpecification& body = of(number);
-    const Eigen::Vector3d inertia = inertia_tensor_kg_m2(body.shape, body.mass_kg).diagonal() / units_.inertia_kg_m2();
-    const double radius = body.shape.radius_m / units_.length_m;
-    const double half_length = 0.5 * body.shape.length_m / units_.length_m;
-    const bool sphere = body.shape.kind == ShapeKind::sphere;
-    return "<inertial pos=\"0 0 0\"" + attribute("mass", {body.mass_kg / units_.mass_kg}) +
-           attribute("diaginertia", inertia) + "/><geom" + label("name", 'b', number) + " type=\"" +
-           (sphere ? "sphere" : "capsule") + "\"" + attribute("size", {radius, half_length}) + contact_ + "/>";
+    const Eigen::Matrix3d I = inertia_tensor_kg_m2(body) / units_.inertia_kg_m2();
+    std::string text =
+        "<inertial pos=\"0 0 0\"" + attribute("mass", {body.mass_kg / units_.mass_kg}) +
+        (I.isDiagonal(0.0) ? attribute("diaginertia", Eigen::Vector3d(I.diagonal()))
+                           : attribute("fullinertia", {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)})) +
+        "/>";
+    const std::string name = label("name", 'b', number);
+    if (body.shape.kind != ShapeKind::compound) return text + "<geom" + name + size(body.shape) + contact_ + "/>";
+    text += "<geom" + name + size({ShapeKind::sphere, body.shape.radius_m}) + R"( contype="0" conaffinity="0"/>)";
+    for (const auto& [part, position_m, q] : body.shape.parts)
+      text += "<geom" + attribute("pos", Eigen::Vector3d(position_m / units_.length_m)) + attribute("quat", q) +
+              size(part) + contact_ + "/>";
+    return text;
+  }
+
+  [[nodiscard]] std::string size(const Shape& shape) const {
+    const std::string type = std::string(" type=\"") + name_of(shape_names, shape.kind) + "\"";
+    const double unit_m = units_.length_m;
+    if (shape.kind == ShapeKind::ellipsoid) return type + attribute("size", Eigen::Vector3d(shape.extents_m / unit_m));
+    if (shape.kind == ShapeKind::box) return type + attribute("size", Eigen::Vector3d(0.5 * shape.extents_m / unit_m));
+    return type + attribute("size", {shape.radius_m / unit_m, 0.5 * shape.length_m / unit_m});
   }
 
   /// The joint in the frame of the body that moves. MuJoCo's coordinate is its motion relative to the other; where it

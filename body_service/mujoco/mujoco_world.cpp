@@ -103,12 +103,13 @@ void MujocoWorld::set_initial_velocities(const BodyModel& model) {
     if (motions_[i] == MotionKind::fixed) continue;
     const auto body = static_cast<Eigen::Index>(i);
     const int id = mujoco_->geom_bodyid[geoms_[i]];
-    const Eigen::Matrix3d R_WB = rotation_matrix(start.orientation_wxyz.col(body));
+    const Eigen::Vector4d q_BP = columns<4>(mujoco_->body_iquat, mujoco_->nbody).col(id);  // of the principal axes
+    const Eigen::Matrix3d R_WP = rotation_matrix(product(start.orientation_wxyz.col(body), q_BP));
     const Eigen::Vector3d momentum =
         mujoco_->body_mass[id] * start.velocity_m_per_s.col(body) / units_.velocity_m_per_s();
-    const Eigen::Vector3d w_B = R_WB.transpose() * start.angular_velocity_rad_per_s.col(body) * units_.time_s;
+    const Eigen::Vector3d w_P = R_WP.transpose() * start.angular_velocity_rad_per_s.col(body) * units_.time_s;
     const Eigen::Vector3d angular_momentum =
-        R_WB * columns(mujoco_->body_inertia, mujoco_->nbody).col(id).cwiseProduct(w_B);
+        R_WP * columns(mujoco_->body_inertia, mujoco_->nbody).col(id).cwiseProduct(w_P);
     mj_applyFT(mujoco_.get(), data_.get(), momentum.data(), angular_momentum.data(),
                columns(data_->xipos, mujoco_->nbody).col(id).data(), id, momenta.data());
   }

@@ -6,7 +6,7 @@
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "driving/signal.hpp"
-#include "geometry/overlaps.hpp"
+#include "geometry/shapes/overlaps.hpp"
 
 namespace copepod::coupler {
 

@@ -55,7 +55,7 @@ struct ShapePart {
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
 };
 
-/// Whether a shape is all points within `radius_m` of its core segment: thin films and contacts of our own know these.
+/// Whether a shape is all points within `radius_m` of its core segment: thin films and contacts of our own are between these.
 inline bool is_round(const Shape& shape) { return shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule; }
 
 /// Whether it matters how the shape is turned.
@@ -79,16 +79,5 @@ double volume_m3(const Shape& shape);
 ///   I_xx = I_yy = m_c (l²/12 + r²/4) + m_s (2/5 r² + 3/8 l r + l²/4)                                   (B5)
 /// @param mass_kg  positive
 Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg);
-
-/// Moments of inertia about the centre of mass.
-struct MomentsOfInertia {
-  double along_kg_m2 = 0.0;   ///< about the shape's own axis, the body's z axis
-  double across_kg_m2 = 0.0;  ///< about any axis perpendicular to it
-};
-
-inline MomentsOfInertia moments_of_inertia(const Shape& shape, double mass_kg) {
-  const Eigen::Matrix3d tensor = inertia_tensor_kg_m2(shape, mass_kg);
-  return {tensor(2, 2), tensor(0, 0)};
-}
 
 }  // namespace copepod

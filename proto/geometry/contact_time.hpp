@@ -19,19 +19,7 @@ inline constexpr double substeps_per_contact = 40.0;
 
 /// Share of turning in the inverse of the effective mass of a body's contact, the largest over its surface [1/kg],
 ///   (r × n)ᵀ I⁻¹ (r × n);   of capsules a²/I_across, a the distance of their ends from the centre
-inline double largest_turning_per_kg(const BodySpecification& body) {
-  const Eigen::Matrix3d inertia_kg_m2 = inertia_tensor_kg_m2(body);
-  const double arm_m = core_half_length_m(body.shape);
-  if (is_round(body.shape)) return arm_m * arm_m / std::min(inertia_kg_m2(0, 0), inertia_kg_m2(1, 1));
-  const auto solid = make_solid(body.shape);
-  const Surface surface = solid->surface(16);
-  double largest = 0.0;
-  for (Eigen::Index i = 0; i < surface.points.cols(); ++i) {
-    const Eigen::Vector3d arm = Eigen::Vector3d(surface.points.col(i)).cross(Eigen::Vector3d(surface.normals.col(i)));
-    largest = std::max(largest, arm.dot(inertia_kg_m2.ldlt().solve(arm)));
-  }
-  return largest;
-}
+double largest_turning_per_kg(const BodySpecification& body);
 
 /// Largest inverse of the effective mass of a contact, 1/m_eff = Σ (1/m + turning) over both bodies [1/kg]; 0 if no
 /// body moves.

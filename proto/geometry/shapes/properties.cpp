@@ -1,7 +1,11 @@
 #include <algorithm>
 #include <numbers>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
 #include "contract/shape.hpp"
+#include "geometry/contact_time.hpp"
 #include "geometry/shapes/solid.hpp"
 
 namespace copepod {
@@ -50,6 +54,20 @@ Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg) {
       cylinder_kg * (length * length / 12.0 + radius * radius / 4.0) +
       half_spheres_kg * (0.4 * radius * radius + 0.375 * length * radius + length * length / 4.0);
   return Eigen::Vector3d(across_kg_m2, across_kg_m2, along_kg_m2).asDiagonal();
+}
+
+double largest_turning_per_kg(const BodySpecification& body) {
+  const Eigen::Matrix3d inertia_kg_m2 = inertia_tensor_kg_m2(body);
+  const double arm_m = core_half_length_m(body.shape);
+  if (is_round(body.shape)) return arm_m * arm_m / std::min(inertia_kg_m2(0, 0), inertia_kg_m2(1, 1));
+  const auto solid = make_solid(body.shape);
+  const Surface surface = solid->surface(16);
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i < surface.points.cols(); ++i) {
+    const Eigen::Vector3d arm = Eigen::Vector3d(surface.points.col(i)).cross(Eigen::Vector3d(surface.normals.col(i)));
+    largest = std::max(largest, arm.dot(inertia_kg_m2.ldlt().solve(arm)));
+  }
+  return largest;
 }
 
 }  // namespace copepod

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
+#include <memory>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +13,8 @@
 
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
+#include "geometry/contact_time.hpp"
+#include "geometry/shapes/solid.hpp"
 
 namespace copepod::body {
 
@@ -28,6 +33,54 @@ inline BodySpecification capsule(const std::string& name, const Eigen::Vector3d&
   BodySpecification body = bead(name, position_m);
   body.shape = {ShapeKind::capsule, 4e-6, 8e-6};
   return body;
+}
+
+/// A bead of another shape, as uniform bodies of a case have it.
+inline BodySpecification shaped(const std::string& name, const Eigen::Vector3d& position_m, Shape shape) {
+  BodySpecification body = bead(name, position_m);
+  if (shape.kind != ShapeKind::cylinder) shape.radius_m = std::cbrt(volume_m3(shape) * 0.75 / std::numbers::pi);
+  body.shape = std::move(shape);
+  const Eigen::Matrix3d I = inertia_tensor_kg_m2(body.shape, body.mass_kg);
+  body.inertia_kg_m2 = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
+  return body;
+}
+
+inline Shape ellipsoid(const Eigen::Vector3d& semi_axes_m) {
+  return {.kind = ShapeKind::ellipsoid, .extents_m = semi_axes_m};
+}
+
+inline Shape cylinder(double radius_m, double length_m) {
+  return {.kind = ShapeKind::cylinder, .radius_m = radius_m, .length_m = length_m};
+}
+
+inline Shape box(const Eigen::Vector3d& edges_m) { return {.kind = ShapeKind::box, .extents_m = edges_m}; }
+
+inline Shape mesh(TriangleMesh surface) {
+  return {.kind = ShapeKind::mesh, .mesh = std::make_shared<const TriangleMesh>(std::move(surface))};
+}
+
+/// A box whose upper side is moved along x by a share of its height: its principal axes are not those of its frame.
+inline Shape slanted_box(const Eigen::Vector3d& edges_m, double slope) {
+  TriangleMesh surface = box_mesh(edges_m);
+  surface.vertices_m.row(0) += slope * surface.vertices_m.row(2);
+  return mesh({surface.vertices_m, surface.triangles});
+}
+
+/// Two walls, 8 µm apart along x, on a floor; not about its centre of mass.
+inline Shape trough() {
+  Shape shape{.kind = ShapeKind::compound};
+  for (const double side : {-1.0, 1.0})
+    shape.parts.push_back({.shape = box({4e-6, 30e-6, 20e-6}), .position_m = {side * 6e-6, 0, 0}});
+  shape.parts.push_back({.shape = box({16e-6, 30e-6, 4e-6}), .position_m = {0, 0, -12e-6}});
+  return shape;
+}
+
+/// Two spheres that touch, in the plane between x and y: its principal axes are not those of its frame.
+inline Shape dumbbell() {
+  Shape shape{.kind = ShapeKind::compound};
+  for (const double side : {-1.0, 1.0})
+    shape.parts.push_back({.shape = {ShapeKind::sphere, 3e-6}, .position_m = {1.8e-6 * side, 2.4e-6 * side, 0}});
+  return shape;
 }
 
 inline ActuatorSpecification pair_force(int body_A, int body_B) {
@@ -52,6 +105,15 @@ inline BodySetup setup_of(std::vector<BodySpecification> bodies, double step_s,
   setup.step_s = step_s;
   setup.integrator = integrator;
   setup.bodies = std::move(bodies);
+  return setup;
+}
+
+/// A body above a floor, on which it falls and rests.
+inline BodySetup falling(BodySpecification body) {
+  BodySetup setup = setup_of({std::move(body)}, 1e-6);
+  setup.gravity_m_per_s2 = {0, 0, -9.81};
+  setup.contact = {stiffness_of_contact(4e-5, largest_inverse_mass_per_kg(setup.bodies)), 0.5, 0.0};
+  setup.walls = {{{0, 0, 0}, {0, 0, 1}}};
   return setup;
 }
 

@@ -66,6 +66,16 @@ void shake(AppliedLoads& applied, const std::vector<int>& order) {
   }
 }
 
+TEST(RigidBodySolver, RefusesContactsOfOtherShapesByName) {
+  BodySetup setup =
+      setup_of({bead("ball", {0, 0, 0}), shaped("egg", {20e-6, 0, 0}, ellipsoid({4e-6, 4e-6, 8e-6}))}, 1e-9);
+  EXPECT_NO_THROW(RigidBodySolver{setup});
+  setup.contact.stiffness_N_per_m = 1.0;
+  const std::string reason = reason_of<CaseError>([&] { RigidBodySolver{setup}; });
+  EXPECT_TRUE(contains(reason, "body 'egg' has shape ellipsoid"));
+  EXPECT_TRUE(contains(reason, "solver: bullet"));
+}
+
 TEST(RigidBodySolver, GivesTheSameBitsInWhateverOrderTheBodiesAre) {
   constexpr int swimmers = 10;
   std::vector<int> scattered = identity(3 * swimmers);

@@ -71,52 +71,30 @@ BodySpecification turned(BodySpecification body, const Eigen::Vector3d& angle_ra
   return body;
 }
 
-BodySpecification shaped(const std::string& name, const Shape& shape) {
-  BodySpecification body = bead(name, {0, 0, 0});
-  body.shape = shape;
-  return body;
-}
-
-Shape box(double x_m, double y_m, double z_m) {
-  return {.kind = ShapeKind::box,
-          .radius_m = std::cbrt(0.75 / std::numbers::pi * x_m * y_m * z_m),
-          .extents_m = {x_m, y_m, z_m}};
-}
-
-/// Two walls, 8 µm apart along x, on a floor.
-Shape trough() {
-  Shape shape{.kind = ShapeKind::compound, .radius_m = 8 * um};
-  for (const double side : {-1.0, 1.0})
-    shape.parts.push_back({.shape = box(4 * um, 30 * um, 20 * um), .position_m = {side * 6 * um, 0, 0}});
-  shape.parts.push_back({.shape = box(16 * um, 30 * um, 4 * um), .position_m = {0, 0, -12 * um}});
-  return shape;
-}
-
 TEST(OverlapCheck, FindsTheContactOfOtherShapes) {
-  const BodySpecification cube = shaped("cube", box(8 * um, 8 * um, 8 * um));
-  const BodySpecification disc = shaped("disc", {.kind = ShapeKind::cylinder, .radius_m = 4 * um, .length_m = 2 * um});
+  const BodySpecification cube = shaped("cube", {0, 0, 0}, box({8 * um, 8 * um, 8 * um}));
+  const BodySpecification disc = shaped("disc", {0, 0, 0}, cylinder(4 * um, 2 * um));
   const Eigen::Vector3d semi_axes_m(3 * um, 4 * um, 8 * um);
-  const BodySpecification egg =
-      shaped("egg", {.kind = ShapeKind::ellipsoid, .radius_m = 5 * um, .extents_m = semi_axes_m});
+  const BodySpecification egg = shaped("egg", {0, 0, 0}, ellipsoid(semi_axes_m));
   const double eighth = 0.25 * std::numbers::pi;
   expect_contact_at(cube, bead("ball", {0, 0, 0}), {8 * um, 0, 0});
   expect_contact_at(cube, disc, {0, 0, 5 * um});
   expect_contact_at(disc, lying(capsule("rod", {0, 0, 0})), {12 * um, 0, 0});
-  expect_contact_at(turned(cube, {0, 0, eighth}), turned(shaped("dice", cube.shape), {0, eighth, 0}),
+  expect_contact_at(turned(cube, {0, 0, eighth}), turned(shaped("dice", {0, 0, 0}, cube.shape), {0, eighth, 0}),
                     {8 * std::numbers::sqrt2 * um, 0, 0});  // edge across edge
-  expect_contact_at(egg, shaped("ovum", egg.shape), {0, 0, 16 * um});
+  expect_contact_at(egg, shaped("ovum", {0, 0, 0}, egg.shape), {0, 0, 16 * um});
   for (const Eigen::Vector3d& direction : {Eigen::Vector3d(0.48, 0.64, 0.6), Eigen::Vector3d(-0.6, 0.48, 0.64)})
-    expect_contact_at(egg, shaped("ovum", egg.shape), 2.0 * semi_axes_m.cwiseProduct(direction), 2e-8);
+    expect_contact_at(egg, shaped("ovum", {0, 0, 0}, egg.shape), 2.0 * semi_axes_m.cwiseProduct(direction), 2e-8);
 }
 
 TEST(OverlapCheck, LetsABodyIntoAConcaveOneAsLongAsItFits) {
   BodySpecification ball = bead("ball", {0.01 * um, 0, 0});
   ball.shape.radius_m = 3.98 * um;
-  EXPECT_EQ(reason_at_start(setup_of({shaped("trough", trough()), ball}, 1e-9)), "no overlap");
+  EXPECT_EQ(reason_at_start(setup_of({shaped("trough", {0, 0, 0}, trough()), ball}, 1e-9)), "no overlap");
   ball.shape.radius_m = 4 * um;
-  EXPECT_TRUE(contains(reason_at_start(setup_of({shaped("trough", trough()), ball}, 1e-9)),
+  EXPECT_TRUE(contains(reason_at_start(setup_of({shaped("trough", {0, 0, 0}, trough()), ball}, 1e-9)),
                        "bodies 'trough' and 'ball' overlap by 1.000e-08 m"));
-  BodySetup setup = setup_of({shaped("trough", trough())}, 1e-9);
+  BodySetup setup = setup_of({shaped("trough", {0, 0, 0}, trough())}, 1e-9);
   setup.periodic_length_m = {0, 29 * um, 0};
   EXPECT_TRUE(contains(reason_at_start(setup), "'trough' overlaps with its own periodic image by 1.000e-06 m"));
   setup.periodic_length_m = {0, 31 * um, 0};
@@ -126,8 +104,9 @@ TEST(OverlapCheck, LetsABodyIntoAConcaveOneAsLongAsItFits) {
 TEST(OverlapCheck, SeesABodyInsideAnother) {
   BodySpecification small = bead("small", {1 * um, 0, 0});
   small.shape.radius_m = 1 * um;
-  EXPECT_TRUE(contains(reason_at_start(setup_of({shaped("cube", box(8 * um, 8 * um, 8 * um)), small}, 1e-9)),
-                       "'cube' and 'small' overlap"));
+  EXPECT_TRUE(
+      contains(reason_at_start(setup_of({shaped("cube", {0, 0, 0}, box({8 * um, 8 * um, 8 * um})), small}, 1e-9)),
+               "'cube' and 'small' overlap"));
 }
 
 TEST(OverlapCheck, ReportsTheDepthAndWhatToDo) {

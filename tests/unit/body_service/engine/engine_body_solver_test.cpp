@@ -10,6 +10,7 @@
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
+#include "contract/words.hpp"
 #include "engine/engine_under_test.hpp"
 #include "geometry/contact_time.hpp"
 #include "rigid_body_solver.hpp"
@@ -272,6 +273,37 @@ TEST(EngineBodySolver, RefusesWhatCannotBeComputed) {
   applied = no_loads(engine, 3);
   applied.hydrodynamic.step = 5;
   EXPECT_TRUE(contains(reason_of<SolverError>([&] { engine.step(applied, next); }), "loads of step 5"));
+}
+
+TEST(EngineBodySolver, TurnsOtherShapesLikeOurOwnSolver) {
+  for (const Shape& shape :
+       {ellipsoid({3e-6, 4e-6, 6e-6}), box({4e-6, 6e-6, 9e-6}), cylinder(4e-6, 3e-6), dumbbell()}) {
+    BodySetup setup = setup_of({shaped("top", {0, 0, 0}, shape)}, 1e-7);
+    setup.bodies[0].orientation_wxyz = Eigen::Vector4d(0.8, 0.3, -0.4, 0.2).normalized();
+    setup.bodies[0].angular_velocity_rad_per_s = {2e4, -1e4, 3e4};
+    EngineBodySolver engine = engine_solver(setup);
+    RigidBodySolver own(setup);
+    const Kinematics theirs = advance(engine, 1000);
+    const Kinematics ours = advance(own, 1000);
+    EXPECT_LT((theirs.orientation_wxyz - ours.orientation_wxyz).norm(), 4e-4 * 4e4 * 1e-4)
+        << name_of(shape_names, shape.kind);
+    EXPECT_GT((theirs.orientation_wxyz.col(0) - setup.bodies[0].orientation_wxyz).norm(), 1.0);
+    EXPECT_LT((theirs.angular_velocity_rad_per_s - ours.angular_velocity_rad_per_s).norm(), 0.01 * 4e4);
+    EXPECT_LT(theirs.position_m.norm(), 1e-15);
+  }
+}
+
+TEST(EngineBodySolver, LetsOtherShapesRestOnTheirSides) {
+  for (const auto& [shape, height_m] :
+       {std::pair(box({8e-6, 6e-6, 4e-6}), 2e-6), std::pair(cylinder(4e-6, 5e-6), 2.5e-6),
+        std::pair(ellipsoid({6e-6, 5e-6, 3e-6}), 3e-6), std::pair(dumbbell(), 3e-6)}) {
+    const BodySetup setup = falling(shaped("dropped", {0, 0, 1.1 * height_m}, shape));
+    EngineBodySolver engine = engine_solver(setup);
+    const Kinematics rest = advance(engine, 3000);
+    EXPECT_NEAR(rest.position_m(2, 0), height_m, 2e-3 * height_m) << name_of(shape_names, shape.kind);
+    EXPECT_LT((rest.orientation_wxyz.col(0) - setup.bodies[0].orientation_wxyz).norm(), 1e-3);
+    EXPECT_LT(rest.velocity_m_per_s.norm(), 1e-4);
+  }
 }
 
 TEST(EngineBodySolver, FallsByItsBuoyantWeight) {

@@ -29,6 +29,36 @@ TEST(BodyModel, NamesTheBodyAndTheProblemOfAnImpossibleBody) {
   EXPECT_TRUE(contains(refusal([](auto& body) { body.position_m[1] = std::nan(""); }), "not finite"));
 }
 
+TEST(BodyModel, NamesWhatIsWrongWithAShapeOrItsInertia) {
+  const auto shape = [](Shape shape) { return [shape](BodySpecification& body) { body.shape = shape; }; };
+  const auto inertia = [](std::vector<double> numbers) {
+    return [numbers](BodySpecification& body) { body.inertia_kg_m2 = numbers; };
+  };
+  const double r = 4e-6;
+  const double I = 1e-24;
+  const auto inside_out =
+      std::make_shared<const TriangleMesh>(-box_mesh({r, r, r}).vertices_m, box_mesh({r, r, r}).triangles);
+  for (const auto& [spoil, part] : std::vector<std::pair<std::function<void(BodySpecification&)>, std::string>>{
+           {shape({ShapeKind::cylinder, r, 0.0}), "length_m"},
+           {shape({ShapeKind::ellipsoid, r, 0.0, {r, 0.0, r}}), "extents"},
+           {shape({ShapeKind::box, r, 0.0, {r, r, std::nan("")}}), "extents"},
+           {shape({ShapeKind::mesh, r}), "mesh encloses no volume"},
+           {shape({.kind = ShapeKind::mesh, .radius_m = r, .mesh = std::make_shared<const TriangleMesh>()}),
+            "no volume"},
+           {shape({.kind = ShapeKind::mesh, .radius_m = r, .mesh = inside_out}), "no volume"},
+           {shape({ShapeKind::compound, r}), "no parts"},
+           {shape({.kind = ShapeKind::compound, .radius_m = r, .parts = {{{ShapeKind::sphere, -r}}}}), "radius_m"},
+           {inertia({I, I, I}), "inertia_kg_m2"},
+           {inertia({I, I, I, std::nan(""), 0, 0}), "inertia_kg_m2"},
+           {inertia({I, I, -I, 0, 0, 0}), "positive"},
+           {inertia({I, I, 2.1 * I, 0, 0, 0}), "sum of the other two"},
+           {inertia({I, I, I, 0.6 * I, 0, 0}), "sum of the other two"}})
+    EXPECT_TRUE(contains(refusal(spoil), part));
+  BodySpecification disc = capsule("thin disc", {0, 0, 0});
+  disc.inertia_kg_m2 = {I, I, 2.0 * I, 0, 0, 0};
+  EXPECT_NO_THROW(BodyModel(setup_of({disc}, 1e-9)));
+}
+
 TEST(BodyModel, GivesBackTheAngularVelocityItWasGiven) {
   BodySpecification body = capsule("a", {0, 0, 0});
   body.orientation_wxyz = Eigen::Vector4d(0.3, -0.5, 0.7, 0.4).normalized();
