@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
 

@@ -1,10 +1,9 @@
-#include "config/sections/expand.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <unordered_map>
 
+#include "config/sections/sections.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
