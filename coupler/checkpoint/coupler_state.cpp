@@ -94,6 +94,7 @@ void visit_members(Is<CycleSums> auto& sums, const auto& visit) {
   visit("max_speed_along_m_per_s", sums.max_speed_along_m_per_s);
   visit("last", sums.last);
   visit("before_last", sums.before_last);
+  visit("latest_along_m", sums.latest_along_m);
 }
 
 void visit_members(Is<BalanceSums> auto& sums, const auto& visit) {
@@ -117,7 +118,9 @@ requires std::is_aggregate_v<Members> ordered_json encoded(const Members& member
 template <typename Members>
 requires std::is_aggregate_v<Members>
 void decode(const ordered_json& json, Members& members) {
-  visit_members(members, [&](const char* name, auto& value) { decode(json.at(name), value); });
+  visit_members(members, [&](const char* name, auto& value) {
+    decode(json.value(name, ordered_json::array()), value);  // older versions lack latest_along_m
+  });
 }
 
 }  // namespace

@@ -221,6 +221,11 @@ void check_strokes(const Case& the_case, Problems& problems) {
                                         the_case.swimmers[i].name + "' needs " +
                                         std::to_string(stroke.cycles * stroke.period_steps) +
                                         " (the analysis uses its last period). Run longer for a result table.");
+    } else if (the_case.until_periodic && stroke.cycles * stroke.period_steps < the_case.steps) {
+      problems.warning(path + ".cycles",
+                       path + ".cycles is " + std::to_string(stroke.cycles) +
+                           " (the stroke ends before the run, which run.until_periodic can then no longer end). Give "
+                           "it as many cycles as the run.");
     }
   }
 }

@@ -164,12 +164,13 @@ struct LubricationCase {
   double roughness_m = 1e-9;  ///< films do not get thinner
 };
 
-/// Section `contact`: bodies that meet each other or a wall rebound.
 /// When a run may end before its last step.
 struct Periodicity {
   double tolerance = 1e-3;  ///< change of every swimmer's motion from one cycle to the next, relative to it
+  std::int64_t cycles = 0;  ///< the most of them, which bounds the steps of the case; 0: no bound
 };
 
+/// Section `contact`: bodies that meet each other or a wall rebound.
 struct ContactCase {
   double restitution = 0.9;
   double friction = 0.3;
