@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/sections/expand.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/digest.hpp"
