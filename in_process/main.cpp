@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "contract/errors.hpp"
-#include "conversion/setup_conversion.hpp"
+#include "conversion/codec.hpp"
 #include "local_components.hpp"
 #include "run/program.hpp"
 #include "service/rank_solver.hpp"

@@ -10,7 +10,6 @@
 #include "bullet/shape_on_plane.hpp"
 #include "bullet/spring_constraint.hpp"
 #include "contract/body_setup.hpp"
-#include "engine/engine_units.hpp"
 #include "engine/engine_world.hpp"
 #include "forces/springs.hpp"
 #include "model/body_model.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "contract/errors.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::body {
 

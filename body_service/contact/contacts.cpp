@@ -11,7 +11,7 @@
 
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 #include "contract/words.hpp"
 #include "geometry/rotation.hpp"
 

@@ -10,9 +10,8 @@
 #include "contract/solver_context.hpp"
 #include "engine/engine_world.hpp"
 #include "forces/actuators.hpp"
-#include "forces/bends.hpp"
+#include "forces/force_element.hpp"
 #include "forces/springs.hpp"
-#include "forces/weight.hpp"
 #include "model/body_block.hpp"
 #include "model/body_model.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 #include "geometry/actuator_loads.hpp"
 
 namespace copepod::body {

@@ -4,9 +4,8 @@
 #include <utility>
 
 #include "constraints/motion_constraint.hpp"
-#include "forces/bends.hpp"
+#include "forces/force_element.hpp"
 #include "forces/springs.hpp"
-#include "forces/weight.hpp"
 #include "model/vector_loops.hpp"
 
 namespace copepod::body {

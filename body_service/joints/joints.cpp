@@ -7,7 +7,7 @@
 
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {

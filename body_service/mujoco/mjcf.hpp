@@ -3,7 +3,7 @@
 #include <string>
 
 #include "contract/body_setup.hpp"
-#include "engine/engine_units.hpp"
+#include "engine/engine_world.hpp"
 
 namespace copepod::body {
 

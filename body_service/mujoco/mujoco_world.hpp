@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
-#include "engine/engine_units.hpp"
 #include "engine/engine_world.hpp"
 #include "mujoco/compiled_model.hpp"
 

@@ -6,11 +6,10 @@
 #include <cstring>
 #include <fstream>
 #include <span>
-#include <vector>
 
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
-#include "conversion/setup_conversion.hpp"
+#include "conversion/codec.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::body {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "contract/errors.hpp"
-#include "system/block_signals.hpp"
+#include "system/process.hpp"
 
 namespace copepod::body {
 

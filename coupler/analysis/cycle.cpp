@@ -1,20 +1,50 @@
 #include "analysis/cycle.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <set>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 
-#include "analysis/rigid_fit.hpp"
 #include "analysis/swimmer_figures.hpp"
 
 namespace copepod::coupler {
 
 namespace {
+
+std::int64_t most_arms(const std::vector<Group>& groups) {
+  std::size_t most = 0;
+  for (const Group& group : groups) most = std::max(most, group.arms.size());
+  return static_cast<std::int64_t>(most);
+}
+
+std::string header(const std::vector<Group>& groups) {
+  std::string text =
+      "swimmer,cycle,start_step,start_s,x_m,y_m,z_m,axis_x,axis_y,axis_z,tilt_rad,u_along_m_per_s,u_across_m_per_s,"
+      "ux_m_per_s,uy_m_per_s,uz_m_per_s,rotation_x_rad,rotation_y_rad,rotation_z_rad,power_W,dissipation_W,efficiency,"
+      "Re";
+  for (std::int64_t arm = 0; arm < most_arms(groups); ++arm) {
+    const std::string name = ",arm" + std::to_string(arm);
+    text += name + "_mean_m" + name + "_amplitude_m" + name + "_phase_rad";
+  }
+  return text;
+}
+
+void append_optional(std::string& row, const std::optional<double>& value) {
+  row += ',';
+  if (value) append(row, *value);
+}
+
+/// Whether points about their centroid leave a line by less than a thousandth of their extent along it.
+bool is_row(const Eigen::Matrix3Xd& points) {
+  const Eigen::Matrix3d moments = points * points.transpose();
+  const Eigen::Vector3d squares = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues();
+  return squares[1] <= 1e-6 * squares[2];
+}
 
 /// Velocity after Golestanian and Ajdari along the own axis [docs/theory.md, (C9)], of three bodies whose arms lead
 /// from the trailing one to the middle one, and from there to the leading one.
@@ -40,6 +70,65 @@ std::optional<double> golestanian_ajdari_m_per_s(const Cycle& cycle, const Group
 }
 
 }  // namespace
+
+CycleTable::CycleTable(const std::string& path, const std::vector<Group>& groups, const FluidCase& fluid, double step_s,
+                       const std::optional<TableEnd>& end)
+    : fluid_(fluid), step_s_(step_s), most_arms_(most_arms(groups)), file_(path, header(groups), end) {}
+
+void CycleTable::add(const Group& group, const Cycle& cycle) {
+  const CycleFigures figures = evaluate(cycle, group, fluid_, step_s_);
+  const std::int64_t start = cycle.number * group.period_steps;
+  std::string row = csv_field(group.name);
+  append_all(row, Eigen::Matrix<std::int64_t, 2, 1>(cycle.number, start));
+  append_all(row, Eigen::Matrix<double, 1, 1>(static_cast<double>(start) * step_s_));
+  append_all(row, cycle.centroid_m);
+  append_all(row, figures.axis);
+  append_all(row, Eigen::Vector3d(figures.tilt_rad, figures.along_m_per_s, figures.across_m_per_s.norm()));
+  append_all(row, figures.velocity_m_per_s);
+  append_all(row, figures.rotation_rad);
+  append_all(row, Eigen::Vector2d(cycle.power_W, cycle.dissipation_W));
+  append_optional(row, figures.efficiency);
+  append_optional(row, figures.Re);
+  for (Eigen::Index arm = 0; arm < cycle.arms.cols(); ++arm) append_all(row, cycle.arms.col(arm));
+  row.append(static_cast<std::size_t>(3 * (most_arms_ - cycle.arms.cols())), ',');
+  file_.add(row);
+  file_.flush();
+}
+
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const double c = from.dot(to);
+  if (c < -1.0 + 1e-12) {
+    const Eigen::Vector3d n = from.unitOrthogonal();
+    return 2.0 * n * n.transpose() - Eigen::Matrix3d::Identity();
+  }
+  const Eigen::Vector3d w = from.cross(to);
+  Eigen::Matrix3d cross;
+  cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
+  return Eigen::Matrix3d::Identity() + cross + cross * cross / (1.0 + c);
+}
+
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn{Eigen::Quaterniond(rotation)};
+  return turn.angle() * turn.axis();
+}
+RigidMotion fit_rigid_motion(const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after) {
+  const Eigen::Vector3d from = before.rowwise().mean(), to = after.rowwise().mean();
+  RigidMotion motion;
+  motion.translation_m = to - from;
+  const Eigen::Matrix3Xd p = before.colwise() - from, q = after.colwise() - to;
+  const Eigen::Matrix3d covariance = p * q.transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d &U = svd.matrixU(), &V = svd.matrixV();
+  const Eigen::Vector3d& S = svd.singularValues();
+  if (S[0] == 0.0) return motion;
+  if (is_row(p) || is_row(q)) {
+    motion.rotation = shortest_rotation(U.col(0), V.col(0));
+    return motion;
+  }
+  const double handedness = (V * U.transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+  motion.rotation = V * Eigen::Vector3d(1.0, 1.0, handedness).asDiagonal() * U.transpose();
+  return motion;
+}
 
 CycleFigures evaluate(const Cycle& cycle, const Group& group, const FluidCase& fluid, double step_s) {
   CycleFigures figures;

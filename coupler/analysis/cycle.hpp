@@ -11,8 +11,31 @@
 
 #include "config/sections/case.hpp"
 #include "observers/observer.hpp"
+#include "storage/csv_file.hpp"
 
 namespace copepod::coupler {
+
+/// A rigid motion of a group of points: p → c + t + R (p − c), c the centroid.
+struct RigidMotion {
+  Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();  ///< t, of the centroid
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();   ///< R, proper
+};
+
+/// The rigid motion that takes points as close as possible, in the sense of least squares, to where they are later
+/// (Kabsch, Acta Cryst. A 32, 922 (1976); docs/theory.md, (C13)).
+///   H = Σ (p − c)(p' − c')ᵀ = U S Vᵀ,   R = V diag(1, 1, det(V Uᵀ)) Uᵀ
+/// For points on a line the rotation about that line is undetermined, and the shortest rotation that turns the line is
+/// returned; the same holds where the points leave their line by less than a thousandth of its length, before or after.
+/// A single point does not rotate.
+/// @param before, after  shape (3, points), at least one point, equal weights
+RigidMotion fit_rigid_motion(const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after);
+
+/// Shortest rotation from one unit vector to another; a half turn about any perpendicular axis for opposite ones.
+///   R = I + [w]ₓ + [w]ₓ² / (1 + c),   w = from × to,   c = from · to
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+/// Axis times angle of a rotation, the angle in [0, π] [rad].
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
 
 /// What the analysis requires of a swimmer: its bodies as columns of the kinematics, and which cycles to measure.
 /// Cycle k takes steps [k T, (k + 1) T), counted from the start of the run, so that cycles of several swimmers are
@@ -80,5 +103,28 @@ CycleChange change(const Cycle& before, const Cycle& after, double length_m);
 /// The larger of the changes of translation (in lengths) and rotation, over the larger of both: what does not move is
 /// periodic, and so is the rounding of a swimmer's turn beside its way. 0 at rest.
 double change_of_motion(const Cycle& before, const Cycle& after, double length_m);
+
+/// Writes cycles.csv: one row per swimmer and full cycle, in the order in which cycles end.
+///
+/// Columns: swimmer, cycle, its first step and time; centroid and own axis at its start, angle of that axis to the one
+/// in the case; mean velocity along and across that axis and in the world; rotation vector from start to end; mean
+/// power of the drive and mean power given to the fluid; efficiency and Reynolds number (empty in vacuum); mean,
+/// amplitude and phase of each arm, counted from 0 (empty beyond a swimmer's last).
+class CycleTable {
+ public:
+  /// @param end  where to continue the table of a run that was interrupted; absent: starts a new one
+  /// @throws StorageError if the file cannot be written
+  CycleTable(const std::string& path, const std::vector<Group>& groups, const FluidCase& fluid, double step_s,
+             const std::optional<TableEnd>& end);
+
+  void add(const Group& group, const Cycle& cycle);
+  TableEnd sync() { return file_.sync(); }
+
+ private:
+  const FluidCase& fluid_;
+  double step_s_;
+  std::int64_t most_arms_;
+  CsvFile file_;
+};
 
 }  // namespace copepod::coupler

@@ -9,7 +9,7 @@
 #include "analysis/balance.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "contract/exchange.hpp"
-#include "storage/table_end.hpp"
+#include "storage/checksum.hpp"
 
 namespace copepod::coupler {
 

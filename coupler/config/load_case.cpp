@@ -1,14 +1,20 @@
 #include "config/load_case.hpp"
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
 #include <span>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "config/checks/checks.hpp"
-#include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
+#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
+
 namespace {
 
 /// Text for few bodies, HDF5 for many [docs/decisions/trajectories.md].
@@ -112,6 +118,79 @@ LoadedCase read_document(const Document& document) {
   return sweep ? read_members(document, *sweep) : read_one(document);
 }
 
+namespace fs = std::filesystem;
+
+/// What the folder of a campaign holds beside its cases.
+constexpr std::array own_folders{"logs", "programs"};
+
+/// The settings of an entry; its keys are those of the case, which the case's own reading checks.
+void declare_settings(Keys& keys, std::vector<std::string>& settings) {
+  if (keys.describes())
+    keys.describe("set", {{"type", "object"}, {"additionalProperties", {{"description", "New value."}}}},
+                  "Changes to the case, by key path (fluid.precision: double), as with --set.");
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return;
+  { reader->section("set").accept_all(); }
+  const Value* set = reader->raw("set");
+  if (set == nullptr) return;
+  if (set->kind != Value::Kind::mapping)
+    reader->reject("set", "is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
+  for (const Value::Entry& setting : set->entries)
+    settings.push_back(setting.key + "=" + to_json(setting.value).dump());
+}
+
+void declare(Keys& keys, CampaignEntry& entry, const fs::path& folder) {
+  std::string file;
+  keys.text(required("case"), file, "Case file, relative to the folder of the campaign file.");
+  entry.case_file = (folder / file).string();
+  entry.name = fs::path(file).stem().string();
+  keys.name(
+      "name", entry.name,
+      "Name of the run's folder and of its rows in the tables (default: the file's name). Required if a case appears "
+      "twice.");
+  declare_settings(keys, entry.settings);
+  if (Reader* reader = keys.reader();
+      reader != nullptr && std::ranges::find(own_folders, entry.name) != own_folders.end())
+    reader->reject(
+        "name",
+        "is '" + entry.name + "' (the campaign keeps its own files in a folder of this name). Give it another `name`.");
+}
+
+void check_names(const std::vector<CampaignEntry>& cases, Problems& problems) {
+  std::map<std::string, std::size_t> first;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const auto [earlier, is_new] = first.emplace(cases[i].name, i);
+    if (is_new) continue;
+    problems.error("cases." + std::to_string(i), "cases." + std::to_string(i) + " is called '" + cases[i].name +
+                                                     "' (so is cases." + std::to_string(earlier->second) +
+                                                     "). Give it a `name` of its own.");
+  }
+}
+
+void declare(Keys& keys, Campaign& campaign, const fs::path& folder) {
+  keys.name(required("campaign"), campaign.name, "Name of the campaign, for people and for its folder.");
+  keys.integer({"jobs", Need::in_some_cases}, campaign.jobs, Range::positive,
+               "Cases run at once (default: one per core); the cores are divided among them as ranks of the fluid.");
+  keys.list<CampaignEntry>(required("cases"), campaign.cases, "What to run, in this order.",
+                           [&](Keys& entry, CampaignEntry& item) { declare(entry, item, folder); });
+  keys.describe_also("cases", {{"minItems", 1}});
+}
+
+Campaign read_document(const Document& document, const std::string& source) {
+  Problems problems(document);
+  Campaign campaign;
+  {
+    Reader top(&document.root(), "", problems);
+    Keys keys = Keys::reading(top);
+    declare(keys, campaign, fs::path(source).parent_path());
+  }
+  if (campaign.cases.empty())
+    problems.error("cases", "the campaign has no cases (there is nothing to run). List them below `cases:`.");
+  check_names(campaign.cases, problems);
+  problems.throw_if_any();
+  return campaign;
+}
+
 }  // namespace
 
 LoadedCase load_case(const std::string& file, const std::vector<std::string>& overrides) {
@@ -121,6 +200,36 @@ LoadedCase load_case(const std::string& file, const std::vector<std::string>& ov
 LoadedCase load_case_text(const std::string& text, const std::string& source,
                           const std::vector<std::string>& overrides) {
   return read_document(Document::parse(text, source, overrides));
+}
+
+bool names_campaign(const std::string& file) {
+  if (fs::is_fifo(file)) return false;  // its text comes once only
+  return Document::load(file, {}).root().find("campaign") != nullptr;
+}
+
+Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides) {
+  Campaign campaign = read_document(Document::load(file, {}), file);
+  for (CampaignEntry& entry : campaign.cases)
+    entry.settings.insert(entry.settings.end(), overrides.begin(), overrides.end());
+  return campaign;
+}
+
+Campaign load_campaign_text(const std::string& text, const std::string& source) {
+  return read_document(Document::parse(text, source, {}), source);
+}
+
+nlohmann::ordered_json campaign_schema() {
+  nlohmann::ordered_json schema;
+  Keys keys = Keys::describing(schema);
+  Campaign any;
+  declare(keys, any, "");
+  nlohmann::ordered_json result{
+      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+      {"$id", "campaign.schema.json"},
+      {"title", "Copepod campaign"},
+      {"description", "A list of cases that `copepod campaign` runs as one, resuming where it stopped."}};
+  result.update(schema);
+  return result;
 }
 
 }  // namespace copepod::coupler

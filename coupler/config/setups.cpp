@@ -1,12 +1,138 @@
 #include "config/setups.hpp"
 
-#include "config/checks/contact_setup.hpp"
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "config/checks/checks.hpp"
+#include "config/placement/geometry.hpp"
 #include "config/yaml/hints.hpp"
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
+#include "contract/words.hpp"
+#include "geometry/contact_time.hpp"
 #include "geometry/near_pairs.hpp"
 
 namespace copepod::coupler {
+
+namespace {
+
+bool can_meet(const BodySpecification& body) {
+  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
+}
+
+Eigen::Vector3d box_m(const FluidCase& fluid) {
+  Eigen::Vector3d length_m;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    length_m[static_cast<Eigen::Index>(axis)] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+  return length_m;
+}
+
+/// How far bodies can fall: along the domain, or from the highest to the lowest where there is none.
+double height_of_fall_m(const Case& the_case, const Assembly& assembly) {
+  const Eigen::Vector3d& gravity = the_case.body.gravity_m_per_s2;
+  if (gravity.isZero(0.0)) return 0.0;
+  const Eigen::Vector3d down = gravity.normalized();
+  const double along_domain_m = down.cwiseAbs().dot(box_m(the_case.fluid));
+  if (along_domain_m > 0.0) return along_domain_m;
+  double lowest_m = -1e300, highest_m = 1e300;
+  for (const BodySpecification& body : assembly.bodies) {
+    lowest_m = std::max(lowest_m, down.dot(body.position_m));
+    highest_m = std::min(highest_m, down.dot(body.position_m));
+  }
+  return std::max(0.0, lowest_m - highest_m);
+}
+
+double weight_N(const BodySpecification& body, const Case& the_case) {
+  const FluidCase& fluid = the_case.fluid;
+  const double displaced_kg = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
+  return std::abs(body.mass_kg - displaced_kg) * the_case.body.gravity_m_per_s2.norm();
+}
+
+double expected_speed_m_per_s(const BodySpecification& body, const Case& the_case, double height_m) {
+  const FluidCase& fluid = the_case.fluid;
+  const double weight = weight_N(body, the_case);
+  double settling = std::sqrt(2.0 * weight / body.mass_kg * height_m);
+  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
+  if (fluid.kind != FluidKind::vacuum && viscosity_Pa_s > 0.0)
+    settling = std::min(settling, weight / (6.0 * std::numbers::pi * viscosity_Pa_s * body.shape.radius_m));
+  return std::max(body.velocity_m_per_s.norm(), settling);
+}
+
+double largest_drive_N(const Assembly& assembly) {
+  double largest_N = 0.0;
+  for (const DrivenActuator& driven : assembly.drive) {
+    const ActuatorKind kind = driven.actuator.kind;
+    if (kind != ActuatorKind::pair_force && kind != ActuatorKind::body_force && kind != ActuatorKind::world_force)
+      continue;
+    double value = driven.signal.kind == SignalKind::table ? 0.0 : 1.0;
+    for (const Signal::Point& point : driven.signal.table) value = std::max(value, std::abs(point.value));
+    largest_N = std::max(largest_N, std::abs(driven.signal.amplitude) * value);
+  }
+  return largest_N;
+}
+
+/// The wall at a face, as far as bodies meet one there.
+std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face) {
+  const FluidCase& fluid = the_case.fluid;
+  const auto axis = static_cast<Eigen::Index>(face / 2);
+  const bool high = face % 2 == 1;
+  const double length_m = box_m(fluid)[axis];
+  WallSpecification wall;
+  wall.normal = (high ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
+  wall.point_m = (high ? length_m : 0.0) * Eigen::Vector3d::Unit(axis);
+  wall.friction = the_case.contact->wall_friction.value_or(the_case.contact->friction);
+  if (fluid.kind == FluidKind::stokes)
+    return fluid.no_slip_plane == static_cast<int>(face) ? std::optional(wall) : std::nullopt;
+  if (length_m == 0.0) return {};
+  const Boundary& boundary = fluid.boundaries[face];
+  switch (boundary.kind) {
+    case BoundaryKind::no_slip:
+      return wall;
+    case BoundaryKind::free_slip:
+      wall.friction = 0.0;
+      return wall;
+    case BoundaryKind::velocity:
+      wall.velocity_m_per_s = boundary.velocity_m_per_s;
+      return boundary.velocity_m_per_s[axis] == 0.0 ? std::optional(wall) : std::nullopt;
+    case BoundaryKind::periodic:
+    case BoundaryKind::pressure:
+      break;
+  }
+  return {};
+}
+
+/// Where a lattice is, a body that leaves it ends the run.
+void warn_of_open_faces(const Case& the_case, Problems& problems) {
+  std::string open;
+  for (std::size_t face = 0; face < 6 && !on_lattice(the_case); ++face) {
+    if (box_m(the_case.fluid)[static_cast<Eigen::Index>(face / 2)] == 0.0 || wall_at(the_case, face)) continue;
+    if (the_case.fluid.boundaries[face].kind == BoundaryKind::periodic) continue;
+    open.append(open.empty() ? "" : ", ").append(face_path(face));
+  }
+  if (open.empty()) return;
+  problems.warning("contact", "contact leaves out " + open + " (there is no wall for bodies in solver: " +
+                                  name_of(solver_names, the_case.fluid.solver) + "). They pass through.");
+}
+
+/// Where a lattice is, check_bodies has looked at its faces.
+void check_walls_at_start(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  if (on_lattice(the_case)) return;
+  for (const WallSpecification& wall : contact_walls(the_case)) {
+    for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+      const BodySpecification& body = assembly.bodies[i];
+      const double gap_m =
+          wall.normal.dot(body.position_m - wall.point_m) - wall.normal.cwiseAbs().dot(half_extents_m(body));
+      if (gap_m >= 0.0 || !can_meet(body)) continue;
+      problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + length_text(-gap_m) +
+                                                 " into a wall (a contact would push it out at once). Move it, or "
+                                                 "enlarge domain_cells.");
+    }
+  }
+}
+
+}  // namespace
+
 FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory) {
   FluidSetup setup = static_cast<const FluidSetup&>(the_case.fluid);
   setup.step_s = the_case.step_s;
@@ -72,6 +198,92 @@ std::vector<std::string> require_features(const Capabilities& capabilities, cons
   if (!comparison.neglected.empty())
     notices.push_back(who + " neglects " + listed(comparison.neglected) + " (the case uses it).");
   return notices;
+}
+
+double ExpectedContacts::overlap_m(double stiffness_N_per_m) const {
+  return std::max(force_N / stiffness_N_per_m, std::sqrt(impact_N_m / stiffness_N_per_m));
+}
+
+ExpectedContacts expected_contacts(const Case& the_case, const Assembly& assembly) {
+  ExpectedContacts expected;
+  const double height_m = height_of_fall_m(the_case, assembly);
+  double heaviest_N = 0.0;
+  double moving = 0.0;
+  for (const BodySpecification& body : assembly.bodies) {
+    const double radius_m = body.shape.radius_m;
+    const double smallest_m = expected.smallest_radius_m;
+    expected.smallest_radius_m = smallest_m == 0.0 ? radius_m : std::min(smallest_m, radius_m);
+    const double speed_m_per_s =
+        can_meet(body) ? expected_speed_m_per_s(body, the_case, height_m) : body.velocity_m_per_s.norm();
+    if (can_meet(body)) {
+      heaviest_N = std::max(heaviest_N, weight_N(body, the_case));
+      moving += 1.0;
+    }
+    expected.impact_N_m = std::max(expected.impact_N_m, 2.0 * body.mass_kg * speed_m_per_s * speed_m_per_s);
+  }
+  const double layers = std::max(1.0, std::min(moving, height_m / (2.0 * expected.smallest_radius_m)));
+  expected.force_N = std::max(heaviest_N * layers, largest_drive_N(assembly));
+  expected.inverse_mass_per_kg = largest_inverse_mass_per_kg(assembly.bodies);
+  return expected;
+}
+
+double contact_stiffness(const Case& the_case, const Assembly& assembly) {
+  if (the_case.contact->stiffness_N_per_m) return *the_case.contact->stiffness_N_per_m;
+  const ExpectedContacts expected = expected_contacts(the_case, assembly);
+  if (expected.inverse_mass_per_kg == 0.0) return 1.0;  // nothing moves: any will do
+  const double overlap_m = allowed_overlap * expected.smallest_radius_m;
+  const double needed = std::max(expected.force_N / overlap_m, expected.impact_N_m / (overlap_m * overlap_m));
+  return std::max(needed, stiffness_of_contact(substeps_per_contact * the_case.step_s, expected.inverse_mass_per_kg));
+}
+
+ContactSpecification contact_specification(const Case& the_case, const Assembly& assembly) {
+  if (!the_case.contact || assembly.bodies.empty()) return {};
+  return {contact_stiffness(the_case, assembly), the_case.contact->restitution, the_case.contact->friction};
+}
+
+std::vector<WallSpecification> contact_walls(const Case& the_case) {
+  std::vector<WallSpecification> walls;
+  if (!the_case.contact) return walls;
+  for (std::size_t face = 0; face < 6; ++face)
+    if (const auto wall = wall_at(the_case, face)) walls.push_back(*wall);
+  return walls;
+}
+
+void check_contact(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  if (!the_case.contact || assembly.bodies.empty()) return;
+  const std::string path = "contact.stiffness_N_per_m";
+  const ExpectedContacts expected = expected_contacts(the_case, assembly);
+  const double stiffness = contact_stiffness(the_case, assembly);
+  BodySetup setup;
+  setup.step_s = the_case.step_s;
+  setup.bodies = assembly.bodies;
+  setup.contact = contact_specification(the_case, assembly);
+  constexpr double most_substeps = 1e5;
+  constexpr double many_substeps = 1000;
+  const double substeps = contact_substeps(setup);
+  const std::string found = "the contacts need " + rounded_text(substeps) + " substeps in every step (";
+  if (substeps > many_substeps) {
+    const std::string why = "the shortest lasts " +
+                            rounded_text(shortest_contact_s(stiffness, expected.inverse_mass_per_kg)) +
+                            " s). Use a shorter step, or a smaller contact.stiffness_N_per_m.";
+    if (substeps > most_substeps)
+      problems.error(path, found + why);
+    else
+      problems.warning(path, found + why);
+  }
+  const double overlap_m = expected.overlap_m(stiffness);
+  if (overlap_m > 5.0 * allowed_overlap * expected.smallest_radius_m) {
+    problems.warning(path, "bodies may overlap by " + length_text(overlap_m) +
+                               ", more than 5 % of a radius (the contacts are soft). Use a larger "
+                               "contact.stiffness_N_per_m, or auto.");
+  }
+  if (!assembly.prescribed.empty()) {
+    problems.warning("contact",
+                     "contact leaves out bodies whose motion is a function of time (the coupler moves them, and a run "
+                     "in which they meet another body ends). Prescribe constant velocities with motion: prescribed.");
+  }
+  warn_of_open_faces(the_case, problems);
+  check_walls_at_start(the_case, assembly, problems);
 }
 
 }  // namespace copepod::coupler

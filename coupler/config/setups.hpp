@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "config/sections/case.hpp"
-#include "config/sections/expand.hpp"
+#include "config/sections/sections.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/fluid_setup.hpp"
@@ -27,5 +27,33 @@ std::set<std::string> required_of_body(const Case& the_case, const BodySetup& se
 /// are not features.
 /// @throws Refused naming the features that the component lacks
 std::vector<std::string> require_features(const Capabilities& capabilities, const std::set<std::string>& required);
+
+/// Overlap that contacts should not exceed, in radii of the smallest body.
+inline constexpr double allowed_overlap = 0.01;
+
+/// Loads that contacts of a case are likely to meet, as far as they follow from it.
+struct ExpectedContacts {
+  double smallest_radius_m = 0.0;
+  double force_N = 0.0;              ///< weight of a column of bodies, or the drive
+  double impact_N_m = 0.0;           ///< 2 m u², twice the energy of two bodies that meet with their expected speeds u
+  double inverse_mass_per_kg = 0.0;  ///< see geometry/contact_time.hpp; 0: no body moves
+
+  /// Overlap under the force and, by itself, in the impact: the larger of F/k and √(2 m u²/k) [m].
+  [[nodiscard]] double overlap_m(double stiffness_N_per_m) const;
+};
+
+/// Speeds are those at the start, or those of settling: free fall over the domain, or Stokes drag, whichever is slower.
+ExpectedContacts expected_contacts(const Case& the_case, const Assembly& assembly);
+
+/// Stiffness as given, or the larger of two: what keeps overlaps below `allowed_overlap`, and the stiffest that needs
+/// no substeps [N/m].
+double contact_stiffness(const Case& the_case, const Assembly& assembly);
+
+/// What body components receive; of a case without contacts: nothing.
+ContactSpecification contact_specification(const Case& the_case, const Assembly& assembly);
+
+/// Faces that bodies meet: with friction where the fluid sticks to them, without where it slips; not where the fluid
+/// flows through.
+std::vector<WallSpecification> contact_walls(const Case& the_case);
 
 }  // namespace copepod::coupler

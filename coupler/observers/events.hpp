@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <ostream>
 #include <string>
@@ -7,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "contract/errors.hpp"
+#include "observers/observer.hpp"
 
 namespace copepod::coupler {
 
@@ -26,6 +28,26 @@ class Events {
  private:
   void write(const nlohmann::ordered_json& event);
   std::ostream& stream_;
+};
+
+/// Reports how far a run is: first and last step always, in between about five times per second.
+class Progress final : public Observer {
+ public:
+  /// @param events  must outlive this object
+  Progress(Events& events, std::int64_t steps) : events_(events), steps_(steps) {}
+
+  void observe(const StepRecord& record) override;
+  void finish(const StepRecord& last) override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void report(std::int64_t step, Clock::time_point now);
+
+  Events& events_;
+  std::int64_t steps_;
+  std::int64_t first_step_ = -1;
+  Clock::time_point started_;
+  Clock::time_point reported_;
 };
 
 }  // namespace copepod::coupler

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "observers/observer.hpp"
-#include "storage/table_end.hpp"
+#include "storage/checksum.hpp"
 
 namespace copepod::coupler {
 

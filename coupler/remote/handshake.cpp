@@ -6,7 +6,6 @@
 
 #include "contract/errors.hpp"
 #include "conversion/limits.hpp"
-#include "session/handshake.hpp"
 
 namespace copepod::coupler {
 

@@ -5,12 +5,10 @@
 #include <span>
 #include <string>
 
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "session/coupler_session.hpp"
-#include "session/liveness.hpp"
 #include "session/messages.hpp"
-#include "transport/router.hpp"
+#include "transport/lanes.hpp"
 
 namespace copepod::coupler {
 

@@ -9,10 +9,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include "recording/recording_router.hpp"
-#include "session/handshake.hpp"
-#include "system/printable.hpp"
-#include "transport/zeromq.hpp"
+#include "recording/recorder.hpp"
+#include "session/coupler_session.hpp"
+#include "system/process.hpp"
 
 namespace copepod::coupler {
 

@@ -8,9 +8,9 @@
 
 #include "contract/capabilities.hpp"
 #include "contract/errors.hpp"
-#include "conversion/malformed_message.hpp"
+#include "conversion/limits.hpp"
 #include "remote/handshake.hpp"
-#include "transport/router.hpp"
+#include "transport/lanes.hpp"
 
 namespace copepod::coupler {
 

@@ -14,8 +14,8 @@
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
 #include "remote/link.hpp"
-#include "run/command_line.hpp"
 #include "run/components.hpp"
+#include "run/program.hpp"
 
 namespace copepod::coupler {
 

@@ -1,22 +1,20 @@
-#include "run/plan.hpp"
-
 #include <cmath>
 #include <map>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "analysis/groups.hpp"
+#include "analysis/cycle_observer.hpp"
 #include "analysis/swimmer_figures.hpp"
-#include "config/checks/contact_setup.hpp"
-#include "config/checks/light_bodies.hpp"
+#include "config/checks/checks.hpp"
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/features.hpp"
-#include "conversion/setup_conversion.hpp"
+#include "conversion/codec.hpp"
 #include "geometry/contact_time.hpp"
+#include "run/program.hpp"
 
 namespace copepod::coupler {
 namespace {

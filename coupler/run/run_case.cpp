@@ -7,13 +7,11 @@
 #include <spdlog/spdlog.h>
 
 #include "analysis/swimmer_report.hpp"
-#include "config/checks/light_bodies.hpp"
+#include "config/checks/checks.hpp"
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"
-#include "driving/lowered_bodies.hpp"
 #include "driving/prescribed_bodies.hpp"
 #include "recording/recorder.hpp"
-#include "run/checkpointer.hpp"
 #include "run/run_observers.hpp"
 #include "run/summary.hpp"
 #include "scheme/serial_explicit.hpp"

@@ -8,11 +8,11 @@
 #include "config/load_case.hpp"
 #include "contract/timeline.hpp"
 #include "observers/events.hpp"
-#include "run/branch.hpp"
+#include "run/checkpointer.hpp"
 #include "run/components.hpp"
-#include "run/signals.hpp"
+#include "run/summary.hpp"
 #include "scheme/lubrication.hpp"
-#include "scheme/virtual_mass.hpp"
+#include "scheme/serial_explicit.hpp"
 #include "storage/run_directory.hpp"
 
 namespace copepod::coupler {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "analysis/groups.hpp"
+#include "analysis/cycle_observer.hpp"
 #include "config/setups.hpp"
 
 namespace copepod::coupler {

@@ -12,7 +12,6 @@
 #include "observers/bodies_writer.hpp"
 #include "observers/events.hpp"
 #include "observers/observer.hpp"
-#include "observers/progress.hpp"
 #include "observers/trajectory_writer.hpp"
 #include "storage/run_directory.hpp"
 

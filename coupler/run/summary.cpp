@@ -1,15 +1,124 @@
 #include "run/summary.hpp"
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <regex>
 
 #include <nlohmann/json.hpp>
 
-#include "config/sections/case.hpp"
+#include "config/sections/sections.hpp"
 #include "contract/digest.hpp"
+#include "system/durable_file.hpp"
+#include "system/process.hpp"
 
 namespace copepod::coupler {
+
 namespace {
+
+using nlohmann::json;
+
+std::string dotted(std::string pointer) {
+  std::replace(pointer.begin(), pointer.end(), '/', '.');
+  return pointer.substr(1);
+}
+
+std::string text_of(const json& tree, const json::json_pointer& place) {
+  return tree.contains(place) ? tree.at(place).dump() : "none";
+}
+
+/// "fluid.cell_size_m is 2e-06, was 1e-06; …", the first few.
+std::string described(const ChangedKeys& changed) {
+  constexpr std::size_t shown = 4;
+  std::string text;
+  std::size_t count = 0;
+  for (const auto& [key, values] : changed) {
+    if (count == shown) return text + "; " + std::to_string(changed.size() - shown) + " more";
+    text += (count++ == 0 ? "" : "; ") + key + " is " + values.second + ", was " + values.first;
+  }
+  return text;
+}
+
+LoadedCase case_of_run(const std::filesystem::path& directory) {
+  const std::filesystem::path file = directory / "case.yaml";
+  if (!std::filesystem::exists(file))
+    throw CaseError(directory.string() + " is not a run (it has no case.yaml). Name the directory of a run.");
+  return load_case(file.string(), {});
+}
+
+bool same_shape(const Shape& a, const Shape& b) {
+  const auto same_part = [](const ShapePart& p, const ShapePart& q) {
+    return p.position_m == q.position_m && p.orientation_wxyz == q.orientation_wxyz && same_shape(p.shape, q.shape);
+  };
+  return a.kind == b.kind && a.radius_m == b.radius_m && a.length_m == b.length_m && a.extents_m == b.extents_m &&
+         (a.kind != ShapeKind::mesh || *a.mesh == *b.mesh) && std::ranges::equal(a.parts, b.parts, same_part);
+}
+
+bool same_bodies(const std::vector<BodySpecification>& before, const std::vector<BodySpecification>& now) {
+  return std::equal(before.begin(), before.end(), now.begin(), now.end(),
+                    [](const BodySpecification& a, const BodySpecification& b) {
+                      return a.name == b.name && a.motion == b.motion && same_shape(a.shape, b.shape);
+                    });
+}
+
+/// The first reason why a state of one case cannot be one of the other; empty if there is none.
+std::string obstacle(const LoadedCase& before, const LoadedCase& now) {
+  const FluidCase& a = before.content.fluid;
+  const FluidCase& b = now.content.fluid;
+  if (a.solver != b.solver || a.kind != b.kind) return "fluid.solver";
+  if (a.cell_size_m != b.cell_size_m || a.domain_cells != b.domain_cells) return "the cells";
+  if (a.symmetry_planes != b.symmetry_planes) return "fluid.symmetry_planes";
+  if (a.precision != b.precision) return "fluid.precision";
+  if (before.content.step_s != now.content.step_s) return "the step";
+  if (before.content.body.solver != now.content.body.solver) return "body.solver";
+  if (before.content.body.integrator != now.content.body.integrator) return "body.integrator";
+  if (!same_bodies(before.assembly.bodies, now.assembly.bodies)) return "the bodies or their shapes";
+  return {};
+}
+
+/// Whether a key, such as `swimmers.0.center_m.2`, is of the state at step 0, which a checkpoint replaces.
+bool is_of_the_start(const std::string& key, const std::vector<SingleBody>& bodies) {
+  static const std::regex of_swimmers(R"((swimmers\.\d+|swarm)\.(template\.)?(center_m|axis|(beads\.\d+\.)?)"
+                                      R"((orientation|orientation_wxyz|position_m))(\..*)?)");
+  static const std::regex of_bodies(
+      R"(bodies\.(\d+)\.(position_m|orientation_wxyz|velocity_m_per_s|angular_velocity_rad_per_s)(\..*)?)");
+  std::smatch found;
+  if (std::regex_match(key, found, of_bodies)) {
+    const std::size_t body = std::stoul(found[1]);
+    return body < bodies.size() && bodies[body].motion != MotionKind::prescribed;
+  }
+  static const std::regex of_swarms(R"(swarm\.(region_m|orientations|spread_deg|minimal_gap_m)(\..*)?)");
+  return std::regex_match(key, of_swimmers) || std::regex_match(key, of_swarms) ||
+         key.starts_with("fluid.initial_flow");
+}
+
+/// Now, as "2012-05-03T14:15:16Z".
+std::string utc_now() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text.data();
+}
+
+/// The provenance that a resumed run finds; not an object if there is none.
+nlohmann::ordered_json last_provenance(const RunDirectory& directory) {
+  std::ifstream stream(directory.provenance());
+  return nlohmann::ordered_json::parse(stream, nullptr, false);
+}
+
+/// Added to the attempts which that one found; JSON list.
+std::string earlier_attempts(nlohmann::ordered_json last) {
+  using nlohmann::ordered_json;
+  ordered_json attempts = last.value("earlier_attempts", ordered_json::array());
+  last.erase("earlier_attempts");
+  attempts.push_back(last);
+  return attempts.dump();
+}
 
 using nlohmann::ordered_json;
 
@@ -46,6 +155,103 @@ ordered_json coupling_overhead(const SolverSummary& fluid, double loop_s) {
 }
 
 }  // namespace
+
+ChangedKeys changed_keys(const Case& before, const Case& now) {
+  const json old_tree = json::parse(physics_of(before).dump());
+  const json new_tree = json::parse(physics_of(now).dump());
+  ChangedKeys changed;
+  for (const json& difference : json::diff(old_tree, new_tree)) {
+    const json::json_pointer place(difference.at("path").get<std::string>());
+    changed[dotted(place.to_string())] = {text_of(old_tree, place), text_of(new_tree, place)};
+  }
+  return changed;
+}
+
+void require_same_case(const std::filesystem::path& directory, const Case& now) {
+  const ChangedKeys changed = changed_keys(case_of_run(directory).content, now);
+  if (changed.empty()) return;
+  throw CaseError(directory.string() + " is a run of another case (" + described(changed) +
+                  "). Resume it with its own case, or start the changed one with --branch-from " + directory.string() +
+                  " in a new folder.");
+}
+
+Branch plan_branch(const std::filesystem::path& directory, std::optional<std::int64_t> step, const LoadedCase& now) {
+  const LoadedCase before = case_of_run(directory);
+  const std::string differs = obstacle(before, now);
+  if (!differs.empty()) {
+    throw CaseError(directory.string() + " cannot be branched from (" + differs +
+                    " would change, and its checkpoints hold a state of the old ones). Change other keys, or start "
+                    "from the beginning.");
+  }
+  ChangedKeys changed = changed_keys(before.content, now.content);
+  for (const auto& [key, values] : changed) {
+    if (!is_of_the_start(key, now.content.bodies)) continue;
+    throw CaseError(directory.string() + " cannot be branched from (" + key + " is " + values.second + ", was " +
+                    values.first +
+                    ": a branch begins with the state of the checkpoint). Change other keys, or start "
+                    "from the beginning.");
+  }
+  return {directory, step, case_key(before.content), std::move(changed)};
+}
+
+Provenance::Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks,
+                       bool resumed)
+    : directory_(directory),
+      command_line_(std::move(command_line)),
+      build_(std::move(build)),
+      fluid_ranks_(fluid_ranks),
+      resumed_(resumed),
+      start_(utc_now()),
+      earlier_("[]") {
+  if (!resumed) return;
+  const nlohmann::ordered_json last = last_provenance(directory);
+  if (!last.is_object()) return;
+  earlier_ = earlier_attempts(last);
+  branched_from_ = last.value("branched_from", nlohmann::ordered_json(nullptr)).dump();
+}
+
+void Provenance::set_components(const Capabilities& fluid, const Capabilities& body) {
+  components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};
+}
+
+void Provenance::set_branch(const Branch& branch, std::int64_t step) {
+  using nlohmann::ordered_json;
+  ordered_json changed = ordered_json::object();
+  for (const auto& [key, values] : branch.changed) changed[key] = {{"was", values.first}, {"is", values.second}};
+  branched_from_ = ordered_json{{"directory", branch.directory.string()}, {"step", step}, {"changed", changed}}.dump();
+}
+
+void Provenance::write_start() { write("running", -1, "", ""); }
+
+void Provenance::write_end(ExitCode code, const std::string& reason) {
+  write(code == ExitCode::finished ? "finished" : "failed", static_cast<int>(code), reason, utc_now());
+}
+
+void Provenance::write(const std::string& status, int code, const std::string& reason, const std::string& end) {
+  using nlohmann::ordered_json;
+  const BuildInfo& build = build_info();
+  ordered_json components = ordered_json::object();
+  for (const auto& [role, name] : components_) components[role] = name;
+  const ordered_json content = {{"version", build.version},
+                                {"git_revision", build.git_revision},
+                                {"compiler", build.compiler},
+                                {"build_type", build.build_type},
+                                {"build", build_.empty() ? ordered_json(nullptr) : ordered_json(build_)},
+                                {"host", host_name()},
+                                {"fluid_ranks", fluid_ranks_},
+                                {"command_line", command_line_},
+                                {"resumed", resumed_},
+                                {"branched_from", ordered_json::parse(branched_from_)},
+                                {"components", components},
+                                {"notices", notices_},
+                                {"start", start_},
+                                {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
+                                {"status", status},
+                                {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
+                                {"earlier_attempts", ordered_json::parse(earlier_)},
+                                {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
+  write_durably(directory_.provenance(), content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
+}
 
 std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, const Kinematics& kinematics) {
   Digest digest;

@@ -1,15 +1,87 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "config/load_case.hpp"
 #include "config/sections/case.hpp"
+#include "contract/capabilities.hpp"
+#include "contract/errors.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_solver.hpp"
+#include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
+
+/// Keys of the resolved cases whose values differ: "fluid.cell_size_m" → {"1e-06", "2e-06"}; "none" where one lacks the
+/// key. Length of the run, output, services and published figures do not count: a run is continued with others.
+using ChangedKeys = std::map<std::string, std::pair<std::string, std::string>>;
+
+ChangedKeys changed_keys(const Case& before, const Case& now);
+
+/// A run is continued with its own case only.
+/// @param directory  of the run
+/// @throws CaseError that names the keys that differ
+void require_same_case(const std::filesystem::path& directory, const Case& now);
+
+/// Where a run begins that starts a changed case from a checkpoint of another run.
+struct Branch {
+  std::filesystem::path directory;   ///< of the other run
+  std::optional<std::int64_t> step;  ///< of the checkpoint; absent: the newest
+  std::string case_key;              ///< of the other run's case
+  ChangedKeys changed;
+};
+
+/// Finds out whether a state of the run in `directory` can be one of this case: bodies, their shapes, lattice and step
+/// must be the same.
+/// @throws CaseError
+Branch plan_branch(const std::filesystem::path& directory, std::optional<std::int64_t> step, const LoadedCase& now);
+
+/// What this program was built from and with.
+struct BuildInfo {
+  std::string version;
+  std::string git_revision;  ///< with "-dirty" if the tree had changes; "unknown" outside a checkout
+  std::string compiler;
+  std::string build_type;
+};
+
+const BuildInfo& build_info();
+
+/// Where the results of a run come from: provenance.json, written at the start and again at the end, so that
+/// a run that was killed is still described.
+class Provenance {
+ public:
+  /// @param build  identifies the programs of the run; empty: unknown
+  Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks, bool resumed);
+
+  void set_components(const Capabilities& fluid, const Capabilities& body);
+  /// @param step  of the checkpoint that the run starts from
+  void set_branch(const Branch& branch, std::int64_t step);
+  void set_notices(std::vector<std::string> notices) { notices_ = std::move(notices); }
+  void write_start();
+  void write_end(ExitCode code, const std::string& reason);
+
+ private:
+  void write(const std::string& status, int code, const std::string& reason, const std::string& end);
+
+  RunDirectory directory_;
+  std::string command_line_;
+  std::string build_;
+  int fluid_ranks_;
+  bool resumed_;
+  std::string start_;
+  std::string earlier_;                            ///< JSON list of the attempts before a resumed one
+  std::map<std::string, std::string> components_;  ///< role to name and version
+  std::string branched_from_ = "null";             ///< JSON
+  std::vector<std::string> notices_;               ///< features that a component neglects, and the like
+};
 
 /// Where the time of a run went; seconds of wall time.
 struct RunTiming {

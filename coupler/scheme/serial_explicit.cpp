@@ -1,12 +1,43 @@
 #include "scheme/serial_explicit.hpp"
 
+#include <cmath>
 #include <string>
-#include <utility>
 
 #include "contract/errors.hpp"
+#include "contract/words.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
+
 namespace {
+
+/// h = R J Rᵀ ω
+Eigen::Vector3d angular_momentum(const Eigen::Matrix3d& inertia_kg_m2, const Kinematics& kinematics,
+                                 Eigen::Index body) {
+  const Eigen::Vector3d w_WB = kinematics.angular_velocity_rad_per_s.col(body);
+  if (inertia_kg_m2 == inertia_kg_m2(0, 0) * Eigen::Matrix3d::Identity())  // commutes with every rotation
+    return inertia_kg_m2(0, 0) * w_WB;
+  const Eigen::Matrix3d R_WB = rotation_matrix(kinematics.orientation_wxyz.col(body));
+  return R_WB * (inertia_kg_m2 * (R_WB.transpose() * w_WB));
+}
+
+/// The same body with another mass, of the same distribution.
+BodySpecification with_mass(BodySpecification body, double mass_kg) {
+  for (double& number : body.inertia_kg_m2) number *= mass_kg / body.mass_kg;
+  body.mass_kg = mass_kg;
+  return body;
+}
+
+constexpr std::array axes{"x", "y", "z"};
+constexpr double quaternion_tolerance = 1e-3;
+constexpr double largest_turn_rad = 1.0;  // the surface then moves by a radius
+
+[[noreturn]] void fail(const BodySpecification& body, std::int64_t step, const std::string& found) {
+  throw PeerFailed({ExitCode::solver_failed, "body", "", 0, step,
+                    "In step " + std::to_string(step) + " body '" + body.name + "' " + found +
+                        ". Use a smaller step, smaller forces, coupling.virtual_mass: auto for light bodies, or check "
+                        "the body component."});
+}
 
 bool has_bodies(const Loads& loads, Eigen::Index bodies) {
   return loads.force_N.cols() == bodies && loads.torque_N_m.cols() == bodies;
@@ -18,6 +49,104 @@ bool has_bodies(const Kinematics& kinematics, Eigen::Index bodies) {
 }
 
 }  // namespace
+
+VirtualMass::VirtualMass(const BodySetup& setup, const std::vector<double>& mass_kg, LoadAveraging averaging,
+                         bool returns)
+    : step_s_(setup.step_s), returns_(returns) {
+  for (std::size_t body = 0; body < mass_kg.size(); ++body) {
+    if (!(mass_kg[body] > 0.0)) continue;
+    additions_.push_back({static_cast<Eigen::Index>(body), mass_kg[body],
+                          inertia_tensor_kg_m2(with_mass(setup.bodies[body], mass_kg[body])),
+                          mass_kg[body] * setup.gravity_m_per_s2});
+    if (averaging == LoadAveraging::none) not_averaged_.push_back(additions_.back().body);
+  }
+}
+
+BodySetup VirtualMass::enlarged(BodySetup setup) const {
+  for (const Addition& addition : additions_) {
+    BodySpecification& body = setup.bodies[static_cast<std::size_t>(addition.body)];
+    body = with_mass(std::move(body), body.mass_kg + addition.mass_kg);
+  }
+  return setup;
+}
+
+void VirtualMass::add_to(Loads& loads, const Kinematics& kinematics) {
+  if (!returns_) {
+    for (const Addition& addition : additions_) loads.force_N.col(addition.body) -= addition.weight_N;
+    return;
+  }
+  if (additions_.empty()) return;
+  if (previous_.bodies() != kinematics.bodies()) previous_ = kinematics;
+  for (const auto& [body, mass_kg, inertia_kg_m2, weight_N] : additions_) {
+    const Eigen::Vector3d gained_m_per_s = kinematics.velocity_m_per_s.col(body) - previous_.velocity_m_per_s.col(body);
+    loads.force_N.col(body) += mass_kg / step_s_ * gained_m_per_s - weight_N;
+    loads.torque_N_m.col(body) +=
+        (angular_momentum(inertia_kg_m2, kinematics, body) - angular_momentum(inertia_kg_m2, previous_, body)) /
+        step_s_;
+  }
+  previous_ = kinematics;
+}
+
+Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies,
+                           double largest_speed_m_per_s)
+    : bodies_(bodies), largest_speed_m_per_s_(largest_speed_m_per_s) {
+  confined_.resize(bodies.size());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    length_m_[i] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+    periodic_[axis] = length_m_[i] > 0.0 && fluid.boundaries[2 * axis].kind == BoundaryKind::periodic;
+    if (periodic_[axis]) continue;
+    for (std::size_t body = 0; body < bodies.size(); ++body) {
+      const double at = bodies[body].position_m[i];
+      confined_[body][axis] = length_m_[i] > 0.0 && at >= 0.0 && at <= length_m_[i];
+    }
+  }
+}
+
+void Plausibility::judge(const Kinematics& before, const Kinematics& after) const {
+  if (after.bodies() != static_cast<Eigen::Index>(bodies_.size())) {
+    throw PeerFailed({ExitCode::solver_failed, "body", "", 0, before.step,
+                      "The body component returned " + std::to_string(after.bodies()) + " bodies in step " +
+                          std::to_string(before.step) + " (the case has " + std::to_string(bodies_.size()) +
+                          "). Fix its step()."});
+  }
+  // Written so that a comparison with NaN fails.
+  for (Eigen::Index column = 0; column < after.bodies(); ++column) {
+    const BodySpecification& body = bodies_[static_cast<std::size_t>(column)];
+    const double norm = after.orientation_wxyz.col(column).norm();
+    if (!(std::abs(norm - 1.0) <= quaternion_tolerance)) {
+      fail(body, before.step,
+           "got an orientation of length " + rounded_text(norm) + " (an orientation is a quaternion of length 1)");
+    }
+    Eigen::Vector3d moved = after.position_m.col(column) - before.position_m.col(column);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      const double at = after.position_m(axis, column);
+      if (periodic_[i]) {  // a component may fold positions back into the domain
+        moved[axis] -= length_m_[axis] * std::round(moved[axis] / length_m_[axis]);
+      } else if (confined_[static_cast<std::size_t>(column)][i] && !(at >= 0.0 && at <= length_m_[axis])) {
+        fail(body, before.step,
+             std::string("left the domain: ") + axes[i] + " = " + length_text(at) + " (the domain ends at 0 and " +
+                 length_text(length_m_[axis]) + ")");
+      }
+    }
+    const double distance = moved.norm();
+    if (!(distance <= body.shape.radius_m)) {
+      fail(body, before.step,
+           "moved by " + length_text(distance) + " (more than its radius of " + length_text(body.shape.radius_m) + ")");
+    }
+    const double half_turn = std::abs(after.orientation_wxyz.col(column).dot(before.orientation_wxyz.col(column)));
+    if (!(half_turn >= std::cos(0.5 * largest_turn_rad) * (1.0 - 2.0 * quaternion_tolerance)))
+      fail(body, before.step, "turned by more than one radian");
+    const double speed_m_per_s = after.velocity_m_per_s.col(column).norm() +
+                                 after.angular_velocity_rad_per_s.col(column).norm() * bounding_radius_m(body.shape);
+    if (!(speed_m_per_s <= largest_speed_m_per_s_) || !std::isfinite(speed_m_per_s)) {
+      fail(body, before.step,
+           "has a surface that moves at " + rounded_text(speed_m_per_s) + " m/s (the fluid follows up to " +
+               rounded_text(largest_speed_m_per_s_) + " m/s: the coupling has diverged)");
+    }
+  }
+}
 
 void LoadAverage::apply(const Loads& raw, Loads& applied) {
   if (kind_ == LoadAveraging::none) {

@@ -1,22 +1,131 @@
 #pragma once
 
+#include <array>
+#include <chrono>
 #include <cstdint>
 #include <functional>
+#include <limits>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "config/sections/case.hpp"
+#include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/exchange.hpp"
+#include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
+#include "contract/timeline.hpp"
 #include "driving/driving_protocol.hpp"
 #include "observers/observer.hpp"
 #include "scheme/lubrication.hpp"
-#include "scheme/plausibility.hpp"
-#include "scheme/stopwatch.hpp"
-#include "scheme/virtual_mass.hpp"
 
 namespace copepod::coupler {
+
+/// Mass and inertia by which the coupling enlarges light bodies, and the loads that make up for them one step later, so
+/// that every body component computes the motion of the true masses:
+///   (M + m)(V(n+1) − V(n)) = Δt F̄(n) + p(n) − p(n−1),   p = m V
+///   L'(n+1) − L'(n) = Δt T̄(n) + h(n) − h(n−1),   L' = R (I + J) Rᵀ ω,   h = R J Rᵀ ω          [docs/theory.md, (C19)]
+/// It is distributed like that of the body, J = I m/M. Their weight stays that of M. What is kept, p = h = 0, makes the
+/// step of the drag implicit: bodies lose their momentum over a few steps, however short the time they need for it.
+class VirtualMass {
+ public:
+  /// No body has one.
+  VirtualMass() = default;
+
+  /// @param setup      the true bodies
+  /// @param mass_kg    virtual mass m of each body; 0: none
+  /// @param averaging  of the loads of bodies with a virtual mass; none: F̄(n) = F(n), even where those of other bodies
+  ///                   are averaged
+  /// @param returns    whether loads make up for them
+  VirtualMass(const BodySetup& setup, const std::vector<double>& mass_kg, LoadAveraging averaging, bool returns = true);
+
+  /// The setup to send to the body component: with masses M + m.
+  [[nodiscard]] BodySetup enlarged(BodySetup setup) const;
+
+  /// Bodies whose loads are not to be averaged, ascending.
+  [[nodiscard]] const std::vector<Eigen::Index>& not_averaged() const { return not_averaged_; }
+
+  /// Adds what the virtual masses gave to the fluid's loads, (p(n) − p(n−1))/Δt − m g and (h(n) − h(n−1))/Δt.
+  /// In the first step p(n−1) = p(n).
+  /// @param kinematics  of step n; steps must come in order
+  /// @param loads       of that step
+  void add_to(Loads& loads, const Kinematics& kinematics);
+
+  /// Whether it has a state, the kinematics of the step before.
+  [[nodiscard]] bool remembers() const { return returns_ && !additions_.empty(); }
+
+  /// Kinematics of the step before, all that is needed to continue bit for bit; no bodies: none yet, or none needed.
+  [[nodiscard]] const Kinematics& previous() const { return previous_; }
+  void restore(const Kinematics& previous) { previous_ = previous; }
+
+ private:
+  struct Addition {
+    Eigen::Index body = 0;
+    double mass_kg = 0.0;
+    Eigen::Matrix3d inertia_kg_m2;  ///< J in the frame of the body
+    Eigen::Vector3d weight_N;       ///< m g
+  };
+
+  std::vector<Addition> additions_;
+  std::vector<Eigen::Index> not_averaged_;
+  double step_s_ = 0.0;
+  bool returns_ = true;
+  Kinematics previous_;
+};
+
+/// Judges the motion that a body component reports, whatever fluid it is coupled to: a run whose bodies have
+/// left the domain must not finish as if nothing had happened.
+class Plausibility {
+ public:
+  /// @param bodies         names, shapes, initial positions, in the order of Kinematics; must outlive this object
+  /// @param largest_speed_m_per_s  of a body's surface [m/s]: what the fluid can follow
+  Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies,
+               double largest_speed_m_per_s = std::numeric_limits<double>::infinity());
+
+  /// A body must be inside the domain (its centre, and only if it began there), must neither move by more than its
+  /// radius nor turn by more than one radian in a step, and its orientation must be a unit quaternion. Its surface
+  /// must not be faster than the fluid can follow.
+  /// @param after  state that follows `before` by one step
+  /// @throws PeerFailed in the name of the body component, with body, step and value; numbers that are not
+  /// finite fail
+  void judge(const Kinematics& before, const Kinematics& after) const;
+
+ private:
+  const std::vector<BodySpecification>& bodies_;
+  double largest_speed_m_per_s_;
+  Eigen::Vector3d length_m_ = Eigen::Vector3d::Zero();  ///< of the domain; 0: unknown
+  std::array<bool, 3> periodic_{};
+  std::vector<std::array<bool, 3>> confined_;  ///< by body and axis
+};
+
+/// Adds up wall time over many short intervals, each of which is a phase of the timeline too.
+class Stopwatch {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// @param timeline  outlives this object
+  /// @param phase     its name in the timeline; a literal
+  Stopwatch(Timeline& timeline, std::string_view phase) : timeline_(timeline), phase_(phase) {}
+
+  /// Runs `work` and adds the time it took.
+  template <typename Work>
+  void time(Work&& work) {
+    const Clock::time_point start = Clock::now();
+    work();
+    const Clock::time_point end = Clock::now();
+    total_ += end - start;
+    timeline_.add(phase_, start, end);
+  }
+  [[nodiscard]] double seconds() const { return std::chrono::duration<double>(total_).count(); }
+
+ private:
+  Timeline& timeline_;
+  std::string_view phase_;
+  Clock::duration total_{};
+};
 
 /// Loads that the bodies receive, computed from those that the fluid returns.
 ///   two_step:  F̄(n) = (F(n) + F(n−1)) / 2,   F̄(0) = F(0) / 2        [docs/theory.md, (C3); Ladd 1994]

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <fstream>
+#include <optional>
 #include <vector>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #include "contract/errors.hpp"
+#include "storage/csv_file.hpp"
+#include "storage/hdf5_table.hpp"
 
 namespace copepod::coupler {
 
@@ -37,6 +40,13 @@ Checksum checksum_of_start(const std::filesystem::path& file, std::uint64_t byte
     bytes -= static_cast<std::uint64_t>(size);
   }
   return checksum;
+}
+
+std::string find_damage(const std::string& path, const TableEnd& end) {
+  const std::optional<Checksum> checksum =
+      path.ends_with(hdf5_suffix) ? Hdf5Table::checksum_of_start(path, end) : CsvFile::checksum_of_start(path, end);
+  if (!checksum) return path + " lacks rows that it had";
+  return checksum->value() == end.checksum ? "" : path + " has changed";
 }
 
 }  // namespace copepod::coupler

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "contract/errors.hpp"
-#include "system/storage_errno.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 

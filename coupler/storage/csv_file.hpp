@@ -11,7 +11,6 @@
 #include <Eigen/Core>
 
 #include "storage/checksum.hpp"
-#include "storage/table_end.hpp"
 
 namespace copepod::coupler {
 

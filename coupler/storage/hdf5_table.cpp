@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "contract/errors.hpp"
-#include "system/storage_errno.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "storage/checksum.hpp"
-#include "storage/table_end.hpp"
 
 namespace copepod::coupler {
 

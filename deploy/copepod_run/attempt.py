@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from copepod_run import components, hosts
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.launcher import Launcher, Process
-from copepod_run.local_launcher import LocalLauncher
 from copepod_run.messages import complain, keep_drawn, say
 from copepod_run.plan import Plan
 from copepod_run.progress import Progress
@@ -48,7 +47,7 @@ class Attempt:
             session = secrets.token_hex(16)
             environment = components.environment(mark, scratch, self._plan.fluid_ranks)
             environment[components.SESSION] = session
-            launcher: LocalLauncher
+            launcher: Launcher
             if hosts.others(self._plan):
                 from copepod_run.hosts_launcher import HostsLauncher  # runs on one machine start without it
 
@@ -58,7 +57,7 @@ class Attempt:
                 environment = launcher.environment(environment)
             else:
                 keys, endpoint = scratch.keys(self._plan.transport), scratch.endpoint(self._plan.transport)
-                launcher = LocalLauncher(mark, scratch.folders, locks)
+                launcher = Launcher(mark, scratch.folders, locks)
                 stack.callback(launcher.close)
             connection = components.Connection(endpoint, session, keys, self._directory.path / "logs")
             events, writing_end = _pipe(stack)

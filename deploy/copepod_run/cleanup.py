@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
@@ -29,11 +30,9 @@ def marked_processes(mark: str) -> list[int]:
     found = []
     for entry in os.listdir("/proc"):
         if entry.isdigit() and int(entry) != os.getpid():
-            try:
+            with suppress(OSError):  # it has ended, or belongs to another user
                 if wanted in Path("/proc", entry, "environ").read_bytes().split(b"\0"):
                     found.append(int(entry))
-            except OSError:  # it has ended, or belongs to another user
-                pass
     return found
 
 
@@ -62,11 +61,9 @@ def _signal_until_gone(mark: str, numbers: Iterable[int], patience_s: float) -> 
 
 
 def _send(pid: int, numbers: Iterable[int]) -> None:
-    try:
+    with suppress(ProcessLookupError, PermissionError):
         for number in numbers:
             os.kill(pid, number)
-    except (ProcessLookupError, PermissionError):
-        pass
 
 
 def claim(folder: str | Path, mark: str) -> None:

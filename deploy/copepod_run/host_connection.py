@@ -6,7 +6,7 @@ import subprocess
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import IO, Any
+from typing import Any
 
 from copepod_run import hosts
 from copepod_run.errors import ExitCode, Stop
@@ -42,7 +42,9 @@ class HostConnection:
         )
         self.pid = self._popen.pid
         self._order = {**order, "host": host}
-        for pipe in (self._stdin, self._stdout, self._stderr):
+        pipes = (self._popen.stdin, self._popen.stdout, self._popen.stderr)
+        self._stdin, self._stdout, self._stderr = self._pipes = [pipe for pipe in pipes if pipe]
+        for pipe in self._pipes:
             os.set_blocking(pipe.fileno(), False)
         self._send(self._order)
 
@@ -121,11 +123,9 @@ class HostConnection:
     def close(self) -> None:
         self._popen.kill()
         self._popen.wait()
-        for pipe in (self._stdin, self._stdout, self._stderr):
-            try:
+        for pipe in self._pipes:
+            with suppress(OSError):
                 pipe.close()
-            except OSError:
-                pass
 
     def _take(self, line: bytes) -> None:
         try:
@@ -155,22 +155,5 @@ class HostConnection:
         self.address, self._is_ready = answer["address"], True
 
     def _send(self, words: Mapping[str, Any]) -> None:
-        try:
+        with suppress(OSError):  # full, because nothing has been read for long, or closed: seen where answers are read
             os.write(self._stdin.fileno(), json.dumps(words).encode() + b"\n")
-        except OSError:  # full, because nothing has been read for long, or closed: seen where answers are read
-            pass
-
-    @property
-    def _stdin(self) -> IO[bytes]:
-        assert self._popen.stdin is not None
-        return self._popen.stdin
-
-    @property
-    def _stdout(self) -> IO[bytes]:
-        assert self._popen.stdout is not None
-        return self._popen.stdout
-
-    @property
-    def _stderr(self) -> IO[bytes]:
-        assert self._popen.stderr is not None
-        return self._popen.stderr

@@ -13,8 +13,7 @@ from copepod_run.cleanup import remove_folders
 from copepod_run.host_agent import ORDER
 from copepod_run.host_connection import HostConnection
 from copepod_run.host_guard import digest
-from copepod_run.launcher import Trouble
-from copepod_run.local_launcher import LocalLauncher
+from copepod_run.launcher import Launcher, Trouble
 from copepod_run.messages import Stage, say
 from copepod_run.plan import Plan
 from copepod_run.processes import Wrong, family_of
@@ -25,7 +24,7 @@ _WORTH_A_LINE_S = 3.0  # of silence
 _PASSED_ON = ("OMPI_", "PMIX_MCA_", "UCX_", "OMP_", "COPEPOD_", "LD_LIBRARY_PATH", "PATH", "HDF5_")
 
 
-class HostsLauncher(LocalLauncher):
+class HostsLauncher(Launcher):
     """mpirun is a child of this command and starts ranks elsewhere through host_agent.py."""
 
     def __init__(

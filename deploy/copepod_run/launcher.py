@@ -1,11 +1,22 @@
-"""Where the processes of a run live: the interface that starts, watches, signals and cleans up, whatever the host."""
+"""The processes of a run on this machine: each in a session of its own, marked, ended with this command."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+import os
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from copepod_run import cleanup
+from copepod_run.cleanup import COMPONENT, MARK
+from copepod_run.processes import ENDED, Looker, Wrong, adopt_orphans, end_with_parent, family_of, own_host, state_of
+
 LOOK_EVERY_S = 0.5  # how often look() is called
+_STOPPED_FOR_S = 1.4  # longer than by accident; with the looks and the clean-up it remains below three seconds
+_ENDED_FOR_S = 2.0  # mpirun had its time to report how a rank ended
+_AWAY_S = 1.5  # this command was stopped itself (Ctrl-Z, a suspended machine): the clocks start again
+_TAIL_BYTES = 8192
 
 
 @dataclass(frozen=True)
@@ -18,61 +29,158 @@ class Trouble:
     reason: str
 
 
-class Process(ABC):
-    """A component's process, or the starter of its ranks (mpirun)."""
+class Launcher:
+    """Starts the processes of one attempt of a run and leaves nothing of them behind: all are children of this command,
+    and a guard cleans up if the command is killed.
 
-    name: str  # of the component: coupler, fluid, body
-    host: str
-    descriptor: int  # becomes readable when the process ends
-    log: Path  # what the component reports itself
-    output: Path  # what it writes to stdout and stderr
-
-    @property
-    @abstractmethod
-    def returncode(self) -> int | None:
-        """As in subprocess: None while it lives, minus the signal's number if a signal ended it."""
-
-    @abstractmethod
-    def send(self, number: int) -> None:
-        """Signal to the process and all its descendants; does nothing if it has ended."""
-
-    @abstractmethod
-    def tail(self) -> str:
-        """The end of its output in this attempt."""
-
-    @abstractmethod
-    def log_tail(self) -> str:
-        """The end of its log in this attempt."""
-
-
-class Launcher(ABC):
-    """Starts the processes of one attempt of a run and leaves nothing of them behind.
-
-    Calls: start() for every component, then any others, then close(), also after an error. Processes end with the
-    command, even if that is killed.
+    Calls: start() for every component, then any others, then close(), also after an error.
     """
 
-    @abstractmethod
+    ended_for_s = _ENDED_FOR_S  # how long a rank may have ended before mpirun has
+
+    def __init__(
+        self, mark: str, folders: Sequence[Path], locks: Sequence[int], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """`mark`: value of COPEPOD_RUN for all processes; `folders`: removed at the end; `locks`: the guard's, too."""
+        adopt_orphans()
+        self._mark = mark
+        self._folders = folders
+        self._guard = cleanup.Guard(f"{MARK}={mark}", folders, locks)
+        self._processes: list["Process"] = []
+        self._clock = clock
+        self._last_look = clock()
+        self._looker = Looker(own_host())
+        self._since: dict[Wrong, float] = {}  # when that was seen first
+
     def start(
         self, name: str, command: Sequence[str], environment: Mapping[str, str], logs: Path, events: int | None = None
-    ) -> Process:
+    ) -> "Process":
         """Starts `command`; both outputs go to NAME.out in `logs`, except that stdout may be the pipe end `events`.
 
         Raises OSError if it cannot be started.
         """
+        variables = {**environment, MARK: self._mark, COMPONENT: name}
+        process = Process(name, command, variables, logs, events)
+        self._processes.append(process)
+        return process
 
-    @abstractmethod
     def look(self) -> Trouble | None:
         """What has been wrong for too long: a process stopped by a signal, or a rank that ended unnoticed by mpirun."""
+        now = self._clock()
+        was_away = now - self._last_look > _AWAY_S
+        self._last_look = now
+        known = {} if was_away else self._since
+        if was_away:
+            self._forgive()
+        self._since = {wrong: known.get(wrong, now) for wrong in self._wrong()}
+        for wrong, since in self._since.items():
+            if wrong.what == "stopped" and now - since >= _STOPPED_FOR_S:
+                return _stopped(wrong)
+            if wrong.what == "ended" and now - since >= self.ended_for_s:
+                return Trouble("fluid", wrong.host, wrong.rank, "it has ended, and mpirun did not notice.")
+        return None
 
-    @abstractmethod
     def has_ended_rank(self) -> bool:
         """Whether the last look() found a rank that had ended while mpirun had not."""
+        return any(wrong.what == "ended" for wrong in self._since)
 
-    @abstractmethod
     def end_all(self) -> int:
         """Ends every process, with SIGTERM first; returns how many could not be ended."""
+        return cleanup.end_marked(f"{MARK}={self._mark}")
 
-    @abstractmethod
     def close(self) -> None:
         """Ends what is left and removes every temporary file."""
+        self.end_all()
+        for process in self._processes:
+            process.collect()
+        _reap_orphans()
+        cleanup.remove_folders(self._folders)
+        self._guard.dismiss()
+
+    def _forgive(self) -> None:
+        """This command was away: what was too late may have been in time."""
+
+    def _wrong(self) -> Iterator[Wrong]:
+        """Every process that is not as it should be."""
+        yield from self._looker.wrong(
+            [pid for process in self._processes for pid in family_of(process.pid)], self._fluid_lives()
+        )
+
+    def _fluid_lives(self) -> bool:
+        """Whether mpirun does."""
+        fluid = next((process.pid for process in self._processes if process.name == "fluid"), None)
+        return fluid is not None and state_of(fluid) not in ENDED
+
+
+class Process:
+    """A component's process, or the starter of its ranks (mpirun), with its descendants."""
+
+    def __init__(
+        self, name: str, command: Sequence[str], environment: Mapping[str, str], logs: Path, events: int | None
+    ) -> None:
+        """Starts `command`; a restart appends to the same files. Raises OSError if it cannot be started."""
+        self.name, self.host = name, own_host()
+        self.output, self.log = logs / f"{name}.out", logs / f"{name}.log"  # the log is what it reports itself
+        for path in (self.output, self.log):
+            if path.is_symlink():  # in a run directory from elsewhere: what it leads to is not ours
+                path.unlink()
+        self._starts = {path: path.stat().st_size if path.exists() else 0 for path in (self.output, self.log)}
+        parent = os.getpid()
+        with open(self.output, "ab") as output:
+            self._popen = subprocess.Popen(
+                command,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output if events is None else events,
+                stderr=output,
+                start_new_session=True,
+                preexec_fn=lambda: end_with_parent(parent),
+            )
+        self.pid = self._popen.pid
+        self.descriptor = os.pidfd_open(self.pid)  # becomes readable when the process ends
+
+    @property
+    def returncode(self) -> int | None:
+        """As in subprocess: None while it lives, minus the signal's number if a signal ended it."""
+        return self._popen.poll()
+
+    def send(self, number: int) -> None:
+        """A signal; does nothing if the process has ended."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.pid, number)
+
+    def tail(self) -> str:
+        """The end of its output in this attempt."""
+        return self._tail(self.output)
+
+    def log_tail(self) -> str:
+        """The end of its log in this attempt."""
+        return self._tail(self.log)
+
+    def collect(self) -> None:
+        """Waits for the ended process, so that no zombie is left."""
+        with suppress(subprocess.TimeoutExpired):  # hangs in the kernel; end_all() has counted it
+            self._popen.wait(timeout=1)
+        os.close(self.descriptor)
+
+    def _tail(self, path: Path) -> str:
+        """The end of what was added to a file since the start; empty if there is no such file."""
+        try:
+            with open(path, "rb") as file:
+                size = file.seek(0, os.SEEK_END)
+                file.seek(max(self._starts[path], size - _TAIL_BYTES))
+                return file.read().decode(errors="replace")
+        except FileNotFoundError:
+            return ""
+
+
+def _stopped(wrong: Wrong) -> Trouble:
+    reason = f"frozen: its process {wrong.pid} ({wrong.program}) is stopped (SIGSTOP, a terminal, or a debugger)."
+    return Trouble(wrong.component, wrong.host, wrong.rank, reason)
+
+
+def _reap_orphans() -> None:
+    """Collects adopted orphans that have ended, once our own processes have been waited for."""
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass

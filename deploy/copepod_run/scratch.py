@@ -152,7 +152,7 @@ def _holds_sockets(folder: Path) -> bool:
 
 
 def _write_private(path: Path, lines: dict[str, str]) -> Path:
-    """A key file (proto/transport/keys.hpp describes it) that only its owner can read."""
+    """A key file (proto/transport/lanes.hpp describes it) that only its owner can read."""
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "w") as file:
         file.writelines(f"{name} {key}\n" for name, key in lines.items())

@@ -30,6 +30,18 @@ FEATURES = """integrator:semi_implicit_euler shape:sphere motion:free motion:fix
 POISSON = 2 / 7  # ratio of the tangential to the normal stiffness
 
 
+def load_yade():
+    """Yade, its quaternions and its one scene. Takes seconds in which this process answers nothing."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    sys.path.insert(1, YADE_MODULES)
+    import yade.wrapper
+    from yade.minieigenHP import Quaternion
+
+    scene = yade.wrapper.Omega()
+    shutil.rmtree(Path(scene.tmpFilename()).parent, ignore_errors=True)  # which Yade would leave behind
+    return yade.wrapper, Quaternion, scene
+
+
 def _column(entries, name):
     return np.array([getattr(entry, name) for entry in entries], dtype=float)
 
@@ -61,15 +73,9 @@ class Pairs:
 
 
 class YadeBodies:
-    def __init__(self, setup, context, rolling_friction=0.0):
-        os.environ.setdefault("OMP_NUM_THREADS", "1")
-        sys.path.insert(1, YADE_MODULES)
-        import yade.wrapper  # late, since it takes seconds: questions such as --capabilities do without
-        from yade.minieigenHP import Quaternion
-
-        self._yade, self._quaternion, self._scene = yade.wrapper, Quaternion, yade.wrapper.Omega()
+    def __init__(self, setup, engine, rolling_friction):
+        self._yade, self._quaternion, self._scene = engine
         self._count = len(setup.bodies)
-        shutil.rmtree(Path(self._scene.tmpFilename()).parent, ignore_errors=True)  # which Yade would leave behind
         self._springs, self._spring_entries = Pairs(setup.springs, 0), setup.springs
         self._is_pair = np.array([a.kind == schema.ACTUATOR_KIND_PAIR_FORCE for a in setup.actuators], dtype=bool)
         self._pair_forces = Pairs([a for a, pair in zip(setup.actuators, self._is_pair) if pair], 1)
@@ -199,4 +205,5 @@ if __name__ == "__main__":
     own.add_argument("--rolling-friction", type=float, default=0.0)
     options, sys.argv[1:] = own.parse_known_args()  # the rest belongs to the kit
     capabilities = Capabilities("Yade", "2023.02", FEATURES)
-    sys.exit(run_body_component(lambda *given: YadeBodies(*given, options.rolling_friction), capabilities))
+    engine = None if "--capabilities" in sys.argv else load_yade()  # before the coupler expects answers to its pings
+    sys.exit(run_body_component(lambda setup, _: YadeBodies(setup, engine, options.rolling_friction), capabilities))

@@ -7,7 +7,6 @@
 #include "benchmark/memory_rates.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "ranks/mpi_communicator.hpp"
-#include "ranks/mpi_session.hpp"
 
 // Speed of the fluid alone beside the speed of the memory, under mpirun; prints one JSON object on rank 0.
 // Every sample measures the limit and the fluid one after the other, all ranks at once, so that a ratio is
@@ -77,7 +76,7 @@ nlohmann::json measure(const Options& options, Communicator& ranks) {
                            {"domain_cells", options.domain},
                            {"precision", options.single ? "single" : "double"},
                            {"collision", options.trt ? "trt" : "bgk"},
-                           {"kernel", choose_stream_collide<T>().instruction_set}};
+                           {"kernel", choose_kernels<T>().instruction_set}};
   for (int sample = 0; sample < options.samples; ++sample) {
     const int sweeps = std::max(1, options.steps / 4);
     const double streams_s = slowest(ranks, [&] {

@@ -1,18 +1,20 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "contract/solver_context.hpp"
+#include "ranks/communicator.hpp"
 
 namespace copepod::fluid {
 
 /// An HDF5 file opened by one process; the only place that calls HDF5.
 ///
 /// No MPI: rank 0 alone lays a file out, all ranks then write their cells at the offsets of its contiguous
-/// datasets (shared_file.hpp), and each rank reads by itself (docs/decisions/hdf5_without_mpi_io.md).
+/// datasets (SharedFile), and each rank reads by itself (docs/decisions/hdf5_without_mpi_io.md).
 /// Every method throws StorageError with HDF5's innermost reason. Locks of files are not used, so that other programs
 /// can read snapshots during the run. HDF5 serves one thread at a time: as long as a file is open in one, the
 /// constructor waits in any other.
@@ -66,6 +68,55 @@ class Hdf5File {
   Access access_;
   SolverContext& context_;
   std::int64_t file_ = -1;  ///< HDF5 identifier
+};
+
+/// Runs `action` on every rank; collective. If it throws on one, all ranks throw a StorageError with the
+/// reason of the lowest rank that failed: none is left waiting for another.
+void on_every_rank(Communicator& communicator, const std::function<void()>& action);
+/// The same with `action` on rank 0 only.
+void on_leader(Communicator& communicator, const std::function<void()>& action);
+
+/// Makes sure that a file, which need not exist, can grow by so many bytes, and leaves it as it was.
+///
+/// HDF5 cannot end properly once one of its writes has failed, so a full disk must show before HDF5 writes.
+/// @throws StorageError
+void require_space(const std::string& path, std::int64_t bytes, SolverContext& context);
+
+/// Takes the disk space of a whole file that so far has holes, so that no later write finds the disk full.
+/// @throws StorageError
+void reserve_space(const std::string& path, SolverContext& context);
+
+/// Writes values of a contiguous dataset from any number of processes at once; not collective. Reports
+/// progress, so that a slow disk is not mistaken for a process that hangs.
+class SharedFile {
+ public:
+  /// Opens an existing file.
+  /// @param context  to report progress to; outlives the file
+  /// @throws StorageError
+  SharedFile(const std::string& path, SolverContext& context);
+  SharedFile(const SharedFile&) = delete;
+  SharedFile& operator=(const SharedFile&) = delete;
+  ~SharedFile();
+
+  /// Writes the part [start, start + count) of an array of this shape, last axis fastest, whose first value
+  /// lies at `offset` bytes. @throws StorageError
+  template <class T>
+  void write(std::int64_t offset, const Hdf5File::Extent& shape, const Hdf5File::Extent& start,
+             const Hdf5File::Extent& count, const T* values) {
+    write_bytes(offset, shape, start, count, reinterpret_cast<const char*>(values), sizeof(T));
+  }
+  /// Waits until everything written is on the disk. @throws StorageError
+  void sync();
+
+ private:
+  void write_bytes(std::int64_t offset, const Hdf5File::Extent& shape, const Hdf5File::Extent& start,
+                   const Hdf5File::Extent& count, const char* bytes, std::size_t value_bytes);
+  void write_run(std::uint64_t position, const char* bytes, std::size_t size);
+  [[noreturn]] void fail(const std::string& action) const;
+
+  std::string path_;
+  SolverContext& context_;
+  int file_;
 };
 
 }  // namespace copepod::fluid

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "contract/errors.hpp"
-#include "lattice_boltzmann/boundary/mirror.hpp"
-#include "lattice_boltzmann/boundary/periodic.hpp"
+#include "lattice_boltzmann/boundary/domain.hpp"
 
 namespace copepod::fluid {
 
@@ -33,7 +31,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       constants_(collision_constants<T>(setup.collision, units_.relaxation_time(setup.kinematic_viscosity_m2_per_s),
                                         units_.body_force_lu(setup.body_force_N_per_m3))),
       has_force_(!setup.body_force_N_per_m3.isZero(0.0)),
-      stream_collide_(choose_stream_collide<T>().update),
+      stream_collide_(choose_kernels<T>().stream_collide),
       halo_(domain_, partition_, layout_, communicator),
       moving_walls_(domain_, layout_),
       pressure_faces_(domain_, layout_),

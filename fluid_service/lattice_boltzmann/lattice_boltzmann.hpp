@@ -14,7 +14,6 @@
 #include "lattice_boltzmann/bodies/nearby_bodies.hpp"
 #include "lattice_boltzmann/bodies/refill.hpp"
 #include "lattice_boltzmann/boundary/halo_exchange.hpp"
-#include "lattice_boltzmann/boundary/pressure.hpp"
 #include "lattice_boltzmann/boundary/wall.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"

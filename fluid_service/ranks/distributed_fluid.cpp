@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "contract/errors.hpp"
-#include "conversion/setup_conversion.hpp"
+#include "conversion/codec.hpp"
 #include "ranks/packing.hpp"
 #include "ranks/rank_failure.hpp"
 #include "recording/recorder.hpp"

@@ -5,8 +5,8 @@
 #include <iostream>
 #include <new>
 
-#include "contract/exit_code.hpp"
-#include "system/block_signals.hpp"
+#include "contract/errors.hpp"
+#include "system/process.hpp"
 
 namespace copepod::fluid {
 

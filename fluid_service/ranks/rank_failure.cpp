@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ranks/packing.hpp"
-#include "system/host_name.hpp"
+#include "system/process.hpp"
 
 namespace copepod::fluid {
 

@@ -13,9 +13,9 @@
 #include <thread>
 
 #include "contract/errors.hpp"
-#include "ranks/backoff.hpp"
+#include "ranks/communicator.hpp"
 #include "ranks/rank_failure.hpp"
-#include "system/block_signals.hpp"
+#include "system/process.hpp"
 
 namespace copepod::fluid {
 

@@ -8,13 +8,12 @@
 #include <spdlog/sinks/null_sink.h>
 
 #include "component/command_line.hpp"
-#include "component/log.hpp"
+#include "component/control_lane.hpp"
 #include "component/run_component.hpp"
-#include "component/vitals.hpp"
 #include "contract/errors.hpp"
-#include "ranks/mpi_session.hpp"
+#include "ranks/mpi_communicator.hpp"
 #include "service/rank_solver.hpp"
-#include "system/launched_rank.hpp"
+#include "system/process.hpp"
 
 namespace copepod::fluid {
 

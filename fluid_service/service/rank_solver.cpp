@@ -1,9 +1,9 @@
 #include "service/rank_solver.hpp"
 
 #include "contract/errors.hpp"
+#include "files/stateless_fluid.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "stokes/stokes_flow.hpp"
-#include "vacuum/vacuum.hpp"
 
 namespace copepod::fluid {
 

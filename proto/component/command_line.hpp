@@ -1,12 +1,16 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include <spdlog/logger.h>
+
+#include "component/control_lane.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/capabilities.hpp"
-#include "session/role.hpp"
+#include "session/messages.hpp"
 
 namespace copepod::component {
 
@@ -44,5 +48,12 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, 
 
 /// {"name": …, "version": …, "role": "fluid", "features": […]} in one line.
 std::string capabilities_as_json(session::Role role, const Capabilities& capabilities);
+
+/// The log of this process: one file, every line with time, level, role, rank and coupling step. It also
+/// becomes spdlog's default logger, so that solvers may use spdlog::info and the like.
+/// @param vitals  shared, since the logger lives as long as the process
+/// @throws StorageError if the file cannot be opened
+std::shared_ptr<spdlog::logger> open_log(const Options& options, session::Role role, int rank,
+                                         std::shared_ptr<const Vitals> vitals);
 
 }  // namespace copepod::component

@@ -4,9 +4,8 @@
 #include <unistd.h>
 
 #include "contract/errors.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
-#include "system/block_signals.hpp"
+#include "conversion/codec.hpp"
+#include "system/process.hpp"
 
 namespace copepod::component {
 

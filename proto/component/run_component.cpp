@@ -10,12 +10,11 @@
 
 #include "component/command_line.hpp"
 #include "component/control_lane.hpp"
-#include "component/log.hpp"
 #include "component/served_solver.hpp"
 #include "component/server.hpp"
-#include "conversion/setup_conversion.hpp"
-#include "system/host_name.hpp"
-#include "transport/zeromq.hpp"
+#include "conversion/codec.hpp"
+#include "system/process.hpp"
+#include "transport/lanes.hpp"
 
 namespace copepod {
 

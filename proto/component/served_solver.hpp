@@ -5,10 +5,8 @@
 #include <span>
 
 #include "contract/component.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
-#include "session/header.hpp"
-#include "session/role.hpp"
+#include "conversion/codec.hpp"
+#include "session/messages.hpp"
 #include "session/transition_table.hpp"
 
 namespace copepod::component {

@@ -2,12 +2,12 @@
 
 #include <spdlog/logger.h>
 
+#include "component/control_lane.hpp"
 #include "component/served_solver.hpp"
-#include "component/vitals.hpp"
 #include "contract/errors.hpp"
 #include "session/component_session.hpp"
 #include "session/messages.hpp"
-#include "transport/dealer.hpp"
+#include "transport/lanes.hpp"
 
 namespace copepod::component {
 

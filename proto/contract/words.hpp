@@ -9,6 +9,10 @@
 
 namespace copepod {
 
+// Numbers in messages: a person reads four significant digits.
+std::string rounded_text(double number);
+std::string length_text(double length_m);  ///< with a unit in which it is readable: "1.5 µm"
+
 /// Word for an enumerator in case files, feature names and messages.
 template <typename E>
 struct Choice {
@@ -24,48 +28,28 @@ const char* name_of(const std::array<Choice<E>, N>& choices, E value) {
   return "";
 }
 
-inline constexpr std::array fluid_kind_names{Choice<FluidKind>{"lattice_boltzmann", FluidKind::lattice_boltzmann},
-                                             Choice<FluidKind>{"stokes", FluidKind::stokes},
-                                             Choice<FluidKind>{"vacuum", FluidKind::vacuum}};
+/// Words of the enumerators in their order, from `first` on.
+template <typename E, int first = 0, typename... Names>
+constexpr std::array<Choice<E>, sizeof...(Names)> words(Names... names) {
+  int value = first;
+  return {Choice<E>{names, static_cast<E>(value++)}...};
+}
 
-inline constexpr std::array collision_names{Choice<CollisionKind>{"bgk", CollisionKind::bgk},
-                                            Choice<CollisionKind>{"trt", CollisionKind::trt}};
-
-inline constexpr std::array moving_boundary_names{
-    Choice<MovingBoundary>{"bounce_back", MovingBoundary::bounce_back},
-    Choice<MovingBoundary>{"interpolated", MovingBoundary::interpolated},
-    Choice<MovingBoundary>{"central_linear", MovingBoundary::central_linear},
-    Choice<MovingBoundary>{"parabolic", MovingBoundary::parabolic}};
-
-inline constexpr std::array refill_names{Choice<Refill>{"equilibrium", Refill::equilibrium},
-                                         Choice<Refill>{"nonequilibrium", Refill::nonequilibrium},
-                                         Choice<Refill>{"grad", Refill::grad}};
-
-inline constexpr std::array precision_names{Choice<Precision>{"double", Precision::double_precision},
-                                            Choice<Precision>{"single", Precision::single_precision}};
-
-inline constexpr std::array boundary_names{
-    Choice<BoundaryKind>{"no_slip", BoundaryKind::no_slip}, Choice<BoundaryKind>{"periodic", BoundaryKind::periodic},
-    Choice<BoundaryKind>{"free_slip", BoundaryKind::free_slip},
-    Choice<BoundaryKind>{"velocity", BoundaryKind::velocity}, Choice<BoundaryKind>{"pressure", BoundaryKind::pressure}};
-
-inline constexpr std::array initial_flow_names{Choice<InitialFlowKind>{"rest", InitialFlowKind::rest},
-                                               Choice<InitialFlowKind>{"uniform", InitialFlowKind::uniform},
-                                               Choice<InitialFlowKind>{"shear", InitialFlowKind::shear},
-                                               Choice<InitialFlowKind>{"taylor_green", InitialFlowKind::taylor_green}};
-
-inline constexpr std::array quantity_names{Choice<FieldQuantity>{"density", FieldQuantity::density},
-                                           Choice<FieldQuantity>{"velocity", FieldQuantity::velocity},
-                                           Choice<FieldQuantity>{"pressure", FieldQuantity::pressure},
-                                           Choice<FieldQuantity>{"vorticity", FieldQuantity::vorticity}};
+inline constexpr auto fluid_kind_names = words<FluidKind>("lattice_boltzmann", "stokes", "vacuum");
+inline constexpr auto collision_names = words<CollisionKind>("bgk", "trt");
+inline constexpr auto moving_boundary_names =
+    words<MovingBoundary>("bounce_back", "interpolated", "central_linear", "parabolic");
+inline constexpr auto refill_names = words<Refill>("equilibrium", "nonequilibrium", "grad");
+inline constexpr auto precision_names = words<Precision>("double", "single");
+inline constexpr auto boundary_names = words<BoundaryKind>("no_slip", "periodic", "free_slip", "velocity", "pressure");
+inline constexpr auto initial_flow_names = words<InitialFlowKind>("rest", "uniform", "shear", "taylor_green");
+inline constexpr auto quantity_names = words<FieldQuantity>("density", "velocity", "pressure", "vorticity");
 
 /// Levels of FieldOutput::compression.
-inline constexpr std::array compression_names{Choice<int>{"none", 0}, Choice<int>{"deflate", 1}};
+inline constexpr auto compression_names = words<int>("none", "deflate");
 
 /// Faces by their number in the order of FluidSetup::boundaries.
-inline constexpr std::array plane_names{Choice<int>{"none", -1}, Choice<int>{"x_low", 0},  Choice<int>{"x_high", 1},
-                                        Choice<int>{"y_low", 2}, Choice<int>{"y_high", 3}, Choice<int>{"z_low", 4},
-                                        Choice<int>{"z_high", 5}};
+inline constexpr auto plane_names = words<int, -1>("none", "x_low", "x_high", "y_low", "y_high", "z_low", "z_high");
 
 inline constexpr std::array shape_names{Choice<ShapeKind>{"sphere", ShapeKind::sphere},
                                         Choice<ShapeKind>{"capsule", ShapeKind::capsule},
@@ -75,25 +59,11 @@ inline constexpr std::array shape_names{Choice<ShapeKind>{"sphere", ShapeKind::s
                                         Choice<ShapeKind>{"mesh", ShapeKind::mesh},
                                         Choice<ShapeKind>{"compound", ShapeKind::compound}};
 
-inline constexpr std::array motion_names{
-    Choice<MotionKind>{"free", MotionKind::free}, Choice<MotionKind>{"fixed", MotionKind::fixed},
-    Choice<MotionKind>{"prescribed", MotionKind::prescribed}, Choice<MotionKind>{"axis", MotionKind::axis}};
-
-inline constexpr std::array integrator_names{Choice<Integrator>{"semi_implicit_euler", Integrator::semi_implicit_euler},
-                                             Choice<Integrator>{"runge_kutta_4", Integrator::runge_kutta_4}};
-
-inline constexpr std::array joint_names{
-    Choice<JointKind>{"ball", JointKind::ball},         Choice<JointKind>{"hinge", JointKind::hinge},
-    Choice<JointKind>{"slider", JointKind::slider},     Choice<JointKind>{"fixed", JointKind::fixed},
-    Choice<JointKind>{"distance", JointKind::distance}, Choice<JointKind>{"model", JointKind::model}};
-
-inline constexpr std::array actuator_names{Choice<ActuatorKind>{"pair_force", ActuatorKind::pair_force},
-                                           Choice<ActuatorKind>{"body_force", ActuatorKind::body_force},
-                                           Choice<ActuatorKind>{"body_torque", ActuatorKind::body_torque},
-                                           Choice<ActuatorKind>{"world_force", ActuatorKind::world_force},
-                                           Choice<ActuatorKind>{"world_torque", ActuatorKind::world_torque},
-                                           Choice<ActuatorKind>{"joint_motion", ActuatorKind::joint_motion},
-                                           Choice<ActuatorKind>{"control", ActuatorKind::control}};
+inline constexpr auto motion_names = words<MotionKind>("free", "fixed", "prescribed", "axis");
+inline constexpr auto integrator_names = words<Integrator>("semi_implicit_euler", "runge_kutta_4");
+inline constexpr auto joint_names = words<JointKind>("ball", "hinge", "slider", "fixed", "distance", "model");
+inline constexpr auto actuator_names = words<ActuatorKind>("pair_force", "body_force", "body_torque", "world_force",
+                                                           "world_torque", "joint_motion", "control");
 
 /// Levenshtein's: letters to add, to leave out, or to replace.
 std::size_t edit_distance(const std::string& a, const std::string& b);

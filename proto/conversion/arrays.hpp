@@ -8,8 +8,7 @@
 #include <Eigen/Core>
 #include <google/protobuf/repeated_field.h>
 
-#include "conversion/finite.hpp"
-#include "conversion/malformed_message.hpp"
+#include "conversion/limits.hpp"
 #include "conversion/vector_passes.hpp"
 
 namespace copepod::conversion {

@@ -6,7 +6,7 @@
 
 #include "contract/body_setup.hpp"
 #include "contract/fluid_setup.hpp"
-#include "conversion/malformed_message.hpp"
+#include "conversion/limits.hpp"
 #include "copepod/v1/envelope.pb.h"
 #include "session/messages.hpp"
 

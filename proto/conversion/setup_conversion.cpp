@@ -1,4 +1,3 @@
-#include "conversion/setup_conversion.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +8,7 @@
 #include <utility>
 
 #include "conversion/arrays.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/text.hpp"

@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "conversion/finite.hpp"
 #include "conversion/vector_passes.hpp"
 
 #define XXH_INLINE_ALL  // compiled for the instruction set of the file, and the kit's users need no library

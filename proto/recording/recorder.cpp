@@ -5,7 +5,6 @@
 #include <fcntl.h>
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <utility>
 
 #include <google/protobuf/descriptor.h>
@@ -17,14 +16,10 @@
 #include "conversion/enumerations.hpp"
 #include "copepod/v1/envelope.pb.h"
 #include "copepod/v1/recording.pb.h"
-#include "system/block_signals.hpp"
-#include "system/host_name.hpp"
-#include "system/storage_errno.hpp"
+#include "system/durable_file.hpp"
+#include "system/process.hpp"
 
 namespace copepod::recording {
-
-using conversion::to_wire;
-using google::protobuf::util::SerializeDelimitedToZeroCopyStream;
 
 namespace {
 
@@ -62,6 +57,8 @@ google::protobuf::FileDescriptorSet recording_schema() {
 
 }  // namespace
 
+using conversion::to_wire;
+using google::protobuf::util::SerializeDelimitedToZeroCopyStream;
 /// @param fill  sets all fields of a record that may hold those of an earlier one
 template <class Fill>
 void Recorder::append(const Fill& fill) {
@@ -158,6 +155,33 @@ void open_timeline(Timeline& timeline, const std::string& folder, const std::str
   timeline.open([recorder](std::string_view name, std::int64_t step, auto begin, auto end) {
     recorder->add_phase(name, step, begin, end);
   });
+}
+
+bool RecordingRouter::receive(transport::Frame& frame, transport::Duration wait) {
+  if (!router_->receive(frame, wait)) return false;
+  const auto now = Clock::now();
+  recorder_.add_message(now, Direction::from_component, speaker_of(frame.peer, frame.bytes()), frame.bytes());
+  return true;
+}
+
+bool RecordingRouter::send(const std::string& peer, transport::Bytes bytes) {
+  const auto now = Clock::now();
+  if (!router_->send(peer, bytes)) return false;
+  recorder_.add_message(now, Direction::to_component, speaker_of(peer, {}), bytes);
+  return true;
+}
+
+/// A peer is identified by its Hello; until then it is unknown.
+Speaker RecordingRouter::speaker_of(const std::string& peer, transport::Bytes bytes) {
+  if (const auto known = speakers_.find(peer); known != speakers_.end()) return known->second;
+  try {
+    if (bytes.empty() || decoder_.parse(bytes) != session::MessageKind::hello) return {};
+    session::Hello hello;
+    decoder_.read(hello);
+    return speakers_[peer] = {hello.role, hello.lane};
+  } catch (const conversion::MalformedMessage&) {
+    return {};
+  }
 }
 
 }  // namespace copepod::recording

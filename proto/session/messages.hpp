@@ -1,15 +1,135 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "contract/capabilities.hpp"
-#include "session/role.hpp"
-#include "session/version.hpp"
 
 namespace copepod::session {
+
+/// Every message of the protocol, with the number of its field in envelope.proto; `none` stands for "no message".
+enum class MessageKind {
+  none = 0,
+  hello = 10,
+  welcome = 11,
+  refusal = 12,
+  fluid_setup = 20,
+  body_setup = 21,
+  configured = 22,
+  kinematics = 30,
+  loads = 31,
+  applied_loads = 32,
+  kinematics_request = 33,
+  save = 40,
+  saved = 41,
+  restore = 42,
+  restored = 43,
+  summarise = 50,
+  summary = 51,
+  finish = 52,
+  finished = 53,
+  ping = 60,
+  pong = 61,
+  abort = 62,
+  failure = 63,
+};
+
+/// Names as in the schema.
+inline constexpr std::array kMessageNames = {
+    std::pair{MessageKind::none, std::string_view("none")},
+    std::pair{MessageKind::hello, std::string_view("Hello")},
+    std::pair{MessageKind::welcome, std::string_view("Welcome")},
+    std::pair{MessageKind::refusal, std::string_view("Refusal")},
+    std::pair{MessageKind::fluid_setup, std::string_view("FluidSetup")},
+    std::pair{MessageKind::body_setup, std::string_view("BodySetup")},
+    std::pair{MessageKind::configured, std::string_view("Configured")},
+    std::pair{MessageKind::kinematics, std::string_view("Kinematics")},
+    std::pair{MessageKind::loads, std::string_view("Loads")},
+    std::pair{MessageKind::applied_loads, std::string_view("AppliedLoads")},
+    std::pair{MessageKind::kinematics_request, std::string_view("KinematicsRequest")},
+    std::pair{MessageKind::save, std::string_view("Save")},
+    std::pair{MessageKind::saved, std::string_view("Saved")},
+    std::pair{MessageKind::restore, std::string_view("Restore")},
+    std::pair{MessageKind::restored, std::string_view("Restored")},
+    std::pair{MessageKind::summarise, std::string_view("Summarise")},
+    std::pair{MessageKind::summary, std::string_view("Summary")},
+    std::pair{MessageKind::finish, std::string_view("Finish")},
+    std::pair{MessageKind::finished, std::string_view("Finished")},
+    std::pair{MessageKind::ping, std::string_view("Ping")},
+    std::pair{MessageKind::pong, std::string_view("Pong")},
+    std::pair{MessageKind::abort, std::string_view("Abort")},
+    std::pair{MessageKind::failure, std::string_view("Failure")},
+};
+
+constexpr std::string_view name_of(MessageKind kind) {
+  for (const auto& [known, name] : kMessageNames) {
+    if (known == kind) return name;
+  }
+  return "unknown";
+}
+
+/// Protocol version of this build. Minor versions only add fields and messages.
+inline constexpr std::uint32_t kProtocolMajor = 2;
+inline constexpr std::uint32_t kProtocolMinor = 0;
+
+/// Everything of an Envelope but its body; the fields are documented in envelope.proto.
+struct Header {
+  std::uint32_t protocol_major = kProtocolMajor;
+  std::uint32_t protocol_minor = kProtocolMinor;
+  std::uint64_t session_id = 0;
+  std::uint64_t epoch = 0;
+  std::uint64_t sequence = 0;
+  std::uint32_t attempt = 0;
+  std::int64_t step = -1;
+
+  /// The same for a message about another step.
+  [[nodiscard]] Header at(std::int64_t other_step) const {
+    Header header = *this;
+    header.step = other_step;
+    return header;
+  }
+
+  bool operator==(const Header&) const = default;
+};
+
+/// What a component is to the coupler; a run has one of each.
+enum class Role { fluid, body };
+
+/// Which of a component's two sockets a message travels on.
+enum class Lane { data, control };
+
+constexpr std::string_view name_of(Role role) { return role == Role::fluid ? "fluid" : "body"; }
+constexpr std::string_view name_of(Lane lane) { return lane == Lane::data ? "data" : "control"; }
+
+/// Protocol versions of one side.
+struct VersionRange {
+  std::uint32_t major = kProtocolMajor;
+  std::uint32_t minor_min = 0;
+  std::uint32_t minor_max = kProtocolMinor;
+
+  bool operator==(const VersionRange&) const = default;
+};
+
+/// Newest minor version of both sides; nothing if there is none.
+constexpr std::optional<std::uint32_t> negotiate(const VersionRange& ours, const VersionRange& theirs) {
+  if (ours.major != theirs.major) return std::nullopt;
+  const std::uint32_t newest = std::min(ours.minor_max, theirs.minor_max);
+  const std::uint32_t oldest = std::max(ours.minor_min, theirs.minor_min);
+  if (newest < oldest) return std::nullopt;
+  return newest;
+}
+
+/// "1.0 to 1.3"
+inline std::string to_text(const VersionRange& range) {
+  const std::string major = std::to_string(range.major) + ".";
+  return major + std::to_string(range.minor_min) + " to " + major + std::to_string(range.minor_max);
+}
 
 /// First message of a component on each of its lanes; fields as in handshake.proto.
 struct Hello {

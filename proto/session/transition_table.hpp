@@ -5,8 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "session/message_kind.hpp"
-#include "session/role.hpp"
+#include "session/messages.hpp"
 
 namespace copepod::session {
 

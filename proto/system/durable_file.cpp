@@ -1,7 +1,6 @@
 #include "system/durable_file.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
@@ -9,12 +8,22 @@
 #include <unistd.h>
 
 #include "contract/errors.hpp"
-#include "system/storage_errno.hpp"
-#include "system/write_all.hpp"
 
 namespace copepod {
 
 namespace {
+
+/// Writes all bytes, however many calls that takes.
+/// @return false if one failed; errno holds the reason
+bool write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return true;
+}
 
 constexpr std::size_t piece_bytes = 1 << 20;
 
@@ -44,16 +53,6 @@ bool synced(const std::string& path) {
   return done;
 }
 
-}  // namespace
-
-void publish(const std::string& unfinished, const std::string& path) {
-  const auto folder = std::filesystem::absolute(path).parent_path();
-  if (!synced(unfinished) || std::rename(unfinished.c_str(), path.c_str()) != 0 || !synced(folder.string()))
-    fail(path, errno);
-}
-
-namespace {
-
 /// @param finish  gives the file, complete under its first argument, its name
 void write_then(const std::string& path, std::span<const std::byte> content, const std::function<void()>& on_piece,
                 const std::function<void(const std::string& unfinished)>& finish) {
@@ -73,6 +72,11 @@ void write_then(const std::string& path, std::span<const std::byte> content, con
 
 }  // namespace
 
+void publish(const std::string& unfinished, const std::string& path) {
+  const auto folder = std::filesystem::absolute(path).parent_path();
+  if (!synced(unfinished) || std::rename(unfinished.c_str(), path.c_str()) != 0 || !synced(folder.string()))
+    fail(path, errno);
+}
 void write_durably(const std::string& path, std::span<const std::byte> content, const std::function<void()>& on_piece) {
   write_then(path, content, on_piece, [&](const std::string& unfinished) { publish(unfinished, path); });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cerrno>
 #include <cstddef>
 #include <functional>
 #include <span>
@@ -7,6 +8,15 @@
 #include <string_view>
 
 namespace copepod {
+
+/// Whether an error's number means that a disk takes no more: full, out of inodes or quota, read-only or broken.
+inline bool is_storage_errno(int error) { return error == ENOSPC || error == EDQUOT || error == EROFS || error == EIO; }
+
+/// What to do about a file that cannot be written: `usual`, unless it is a limit of the process or the machine.
+inline std::string remedy_for(int error, const std::string& usual) {
+  if (error == EFBIG) return "Raise the limit of the size of files (ulimit -f).";
+  return error == EMFILE || error == ENFILE ? "Raise the limit of open files (ulimit -n)." : usual;
+}
 
 /// Writes a file that is complete and on the disk on return; until then `path` keeps what it held before.
 /// @param on_piece  called after every mebibyte, so that a slow disk is not mistaken for a process that hangs

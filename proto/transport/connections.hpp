@@ -8,10 +8,55 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
-#include "transport/connection_monitor.hpp"
+#include <zmq.hpp>
 
 namespace copepod::transport {
+
+/// Reports what happens to the connections of a socket, which ZeroMQ sends to a second, inner socket. A
+/// handshake fails for good (turned_away) if a key is refused or only one side has keys; it is broken off,
+/// and tried again, if the peer cannot read it or ends.
+class ConnectionMonitor {
+ public:
+  enum class Event { none, opened, closed, turned_away, broken_off, other, stopped };
+
+  /// @param name  unique in the context
+  /// @param wait  of next(), at most
+  ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name,
+                    std::chrono::milliseconds wait = {});
+  ConnectionMonitor(const ConnectionMonitor&) = delete;
+  ConnectionMonitor& operator=(const ConnectionMonitor&) = delete;
+  ~ConnectionMonitor();
+
+  /// Ends it, and a wait of another thread in next(); by the thread that uses the watched socket, before that closes.
+  void stop();
+
+  /// The next event; none if there was none in time, stopped after stop().
+  /// @param descriptor  of the connection it is about
+  Event next(int& descriptor);
+
+ private:
+  zmq::socket_t& watched_;
+  zmq::socket_t socket_;
+};
+
+/// Decides which peers may connect to a socket with CURVE, by answering ZeroMQ's authentication requests
+/// (ZAP, RFC 27): the holder of an admitted key connects under the name that belongs to it, all others are
+/// rejected. Used by the thread of the socket, between two waits; exists before the socket is bound.
+class Authenticator {
+ public:
+  /// @param admitted  public key (Z85) to name; every message carries the name of its sender ("User-Id")
+  Authenticator(zmq::context_t& context, const std::map<std::string, std::string>& admitted);
+
+  /// Answers all requests that have arrived.
+  /// @return addresses of those who were rejected
+  std::vector<std::string> answer();
+
+ private:
+  zmq::socket_t socket_;
+  std::map<std::string, std::string> admitted_;  ///< public key as bytes
+};
 
 /// The connections of a router's socket, followed by a thread of its own: however busy or quiet the run is, those of
 /// strangers must not take all descriptors of the process. Of more than kMost connections it closes one on which no

@@ -22,8 +22,7 @@
 
 #include "component/run_component.hpp"
 #include "component/served_solver.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "coupled_run.hpp"
 #include "fake_programs.hpp"
 #include "ranks/distributed_fluid.hpp"

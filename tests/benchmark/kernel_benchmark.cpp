@@ -5,7 +5,7 @@
 
 #include "benchmark/memory_rates.hpp"
 #include "lattice_boltzmann/kernel/collision.hpp"
-#include "lattice_boltzmann/kernel/stream_collide.hpp"
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
 
 // The kernel alone, by instruction set, precision, placement and domain, beside the memory traffic without
@@ -53,9 +53,9 @@ void add(const std::string& precision) {
     const std::string suffix = "/" + precision + "/" + domain;
     for (const auto& [name, placement] :
          {std::pair{"home", Placement::home}, std::pair{"streamed", Placement::streamed}}) {
-      for (const auto& [set, update] : {std::pair{"avx512/", stream_collide_avx512<T>()},
-                                        {"avx2/", stream_collide_avx2<T>()},
-                                        {"baseline/", stream_collide_baseline<T>()}})
+      for (const auto& [set, update] : {std::pair{"avx512/", avx512_kernels<T>().stream_collide},
+                                        {"avx2/", avx2_kernels<T>().stream_collide},
+                                        {"baseline/", baseline_kernels<T>().stream_collide}})
         ::benchmark::RegisterBenchmark((set + std::string(name) + suffix).c_str(), stream_collide<T>, update, placement,
                                        box);
     }

@@ -8,6 +8,7 @@ Each part is skipped where Debian's packages libplb-dev or yade are not installe
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,10 @@ BUILD = Path(sys.argv.pop()).resolve()
 COPEPOD = ROOT / "deploy/copepod"
 CASES = ROOT / "configs/examples/foreign"
 YADE = f"/usr/bin/python3 {ROOT}/examples/yade_body/yade_body.py"
+os.environ["COPEPOD_BUILT_PROGRAMS"] = str(BUILD / "bin")
+sys.path.insert(0, str(ROOT / "tests/faults"))
+import hurt_run  # noqa: E402
+
 HAS_PALABOS = Path("/usr/include/palabos/palabos3D.h").exists()
 HAS_YADE = Path("/usr/lib/x86_64-linux-gnu/yade-double/py").is_dir()
 
@@ -97,6 +102,47 @@ class ForeignEngines(unittest.TestCase):
         self.run_case("colliding_spheres_palabos_yade", "--fluid", self.palabos, "--body", YADE)
         *_, last = (self.folder / "out/trajectory.csv").read_text().splitlines()
         self.assertAlmostEqual(float(last.split(",")[5]), 7.5e-3, delta=2e-7)
+
+    @unittest.skipUnless(HAS_PALABOS and HAS_YADE, "Debian's packages libplb-dev and yade are not both installed")
+    def test_what_is_killed_or_frozen_is_named_and_the_run_resumes_with_the_same_digest(self):
+        options = ("--fluid", self.palabos, "--ranks", "2", "--body", YADE, "--set", "run.steps=60")
+        options += ("--set", "output.checkpoint.every_steps=20")
+        whole = self.run_case("colliding_spheres_palabos_yade", *options)
+        kill, freeze = (signal.SIGKILL, "killed by signal 9"), (signal.SIGSTOP, "frozen")
+        for victim, name, (number, words) in (
+            ("fluid 0", "fluid service on host .*, rank 0", kill),
+            ("fluid 1", "fluid service on host .*, rank 1", freeze),
+            ("body", "body service on host", kill),
+            ("body", "body service on host", freeze),
+        ):
+            with self.subTest(victim=victim, fault=words), tempfile.TemporaryDirectory() as folder:
+                folder = Path(folder).resolve()
+                self.hurt(folder, options, victim, number, f"{name}.*{words}")
+                resumed = self.run_in(folder, *options, "--resume")
+                self.assertEqual(resumed.end(hurt_run.LONGEST_S), 0, resumed.last_line)
+                self.assertEqual(hurt_run.digest(folder), whole["digest"])
+
+    @unittest.skipUnless(HAS_PALABOS and HAS_YADE, "Debian's packages libplb-dev and yade are not both installed")
+    def test_work_without_progress_for_longer_than_its_deadline_is_a_hang(self):
+        options = ("--fluid", self.palabos, "--body", YADE, "--set", "services.progress_deadline_s=0.004")
+        with tempfile.TemporaryDirectory() as folder:
+            run = self.run_in(Path(folder).resolve(), *options)
+            self.assertEqual(run.end(hurt_run.LONGEST_S), 69, run.last_line)
+            self.assertRegex(run.last_line, "(fluid|body) service on host .* hangs")
+            self.assertEqual(run.final_leftovers(), [])
+
+    def run_in(self, folder, *options):
+        case = CASES / "colliding_spheres_palabos_yade.yaml"
+        return hurt_run.HurtRun(folder, "--out", "out", *options, case=case)
+
+    def hurt(self, folder, options, victim, number, words):
+        """Sends a signal once there is a checkpoint; the run has to end soon, with the words, and clean up."""
+        run = self.run_in(folder, *options)
+        self.assertTrue(hurt_run.wait_for(lambda: hurt_run.has_checkpoint(folder), hurt_run.LONGEST_S))
+        os.kill(run.pid(victim), number)
+        self.assertEqual(run.end(hurt_run.PROMPT_S), 69, run.last_line)
+        self.assertRegex(run.last_line, words)
+        self.assertEqual(run.final_leftovers(), [])
 
 
 if __name__ == "__main__":

@@ -5,8 +5,7 @@
 #include <span>
 #include <string>
 
-#include "transport/dealer.hpp"
-#include "transport/router.hpp"
+#include "transport/lanes.hpp"
 
 namespace copepod::transport {
 

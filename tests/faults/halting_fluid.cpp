@@ -1,7 +1,7 @@
 #include "fake_arguments.hpp"
 #include "service/fluid_program.hpp"
 #include "service/rank_solver.hpp"
-#include "system/launched_rank.hpp"
+#include "system/process.hpp"
 
 /// The fluid service, halting at a place given on its command line.
 int main(int argc, char** argv) {

@@ -7,12 +7,10 @@
 #include <cstdlib>
 #include <vector>
 
-#include "conversion/checksum.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
+#include "conversion/packed_arrays.hpp"
 #include "session/component_session.hpp"
 #include "session/coupler_session.hpp"
-#include "session/handshake.hpp"
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
 #include "config/yaml/yaml_text.hpp"
-#include "run/plan.hpp"
+#include "run/program.hpp"
 
 namespace {
 

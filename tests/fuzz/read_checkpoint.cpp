@@ -13,8 +13,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "checkpoint/checkpoint_store.hpp"
 #include "checkpoint/coupler_state.hpp"
-#include "checkpoint/manifest.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "storage/state_file.hpp"

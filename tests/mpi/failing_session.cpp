@@ -5,7 +5,7 @@
 
 #include "contract/errors.hpp"
 #include "ranks/distributed_fluid.hpp"
-#include "ranks/mpi_session.hpp"
+#include "ranks/mpi_communicator.hpp"
 
 namespace {
 

@@ -6,7 +6,6 @@
 
 #include "contract/errors.hpp"
 #include "files/hdf5_file.hpp"
-#include "files/shared_file.hpp"
 #include "lattice_boltzmann/output/field_output.hpp"
 #include "storage_case.hpp"
 

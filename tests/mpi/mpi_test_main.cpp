@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "ranks/mpi_communicator.hpp"
-#include "ranks/mpi_session.hpp"
 #include "ranks/thread_ranks.hpp"
 #include "test_on_ranks.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "lattice_boltzmann/output/field_output.hpp"
 #include "ranks/block_partition.hpp"
-#include "ranks/mpi_session.hpp"
+#include "ranks/mpi_communicator.hpp"
 #include "storage_case.hpp"
 
 /// write_fields FOLDER SNAPSHOTS SCALE [selected]: snapshots and a mean of numbered_fields on a quarter of 8·SCALE ×

@@ -17,7 +17,7 @@ ROOT = HERE.parents[1]
 PRESENT = HERE / f"schema_{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}.txt"
 ADVICE = (
     "the messages are not those of this protocol version (docs/protocol.md, Versions). If it was released, raise the "
-    "version in proto/session/header.hpp and proto/python/copepod_component/messages.py; then run this with --write."
+    "version in proto/session/messages.hpp and proto/python/copepod_component/messages.py; then run this with --write."
 )
 
 
@@ -61,7 +61,7 @@ class SchemaVersions(unittest.TestCase):
             self.assertEqual(older - newer, set())
 
     def test_both_kits_speak_the_same_version(self):
-        header = (ROOT / "proto/session/header.hpp").read_text()
+        header = (ROOT / "proto/session/messages.hpp").read_text()
         versions = [int(re.search(rf"kProtocol{part} = (\d+);", header)[1]) for part in ("Major", "Minor")]
         self.assertEqual(versions, [PROTOCOL_MAJOR, PROTOCOL_MINOR])
 

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """Palabos beside our fluid, and both with every body component: prints the tables of docs/foreign_engines.md.
 
-    foreign_engines.py /tmp/palabos_fluid/palabos_fluid [array|turning|wall|settling|swimmer|matrix|speed]…
+    foreign_engines.py /tmp/palabos_fluid/palabos_fluid [EXPERIMENT]…
+
+Experiments: array, turning, wall, lift, carried, settling, swimmer, design_a, matrix, speed.
 """
 
 import csv
@@ -149,6 +151,42 @@ def wall():
             )
 
 
+def spinning(cells, tau, faces, speed, steps, every):
+    """A sphere of radius 4 that turns about y at 0.02 cells per step and moves along x; speed [cells/step]."""
+    cells_per_step = VISCOSITY_M2_PER_S / CELL_M / ((tau - 0.5) / 3)
+    spin = 0.02 * cells_per_step / (4 * CELL_M)
+    middle = [(0.5 * cells + offset) * CELL_M for offset in (0.3, 0.2, 0.1)]
+    body = {"radius_m": 4 * CELL_M, "motion": "prescribed", "position_m": middle}
+    body |= {"velocity_m_per_s": [speed * cells_per_step, 0, 0], "angular_velocity_rad_per_s": [0, spin, 0]}
+    case = case_of([cells] * 3, tau, body, steps, every, dict.fromkeys("xyz", faces))
+    unit_N = DENSITY_KG_PER_M3 * (4 * CELL_M) ** 3 * spin * speed * cells_per_step
+    return case | {"coupling": {"load_averaging": "none"}}, unit_N
+
+
+def lift():
+    """A turning sphere moves in a closed box of 64³ cells, τ = 1; lift over πρR³ΩU [Rubinow & Keller 1961]."""
+    case, unit_N = spinning(64, 1.0, "no_slip", 0.002, 3000, 20)
+    for name, palabos in (("ours", False), ("Palabos", True)):
+        force_N = mean(run(case, palabos)[0], "fz_N", 25)  # while it moves by a cell
+        print(f"{name}: {-force_N / unit_N / math.pi:+.3f}", flush=True)
+
+
+def carried():
+    """A turning sphere sweeps all fluid of 24³ periodic cells along: lateral force over ρVΩU, change of the torque."""
+    print("| τ | ours: force | torque [%] | Palabos: force | torque [%] |\n|---|---|---|---|---|")
+    for tau, steps in ((2 / 3, 15000), (1.0, 5000)):
+        cells = [f"{tau:.3f}"]
+        for palabos in (False, True):
+            rows, turning_only = (
+                run(spinning(24, tau, "periodic", speed, steps, 5)[0], palabos)[0] for speed in (0.02, 0.0)
+            )
+            force_N = math.hypot(mean(rows, "fy_N", 100), mean(rows, "fz_N", 100))  # while it moves by ten cells
+            unit_N = 4 / 3 * math.pi * spinning(24, tau, "periodic", 0.02, steps, 5)[1]
+            torque = mean(rows, "ty_N_m", 100) / mean(turning_only, "ty_N_m", 100)
+            cells += [f"{force_N / unit_N:.4f}", f"{100 * (torque - 1):+.2f}"]
+        print(f"| {' | '.join(cells)} |", flush=True)
+
+
 def settling():
     """Experiment E2 of ten Cate et al. (2002), twelve cells per diameter; largest velocity over u∞."""
     case = {
@@ -181,6 +219,27 @@ def swimmer():
             one = summary["swimmers"][0]
             names = ("u_swim_lattice", "d1_cells", "d2_cells", "sin_dphi", "u_GA_lattice")
             print(name, collision, *(f"{number}={one[number]:.5g}" for number in names), flush=True)
+
+
+def design_a():
+    """Design (a) of the paper at half its resolution, three cycles, in the whole domain (20 minutes with Palabos)."""
+    sets = {"cell_size_m": "2.0e-6", "domain_cells": [50, 50, 100], "symmetry_planes": [], "precision": "double"}
+    sets = {f"fluid.{key}": value for key, value in sets.items()} | {"run.steps": 21087}
+    stroke = {"period_steps": 7029, "phase_lag_steps": 1757, "cycles": 3}
+    sets |= {f"swimmers.0.stroke.{key}": value for key, value in stroke.items()}
+    sets |= {"output.fields.mean_over_steps": [0, 0]}
+    options = [word for key, value in sets.items() for word in ("--set", f"{key}={value}")]
+    for name, palabos, collision, scheme in (
+        ("ours", False, "bgk", "bounce_back"),
+        ("ours", False, "trt", "parabolic"),
+        ("Palabos", True, "bgk", "immersed"),
+    ):
+        sets = ("--set", f"fluid.collision={collision}")
+        _, summary = run(ROOT / "configs/paper/design_a.yaml", palabos, *options, *sets, "--ranks", "1", scheme=scheme)
+        one = summary["swimmers"][0]
+        names = ("u_swim_lattice", "d1_cells", "d2_cells", "sin_dphi", "u_GA_lattice")
+        change = one["kinematics"]["change_from_last_cycle"]["velocity"]
+        print(name, collision, scheme, *(f"{key}={one[key]:.5g}" for key in names), f"change={change:.2g}", flush=True)
 
 
 def matrix():
@@ -217,7 +276,7 @@ def speed():
 
 if __name__ == "__main__":
     PALABOS, *chosen = sys.argv[1:] or sys.exit(__doc__)
-    for experiment in (array, turning, wall, settling, swimmer, matrix, speed):
+    for experiment in (array, turning, wall, lift, carried, settling, swimmer, design_a, matrix, speed):
         if not chosen or experiment.__name__ in chosen:
             print(f"\n{experiment.__name__}: {experiment.__doc__}\n", flush=True)
             experiment()

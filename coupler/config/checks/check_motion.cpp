@@ -9,7 +9,7 @@
 #include "config/checks/checks.hpp"
 #include "config/placement/geometry.hpp"
 #include "config/sections/case.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -6,8 +6,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "config/checks/checks.hpp"
-#include "config/checks/light_bodies.hpp"
-#include "contract/number_text.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

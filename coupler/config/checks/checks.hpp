@@ -1,8 +1,12 @@
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "config/sections/case.hpp"
-#include "config/sections/expand.hpp"
+#include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
+#include "contract/body_setup.hpp"
 
 namespace copepod::coupler {
 
@@ -33,5 +37,77 @@ void check_services(const Case& the_case, Problems& problems);  ///< what can ru
 
 /// All of them; a check whose sections hold errors already is left out, its values mean nothing.
 void check_case(const Case& the_case, const Assembly& assembly, Problems& problems);
+
+/// Longest step with which an integrator of ours does not amplify an oscillation ẍ = −a x − b ẋ [s].
+///   semi-implicit Euler: h² a + 2 h b = 4;   Runge-Kutta 4: |R(h μ)| = 1 with μ² + b μ + a = 0,
+///   R(z) = 1 + z + z²/2 + z³/6 + z⁴/24                                           [docs/theory_bodies.md]
+/// @param stiffness_per_s2  a ≥ 0
+/// @param damping_per_s     b ≥ 0
+/// @return infinity where both are 0
+double largest_stable_step_s(Integrator integrator, double stiffness_per_s2, double damping_per_s);
+
+/// A spring, bend or joint that limits the step.
+struct StepLimit {
+  std::size_t spring = 0;       ///< index; bends are counted after the springs, and joints after the bends
+  double largest_step_s = 0.0;  ///< infinity where nothing can oscillate
+};
+
+/// The springs or bends that limit the step most.
+struct FastestSprings {
+  StepLimit together;  ///< with all of them; perhaps somewhat longer steps are stable, too
+  StepLimit alone;     ///< as if each spring or bend were the only one: longer steps never are
+};
+
+/// Bounds of the fastest mode of a network of springs, bends and the springs of joints, in its first position.
+/// The squares of the modes' angular frequencies are the eigenvalues of M = √K G √K. K holds the stiffnesses, and G_ef
+/// is the acceleration by which a unit tension of spring f stretches spring e: 1/m_A + 1/m_B for f = e. For bends, read
+/// moment for tension and angle for stretch, and so for hinges. The largest eigenvalue lies between two bounds:
+///   max_e M_ee  (each spring alone)  ≤  largest eigenvalue  ≤  max_e Σ_f |M_ef|  (all together)
+/// For two bodies both are exact, for three in a row the upper one. The damping is bounded likewise. Neglected:
+/// stiffness across a spring under tension, the fluid that moves with a body, and joints, which make modes slower.
+/// @param springs, bends, joints  those with a body below 0 are left out, but for joints with the world
+FastestSprings fastest_springs(const std::vector<BodySpecification>& bodies,
+                               const std::vector<SpringSpecification>& springs,
+                               const std::vector<BendSpecification>& bends,
+                               const std::vector<JointSpecification>& joints, Integrator integrator);
+
+/// What keeps the coupling of a light body with a lattice fluid stable; masses in those of the fluid displaced.
+struct VirtualMassRule {
+  double needed_below = 0.0;                      ///< lighter bodies need a virtual mass
+  double virtual_mass = 0.0;                      ///< that suffices for a body without any mass
+  LoadAveraging averaging = LoadAveraging::none;  ///< of the loads of bodies with a virtual mass
+};
+
+/// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
+/// velocity or angular velocity [docs/decisions/virtual_mass.md]:
+///   needed below  max(1.4, 1.65 τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.65 τ^(3/2)) / r   without
+///   τ < 0.75, averaged loads:      m = min(1.5, 0.62 + 8.8 (τ − 1/2)) / r, with bgk 3.4 / r; parabolic
+///                                  boundaries, whose loads do not alternate: the first of these, loads as they are
+///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
+/// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
+/// @param averaging     that of the case
+VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
+                                  const FluidCase& fluid);
+
+/// Virtual masses of all bodies, as the case gives them or by the rule.
+struct VirtualMasses {
+  std::vector<double> mass_kg;                    ///< 0 for bodies whose motion no load changes
+  LoadAveraging averaging = LoadAveraging::none;  ///< of the loads of bodies that have one
+  bool returns = true;                            ///< whether the coupling makes up for them [VirtualMass]
+};
+VirtualMasses virtual_masses(const Case& the_case, const Assembly& assembly);
+
+/// Time in which a sphere in Stokes flow loses its momentum, by its mass over 6πμr [s].
+double damping_time_s(const BodySpecification& body, const FluidCase& fluid);
+
+/// Free in at least one direction.
+bool moves_under_loads(const BodySpecification& body);
+
+/// Mass of a body by that of the fluid it displaces.
+double mass_ratio(const BodySpecification& body, const FluidCase& fluid);
+
+/// The rule for a body of the case, with four times the virtual mass where only that keeps its rotation stable.
+/// @param body  in a lattice fluid
+VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the_case);
 
 }  // namespace copepod::coupler

@@ -1,4 +1,3 @@
-#include "config/checks/light_bodies.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "config/checks/checks.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
 namespace {

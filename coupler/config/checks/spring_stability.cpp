@@ -1,5 +1,3 @@
-#include "config/checks/spring_stability.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "config/checks/checks.hpp"
 #include "config/placement/geometry.hpp"
 
 namespace copepod::coupler {

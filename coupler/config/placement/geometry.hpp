@@ -9,7 +9,7 @@
 
 #include "contract/body_setup.hpp"
 #include "geometry/neighbour_grid.hpp"
-#include "geometry/overlaps.hpp"
+#include "geometry/shapes/overlaps.hpp"
 #include "geometry/periodic_images.hpp"
 #include "geometry/rotation.hpp"
 #include "geometry/segment_distance.hpp"

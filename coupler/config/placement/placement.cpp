@@ -1,10 +1,12 @@
 #include "config/placement/placement.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "config/placement/geometry.hpp"
 
 namespace copepod::coupler {
+
 namespace {
 
 /// Which of several trials are kept, one after the other.
@@ -28,6 +30,29 @@ std::vector<bool> kept_of(std::vector<bool> is_blocked, const std::vector<Touch>
 }
 
 }  // namespace
+
+Eigen::Vector4d RandomNumbers::orientation() {
+  const Eigen::Vector2d first = point_of_disk();
+  const Eigen::Vector2d second = point_of_disk();
+  const double scale = std::sqrt((1.0 - first.dot(first)) / second.dot(second));
+  return {first[0], first[1], second[0] * scale, second[1] * scale};
+}
+
+Eigen::Vector3d RandomNumbers::direction_about_z(double least) {
+  const double z = 1.0 - (1.0 - least) * fraction();
+  const Eigen::Vector2d point = point_of_disk();
+  const double scale = std::sqrt(std::fmax(0.0, 1.0 - z * z) / point.dot(point));
+  return {point[0] * scale, point[1] * scale, z};
+}
+
+Eigen::Vector2d RandomNumbers::point_of_disk() {
+  for (;;) {
+    const double x = 2.0 * fraction() - 1.0;
+    const double y = 2.0 * fraction() - 1.0;
+    const double square = x * x + y * y;
+    if (square > 0.0 && square <= 1.0) return {x, y};
+  }
+}
 
 void Placement::add_copy(const Place& place, std::vector<BodySpecification>& bodies) const {
   const Eigen::Matrix3d R_WS = rotation_matrix(place.orientation_wxyz);

@@ -8,7 +8,7 @@
 
 #include "config/sections/sections.hpp"
 #include "config/yaml/csv_rows.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -131,13 +131,9 @@ constexpr std::array drive_words{Choice<DriveWord>{"pair_force", {ActuatorKind::
                                  Choice<DriveWord>{"world_torque", {ActuatorKind::world_torque}},
                                  Choice<DriveWord>{"control", {ActuatorKind::control}}};
 
-constexpr std::array arm_words{Choice<DriveKind>{"pair_force", DriveKind::pair_force},
-                               Choice<DriveKind>{"rest_length", DriveKind::rest_length}};
+constexpr auto arm_words = words<DriveKind>("pair_force", "rest_length");
 
-constexpr std::array signal_names{
-    Choice<SignalKind>{"constant", SignalKind::constant}, Choice<SignalKind>{"sinusoid", SignalKind::sinusoid},
-    Choice<SignalKind>{"square", SignalKind::square}, Choice<SignalKind>{"trapezoid", SignalKind::trapezoid},
-    Choice<SignalKind>{"table", SignalKind::table}};
+constexpr auto signal_names = words<SignalKind>("constant", "sinusoid", "square", "trapezoid", "table");
 
 void declare_period(Keys& keys, Signal& signal, double step_s) {
   if (Reader* reader = keys.reader()) signal.period_steps = read_period(*reader, step_s);

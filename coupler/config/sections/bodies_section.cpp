@@ -9,7 +9,8 @@
 #include "config/shapes/mesh_file.hpp"
 #include "config/yaml/csv_rows.hpp"
 #include "contract/errors.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
+#include "contract/words.hpp"
 #include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {

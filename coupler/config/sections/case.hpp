@@ -15,7 +15,6 @@
 #include "contract/words.hpp"
 #include "driving/driving_protocol.hpp"
 #include "driving/prescribed_bodies.hpp"
-#include "driving/signal.hpp"
 
 namespace copepod::coupler {
 
@@ -184,7 +183,7 @@ struct ContactCase {
   double restitution = 0.9;
   double friction = 0.3;
   std::optional<double> wall_friction;      ///< absent: as between bodies
-  std::optional<double> stiffness_N_per_m;  ///< absent: by the rule of checks/contact_setup.hpp
+  std::optional<double> stiffness_N_per_m;  ///< absent: by the rule of setups.hpp
 };
 
 enum class TrajectoryFormat { by_bodies, csv, hdf5 };
@@ -238,7 +237,7 @@ struct Case {
   std::vector<NamedActuator> actuators;
   std::vector<NamedGroup> groups;
   LoadAveraging load_averaging = LoadAveraging::two_step;
-  std::optional<double> virtual_mass;  ///< in displaced masses; 0: none, absent: by the rule of checks/light_bodies.hpp
+  std::optional<double> virtual_mass;  ///< in displaced masses; 0: none, absent: by the rule of checks/light_bodies.cpp
   LubricationCase lubrication;
   std::optional<ContactCase> contact;  ///< absent: a run in which bodies meet ends
   std::int64_t steps = 0;
@@ -275,29 +274,14 @@ std::int64_t population_bytes(const FluidCase& fluid);
 // The words of the case file for the coupler's own enumerators; those of the contract are in
 // contract/words.hpp.
 
-inline constexpr std::array solver_names{
-    Choice<FluidSolverChoice>{"lattice_boltzmann", FluidSolverChoice::lattice_boltzmann},
-    Choice<FluidSolverChoice>{"stokes", FluidSolverChoice::stokes},
-    Choice<FluidSolverChoice>{"vacuum", FluidSolverChoice::vacuum},
-    Choice<FluidSolverChoice>{"external", FluidSolverChoice::external}};
-
-inline constexpr std::array body_solver_names{Choice<BodySolverChoice>{"own", BodySolverChoice::own},
-                                              Choice<BodySolverChoice>{"bullet", BodySolverChoice::bullet},
-                                              Choice<BodySolverChoice>{"mujoco", BodySolverChoice::mujoco},
-                                              Choice<BodySolverChoice>{"external", BodySolverChoice::external}};
-
-inline constexpr std::array orientation_names{Choice<BeadOrientation>{"parallel", BeadOrientation::parallel},
-                                              Choice<BeadOrientation>{"perpendicular", BeadOrientation::perpendicular}};
-
-inline constexpr std::array averaging_names{Choice<LoadAveraging>{"none", LoadAveraging::none},
-                                            Choice<LoadAveraging>{"two_step", LoadAveraging::two_step}};
+inline constexpr auto solver_names = words<FluidSolverChoice>("lattice_boltzmann", "stokes", "vacuum", "external");
+inline constexpr auto body_solver_names = words<BodySolverChoice>("own", "bullet", "mujoco", "external");
+inline constexpr auto orientation_names = words<BeadOrientation>("parallel", "perpendicular");
+inline constexpr auto averaging_names = words<LoadAveraging>("none", "two_step");
 
 enum class SchemeKind { serial_explicit };
-inline constexpr std::array scheme_names{Choice<SchemeKind>{"serial_explicit", SchemeKind::serial_explicit}};
-
-inline constexpr std::array trajectory_format_names{Choice<TrajectoryFormat>{"auto", TrajectoryFormat::by_bodies},
-                                                    Choice<TrajectoryFormat>{"csv", TrajectoryFormat::csv},
-                                                    Choice<TrajectoryFormat>{"hdf5", TrajectoryFormat::hdf5}};
+inline constexpr auto scheme_names = words<SchemeKind>("serial_explicit");
+inline constexpr auto trajectory_format_names = words<TrajectoryFormat>("auto", "csv", "hdf5");
 
 inline constexpr std::array axis_names{"x", "y", "z"};
 

@@ -3,12 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/sections/expand.hpp"
 #include "config/sections/sections.hpp"
-#include "config/sections/sweep.hpp"
 #include "config/yaml/yaml_text.hpp"
 #include "contract/digest.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 
 // The whole case, and its short sections.
 

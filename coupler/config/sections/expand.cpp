@@ -1,11 +1,10 @@
-#include "config/sections/expand.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <unordered_map>
 
+#include "config/sections/sections.hpp"
 #include "geometry/rotation.hpp"
 #include "geometry/shapes/solid.hpp"
 

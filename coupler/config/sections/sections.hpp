@@ -1,11 +1,21 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <initializer_list>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "config/sections/case.hpp"
+#include "config/yaml/document.hpp"
 #include "config/yaml/keys.hpp"
+#include "contract/body_setup.hpp"
+#include "contract/words.hpp"
+#include "driving/driving_protocol.hpp"
+#include "driving/prescribed_bodies.hpp"
 
 namespace copepod::coupler {
 
@@ -120,5 +130,73 @@ void declare_solver(Keys& keys, const Key& key, E& solver, const std::array<Choi
           "…\"}.");
   });
 }
+
+/// All bodies, springs, bends, joints and actuators of a case: swimmers expanded, names turned into positions in
+/// `bodies`. Bodies of swimmers come first, bead by bead.
+struct Assembly {
+  std::vector<BodySpecification> bodies;
+  std::vector<std::string> body_paths;   ///< key path in the case that each body came from
+  std::vector<int> first_bodies;         ///< of each swimmer: the body of its first bead; the others follow
+  std::vector<std::vector<int>> groups;  ///< bodies of each group of the case
+  std::vector<PrescribedBody> prescribed;
+  std::vector<SpringSpecification> springs;
+  std::vector<std::string> spring_paths;
+  std::vector<BendSpecification> bends;
+  std::vector<std::string> bend_paths;
+  std::vector<JointSpecification> joints;  ///< in the order of the case
+  std::vector<DrivenActuator> drive;
+  /// Key path that each actuator came from: that of the actuator, of the arm, or of the stroke.
+  std::vector<std::string> drive_paths;
+  std::vector<std::string> signal_paths;  ///< of the actuators' signals
+  std::vector<int> drive_springs;         ///< number of the spring whose rest length each varies; −1: none
+};
+
+/// Names that do not exist give body −1; `check_names` reports them.
+Assembly assemble(const Case& the_case);
+
+enum class SweepScale { linear, logarithmic };
+enum class SweepCombination { grid, zip };
+
+inline constexpr auto scale_names = words<SweepScale>("linear", "logarithmic");
+inline constexpr auto combination_names = words<SweepCombination>("grid", "zip");
+
+/// A key of the case that takes several values.
+struct SweptKey {
+  std::string key;                        ///< key path
+  SweepScale scale = SweepScale::linear;  ///< of the range that the values come from
+  std::vector<Value> values;
+};
+
+/// Keys of the case that take several values: a run for each combination (grid), or for each place in their lists
+/// (zip). Members are numbered from 0; in a grid the last key varies fastest.
+struct Sweep {
+  std::vector<SweptKey> parameters;
+  SweepCombination combination = SweepCombination::grid;
+};
+
+std::size_t member_count(const Sweep& sweep);
+
+/// What makes a member of the case: a value for each swept key, in their order, and no sweep.
+std::vector<Value::Entry> assignments_of(const Sweep& sweep, std::size_t member);
+
+/// A member in a message: «amplitude_N=1e-05, lag_deg=30».
+std::string member_text(const Sweep& sweep, std::size_t member);
+
+/// An assignment as after --set.
+std::string setting_text(const Value::Entry& assignment);
+
+/// The values of a range. Its ends are those that are written; the others are rounded to a thousandth of the distance
+/// between neighbours, so that they read as a person would write them.
+///   linear       vᵢ = a + (b − a) i / (n − 1)
+///   logarithmic  vᵢ = a (b/a)^(i / (n − 1))
+/// @param count  n, at least 2
+/// @return decimal texts
+std::vector<std::string> range_texts(double from, double to, std::size_t count, SweepScale scale);
+
+/// The sweep of a case, or nothing.
+/// @throws CaseInvalid with every error found in it
+std::optional<Sweep> read_sweep(const Document& document);
+/// Adds the section `sweep` to the schema of the case.
+void describe_sweep(Keys& keys);
 
 }  // namespace copepod::coupler

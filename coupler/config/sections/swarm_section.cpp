@@ -7,11 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "config/placement/placement.hpp"
-#include "config/placement/random_numbers.hpp"
-#include "config/sections/expand.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/csv_rows.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 #include "geometry/rotation.hpp"
 
 // Section `swarm`: a template and how copies of it are placed. They become swimmers like those of section `swimmers`,
@@ -24,12 +22,9 @@ enum class PlacementKind { random, lattice, file };
 enum class Orientations { isotropic, aligned };
 enum class Phases { equal, random };
 
-constexpr std::array placement_names{Choice<PlacementKind>{"random", PlacementKind::random},
-                                     Choice<PlacementKind>{"lattice", PlacementKind::lattice},
-                                     Choice<PlacementKind>{"file", PlacementKind::file}};
-constexpr std::array orientations_names{Choice<Orientations>{"isotropic", Orientations::isotropic},
-                                        Choice<Orientations>{"aligned", Orientations::aligned}};
-constexpr std::array phases_names{Choice<Phases>{"equal", Phases::equal}, Choice<Phases>{"random", Phases::random}};
+constexpr auto placement_names = words<PlacementKind>("random", "lattice", "file");
+constexpr auto orientations_names = words<Orientations>("isotropic", "aligned");
+constexpr auto phases_names = words<Phases>("equal", "random");
 
 constexpr std::int64_t most_swimmers = 1'000'000;
 constexpr std::size_t most_reported = 10;  // rows of a file

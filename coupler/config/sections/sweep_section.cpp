@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "config/sections/sweep.hpp"
+#include "config/sections/sections.hpp"
 #include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {

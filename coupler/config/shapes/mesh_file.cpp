@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "contract/errors.hpp"
-#include "contract/number_text.hpp"
+#include "contract/words.hpp"
 #include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {

@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include "config/yaml/document.hpp"
-#include "config/yaml/value.hpp"
 
 namespace copepod::coupler {
 

@@ -9,7 +9,6 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
-#include "config/yaml/document.hpp"
 #include "conversion/text.hpp"
 
 namespace copepod::coupler {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "config/yaml/value.hpp"
+#include "config/yaml/document.hpp"
 
 namespace copepod::coupler {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "lattice_boltzmann/boundary/periodic.hpp"
+#include "lattice_boltzmann/boundary/domain.hpp"
 
 namespace copepod::fluid {
 

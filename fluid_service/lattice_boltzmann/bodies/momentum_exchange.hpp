@@ -77,7 +77,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         map_(map),
         films_(films),
         single_links_(formula, layout, map, films),
-        exchange_groups_(std::get<ExchangeGroupsBy<Formula, T>>(choose_exchange_groups<T>())) {}
+        exchange_groups_(std::get<ExchangeGroupsBy<Formula, T>>(choose_kernels<T>().exchange_groups)) {}
 
   void operator()(std::span<const std::int32_t> bodies, BoundaryLinks<T>& links, std::span<const double> returned,
                   std::span<LoadSums> loads, MomentumSums& kept_back) const override {

@@ -1,11 +1,6 @@
 #include "lattice_boltzmann/boundary/domain.hpp"
 
-#include <bit>
-#include <cmath>
-
 #include "contract/errors.hpp"
-#include "lattice_boltzmann/boundary/mirror.hpp"
-#include "lattice_boltzmann/boundary/periodic.hpp"
 #include "lattice_boltzmann/boundary/wall.hpp"
 
 namespace copepod::fluid {

@@ -3,24 +3,62 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 
 #include <Eigen/Core>
 
 #include "contract/fluid_setup.hpp"
-#include "lattice_boltzmann/boundary/periodic.hpp"
 #include "lattice_boltzmann/lattice/lattice_units.hpp"
 #include "lattice_boltzmann/lattice/population_layout.hpp"
-#include "ranks/box.hpp"
+#include "ranks/block_partition.hpp"
+
+// Mirrors: symmetry planes and free-slip faces. The plane lies on cell faces, and beyond it is the fluid's
+// own mirror image, so that a population comes back in its mirrored direction (d3q19::mirrored) to its own
+// plane of cells: the normal momentum is reversed, the tangential one kept. They cost no time
+// (PopulationLayout).
+
+// Periodic faces: what leaves through one enters through the other. They cost no time: with streaming in
+// place a population is stored where it enters, at the other end of the domain (PopulationLayout), or travels
+// in a message to the rank that is there (HaloExchange).
 
 namespace copepod::fluid {
 
-/// What lies beyond a face of the computed domain; each kind has its file.
+/// Index in [0, cells) of the cell that `index` stands for.
+constexpr std::int64_t wrapped(std::int64_t index, std::int64_t cells) { return ((index % cells) + cells) % cells; }
+
+/// r − L round(r / L): one component of a distance, to the nearest image.
+inline double to_nearest_image(double r, double length) {
+  if (std::abs(r) < 0.49 * length) return r;  // without a division
+  return r - length * std::round(r / length);
+}
+
+/// Index of the cell whose image is `index`, at most one period outside [0, cells).
+constexpr std::int64_t reflected(std::int64_t index, std::int64_t cells) {
+  return index < 0 ? -1 - index : 2 * cells - 1 - index;
+}
+
+/// Factors that turn loads on the visible part of a body into loads on the whole of it.
+struct WholeBody {
+  std::array<double, 3> force = {1.0, 1.0, 1.0};
+  std::array<double, 3> torque = {1.0, 1.0, 1.0};
+
+  /// A plane normal to `plane` cuts the body: what its symmetry forbids is zero (force normal to it, torque
+  /// along it), the rest counts twice.
+  constexpr void cut(std::size_t plane) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      force[axis] *= axis == plane ? 0.0 : 2.0;
+      torque[axis] *= axis == plane ? 2.0 : 0.0;
+    }
+  }
+};
+
+/// What lies beyond a face of the computed domain; walls and open faces have their own file.
 enum class FaceKind {
-  periodic,  ///< periodic.hpp
-  mirror,    ///< mirror.hpp: symmetry plane or free slip
+  periodic,
+  mirror,    ///< symmetry plane or free slip
   wall,      ///< wall.hpp: at rest or moving, in any direction
-  pressure,  ///< pressure.hpp: open, at a given density
+  pressure,  ///< wall.hpp: open, at a given density
 };
 
 struct Face {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "lattice_boltzmann/boundary/domain.hpp"
-#include "lattice_boltzmann/boundary/runs.hpp"
+#include "lattice_boltzmann/boundary/wall.hpp"
 #include "ranks/block_partition.hpp"
 #include "ranks/communicator.hpp"
 

@@ -1,5 +1,4 @@
 #include "lattice_boltzmann/kernel/exchange_group.hpp"
-#include "lattice_boltzmann/kernel/stream_collide.hpp"
 
 namespace copepod::fluid {
 
@@ -10,23 +9,14 @@ struct [[maybe_unused]] Avx2 {
 }  // namespace
 
 template <class T>
-StreamCollide<T> stream_collide_avx2() {
+Kernels<T> avx2_kernels() {
 #ifdef __AVX2__
-  return __builtin_cpu_supports("avx2") ? &StreamCollideLoop<Avx2, T>::run : nullptr;
-#else
-  return nullptr;  // not built for x86-64
+  if (__builtin_cpu_supports("avx2")) return kernels_for<Avx2, T>("avx2");
 #endif
+  return {};
 }
 
-template StreamCollide<float> stream_collide_avx2<float>();
-template StreamCollide<double> stream_collide_avx2<double>();
-
-template <class T>
-ExchangeGroups<T> exchange_groups_avx2() {
-  return exchange_groups_for<Avx2, T>();
-}
-
-template ExchangeGroups<float> exchange_groups_avx2<float>();
-template ExchangeGroups<double> exchange_groups_avx2<double>();
+template Kernels<float> avx2_kernels<float>();
+template Kernels<double> avx2_kernels<double>();
 
 }  // namespace copepod::fluid

@@ -1,5 +1,4 @@
 #include "lattice_boltzmann/kernel/exchange_group.hpp"
-#include "lattice_boltzmann/kernel/stream_collide.hpp"
 
 namespace copepod::fluid {
 
@@ -10,23 +9,14 @@ struct [[maybe_unused]] Avx512 {
 }  // namespace
 
 template <class T>
-StreamCollide<T> stream_collide_avx512() {
+Kernels<T> avx512_kernels() {
 #ifdef __AVX512VL__
-  return __builtin_cpu_supports("avx512vl") ? &StreamCollideLoop<Avx512, T>::run : nullptr;
-#else
-  return nullptr;  // not built for x86-64
+  if (__builtin_cpu_supports("avx512vl")) return kernels_for<Avx512, T>("avx512");
 #endif
+  return {};
 }
 
-template StreamCollide<float> stream_collide_avx512<float>();
-template StreamCollide<double> stream_collide_avx512<double>();
-
-template <class T>
-ExchangeGroups<T> exchange_groups_avx512() {
-  return exchange_groups_for<Avx512, T>();
-}
-
-template ExchangeGroups<float> exchange_groups_avx512<float>();
-template ExchangeGroups<double> exchange_groups_avx512<double>();
+template Kernels<float> avx512_kernels<float>();
+template Kernels<double> avx512_kernels<double>();
 
 }  // namespace copepod::fluid

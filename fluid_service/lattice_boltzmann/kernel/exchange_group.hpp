@@ -69,17 +69,25 @@ template <class T>
 using ExchangeGroups = std::tuple<ExchangeGroupsBy<BounceBack, T>, ExchangeGroupsBy<Interpolated, T>,
                                   ExchangeGroupsBy<CentralLinear, T>, ExchangeGroupsBy<Parabolic, T>>;
 
+/// One build of the kernels; empty if this machine cannot run it.
+template <class T>
+struct Kernels {
+  const char* instruction_set = "";
+  StreamCollide<T> stream_collide = nullptr;
+  ExchangeGroups<T> exchange_groups;
+};
+
 /// The fastest build that this machine can run.
 template <class T>
-ExchangeGroups<T> choose_exchange_groups();
+Kernels<T> choose_kernels();
 
-/// A particular build, for tests; only on machines for which the same build of stream_collide is not null.
+/// A particular build, for tests and benchmarks.
 template <class T>
-ExchangeGroups<T> exchange_groups_baseline();
+Kernels<T> baseline_kernels();
 template <class T>
-ExchangeGroups<T> exchange_groups_avx2();
+Kernels<T> avx2_kernels();
 template <class T>
-ExchangeGroups<T> exchange_groups_avx512();
+Kernels<T> avx512_kernels();
 
 template <class Isa, class Formula, class T>
 struct ExchangeGroupLoop {
@@ -322,9 +330,11 @@ struct ExchangeGroupLoop {
 
 /// For every formula.
 template <class Isa, class T>
-ExchangeGroups<T> exchange_groups_for() {
-  return {&ExchangeGroupLoop<Isa, BounceBack, T>::run, &ExchangeGroupLoop<Isa, Interpolated, T>::run,
-          &ExchangeGroupLoop<Isa, CentralLinear, T>::run, &ExchangeGroupLoop<Isa, Parabolic, T>::run};
+Kernels<T> kernels_for(const char* instruction_set) {
+  return {instruction_set,
+          &StreamCollideLoop<Isa, T>::run,
+          {&ExchangeGroupLoop<Isa, BounceBack, T>::run, &ExchangeGroupLoop<Isa, Interpolated, T>::run,
+           &ExchangeGroupLoop<Isa, CentralLinear, T>::run, &ExchangeGroupLoop<Isa, Parabolic, T>::run}};
 }
 
 }  // namespace copepod::fluid

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <string>
 #include <type_traits>
 
 #include "lattice_boltzmann/kernel/collision.hpp"
@@ -26,24 +25,6 @@ template <class T>
 using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
                                const CollisionConstants<T>& constants, bool has_force,
                                const RowsBesideBodies<T>* beside_bodies);
-
-/// The fastest build of the kernel that this machine can run.
-template <class T>
-struct KernelChoice {
-  StreamCollide<T> update;
-  std::string instruction_set;  ///< "avx512", "avx2" or "baseline"
-};
-
-template <class T>
-KernelChoice<T> choose_stream_collide();
-
-/// A particular build, for tests and benchmarks; null if this machine cannot run it.
-template <class T>
-StreamCollide<T> stream_collide_baseline();
-template <class T>
-StreamCollide<T> stream_collide_avx2();
-template <class T>
-StreamCollide<T> stream_collide_avx512();
 
 // The loop around `collide`, compiled once per instruction set (avx512.cpp, avx2.cpp, baseline.cpp). `Isa` is a tag
 // type of the including file: it keeps the instantiations of different instruction sets apart.

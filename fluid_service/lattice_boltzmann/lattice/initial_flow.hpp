@@ -8,7 +8,7 @@
 #include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/lattice/lattice_units.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
-#include "ranks/box.hpp"
+#include "ranks/block_partition.hpp"
 
 // Where the populations start. All quantities are in lattice units.
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "lattice_boltzmann/lattice/d3q19.hpp"
-#include "ranks/box.hpp"
+#include "ranks/block_partition.hpp"
 
 namespace copepod::fluid {
 

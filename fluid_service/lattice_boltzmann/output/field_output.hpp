@@ -10,10 +10,7 @@
 
 #include "contract/fluid_setup.hpp"
 #include "files/hdf5_file.hpp"
-#include "files/shared_file.hpp"
 #include "lattice_boltzmann/output/fields.hpp"
-#include "lattice_boltzmann/output/vorticity.hpp"
-#include "lattice_boltzmann/output/xdmf.hpp"
 #include "ranks/communicator.hpp"
 
 namespace copepod::fluid {

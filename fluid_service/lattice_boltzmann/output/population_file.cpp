@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "contract/errors.hpp"
-#include "conversion/setup_conversion.hpp"
-#include "files/shared_file.hpp"
+#include "conversion/codec.hpp"
+#include "files/hdf5_file.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::fluid {

@@ -9,7 +9,7 @@
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/output/fields.hpp"
-#include "ranks/box.hpp"
+#include "ranks/block_partition.hpp"
 #include "ranks/communicator.hpp"
 
 namespace copepod::fluid {

@@ -1,4 +1,4 @@
-"""CURVE keys of a component: proto/transport/keys.hpp in Python."""
+"""CURVE keys of a component: proto/transport/lanes.hpp in Python."""
 
 import ipaddress
 import os

@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 import time
 import uuid
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -119,21 +120,17 @@ def marked_processes(mark):
     found = []
     for entry in os.listdir("/proc"):
         if entry.isdigit() and int(entry) != os.getpid():
-            try:
+            with suppress(OSError):  # it has ended meanwhile, or belongs to another user
                 if mark.encode() in Path("/proc", entry, "environ").read_bytes().split(b"\0"):
                     found.append(int(entry))
-            except OSError:  # it has ended meanwhile, or belongs to another user
-                pass
     return found
 
 
 def end_marked(mark):
     """Kills every process that carries the mark."""
     for pid in marked_processes(mark):
-        try:
+        with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
 
 
 def _command_line(pid):

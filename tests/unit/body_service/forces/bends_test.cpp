@@ -1,5 +1,3 @@
-#include "forces/bends.hpp"
-
 #include <cmath>
 #include <numbers>
 
@@ -8,6 +6,7 @@
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
+#include "forces/springs.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {

@@ -1,8 +1,7 @@
-#include "forces/weight.hpp"
-
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
+#include "forces/force_element.hpp"
 
 namespace copepod::body {
 namespace {

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "analysis/as_in_paper.hpp"
+#include "analysis/cycle.hpp"
 #include "analysis/made_up_motion.hpp"
-#include "analysis/rigid_fit.hpp"
+#include "analysis/swimmer_figures.hpp"
 #include "analysis/swimmer_report.hpp"
 #include "contract/errors.hpp"
 

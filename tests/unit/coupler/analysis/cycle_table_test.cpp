@@ -1,5 +1,3 @@
-#include "analysis/cycle_table.hpp"
-
 #include <algorithm>
 #include <fstream>
 #include <optional>
@@ -8,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "analysis/cycle.hpp"
 #include "analysis/made_up_motion.hpp"
 #include "temporary_folder.hpp"
 

@@ -1,5 +1,3 @@
-#include "analysis/groups.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "analysis/cycle_observer.hpp"
 #include "analysis/made_up_motion.hpp"
 #include "analysis/swimmer_report.hpp"
 

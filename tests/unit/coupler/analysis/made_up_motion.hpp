@@ -9,7 +9,6 @@
 #include <Eigen/Geometry>
 
 #include "analysis/cycle_observer.hpp"
-#include "analysis/groups.hpp"
 
 namespace copepod::coupler {
 

@@ -1,11 +1,11 @@
-#include "analysis/nearest_distances.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "analysis/swimmer_report.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -1,10 +1,10 @@
-#include "analysis/rigid_fit.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
+
+#include "analysis/cycle.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "analysis/as_in_paper.hpp"
-
 namespace copepod::coupler {
 namespace {
 

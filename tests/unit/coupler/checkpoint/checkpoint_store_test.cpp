@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "checkpoint/manifest.hpp"
 #include "contract/errors.hpp"
 #include "fakes.hpp"
 #include "storage/checksum.hpp"

@@ -1,9 +1,8 @@
-#include "config/campaign.hpp"
-
 #include <fstream>
 
 #include <gtest/gtest.h>
 
+#include "config/load_case.hpp"
 #include "config/yaml/document.hpp"
 #include "temporary_folder.hpp"
 

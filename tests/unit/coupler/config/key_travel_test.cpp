@@ -17,7 +17,7 @@
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"
 #include "config/yaml/yaml_text.hpp"
-#include "conversion/setup_conversion.hpp"
+#include "conversion/codec.hpp"
 #include "copepod/v1/setup.pb.h"
 #include "temporary_folder.hpp"
 

@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "config/campaign.hpp"
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"

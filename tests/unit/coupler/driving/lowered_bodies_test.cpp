@@ -1,5 +1,3 @@
-#include "driving/lowered_bodies.hpp"
-
 #include <cmath>
 #include <set>
 
@@ -7,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "driving/driving_protocol.hpp"
+#include "driving/prescribed_bodies.hpp"
 #include "fakes.hpp"
 
 namespace copepod::coupler {

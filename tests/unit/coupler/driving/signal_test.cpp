@@ -1,5 +1,3 @@
-#include "driving/signal.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,6 +5,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "driving/driving_protocol.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -1,11 +1,11 @@
-#include "observers/progress.hpp"
-
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "observers/events.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -2,7 +2,7 @@
 #include <csignal>
 #include <map>
 
-#include "checkpoint/manifest.hpp"
+#include "checkpoint/checkpoint_store.hpp"
 #include "run/program_fixture.hpp"
 
 namespace copepod::coupler {

@@ -3,7 +3,7 @@
 #include <csignal>
 
 #include "config/yaml/reader.hpp"
-#include "conversion/setup_conversion.hpp"
+#include "conversion/codec.hpp"
 #include "run/program_fixture.hpp"
 
 namespace copepod::coupler {

@@ -1,11 +1,10 @@
-#include "scheme/plausibility.hpp"
-
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "scheme/serial_explicit.hpp"
 
 namespace copepod::coupler {
 namespace {

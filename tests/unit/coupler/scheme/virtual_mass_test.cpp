@@ -1,4 +1,3 @@
-#include "scheme/virtual_mass.hpp"
 
 #include <cmath>
 #include <vector>

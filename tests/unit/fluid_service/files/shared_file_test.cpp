@@ -1,9 +1,8 @@
-#include "files/shared_file.hpp"
-
 #include <numeric>
 
 #include <gtest/gtest.h>
 
+#include "files/hdf5_file.hpp"
 #include "ranks/thread_ranks.hpp"
 #include "temporary_folder.hpp"
 

@@ -1,6 +1,6 @@
-#include "ranks/backoff.hpp"
-
 #include <gtest/gtest.h>
+
+#include "ranks/communicator.hpp"
 
 namespace copepod::fluid {
 namespace {

@@ -1,8 +1,8 @@
-#include "ranks/box.hpp"
-
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "ranks/block_partition.hpp"
 
 namespace copepod::fluid {
 namespace {

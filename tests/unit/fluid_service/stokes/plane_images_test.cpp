@@ -1,4 +1,3 @@
-#include "stokes/plane_images.hpp"
 
 #include <cmath>
 #include <functional>
@@ -10,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
-#include "stokes/grand_mobility.hpp"
+#include "stokes/stokes_flow.hpp"
 
 namespace copepod::fluid {
 namespace {

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
-#include "stokes/grand_mobility.hpp"
 
 namespace copepod::fluid {
 namespace {

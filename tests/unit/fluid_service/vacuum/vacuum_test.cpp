@@ -1,10 +1,9 @@
-#include "vacuum/vacuum.hpp"
-
 #include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "files/stateless_fluid.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::fluid {

@@ -7,11 +7,10 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/null_sink.h>
 
+#include "component/control_lane.hpp"
 #include "component/served_solver.hpp"
 #include "component/server.hpp"
-#include "component/vitals.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "in_memory.hpp"
 
 namespace copepod::component {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "components.hpp"
-#include "conversion/checksum.hpp"
+#include "conversion/packed_arrays.hpp"
 #include "memory_server.hpp"
 
 namespace copepod::component {

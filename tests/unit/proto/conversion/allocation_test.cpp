@@ -5,8 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "samples.hpp"
 
 namespace {

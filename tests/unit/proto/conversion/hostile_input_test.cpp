@@ -3,10 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "conversion/checksum.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "conversion/limits.hpp"
+#include "conversion/packed_arrays.hpp"
 #include "samples.hpp"
 
 namespace copepod::conversion {

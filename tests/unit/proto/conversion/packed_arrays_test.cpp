@@ -1,5 +1,7 @@
 // The arrays of an exchange are written and read without Protobuf's message objects: the bytes are Protobuf's
 // all the same, and whatever else Protobuf allows is read too.
+#include "conversion/packed_arrays.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,9 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "conversion/checksum.hpp"
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "conversion/vector_passes.hpp"
 
 namespace copepod::conversion {

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "conversion/decoder.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "copepod/v1/envelope.pb.h"
 #include "samples.hpp"
 

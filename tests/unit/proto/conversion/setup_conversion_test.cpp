@@ -1,8 +1,7 @@
-#include "conversion/setup_conversion.hpp"
-
 #include <gtest/gtest.h>
 
-#include "conversion/malformed_message.hpp"
+#include "conversion/codec.hpp"
+#include "conversion/limits.hpp"
 #include "copepod/v1/setup.pb.h"
 #include "samples.hpp"
 

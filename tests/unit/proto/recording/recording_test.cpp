@@ -13,10 +13,10 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
-#include "conversion/encoder.hpp"
+#include "conversion/codec.hpp"
 #include "copepod/v1/recording.pb.h"
 #include "in_memory.hpp"
-#include "recording/recording_router.hpp"
+#include "recording/recorder.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::recording {

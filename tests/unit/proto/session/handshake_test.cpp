@@ -1,6 +1,6 @@
-#include "session/handshake.hpp"
-
 #include <gtest/gtest.h>
+
+#include "session/coupler_session.hpp"
 
 namespace copepod::session {
 namespace {

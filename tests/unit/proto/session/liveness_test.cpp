@@ -1,8 +1,8 @@
-#include "session/liveness.hpp"
-
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "session/coupler_session.hpp"
 
 namespace copepod::session {
 namespace {

@@ -1,8 +1,8 @@
-#include "session/orphanhood.hpp"
-
 #include <initializer_list>
 
 #include <gtest/gtest.h>
+
+#include "session/component_session.hpp"
 
 namespace copepod::session {
 namespace {

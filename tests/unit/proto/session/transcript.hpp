@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "session/role.hpp"
+#include "session/messages.hpp"
 
 namespace copepod::session {
 

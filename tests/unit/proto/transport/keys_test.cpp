@@ -1,4 +1,3 @@
-#include "transport/keys.hpp"
 
 #include <arpa/inet.h>
 #include <array>
@@ -12,7 +11,7 @@
 
 #include "contract/errors.hpp"
 #include "transport/endpoint.hpp"
-#include "transport/zeromq.hpp"
+#include "transport/lanes.hpp"
 
 namespace copepod::transport {
 namespace {

@@ -1,5 +1,3 @@
-#include "transport/zeromq.hpp"
-
 #include <cstring>
 #include <fstream>
 #include <netinet/in.h>
@@ -10,6 +8,7 @@
 
 #include "contract/errors.hpp"
 #include "in_memory.hpp"
+#include "transport/lanes.hpp"
 
 namespace copepod::transport {
 namespace {

@@ -1,4 +1,3 @@
-#include "config/checks/contact_setup.hpp"
 
 #include <gtest/gtest.h>
 

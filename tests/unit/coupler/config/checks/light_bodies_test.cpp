@@ -1,5 +1,3 @@
-#include "config/checks/light_bodies.hpp"
-
 #include <filesystem>
 #include <numbers>
 #include <string>
@@ -7,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "config/checks/checks.hpp"
 #include "config/load_case.hpp"
 
 namespace copepod::coupler {

@@ -1,9 +1,9 @@
-#include "config/checks/spring_stability.hpp"
-
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "config/checks/checks.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "config/sections/expand.hpp"
 #include "config/sections/sections.hpp"
 
 namespace copepod::coupler {

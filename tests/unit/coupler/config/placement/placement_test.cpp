@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "config/placement/random_numbers.hpp"
-
 namespace copepod::coupler {
 namespace {
 

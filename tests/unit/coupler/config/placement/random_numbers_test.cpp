@@ -1,6 +1,6 @@
-#include "config/placement/random_numbers.hpp"
-
 #include <gtest/gtest.h>
+
+#include "config/placement/placement.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "config/load_case.hpp"
-#include "config/sections/sweep.hpp"
+#include "config/sections/sections.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "surface_listing.hpp"
 
 namespace copepod::fluid {
@@ -121,8 +122,8 @@ TEST(BoundaryLinks, HoldThePopulationsOfTheirCellsWhereverTheBodiesMove) {
     for (std::size_t i = 0; i < crowd.populations.size(); ++i)
       crowd.populations[i] = 0.01 * std::sin(static_cast<double>(i + 7 * static_cast<std::size_t>(step)));
     const RowsBesideBodies<double> rows = crowd.links->rows();
-    choose_stream_collide<double>().update(crowd.populations.data(), *crowd.layout, other(placement),
-                                           {{0, 0, 0}, {16, 20, 18}}, constants, false, &rows);
+    choose_kernels<double>().stream_collide(crowd.populations.data(), *crowd.layout, other(placement),
+                                            {{0, 0, 0}, {16, 20, 18}}, constants, false, &rows);
     crowd.place(Eigen::Vector3d(0.31, -0.05, 0.03) * step);
     crowd.links->fetch(crowd.populations.data(), placement);
     const BoundaryValues<double>& found = crowd.links->values();

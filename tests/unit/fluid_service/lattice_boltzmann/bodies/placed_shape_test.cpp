@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "lattice_boltzmann/bodies/lattice_body.hpp"
-#include "ranks/box.hpp"
+#include "ranks/block_partition.hpp"
 #include "voxel_shape.hpp"
 
 namespace copepod::fluid {

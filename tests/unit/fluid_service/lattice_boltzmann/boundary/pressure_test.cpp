@@ -1,4 +1,3 @@
-#include "lattice_boltzmann/boundary/pressure.hpp"
 
 #include <vector>
 

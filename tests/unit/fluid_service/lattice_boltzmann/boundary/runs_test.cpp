@@ -1,6 +1,6 @@
-#include "lattice_boltzmann/boundary/runs.hpp"
-
 #include <gtest/gtest.h>
+
+#include "lattice_boltzmann/boundary/wall.hpp"
 
 namespace copepod::fluid {
 namespace {

@@ -87,13 +87,13 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
                       outcome(std::get<2>(groups), CentralLinear()),
                       outcome(std::get<3>(groups), Parabolic(constants)));
   };
-  const auto expected = all(exchange_groups_baseline<T>());
+  const auto expected = all(baseline_kernels<T>().exchange_groups);
   EXPECT_NE(std::get<0>(expected), std::get<3>(expected));
-  if (stream_collide_avx2<T>()) {
-    EXPECT_EQ(all(exchange_groups_avx2<T>()), expected);
+  if (avx2_kernels<T>().stream_collide) {
+    EXPECT_EQ(all(avx2_kernels<T>().exchange_groups), expected);
   }
-  if (stream_collide_avx512<T>()) {
-    EXPECT_EQ(all(exchange_groups_avx512<T>()), expected);
+  if (avx512_kernels<T>().stream_collide) {
+    EXPECT_EQ(all(avx512_kernels<T>().exchange_groups), expected);
   }
 }
 

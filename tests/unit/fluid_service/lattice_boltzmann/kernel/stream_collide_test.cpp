@@ -1,5 +1,3 @@
-#include "lattice_boltzmann/kernel/stream_collide.hpp"
-
 #include <cmath>
 #include <random>
 #include <vector>
@@ -7,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "lattice_boltzmann/kernel/collision.hpp"
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 
 namespace copepod::fluid {
@@ -39,12 +38,12 @@ using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(StreamCollideKernel, Precisions);
 
 TYPED_TEST(StreamCollideKernel, GivesTheSameBitsForEveryInstructionSet) {
-  const StreamCollide<TypeParam> wide = stream_collide_avx2<TypeParam>();
+  const StreamCollide<TypeParam> wide = avx2_kernels<TypeParam>().stream_collide;
   if (wide == nullptr) GTEST_SKIP() << "this machine has no AVX2";
-  const StreamCollide<TypeParam> widest = stream_collide_avx512<TypeParam>();
+  const StreamCollide<TypeParam> widest = avx512_kernels<TypeParam>().stream_collide;
   const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 29}}};
   for (const Eigen::Vector3d& force : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-4, 2e-4, -3e-4)}) {
-    const auto expected = two_steps(stream_collide_baseline<TypeParam>(), whole, force);
+    const auto expected = two_steps(baseline_kernels<TypeParam>().stream_collide, whole, force);
     EXPECT_EQ(two_steps(wide, whole, force), expected);
     if (widest != nullptr) {
       EXPECT_EQ(two_steps(widest, whole, force), expected);
@@ -55,7 +54,7 @@ TYPED_TEST(StreamCollideKernel, GivesTheSameBitsForEveryInstructionSet) {
 TYPED_TEST(StreamCollideKernel, GivesTheSameBitsInVectorBodyAndRemainder) {
   const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 29}}};
   const std::vector<Box> pieces = {{{0, 0, 0}, {5, 4, 3}}, {{0, 0, 3}, {2, 4, 29}}, {{2, 0, 3}, {5, 4, 29}}};
-  const auto update = choose_stream_collide<TypeParam>().update;
+  const auto update = choose_kernels<TypeParam>().stream_collide;
   EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero()), two_steps(update, pieces, Eigen::Vector3d::Zero()));
 }
 
@@ -95,8 +94,8 @@ TYPED_TEST(StreamCollideKernel, PutsBackWhatReturnsAndCollectsWhatLeaves) {
   const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 157}}, sizeof(TypeParam));
   const Box region{{1, 0, 2}, {4, 3, 156}};
   const auto constants = collision_constants<TypeParam>(CollisionKind::trt, 0.7, Eigen::Vector3d::Zero());
-  for (const auto update :
-       {stream_collide_baseline<TypeParam>(), stream_collide_avx2<TypeParam>(), stream_collide_avx512<TypeParam>()}) {
+  for (const auto update : {baseline_kernels<TypeParam>().stream_collide, avx2_kernels<TypeParam>().stream_collide,
+                            avx512_kernels<TypeParam>().stream_collide}) {
     if (update == nullptr) continue;
     std::vector<TypeParam> found = random_populations<TypeParam>(layout);
     std::vector<TypeParam> expected = found;

@@ -1,7 +1,7 @@
-#include "lattice_boltzmann/output/vorticity.hpp"
-
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
+
+#include "lattice_boltzmann/output/fields.hpp"
 
 namespace copepod::fluid {
 namespace {

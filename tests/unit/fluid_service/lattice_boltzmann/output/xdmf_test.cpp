@@ -1,8 +1,8 @@
-#include "lattice_boltzmann/output/xdmf.hpp"
-
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "lattice_boltzmann/output/fields.hpp"
 
 namespace copepod::fluid {
 namespace {
