@@ -51,6 +51,17 @@ TEST(NearSurfaces, AreThoseOfBodiesAndWallsWithinReach) {
   EXPECT_TRUE(surfaces.of_body(2).empty());
 }
 
+TEST(NearSurfaces, AreThoseOfSpheresAndCapsulesOnly) {
+  FluidSetup setup = box(3, BoundaryKind::no_slip);
+  setup.bodies[1] = {.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {2, 2, 2}};
+  NearSurfaces surfaces(setup, 1.0);
+  surfaces.find(at({{10, 10, 2.5}, {14.5, 10, 2.5}, {10, 14.5, 4.0}}));
+  ASSERT_EQ(surfaces.of_body(0).size(), 2U);
+  EXPECT_EQ(surfaces.of_body(0)[0].other, 2);
+  EXPECT_EQ(surfaces.of_body(0)[1].face, 4);
+  EXPECT_TRUE(surfaces.of_body(1).empty());
+}
+
 TEST(NearSurfaces, AreThoseOfPeriodicImages) {
   NearSurfaces surfaces(box(2, BoundaryKind::periodic), 1.0);
   surfaces.find(at({{10, 10, 1.5}, {10, 10, 17.0}}));

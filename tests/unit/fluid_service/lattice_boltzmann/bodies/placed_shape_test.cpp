@@ -131,8 +131,8 @@ const std::vector<std::array<int, 3>> corner = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0},
 const std::vector<std::array<int, 3>> ring = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0},
                                               {2, 1, 0}, {0, 2, 0}, {1, 2, 0}, {2, 2, 0}};
 
-/// Where a body is not within `margin` of its surface it covers the cells inside, by a formula of their place in its
-/// own frame; links into it meet a surface, and both ways along a link agree on whether there is one.
+/// The body covers the cells inside, by a formula of their place in its own frame, unless they are within `margin` of
+/// the surface.
 void expect_cells_inside(const Placed& placed, const std::function<bool(const Eigen::Vector3d&)>& contains,
                          double margin) {
   placed.for_each_cell([&](const Cell& cell) {
@@ -145,6 +145,19 @@ void expect_cells_inside(const Placed& placed, const std::function<bool(const Ei
   });
 }
 
+/// Each link into the body meets the surface where the points of the link begin to be inside.
+void expect_entries_where_inside_begins(const Placed& placed,
+                                        const std::function<bool(const Eigen::Vector3d&)>& contains, double margin) {
+  placed.for_each_link([&](const Cell& cell, int alpha) {
+    const double q = placed.entry_from(cell, alpha);
+    const Eigen::Vector3d from = placed.in_own_frame(cell);
+    const Eigen::Vector3d way = placed.in_own_frame(Placed::end_of(cell, alpha)) - from;
+    ASSERT_TRUE(contains(from + (q + margin) * way));
+    for (const double before : {q - margin, 0.5 * q, 0.0}) ASSERT_FALSE(contains(from + before * way));
+  });
+}
+
+/// Links into the body meet its surface, and both ways along a link agree on whether it does.
 void expect_rows_and_links_to_agree(const Placed& placed) {
   placed.for_each_cell([&](const Cell& cell) {
     for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
@@ -220,13 +233,12 @@ TEST(PlacedMesh, OverlappingPartsCountAsOne) {
       one.mesh->triangles.array() + static_cast<std::int32_t>(one.mesh->vertices_m.cols());
   Shape both = one;
   both.mesh = std::make_shared<TriangleMesh>(vertices, triangles);
-  const Placed placed(both, {0.3, 0.4, 0.2}, Eigen::Quaterniond::Identity());
-  expect_cells_inside(
-      placed,
-      [](const Eigen::Vector3d& p) {
-        return p.cwiseAbs().maxCoeff() < 2.5 || (p - Eigen::Vector3d(2.0, 1.0, 3.0)).cwiseAbs().maxCoeff() < 2.5;
-      },
-      1e-5);
+  const auto contains = [](const Eigen::Vector3d& p) {
+    return p.cwiseAbs().maxCoeff() < 2.5 || (p - Eigen::Vector3d(2.0, 1.0, 3.0)).cwiseAbs().maxCoeff() < 2.5;
+  };
+  const Placed placed(both, {0.31, 0.42, 0.23}, Eigen::Quaterniond(0.36, 0.48, 0.64, 0.48));
+  expect_cells_inside(placed, contains, 1e-5);
+  expect_entries_where_inside_begins(placed, contains, 1e-5);
 }
 
 TEST(PlacedSolid, EllipsoidCoversWhatIsInsideAndIsMetOnItsSurface) {
@@ -312,24 +324,18 @@ TEST(PlacedCompound, OverlappingPartsAreEnteredOnce) {
   for (int i = 0; i < 20; ++i) {
     const Placed placed(shape, random.place(), random.orientation());
     expect_cells_inside(placed, contains, 1e-12);
-    placed.for_each_link([&](const Cell& cell, int alpha) {
-      const double q = placed.entry_from(cell, alpha);
-      const Eigen::Vector3d from = placed.in_own_frame(cell);
-      const Eigen::Vector3d to = placed.in_own_frame(Placed::end_of(cell, alpha));
-      ASSERT_FALSE(contains(from + (q - 1e-9) * (to - from)));
-      ASSERT_TRUE(contains(from + (q + 1e-9) * (to - from)));
-    });
+    expect_entries_where_inside_begins(placed, contains, 1e-9);
   }
 }
 
 TEST(PlacedShape, StaysWhatItIsWhileItsPlaceDoes) {
   LatticeBody body(ellipsoid({1.0, 2.0, 3.0}), 1.0);
-  body.place({1.0, 2.0, 3.0}, Eigen::Quaterniond(0.6, 0.8, 0.0, 0.0));
+  body.place({1.0, 2.0, 3.0}, Eigen::Quaterniond::Identity());
   const LatticeBody before = body;
-  body.place({1.0, 2.0, 3.0}, Eigen::Quaterniond(0.6, 0.8, 0.0, 0.0));
+  body.place({1.0, 2.0, 3.0}, Eigen::Quaterniond::Identity());
   EXPECT_TRUE(body.is_turned_as(before));
   body.place({1.0, 2.0, 3.0}, Eigen::Quaterniond(0.6, 0.0, 0.0, 0.8));
-  EXPECT_FALSE(body.is_turned_as(before));
+  EXPECT_FALSE(body.is_turned_as(before));  // about its axis
 }
 
 }  // namespace
