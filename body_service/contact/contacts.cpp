@@ -12,7 +12,6 @@
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
-#include "contract/words.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {

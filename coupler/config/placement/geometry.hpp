@@ -9,10 +9,10 @@
 
 #include "contract/body_setup.hpp"
 #include "geometry/neighbour_grid.hpp"
-#include "geometry/shapes/overlaps.hpp"
 #include "geometry/periodic_images.hpp"
 #include "geometry/rotation.hpp"
 #include "geometry/segment_distance.hpp"
+#include "geometry/shapes/overlaps.hpp"
 #include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {

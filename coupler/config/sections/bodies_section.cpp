@@ -10,7 +10,6 @@
 #include "config/yaml/csv_rows.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
-#include "contract/words.hpp"
 #include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {
