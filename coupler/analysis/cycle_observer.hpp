@@ -25,6 +25,7 @@ struct CycleSums {
   Eigen::VectorXd max_speed_m_per_s;
   Eigen::VectorXd max_speed_along_m_per_s;
   Cycle last, before_last;
+  Eigen::VectorXd latest_along_m;  ///< way along the own axis in up to five latest cycles, without the very first
 };
 
 /// Measures every swimmer over each full cycle of its drive, from every step, storing none

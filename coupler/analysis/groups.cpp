@@ -12,13 +12,19 @@
 #include "analysis/as_in_paper.hpp"
 #include "analysis/swimmer_figures.hpp"
 #include "geometry/rotation.hpp"
+#include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {
 namespace {
 
 /// Half the extent of a body along a direction [m].
 double half_extent_m(const BodySpecification& body, const Eigen::Vector3d& direction) {
-  return body.shape.radius_m + core_half_length_m(body.shape) * std::abs(z_axis(body.orientation_wxyz).dot(direction));
+  if (is_round(body.shape))
+    return body.shape.radius_m +
+           core_half_length_m(body.shape) * std::abs(z_axis(body.orientation_wxyz).dot(direction));
+  const Eigen::Vector3d direction_B = rotation_matrix(body.orientation_wxyz).transpose() * direction;
+  const auto solid = make_solid(body.shape);
+  return 0.5 * (solid->support(direction_B) - solid->support(-direction_B)).dot(direction_B);
 }
 
 /// Greatest distance between the surfaces of two of the bodies, or a body's own extent along `axis` [m]. Bodies are

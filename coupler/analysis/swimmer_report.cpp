@@ -87,6 +87,14 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   report["period_steps"] = group.period_steps;
   add_speed(report, "u_along", figures.along_m_per_s, group, lattice);
   add_speed(report, "u_across", figures.across_m_per_s.norm(), group, lattice);
+  if (const Eigen::Index cycles = sums.latest_along_m.size(); cycles >= 3) {
+    const Eigen::ArrayXd along_m_per_s =
+        sums.latest_along_m / (static_cast<double>(group.period_steps) * lattice.step_s);
+    const double mean_m_per_s = along_m_per_s.mean();
+    add_speed(report, "u_along_mean", mean_m_per_s, group, lattice);
+    const double square = (along_m_per_s - mean_m_per_s).square().sum() / static_cast<double>(cycles - 1);
+    add_speed(report, "u_along_spread", std::sqrt(square), group, lattice);
+  }
   if (figures.u_GA_m_per_s) add_speed(report, "u_GA", *figures.u_GA_m_per_s, group, lattice);
   report["velocity_m_per_s"] = numbers(figures.velocity_m_per_s);
   report["velocity_across_m_per_s"] = numbers(figures.across_m_per_s);

@@ -43,26 +43,27 @@ void decode(const ordered_json& json, std::optional<double>& number) {
   number = json.is_null() ? std::nullopt : std::optional(json.get<double>());
 }
 
-/// Calls `visit` with name and value of every member, in either direction.
-template <typename AnyLoads, typename Visit>
-requires std::same_as<std::remove_const_t<AnyLoads>, Loads>
-void visit_members(AnyLoads& loads, const Visit& visit) {
+/// A struct of the state, constant where it is only read.
+template <class T, class Struct>
+concept Is = std::same_as<std::remove_const_t<T>, Struct>;
+
+// Each calls `visit` with name and value of every member, in either direction.
+
+void visit_members(Is<Loads> auto& loads, const auto& visit) {
   visit("step", loads.step);
   visit("force_N", loads.force_N);
   visit("torque_N_m", loads.torque_N_m);
 }
-template <typename AnyKinematics, typename Visit>
-requires std::same_as<std::remove_const_t<AnyKinematics>, Kinematics>
-void visit_members(AnyKinematics& kinematics, const Visit& visit) {
+
+void visit_members(Is<Kinematics> auto& kinematics, const auto& visit) {
   visit("step", kinematics.step);
   visit("position_m", kinematics.position_m);
   visit("orientation_wxyz", kinematics.orientation_wxyz);
   visit("velocity_m_per_s", kinematics.velocity_m_per_s);
   visit("angular_velocity_rad_per_s", kinematics.angular_velocity_rad_per_s);
 }
-template <typename AnyCycle, typename Visit>
-requires std::same_as<std::remove_const_t<AnyCycle>, Cycle>
-void visit_members(AnyCycle& cycle, const Visit& visit) {
+
+void visit_members(Is<Cycle> auto& cycle, const auto& visit) {
   visit("number", cycle.number);
   visit("centroid_m", cycle.centroid_m);
   visit("turned", cycle.turned);
@@ -76,9 +77,8 @@ void visit_members(AnyCycle& cycle, const Visit& visit) {
   visit("max_speed_m_per_s", cycle.max_speed_m_per_s);
   visit("max_speed_along_m_per_s", cycle.max_speed_along_m_per_s);
 }
-template <typename AnySums, typename Visit>
-requires std::same_as<std::remove_const_t<AnySums>, CycleSums>
-void visit_members(AnySums& sums, const Visit& visit) {
+
+void visit_members(Is<CycleSums> auto& sums, const auto& visit) {
   visit("number", sums.number);
   visit("samples", sums.samples);
   visit("turned", sums.turned);
@@ -94,11 +94,10 @@ void visit_members(AnySums& sums, const Visit& visit) {
   visit("max_speed_along_m_per_s", sums.max_speed_along_m_per_s);
   visit("last", sums.last);
   visit("before_last", sums.before_last);
+  visit("latest_along_m", sums.latest_along_m);
 }
 
-template <typename AnySums, typename Visit>
-requires std::same_as<std::remove_const_t<AnySums>, BalanceSums>
-void visit_members(AnySums& sums, const Visit& visit) {
+void visit_members(Is<BalanceSums> auto& sums, const auto& visit) {
   visit("start_kg_m_per_s", sums.start_kg_m_per_s);
   visit("from_fluid_N_s", sums.from_fluid_N_s);
   visit("from_drive_N_s", sums.from_drive_N_s);
@@ -110,21 +109,18 @@ void visit_members(AnySums& sums, const Visit& visit) {
 }
 
 template <typename Members>
-requires requires(const Members& members) {
-  visit_members(members, [](const char*, const auto&) {});
-}
-ordered_json encoded(const Members& members) {
+requires std::is_aggregate_v<Members> ordered_json encoded(const Members& members) {
   ordered_json json;
   visit_members(members, [&](const char* name, const auto& value) { json[name] = encoded(value); });
   return json;
 }
 
 template <typename Members>
-requires requires(Members& members) {
-  visit_members(members, [](const char*, auto&) {});
-}
+requires std::is_aggregate_v<Members>
 void decode(const ordered_json& json, Members& members) {
-  visit_members(members, [&](const char* name, auto& value) { decode(json.at(name), value); });
+  visit_members(members, [&](const char* name, auto& value) {
+    decode(json.value(name, ordered_json::array()), value);  // older versions lack latest_along_m
+  });
 }
 
 }  // namespace

@@ -42,11 +42,18 @@ LoadedCase case_of_run(const std::filesystem::path& directory) {
   return load_case(file.string(), {});
 }
 
+bool same_shape(const Shape& a, const Shape& b) {
+  const auto same_part = [](const ShapePart& p, const ShapePart& q) {
+    return p.position_m == q.position_m && p.orientation_wxyz == q.orientation_wxyz && same_shape(p.shape, q.shape);
+  };
+  return a.kind == b.kind && a.radius_m == b.radius_m && a.length_m == b.length_m && a.extents_m == b.extents_m &&
+         (a.kind != ShapeKind::mesh || *a.mesh == *b.mesh) && std::ranges::equal(a.parts, b.parts, same_part);
+}
+
 bool same_bodies(const std::vector<BodySpecification>& before, const std::vector<BodySpecification>& now) {
   return std::equal(before.begin(), before.end(), now.begin(), now.end(),
                     [](const BodySpecification& a, const BodySpecification& b) {
-                      return a.name == b.name && a.motion == b.motion && a.shape.kind == b.shape.kind &&
-                             a.shape.radius_m == b.shape.radius_m && a.shape.length_m == b.shape.length_m;
+                      return a.name == b.name && a.motion == b.motion && same_shape(a.shape, b.shape);
                     });
 }
 

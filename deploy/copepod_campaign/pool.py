@@ -22,8 +22,8 @@ _LINE_EVERY_S = 60.0
 _NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
 
 
-class Job:
-    """A running case: a `copepod run` as a process of its own, and its latest progress."""
+class Job(RunProcess):
+    """A running case and its latest progress."""
 
     def __init__(self, entry: Entry, ranks: int, environment: Mapping[str, str]) -> None:
         self.entry = entry
@@ -31,23 +31,17 @@ class Job:
         entry.state = State.RUNNING
         logs = entry.path.parent / "logs"
         self._log = open(logs / f"{entry.name}.log", "ab")
-        self._process = RunProcess(self._command(entry, ranks), environment, self._log, self._note)
-        self.descriptor = self._process.descriptor
+        super().__init__(self._command(entry, ranks), environment, self._log)
         self._last_line = ""
         self.share = 0.0
         self.remaining_s: float | None = None
         self.weight_per_s: float | None = None
-        self.ended = False
 
     def read(self) -> None:
-        """Takes what the run has written; at its end, `ended` is set and the entry has its result."""
-        for event in self._process.read():
-            if event["event"] == "progress":
-                self._take(event)
-            elif event["event"] == "notice":
-                self._note(f"copepod: {event['text']}")
-        if self._process.exit_code is not None:
-            self._finish(self._process.exit_code)
+        """Takes what the run has written; at its end the entry has its result."""
+        super().read()
+        if self.exit_code is not None:
+            self._finish(self.exit_code)
 
     def _note(self, line: str) -> None:
         """A line for people; the last one gives the reason if a run fails."""
@@ -55,21 +49,15 @@ class Job:
         self._log.write(f"{line}\n".encode())
         self._log.flush()
 
-    def stop(self) -> None:
-        """Lets the run write a checkpoint and end."""
-        self._process.send(signal.SIGTERM)
-
-    def kill(self) -> None:
-        self._process.send(signal.SIGKILL)
-
     def _take(self, event: Event) -> None:
+        if event["event"] != "progress":
+            return
         self.share = event["step"] / max(event["steps"], 1)
         if event["steps_per_s"]:
             self.remaining_s = event["remaining_s"]
             self.weight_per_s = event["steps_per_s"] * self.entry.weight / max(event["steps"], 1)
 
     def _finish(self, code: int) -> None:
-        self.ended = True
         self._log.close()
         if code == 0 and self.entry.summary:
             self.entry.state = State.DONE
@@ -156,7 +144,7 @@ class Pool:
                         self._heed_signals()
                         continue
                     key.data.read()
-                    if key.data.ended:
+                    if key.data.exit_code is not None:
                         selector.unregister(key.fileobj)
                         self.running.remove(key.data)
                         self._settle(key.data.entry)
@@ -234,7 +222,7 @@ class Pool:
             if first:
                 say(f"{signal.Signals(number).name}: waits for the checkpoints of what runs (again: at once)")
             for job in self.running:
-                job.stop() if first else job.kill()
+                job.send(signal.SIGTERM if first else signal.SIGKILL)
 
 
 def _wall_text(entry: Entry) -> str:

@@ -9,9 +9,6 @@ from typing import Any
 import numpy as np
 
 from copepod_report.style import LIGHT, legend_above, many_lines, new_figure
-from copepod_run.figures import quantity_text
-
-_MOST_AVERAGED = 5  # cycles
 
 Cycles = dict[str, np.ndarray]  # of one swimmer: column to values, shape (cycles,); empty fields are NaN
 
@@ -36,7 +33,12 @@ def kinematics_so_far(cycles: Cycles) -> dict[str, Any]:
     last = {column: float(values[-1]) for column, values in cycles.items()}
     arms = [column.removesuffix("_mean_m") for column in last if column.endswith("_mean_m")]
     optional = ("power_W", "dissipation_W", "efficiency", "Re")  # empty in vacuum
+    latest = 1e6 * cycles["u_along_m_per_s"][1:][-5:]
+    steady = {}
+    if len(latest) >= 3:
+        steady = {"u_along_mean_um_per_s": float(latest.mean()), "u_along_spread_um_per_s": float(latest.std(ddof=1))}
     return {
+        **steady,
         **{key: None if np.isnan(last[key]) else last[key] for key in optional},
         "cycle": int(last["cycle"]),
         "u_along_um_per_s": 1e6 * last["u_along_m_per_s"],
@@ -56,16 +58,6 @@ def centroids_m(cycles: Cycles) -> np.ndarray:
     starts = np.column_stack([cycles[f"{axis}_m"] for axis in "xyz"])
     velocity = np.array([cycles[f"u{axis}_m_per_s"][-1] for axis in "xyz"])
     return np.vstack([starts, starts[-1] + velocity * (cycles["start_s"][1] - cycles["start_s"][0])])
-
-
-def steady_speed_text(cycles: Cycles) -> str:
-    """Mean and standard deviation of the velocity along the own axis over the last cycles, without the first, which may
-    be a transient; empty before the fourth."""
-    speeds = cycles["u_along_m_per_s"][1:][-_MOST_AVERAGED:]
-    if len(speeds) < 3:
-        return ""
-    mean, spread = (quantity_text(float(value), "m/s") for value in (speeds.mean(), speeds.std(ddof=1)))
-    return f" Along the axis, mean of the last {len(speeds)} cycles: {mean} ± {spread}."
 
 
 def by_cycle(cycles: Cycles, arm_names: Sequence[str]) -> Any:

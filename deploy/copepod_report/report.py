@@ -195,7 +195,7 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, additions: Addition
     for name, measured in run.cycles.items() if few else []:
         text = (
             f"{name}: Velocity along and across the own axis, rotation, means and amplitudes of the arms, cycle by "
-            "cycle. A first cycle far from the others is outside the frame." + cycles.steady_speed_text(measured)
+            "cycle. A first cycle far from the others is outside the frame."
         )
         figures += canvas.draw(f"{prefix}_{name}_by_cycle", cycles.by_cycle(measured, run.arms_of(name)), text)
     if not few and has_motion:

@@ -21,6 +21,7 @@ from copepod_run.names import quantity_of, short_keys
 _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
 _MOST_LABELS = 9
 _MARKERS = "os^Dv"  # of the curves, each on top smaller than those below: curves that coincide are seen
+_ABOUT_OTHERS = ("change_percent", "u_along_mean_um_per_s", "u_along_spread_um_per_s")  # figures without a plot
 _PERIODIC_PERCENT = 0.1  # by which the velocity may change in the last cycle
 
 
@@ -188,7 +189,7 @@ def _figures_of(run: RunResult) -> dict[str, tuple[str, float, float]]:
     found = {}
     entries = figures_by_name(run.summary)
     for swimmer, figures in entries if len(entries) <= MOST_TABLES else []:
-        change = figures.pop("change_percent", Figure(None)).ours  # it is about the others
+        change, *_ = (figures.pop(key, Figure(None)).ours for key in _ABOUT_OTHERS)
         for key, figure in figures.items():
             name, heading = key.removeprefix("kinematics."), FIGURES[key]
             if len(entries) > 1:

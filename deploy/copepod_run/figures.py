@@ -14,6 +14,8 @@ FIGURES = {
     "kinematics.u_along_um_per_s": "u along [µm/s]",
     "kinematics.u_across_um_per_s": "u across [µm/s]",
     "kinematics.u_GA_um_per_s": "u_GA [µm/s]",
+    "u_along_mean_um_per_s": "u along, mean of the last cycles [µm/s]",
+    "u_along_spread_um_per_s": "standard deviation [µm/s]",
     "change_percent": "change in last cycle [%]",
     "d1_cells": "d1 [cells]",
     "d2_cells": "d2 [cells]",
@@ -61,6 +63,7 @@ def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
         **swimmer,
         "rotation_degrees": rotation_degrees(kinematics),
         "change_percent": None if change is None else 100.0 * change,
+        **{key: kinematics.get(key) for key in ("u_along_mean_um_per_s", "u_along_spread_um_per_s")},
     }
     has_figures_of_paper = at(swimmer, "u_swim_m_per_s") is not None
     if not has_figures_of_paper and "cycle" in kinematics:
@@ -158,6 +161,7 @@ _KINEMATICS_ROWS = (
     ("u_along_um_per_s", "velocity along its own axis", "µm/s"),
     ("u_along_cells_per_step", "", "cells/step"),
     ("u_along_lengths_per_cycle", "", "lengths/cycle"),
+    ("steady", "mean of the last cycles", "µm/s"),
     ("u_across_um_per_s", "velocity across it", "µm/s"),
     ("rotation_degrees", "rotation in a cycle about x, y, z", "degrees"),
     ("tilt_degrees", "tilt of the axis since the start", "degrees"),
@@ -265,9 +269,10 @@ def _with_derived(kinematics: Mapping[str, Any]) -> dict[str, Any]:
     if kinematics.get("cycle") is None:
         return {}
     arms = kinematics["arms"]
-    rotation = rotation_degrees(kinematics)
+    rotation, mean = rotation_degrees(kinematics), kinematics.get("u_along_mean_um_per_s")
     return {
         **kinematics,
+        "steady": None if mean is None else f"{mean:.4g} ± {kinematics['u_along_spread_um_per_s']:.2g}",
         "rotation_degrees": [rotation.get(axis, 0.0) for axis in "xyz"],
         "rest": "at rest" if kinematics.get("at_rest") else None,
         "tilt_degrees": math.degrees(kinematics["tilt_rad"]),

@@ -2,7 +2,7 @@
 
 import os
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import IO
 
 from copepod_run.processes import end_with_parent
@@ -12,14 +12,8 @@ from copepod_run.progress import Event, EventReader
 class RunProcess:
     """Ends with the thread that has started it. SIGTERM lets it write a checkpoint."""
 
-    def __init__(
-        self,
-        command: Sequence[str],
-        environment: Mapping[str, str],
-        output: IO[bytes] | int,
-        on_line: Callable[[str], None],
-    ) -> None:
-        """`command`: up to its options; `output`: for the result table; `on_line(text)`: takes what is not an event."""
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str], output: IO[bytes] | int) -> None:
+        """`command`: up to its options; `output`: for the result table."""
         parent = os.getpid()
         self._popen = subprocess.Popen(
             [*command, "--progress", "json"],
@@ -34,17 +28,23 @@ class RunProcess:
         self._stderr = self._popen.stderr
         self.descriptor = self._stderr.fileno()  # becomes readable when there is something to read()
         self.exit_code: int | None = None  # 128 + number if a signal has ended it
-        self._reader = EventReader(on_other=lambda line: on_line(line.decode(errors="replace")))
+        self._reader = EventReader(on_other=lambda line: self._note(line.decode(errors="replace")))
 
-    def read(self) -> list[Event]:
-        """Events that have arrived, after waiting for some; at the end of the process `exit_code` is set."""
+    def read(self) -> None:
+        """Takes what has arrived, after waiting for some; at the end of the process `exit_code` is set."""
         received = os.read(self.descriptor, 65536)
-        if received:
-            return self._reader.feed(received)
-        code = self._popen.wait()
-        self._stderr.close()
-        self.exit_code = code if code >= 0 else 128 - code
-        return []
+        for event in self._reader.feed(received):
+            self._note(f"copepod: {event['text']}") if event["event"] == "notice" else self._take(event)
+        if not received:
+            code = self._popen.wait()
+            self._stderr.close()
+            self.exit_code = code if code >= 0 else 128 - code
+
+    def _take(self, event: Event) -> None:
+        """For derived classes: an event that is not a notice."""
+
+    def _note(self, line: str) -> None:
+        """For derived classes: a line for people."""
 
     def send(self, number: int) -> None:
         self._popen.send_signal(number)

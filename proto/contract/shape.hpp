@@ -27,6 +27,11 @@ struct TriangleMesh {
       : vertices_m(std::move(vertices)),
         triangles(std::move(corners)),
         bounding_radius_m(vertices_m.cols() == 0 ? 0.0 : vertices_m.colwise().norm().maxCoeff()) {}
+
+  bool operator==(const TriangleMesh& other) const {
+    return vertices_m.cols() == other.vertices_m.cols() && triangles.cols() == other.triangles.cols() &&
+           vertices_m == other.vertices_m && triangles == other.triangles;
+  }
 };
 
 struct ShapePart;
@@ -50,7 +55,8 @@ struct ShapePart {
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
 };
 
-/// Whether a shape is all points within `radius_m` of its core segment: thin films and contacts of our own are between these.
+/// Whether a shape is all points within `radius_m` of its core segment. Thin films and contacts of our own are those of
+/// such shapes.
 inline bool is_round(const Shape& shape) { return shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule; }
 
 /// Whether it matters how the shape is turned.

@@ -8,7 +8,6 @@
 
 #include "conversion/arrays.hpp"
 #include "conversion/checksum.hpp"
-#include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/packed_arrays.hpp"
 #include "copepod/v1/envelope.pb.h"
@@ -40,38 +39,6 @@ std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
     default:
       return {};
   }
-}
-
-const std::string& read_text(const std::string& text, const char* name) {
-  require_at_most(text.size(), kLimits.string_bytes, name);
-  return text;
-}
-
-Capabilities read_capabilities(const v1::Capabilities& wire) {
-  require_at_most(static_cast<std::size_t>(wire.features_size()), kLimits.features, "features");
-  Capabilities capabilities;
-  capabilities.name = read_text(wire.name(), "capabilities.name");
-  capabilities.version = read_text(wire.version(), "capabilities.version");
-  for (const std::string& feature : wire.features()) capabilities.features.insert(read_text(feature, "feature"));
-  return capabilities;
-}
-
-/// Codes of other builds must not turn into nonsense, nor a failure into success.
-ExitCode read_exit_code(int code) {
-  switch (static_cast<ExitCode>(code)) {
-    case ExitCode::bad_case:
-    case ExitCode::refused:
-    case ExitCode::component_lost:
-    case ExitCode::solver_failed:
-    case ExitCode::storage_failed:
-    case ExitCode::deadline_passed:
-    case ExitCode::interrupted:
-    case ExitCode::terminated:
-      return static_cast<ExitCode>(code);
-    case ExitCode::finished:
-      break;
-  }
-  return ExitCode::solver_failed;
 }
 
 }  // namespace
@@ -144,28 +111,6 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
 MessageKind Decoder::kind() const { return buffers_->kind; }
 const Header& Decoder::header() const { return buffers_->header; }
 
-void Decoder::read(session::Hello& hello) const {
-  const v1::Hello& wire = buffers_->envelope->hello();
-  hello.role = from_wire<session::Role>(wire.role(), *v1::Role_descriptor(), "role");
-  hello.lane = from_wire<session::Lane>(wire.lane(), *v1::Lane_descriptor(), "lane");
-  hello.versions = {wire.versions().major(), wire.versions().minor_min(), wire.versions().minor_max()};
-  hello.session_token = read_text(wire.session_token(), "session_token");
-  hello.capabilities = read_capabilities(wire.capabilities());
-  hello.host = read_text(wire.host(), "host");
-  hello.pid = wire.pid();
-  hello.ranks = wire.ranks();
-  hello.instance = wire.instance();
-}
-
-void Decoder::read(session::Welcome& welcome) const {
-  const v1::Welcome& wire = buffers_->envelope->welcome();
-  welcome = {wire.minor(), wire.session_id(), wire.epoch()};
-}
-
-void Decoder::read(session::Refusal& refusal) const {
-  refusal.reason = read_text(buffers_->envelope->refusal().reason(), "reason");
-}
-
 void Decoder::read(session::Configured& configured) const {
   const Doubles& nodes = buffers_->envelope->configured().driving_nodes();
   require_at_most(static_cast<std::size_t>(nodes.size()), kLimits.driving_nodes, "driving_nodes");
@@ -197,66 +142,6 @@ void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actu
   if (!vector_passes().copy_finite(values.data(), static_cast<std::size_t>(applied.actuation.size()),
                                    applied.actuation.data()))
     throw NotFinite("actuation holds a number that is not finite");
-}
-
-void Decoder::read(session::CheckpointPath& path) const {
-  const bool saves = kind() == MessageKind::save;
-  path.path = read_text(saves ? buffers_->envelope->save().path() : buffers_->envelope->restore().path(), "path");
-}
-
-namespace {
-
-void read_phases(const google::protobuf::RepeatedPtrField<std::string>& wire, std::set<std::string>& phases) {
-  require_at_most(static_cast<std::size_t>(wire.size()), kLimits.timers, "phases");
-  phases.clear();
-  for (const std::string& phase : wire) phases.insert(read_text(phase, "phase"));
-}
-
-}  // namespace
-
-void Decoder::read(SolverSummary& summary) const {
-  const v1::Summary& wire = buffers_->envelope->summary();
-  require_at_most(wire.seconds().size(), kLimits.timers, "seconds");
-  summary.digest = wire.digest();
-  summary.cell_updates = wire.cell_updates();
-  summary.ranks = static_cast<int>(wire.ranks());
-  summary.seconds.clear();
-  for (const auto& [phase, seconds] : wire.seconds())
-    summary.seconds[read_text(phase, "phase")] = read_finite(seconds, "seconds");
-  read_phases(wire.body_phases(), summary.body_phases);
-  read_phases(wire.waiting_phases(), summary.waiting_phases);
-  summary.mass_drift.reset();
-  if (wire.has_mass_drift()) summary.mass_drift = read_finite(wire.mass_drift(), "mass_drift");
-  summary.momentum_drift.reset();
-  if (wire.has_momentum_drift()) summary.momentum_drift = read_finite(wire.momentum_drift(), "momentum_drift");
-}
-
-void Decoder::read(session::Ping& ping) const { ping.stamp_ns = buffers_->envelope->ping().stamp_ns(); }
-
-void Decoder::read(session::Pong& pong) const {
-  const v1::Pong& wire = buffers_->envelope->pong();
-  pong.stamp_ns = wire.stamp_ns();
-  pong.step = wire.step();
-  pong.phase = from_wire<session::Phase>(wire.phase(), *v1::Phase_descriptor(), "phase");
-  pong.progress = wire.progress();
-  pong.received_sequence = wire.received_sequence();
-  pong.replied_sequence = wire.replied_sequence();
-  pong.awaited_rank = wire.awaited_rank();
-}
-
-void Decoder::read(session::Saved& saved) const {
-  saved.problem = read_text(buffers_->envelope->saved().problem(), "problem");
-}
-
-void Decoder::read(FailureReport& failure) const {
-  const bool aborts = kind() == MessageKind::abort;
-  const v1::Failure& wire = aborts ? buffers_->envelope->abort().failure() : buffers_->envelope->failure();
-  failure.code = read_exit_code(wire.code());
-  failure.component = read_text(wire.component(), "component");
-  failure.host = read_text(wire.host(), "host");
-  failure.rank = wire.rank();
-  failure.step = wire.step();
-  failure.reason = read_text(wire.reason(), "reason");
 }
 
 }  // namespace copepod::conversion

@@ -14,8 +14,8 @@
 #include "session/message_kind.hpp"
 #include "session/messages.hpp"
 
-namespace copepod::v1 {
-class Envelope;
+namespace google::protobuf {
+class Message;
 }
 
 namespace copepod::conversion {
@@ -62,7 +62,9 @@ class Encoder {
 
  private:
   struct Buffers;
-  v1::Envelope& envelope();  ///< receives the body of the message
+  template <class Struct>
+  Bytes put(const session::Header& header, session::MessageKind kind, const Struct& sent);
+  google::protobuf::Message& body(session::MessageKind kind);  ///< receives the fields of the message
   Bytes serialise(const session::Header& header);
   Bytes serialise(const session::Header& header, int message, const Arrays& arrays);
   Bytes finish(const session::Header& header);

@@ -1,6 +1,7 @@
 #include "conversion/setup_conversion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <ranges>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include "conversion/encoder.hpp"
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
+#include "conversion/text.hpp"
 #include "copepod/v1/envelope.pb.h"
 
 namespace copepod::conversion {
@@ -21,19 +23,29 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
+using session::Header;
+using session::MessageKind;
 
-// The one description of each setup message: `describe` hands each field's name and value to a Writer or a
+// The one description of each message without arrays: `describe` hands each field's name and value to a Writer or a
 // Reader, which treat it by its type.
 
 /// A contract struct, constant where it is only read.
 template <class T, class Struct>
 concept Is = std::same_as<std::remove_const_t<T>, Struct>;
 
+constexpr std::array kFailures = {ExitCode::bad_case,      ExitCode::refused,        ExitCode::component_lost,
+                                  ExitCode::solver_failed, ExitCode::storage_failed, ExitCode::deadline_passed,
+                                  ExitCode::interrupted,   ExitCode::terminated};
+
 const FieldDescriptor* field_of(const Message& message, const char* name) {
   const FieldDescriptor* field = message.GetDescriptor()->FindFieldByName(name);
   if (field == nullptr) throw std::logic_error(message.GetTypeName() + " has no field " + name);
   return field;
 }
+
+/// Of a text for people, from anywhere: what cannot travel is left out.
+constexpr struct Prose {
+} kProse;
 
 void describe(auto& wire, Is<Shape> auto& shape) {
   wire("kind", shape.kind);
@@ -203,6 +215,73 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
   wire("trace_directory", setup.trace_directory);
 }
 
+void describe(auto& wire, Is<session::VersionRange> auto& versions) {
+  wire("major", versions.major);
+  wire("minor_min", versions.minor_min);
+  wire("minor_max", versions.minor_max);
+}
+
+void describe(auto& wire, Is<Capabilities> auto& capabilities) {
+  wire("name", capabilities.name);
+  wire("version", capabilities.version);
+  wire("features", capabilities.features);
+}
+
+void describe(auto& wire, Is<session::Hello> auto& hello) {
+  wire("role", hello.role);
+  wire("lane", hello.lane);
+  wire("versions", hello.versions);
+  wire("session_token", hello.session_token);
+  wire("capabilities", hello.capabilities);
+  wire("host", hello.host);
+  wire("pid", hello.pid);
+  wire("ranks", hello.ranks);
+  wire("instance", hello.instance);
+}
+
+void describe(auto& wire, Is<session::Welcome> auto& welcome) {
+  wire("minor", welcome.minor);
+  wire("session_id", welcome.session_id);
+  wire("epoch", welcome.epoch);
+}
+
+void describe(auto& wire, Is<session::Refusal> auto& refusal) { wire("reason", refusal.reason, kProse); }
+
+void describe(auto& wire, Is<session::CheckpointPath> auto& path) { wire("path", path.path); }
+
+void describe(auto& wire, Is<session::Saved> auto& saved) { wire("problem", saved.problem, kProse); }
+
+void describe(auto& wire, Is<SolverSummary> auto& summary) {
+  wire("digest", summary.digest);
+  wire("cell_updates", summary.cell_updates);
+  wire("ranks", summary.ranks);
+  wire("body_phases", summary.body_phases);
+  wire("waiting_phases", summary.waiting_phases);
+  wire("mass_drift", summary.mass_drift);
+  wire("momentum_drift", summary.momentum_drift);
+}
+
+void describe(auto& wire, Is<session::Ping> auto& ping) { wire("stamp_ns", ping.stamp_ns); }
+
+void describe(auto& wire, Is<session::Pong> auto& pong) {
+  wire("stamp_ns", pong.stamp_ns);
+  wire("step", pong.step);
+  wire("phase", pong.phase);
+  wire("progress", pong.progress);
+  wire("received_sequence", pong.received_sequence);
+  wire("replied_sequence", pong.replied_sequence);
+  wire("awaited_rank", pong.awaited_rank);
+}
+
+void describe(auto& wire, Is<FailureReport> auto& failure) {
+  wire("code", failure.code);
+  wire("component", failure.component, kProse);
+  wire("host", failure.host, kProse);
+  wire("rank", failure.rank);
+  wire("step", failure.step);
+  wire("reason", failure.reason, kProse);
+}
+
 template <class T>
 concept List = std::ranges::range<T> && !std::same_as<T, std::string>;
 
@@ -229,6 +308,9 @@ class Writer {
   /// @param first  least value of an index, 0 on the wire
   void operator()(const char* name, int index, int first) { (*this)(name, index - first); }
   void operator()(const char* name, const std::string& text, std::size_t /*most_bytes*/) { (*this)(name, text); }
+  void operator()(const char* name, const std::string& text, Prose /*unused*/) {
+    (*this)(name, as_utf8(text, kLimits.string_bytes));
+  }
 
  private:
   // One function for each type of value.
@@ -241,10 +323,21 @@ class Writer {
                          : reflection_->SetInt64(message_, field, value);
   }
   void put(const FieldDescriptor* field, bool value) { reflection_->AddBool(message_, field, value); }
-  void put(const FieldDescriptor* field, int index) {
-    reflection_->SetUInt32(message_, field, static_cast<std::uint32_t>(index));
+  void put(const FieldDescriptor* field, std::uint64_t value) { reflection_->SetUInt64(message_, field, value); }
+  void put(const FieldDescriptor* field, std::uint32_t value) { reflection_->SetUInt32(message_, field, value); }
+  void put(const FieldDescriptor* field, int value) {
+    field->cpp_type() == FieldDescriptor::CPPTYPE_INT32
+        ? reflection_->SetInt32(message_, field, value)
+        : reflection_->SetUInt32(message_, field, static_cast<std::uint32_t>(value));
   }
-  void put(const FieldDescriptor* field, const std::string& text) { reflection_->SetString(message_, field, text); }
+  void put(const FieldDescriptor* field, ExitCode code) { put(field, static_cast<int>(code)); }
+  void put(const FieldDescriptor* field, const std::optional<double>& value) {
+    if (value) put(field, *value);
+  }
+  void put(const FieldDescriptor* field, const std::string& text) {
+    field->is_repeated() ? reflection_->AddString(message_, field, text)
+                         : reflection_->SetString(message_, field, text);
+  }
   void put(const FieldDescriptor* field, Enumeration auto value) {
     field->is_repeated() ? reflection_->AddEnumValue(message_, field, to_wire<int>(value))
                          : reflection_->SetEnumValue(message_, field, to_wire<int>(value));
@@ -259,7 +352,7 @@ class Writer {
     describe(inner, value);
   }
   void put(const FieldDescriptor* field, const Mesh& mesh) {
-    const auto known = std::ranges::find(meshes_, mesh);
+    const auto known = std::ranges::find_if(meshes_, [&](const Mesh& written) { return *written == *mesh; });
     put(field, static_cast<int>(known - meshes_.begin()) + 1);
     if (known == meshes_.end()) meshes_.push_back(mesh);
   }
@@ -308,29 +401,53 @@ class Reader {
     text = reflection_.GetString(message_, field_of(message_, name));
     require_at_most(text.size(), most_bytes, (path_ + name).c_str());
   }
+  void operator()(const char* name, std::string& text, Prose /*unused*/) { (*this)(name, text); }
 
  private:
   // One function for each type of value; `i` is its place in a repeated field.
   void get(const FieldDescriptor* field, int i, double& value) const {
     value = field->is_repeated() ? reflection_.GetRepeatedDouble(message_, field, i)
                                  : reflection_.GetDouble(message_, field);
-    if (!all_finite(&value, 1)) fail(field, "holds a number that is not finite");
+    require_finite(&value, 1, (path_ + field->name()).c_str());
   }
   void get(const FieldDescriptor* field, int i, std::int64_t& value) const {
     value =
         field->is_repeated() ? reflection_.GetRepeatedInt64(message_, field, i) : reflection_.GetInt64(message_, field);
-    if (value < 0) fail(field, "is " + std::to_string(value) + ", less than 0");
+    if (value < 0 && field->type() != FieldDescriptor::TYPE_SINT64)
+      fail(field, "is " + std::to_string(value) + ", less than 0");
   }
   void get(const FieldDescriptor* field, int i, bool& value) const {
     value = reflection_.GetRepeatedBool(message_, field, i);
   }
+  void get(const FieldDescriptor* field, int, std::uint64_t& value) const {
+    value = reflection_.GetUInt64(message_, field);
+  }
+  void get(const FieldDescriptor* field, int, std::uint32_t& value) const {
+    value = reflection_.GetUInt32(message_, field);
+  }
   void get(const FieldDescriptor* field, int, int& index) const {
+    if (field->cpp_type() == FieldDescriptor::CPPTYPE_INT32) {
+      index = reflection_.GetInt32(message_, field);
+      return;
+    }
     const std::uint32_t number = reflection_.GetUInt32(message_, field);
     if (!std::in_range<int>(number)) fail(field, "is " + std::to_string(number));
     index = static_cast<int>(number);
   }
-  void get(const FieldDescriptor* field, int, std::string& text) const {
-    text = reflection_.GetString(message_, field);
+  void get(const FieldDescriptor* field, int i, ExitCode& code) const {
+    int number = 0;
+    get(field, i, number);
+    // Codes of other builds must not turn into nonsense, nor a failure into success.
+    const bool is_known = std::ranges::count(kFailures, static_cast<ExitCode>(number)) > 0;
+    code = is_known ? static_cast<ExitCode>(number) : ExitCode::solver_failed;
+  }
+  void get(const FieldDescriptor* field, int i, std::optional<double>& value) const {
+    value.reset();
+    if (reflection_.HasField(message_, field)) get(field, i, value.emplace());
+  }
+  void get(const FieldDescriptor* field, int i, std::string& text) const {
+    text = field->is_repeated() ? reflection_.GetRepeatedString(message_, field, i)
+                                : reflection_.GetString(message_, field);
     require_at_most(text.size(), kLimits.string_bytes, (path_ + field->name()).c_str());
   }
   void get(const FieldDescriptor* field, int i, Enumeration auto& value) const {
@@ -344,6 +461,16 @@ class Reader {
     fit(field, list, static_cast<std::size_t>(size));
     int i = 0;
     for (auto& value : list) get(field, i++, value);
+  }
+  void get(const FieldDescriptor* field, int, std::set<std::string>& names) const {
+    const int size = reflection_.FieldSize(message_, field);
+    require_at_most(static_cast<std::size_t>(size), kLimits.features, (path_ + field->name()).c_str());
+    names.clear();
+    std::string name;
+    for (int i = 0; i < size; ++i) {
+      get(field, i, name);
+      names.insert(name);
+    }
   }
   void get(const FieldDescriptor* field, int i, Record auto& value) const {
     Reader inner(field->is_repeated() ? reflection_.GetRepeatedMessage(message_, field, i)
@@ -436,19 +563,6 @@ void check(const BodySetup& setup) {
   }
 }
 
-template <class Setup>
-void write_setup(const Setup& setup, auto& wire) {
-  wire.Clear();
-  Meshes meshes;
-  Writer writer(wire, meshes);
-  describe(writer, setup);
-  for (const Mesh& mesh : meshes) {
-    auto& written = *wire.add_meshes();
-    written.mutable_vertices_m()->Add(mesh->vertices_m.data(), mesh->vertices_m.data() + mesh->vertices_m.size());
-    written.mutable_triangles()->Add(mesh->triangles.data(), mesh->triangles.data() + mesh->triangles.size());
-  }
-}
-
 /// @throws MalformedMessage if a corner is none of the vertices
 Mesh read_mesh(const v1::TriangleMesh& wire) {
   const auto& numbers = wire.vertices_m();
@@ -464,13 +578,30 @@ Mesh read_mesh(const v1::TriangleMesh& wire) {
                                               std::move(triangles));
 }
 
-template <class Setup>
-void read_setup(const auto& wire, Setup& setup) {
+/// The meshes of a message are in a field of its own.
+template <class Struct>
+void write_message(const Struct& value, Message& wire) {
+  wire.Clear();
   Meshes meshes;
-  for (const v1::TriangleMesh& mesh : wire.meshes()) meshes.push_back(read_mesh(mesh));
+  Writer writer(wire, meshes);
+  describe(writer, value);
+  for (const Mesh& mesh : meshes) {
+    auto& written = static_cast<v1::TriangleMesh&>(*wire.GetReflection()->AddMessage(&wire, field_of(wire, "meshes")));
+    written.mutable_vertices_m()->Add(mesh->vertices_m.data(), mesh->vertices_m.data() + mesh->vertices_m.size());
+    written.mutable_triangles()->Add(mesh->triangles.data(), mesh->triangles.data() + mesh->triangles.size());
+  }
+}
+
+template <class Struct>
+void read_message(const Message& wire, Struct& value) {
+  Meshes meshes;
+  const Reflection& reflection = *wire.GetReflection();
+  const FieldDescriptor* const field = wire.GetDescriptor()->FindFieldByName("meshes");
+  for (int i = 0; field != nullptr && i < reflection.FieldSize(wire, field); ++i)
+    meshes.push_back(read_mesh(static_cast<const v1::TriangleMesh&>(reflection.GetRepeatedMessage(wire, field, i))));
   Reader reader(wire, meshes, "");
-  describe(reader, setup);
-  check(setup);
+  describe(reader, value);
+  check(value);
 }
 
 template <class Wire, class Setup>
@@ -492,10 +623,10 @@ Setup setup_from(std::string_view bytes) {
 
 }  // namespace
 
-void write(const FluidSetup& setup, v1::FluidSetup& wire) { write_setup(setup, wire); }
-void write(const BodySetup& setup, v1::BodySetup& wire) { write_setup(setup, wire); }
-void read(const v1::FluidSetup& wire, FluidSetup& setup) { read_setup(wire, setup); }
-void read(const v1::BodySetup& wire, BodySetup& setup) { read_setup(wire, setup); }
+void write(const FluidSetup& setup, v1::FluidSetup& wire) { write_message(setup, wire); }
+void write(const BodySetup& setup, v1::BodySetup& wire) { write_message(setup, wire); }
+void read(const v1::FluidSetup& wire, FluidSetup& setup) { read_message(wire, setup); }
+void read(const v1::BodySetup& wire, BodySetup& setup) { read_message(wire, setup); }
 
 std::string to_bytes(const FluidSetup& setup) { return bytes_of<v1::FluidSetup>(setup); }
 std::string to_bytes(const BodySetup& setup) { return bytes_of<v1::BodySetup>(setup); }
@@ -503,19 +634,83 @@ std::string to_bytes(const BodySetup& setup) { return bytes_of<v1::BodySetup>(se
 FluidSetup fluid_setup_from_bytes(std::string_view bytes) { return setup_from<v1::FluidSetup, FluidSetup>(bytes); }
 BodySetup body_setup_from_bytes(std::string_view bytes) { return setup_from<v1::BodySetup, BodySetup>(bytes); }
 
-// The setups as messages.
+// As bodies of an Envelope.
 
-Bytes Encoder::encode(const session::Header& header, const FluidSetup& setup) {
-  write(setup, *envelope().mutable_fluid_setup());
+template <class Struct>
+Bytes Encoder::put(const Header& header, MessageKind kind, const Struct& sent) {
+  write_message(sent, body(kind));
   return serialise(header);
 }
 
-Bytes Encoder::encode(const session::Header& header, const BodySetup& setup) {
-  write(setup, *envelope().mutable_body_setup());
+Bytes Encoder::encode(const Header& header, const session::Hello& sent) {
+  return put(header, MessageKind::hello, sent);
+}
+Bytes Encoder::encode(const Header& header, const session::Welcome& sent) {
+  return put(header, MessageKind::welcome, sent);
+}
+Bytes Encoder::encode(const Header& header, const session::Refusal& sent) {
+  return put(header, MessageKind::refusal, sent);
+}
+Bytes Encoder::encode(const Header& header, const FluidSetup& sent) {
+  return put(header, MessageKind::fluid_setup, sent);
+}
+Bytes Encoder::encode(const Header& header, const BodySetup& sent) {
+  return put(header, MessageKind::body_setup, sent);
+}
+Bytes Encoder::encode(const Header& header, const session::Ping& sent) { return put(header, MessageKind::ping, sent); }
+Bytes Encoder::encode(const Header& header, const session::Pong& sent) {
+  return put(header.at(sent.step), MessageKind::pong, sent);
+}
+Bytes Encoder::encode(const Header& header, const session::Saved& sent) {
+  return put(header, MessageKind::saved, sent);
+}
+Bytes Encoder::encode(const Header& header, const FailureReport& sent) {
+  return put(header.at(sent.step), MessageKind::failure, sent);
+}
+
+Bytes Encoder::encode_abort(const Header& header, const FailureReport& failure) {
+  write_message(failure, *static_cast<v1::Abort&>(body(MessageKind::abort)).mutable_failure());
+  return serialise(header.at(failure.step));
+}
+
+Bytes Encoder::encode(const Header& header, MessageKind kind, const session::CheckpointPath& path) {
+  require_at_most(path.path.size(), kLimits.string_bytes, "the path");
+  return put(header, kind, path);
+}
+
+Bytes Encoder::encode(const Header& header, const SolverSummary& summary) {
+  auto& wire = static_cast<v1::Summary&>(body(MessageKind::summary));
+  write_message(summary, wire);
+  for (const auto& [phase, seconds] : summary.seconds) (*wire.mutable_seconds())[phase] = seconds;
   return serialise(header);
 }
 
-void Decoder::read(FluidSetup& setup) const { conversion::read(envelope().fluid_setup(), setup); }
-void Decoder::read(BodySetup& setup) const { conversion::read(envelope().body_setup(), setup); }
+void Decoder::read(session::Hello& hello) const { read_message(envelope().hello(), hello); }
+void Decoder::read(session::Welcome& welcome) const { read_message(envelope().welcome(), welcome); }
+void Decoder::read(session::Refusal& refusal) const { read_message(envelope().refusal(), refusal); }
+void Decoder::read(FluidSetup& setup) const { read_message(envelope().fluid_setup(), setup); }
+void Decoder::read(BodySetup& setup) const { read_message(envelope().body_setup(), setup); }
+void Decoder::read(session::Ping& ping) const { read_message(envelope().ping(), ping); }
+void Decoder::read(session::Pong& pong) const { read_message(envelope().pong(), pong); }
+void Decoder::read(session::Saved& saved) const { read_message(envelope().saved(), saved); }
+
+void Decoder::read(session::CheckpointPath& path) const {
+  kind() == MessageKind::save ? read_message(envelope().save(), path) : read_message(envelope().restore(), path);
+}
+
+void Decoder::read(FailureReport& failure) const {
+  read_message(kind() == MessageKind::abort ? envelope().abort().failure() : envelope().failure(), failure);
+}
+
+void Decoder::read(SolverSummary& summary) const {
+  const v1::Summary& wire = envelope().summary();
+  read_message(wire, summary);
+  require_at_most(wire.seconds().size(), kLimits.features, "seconds");
+  summary.seconds.clear();
+  for (const auto& [phase, seconds] : wire.seconds()) {
+    require_at_most(phase.size(), kLimits.string_bytes, "phase");
+    summary.seconds[phase] = read_finite(seconds, "seconds");
+  }
+}
 
 }  // namespace copepod::conversion

@@ -55,11 +55,14 @@ CoreSegment NearSurfaces::core(int body, const Kinematics& kinematics) const {
 
 void NearSurfaces::find(const Kinematics& kinematics) {
   for (auto& surfaces : surfaces_) surfaces.clear();
+  const auto is_round = [this](int body) { return copepod::is_round(setup_.bodies[static_cast<std::size_t>(body)]); };
   for (const auto& [A, B] : near_pairs_.at(kinematics.position_m)) {
+    if (!is_round(A) || !is_round(B)) continue;
     add_images(A, B, kinematics);
     add_images(B, A, kinematics);
   }
   for (int body = 0; body < static_cast<int>(surfaces_.size()); ++body) {
+    if (!is_round(body)) continue;
     add_images(body, body, kinematics);
     auto& surfaces = surfaces_[static_cast<std::size_t>(body)];
     std::ranges::stable_sort(surfaces, {}, &NearSurface::other);

@@ -18,6 +18,13 @@ struct Header {
   std::uint32_t attempt = 0;
   std::int64_t step = -1;
 
+  /// The same for a message about another step.
+  [[nodiscard]] Header at(std::int64_t other_step) const {
+    Header header = *this;
+    header.step = other_step;
+    return header;
+  }
+
   bool operator==(const Header&) const = default;
 };
 

@@ -20,7 +20,7 @@ from typing import Any
 from copepod.case import Case
 from copepod.errors import CaseError, CaseWarning, Error, RunError, stops_as_errors
 from copepod.results import Campaign, Run, Sample, TrajectoryReader, load
-from copepod_command.check import findings
+from copepod_campaign.check import findings
 from copepod_run.checkout import ROOT
 from copepod_run.errors import ExitCode
 from copepod_run.estimate import Check
@@ -114,7 +114,7 @@ def run(
         return _Conversation(command, file, show, on_sample, quiet).finish()
 
 
-class _Conversation:
+class _Conversation(RunProcess):
     """A run that is on: reads what it reports, and stops it if anything is raised meanwhile."""
 
     def __init__(
@@ -132,12 +132,15 @@ class _Conversation:
         self._directory: str | None = None
         self._lines: list[str] = []
         self._samples: TrajectoryReader | None = None
-        self._process = RunProcess(command, os.environ, subprocess.DEVNULL, self._lines.append)
+        super().__init__(command, os.environ, subprocess.DEVNULL)
 
     def finish(self) -> "Run | Campaign":
         try:
-            while self._process.exit_code is None:
-                self._turn()
+            while self.exit_code is None:
+                patience_s = _LOOK_EVERY_S if self._samples else None
+                if select.select([self.descriptor], [], [], patience_s)[0]:
+                    self.read()
+                self._pass_on_samples()
             self._pass_on_samples(is_last=True)
         except BaseException as problem:
             self._stop()
@@ -148,25 +151,20 @@ class _Conversation:
             raise
         finally:
             getattr(self._show, "close", _ignore)()
-        if self._process.exit_code:
-            raise self._failure(self._process.exit_code)
+        if self.exit_code:
+            raise self._failure(self.exit_code)
         assert self._directory is not None
         return load(self._directory)
 
-    def _turn(self) -> None:
-        patience_s = _LOOK_EVERY_S if self._samples else None
-        if select.select([self._process.descriptor], [], [], patience_s)[0]:
-            for event in self._process.read():
-                self._take(event)
-        self._pass_on_samples()
+    def _note(self, line: str) -> None:
+        text = line.removeprefix("copepod: ")
+        self._lines.append(text)
+        if not self._quiet and re.search(r"(?:^|: )warning: ", text):
+            warnings.warn(self._file.shown(text), CaseWarning, stacklevel=5)
 
     def _take(self, event: Event) -> None:
         kind = event["event"]
-        if kind == "notice":
-            self._lines.append(event["text"])
-            if not self._quiet and re.search(r"(?:^|: )warning: ", event["text"]):
-                warnings.warn(self._file.shown(event["text"]), CaseWarning, stacklevel=5)
-        elif kind == "directory":
+        if kind == "directory":
             self._directory = str(event["path"])
             if self._on_sample and event["holds"] == "run":
                 self._samples = TrajectoryReader(Path(self._directory))
@@ -183,11 +181,11 @@ class _Conversation:
     def _stop(self) -> None:
         """Until the run has written its checkpoint; another interrupt ends it at once."""
         try:
-            self._process.send(signal.SIGTERM)
-            while self._process.exit_code is None:
-                self._process.read()
+            self.send(signal.SIGTERM)
+            while self.exit_code is None:
+                self.read()
         except BaseException:
-            self._process.send(signal.SIGKILL)  # its guard cleans up
+            self.send(signal.SIGKILL)  # its guard cleans up
             raise
 
     def _failure(self, code: int) -> CaseError | RunError:

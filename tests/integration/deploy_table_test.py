@@ -139,6 +139,16 @@ class ResultTable(unittest.TestCase):
             self.assertAlmostEqual(compared(swimmer)["change_percent"].ours, 0.7)
         self.assertNotIn("change_percent", compared({"kinematics": {**KINEMATICS, "change_from_last_cycle": None}}))
 
+    def test_mean_and_spread_over_the_last_cycles_are_in_table_and_comparison(self):
+        steady = {"u_along_mean_um_per_s": -6321.04, "u_along_spread_um_per_s": 12.345}
+        for swimmer in ({"name": "triangle"}, SWIMMER):
+            entry = {**swimmer, "kinematics": {**KINEMATICS, **steady}}
+            line = self.row("mean of the last cycles", {**SUMMARY, "swimmers": [entry]})
+            self.assertEqual(line[-4:], ["-6321", "±", "12", "µm/s"])
+            self.assertEqual({key: compared(entry)[key].ours for key in steady}, steady)
+        self.assertFalse(steady.keys() & compared({"kinematics": KINEMATICS}).keys())
+        self.assertNotIn("last cycles", result_table(SUMMARY, "runs/a"))
+
     def test_swimmer_without_cycles_says_why(self):
         swimmer = {"name": "idle", "kinematics": {"cycle": None, "note": "nothing drives it periodically"}}
         table = result_table({**SUMMARY, "swimmers": [swimmer]}, "runs/a")

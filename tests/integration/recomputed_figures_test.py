@@ -80,7 +80,7 @@ joints:
      signal: {{kind: sinusoid, amplitude_m: 8.0e-6, period_steps: 200}}}}
   - {{name: f, kind: distance, bodies: [middle, front],
      signal: {{kind: sinusoid, amplitude_m: 8.0e-6, period_steps: 200, lag_deg: 90}}}}
-run: {{steps: 600}}
+run: {{steps: 1400}}
 """,
     "vacuum": "fluid: {solver: vacuum, cell_size_m: 1.0e-6}\nstep_s: 7.5e-10\nswimmers:"
     + ROW % ("s", "[0, 0, 0]", "[0, 1, 1]", BEADS, "2.0e-5", 400, 100)
@@ -284,6 +284,9 @@ class Measured:
         if len(self.bodies) == 3 and len(self.arms) == 2 and self.is_row():
             K, (_, d1, phi1), (_, d2, phi2) = self.geometrical_factor(cycle), *self.along_the_axis(cycle)
             speeds["u_GA"] = K * d1 * d2 * 2 * np.pi / (T * step_s) * np.sin(phi1 - phi2)
+        if len(self.cycles) > 3:
+            latest = [each["u"] @ each["e"] for each in self.cycles[1:]][-5:]
+            speeds |= {"u_along_mean": np.mean(latest), "u_along_spread": np.std(latest, ddof=1)}
         for key, speed in speeds.items():
             report |= {f"{key}_m_per_s": speed, f"{key}_um_per_s": 1e6 * speed}
             report |= {f"{key}_cells_per_step": speed * step_s / cell_m}

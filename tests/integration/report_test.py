@@ -14,7 +14,7 @@ import numpy as np
 
 from copepod_session import CommandTest
 from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
-from copepod_report.cycles import by_cycle, centroids_m, paths, read_cycles, steady_speed_text
+from copepod_report.cycles import by_cycle, centroids_m, kinematics_so_far, paths, read_cycles
 from copepod_report.film import film_of
 from copepod_report.flow import View, choose, draw, strongest_plane
 from copepod_report.report import page_of
@@ -104,10 +104,11 @@ class Report(CommandTest):
         cycles["u_along_m_per_s"] = np.array([9.0, 1.0, 1.1, 1.2, 1.3])
         cycles["rotation_y_rad"] = np.array([0.11, 0.1, 0.12, 0.1, 0.1])
         cycles["rotation_z_rad"] = np.array([0.0, 0.0, 1e-9, 0.0, 0.0])
-        several = {"u_along_m_per_s": 1e-6 * np.array([9, 1, 1.5, 2, 2.5, 3])}
-        text = " Along the axis, mean of the last 5 cycles: 2 µm/s ± 790.6 nm/s."
-        self.assertEqual(steady_speed_text(several), text)
-        self.assertEqual(steady_speed_text({"u_along_m_per_s": several["u_along_m_per_s"][:3]}), "")
+        steady = kinematics_so_far(cycles)
+        self.assertAlmostEqual(steady["u_along_mean_um_per_s"], 1.15e6)
+        self.assertAlmostEqual(steady["u_along_spread_um_per_s"], 1e5 * (5 / 3) ** 0.5)
+        three = kinematics_so_far({column: values[:3] for column, values in cycles.items()})
+        self.assertNotIn("u_along_mean_um_per_s", three)
         velocity, rotation, *arms = by_cycle(cycles, ["B2–B1", "B1–B3"]).axes
         self.assertLess(velocity.get_ylim()[1], 2e6)
         self.assertEqual([line.get_label() for line in rotation.lines], ["about y"])

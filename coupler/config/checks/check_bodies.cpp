@@ -67,8 +67,9 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
     const auto face = static_cast<std::size_t>(2 * axis);
     if (length[axis] == 0.0) continue;
     if (fluid.boundaries[face].kind != BoundaryKind::periodic) {
-      check_gap(body.position_m[axis] - half[axis], fluid, face, body, path, problems);
-      check_gap(length[axis] - half[axis] - body.position_m[axis], fluid, face + 1, body, path, problems);
+      const Eigen::Vector3d up = Eigen::Vector3d::Unit(axis);
+      check_gap(body.position_m[axis] - extent_m(body, -up), fluid, face, body, path, problems);
+      check_gap(length[axis] - extent_m(body, up) - body.position_m[axis], fluid, face + 1, body, path, problems);
     } else if (std::abs(body.position_m[axis]) > most_lengths * length[axis]) {
       problems.error(path, "body '" + body.name + "' starts at " + axis_names[face / 2] + " = " +
                                length_text(body.position_m[axis]) + " (the domain is " + length_text(length[axis]) +

@@ -104,7 +104,7 @@ void judge_pair_force(std::size_t index, const StiffnessBetween& stiffness_betwe
   judge_velocity(velocity_m_per_s, the_case, path, "the expected speed of " + pair, problems);
   const double reach_m = velocity_m_per_s / frequency_rad_per_s;
   const bool rest_length = assembly.drive_springs[index] >= 0;  // judged by its amplitude
-  if (!rest_length && reach_m > surface_distance_m(A, B, Eigen::Vector3d::Zero())) {
+  if (!rest_length && reach_m > surface_distance_m(A, B, {}, (A.position_m - B.position_m).norm())) {
     problems.warning(path, pair + " may move by " + length_text(reach_m) +
                                ", more than the gap between them (they could collide). Use a smaller amplitude or a "
                                "shorter period.");
@@ -117,7 +117,7 @@ void judge_rest_length(std::size_t index, const Assembly& assembly, Problems& pr
   if (std::min(spring.body_A, spring.body_B) < 0) return;  // reported by check_names
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(spring.body_A)];
   const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(spring.body_B)];
-  const double gap_m = surface_distance_m(A, B, Eigen::Vector3d::Zero());
+  const double gap_m = surface_distance_m(A, B, {}, (A.position_m - B.position_m).norm());
   const double shortening_m = -range_of(assembly.drive[index].signal).first / spring.stiffness_N_per_m;
   if (!(shortening_m >= gap_m)) return;
   problems.warning(assembly.signal_paths[index] + ".amplitude_m",
@@ -221,6 +221,11 @@ void check_strokes(const Case& the_case, Problems& problems) {
                                         the_case.swimmers[i].name + "' needs " +
                                         std::to_string(stroke.cycles * stroke.period_steps) +
                                         " (the analysis uses its last period). Run longer for a result table.");
+    } else if (the_case.until_periodic && stroke.cycles * stroke.period_steps < the_case.steps) {
+      problems.warning(path + ".cycles",
+                       path + ".cycles is " + std::to_string(stroke.cycles) +
+                           " (the stroke ends before the run, which run.until_periodic can then no longer end). Give "
+                           "it as many cycles as the run.");
     }
   }
 }

@@ -136,12 +136,37 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   }
 }
 
+/// Shapes that a solver of ours does not know, and films that are left out.
+void check_shapes(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
+    const BodySpecification& body = assembly.bodies[i];
+    if (is_round(body.shape)) continue;
+    const std::string found = "body '" + body.name + "' is a " + name_of(shape_names, body.shape.kind) + " (";
+    if (the_case.fluid.solver == FluidSolverChoice::stokes)
+      problems.error(assembly.body_paths[i],
+                     found + "solver: stokes has spheres only). Use spheres, or solver: lattice_boltzmann.");
+    if (the_case.contact && the_case.body.solver == BodySolverChoice::own)
+      problems.error(assembly.body_paths[i], found +
+                                                 "the body solver resolves contacts of spheres and capsules only). Use "
+                                                 "body: {solver: bullet}, or remove contact.");
+  }
+  const auto has_film = [](const BodySpecification& body) { return !is_round(body.shape); };
+  const auto first = std::ranges::find_if(assembly.bodies, has_film);
+  if (the_case.fluid.film_thickness_m == 0.0 || first == assembly.bodies.end()) return;
+  problems.warning(
+      assembly.body_paths[static_cast<std::size_t>(first - assembly.bodies.begin())],
+      "body '" + first->name + "' is a " + name_of(shape_names, first->shape.kind) +
+          " (lubrication knows films of spheres and capsules only). Keep other surfaces two cells away, or "
+          "use smaller cells.");
+}
+
 }  // namespace
 
 void check_solvers(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   check_command(fluid.solver == FluidSolverChoice::external, the_case.services.fluid_command, "fluid", problems);
   check_command(the_case.body.solver == BodySolverChoice::external, the_case.services.body_command, "body", problems);
+  check_shapes(the_case, assembly, problems);
   if (computes_no_cells(fluid.solver)) warn_of_what_is_left_out(the_case, problems);
   if (fluid.solver != FluidSolverChoice::stokes) return;
   if (fluid.no_slip_plane >= 0) check_plane(fluid, assembly, problems);

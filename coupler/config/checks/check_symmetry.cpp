@@ -83,7 +83,17 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
                                "lower half and its mirror image in the upper). Move it, or remove the plane.");
     return;
   }
-  if (body.shape.kind != ShapeKind::sphere && oblique(body_axis(body), axis)) {
+  if (body.shape.kind == ShapeKind::mesh || body.shape.kind == ShapeKind::compound) {
+    problems.error(path,
+                   "body '" + body.name + "' is a " + name_of(shape_names, body.shape.kind) + " on " + plane +
+                       " (whether it is its own mirror image is not known). Put all of it into the lower half, or "
+                       "remove the plane.");
+  }
+  const Eigen::Matrix3d axes = rotation_matrix(body.orientation_wxyz);
+  bool tilted = has_orientation(body.shape) && oblique(body_axis(body), axis);
+  if (!is_round(body.shape) && body.shape.kind != ShapeKind::cylinder)
+    for (int own = 0; own < 2; ++own) tilted = tilted || oblique(axes.col(own), axis);
+  if (tilted) {
     problems.error(path,
                    "body '" + body.name + "' is tilted against " + plane +
                        " (it is not its own mirror image). Turn it into or across the plane, or remove the plane.");

@@ -1,29 +1,146 @@
 #include <cmath>
+#include <fstream>
+#include <numbers>
 #include <set>
 
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "config/shapes/mesh_file.hpp"
+#include "config/yaml/csv_rows.hpp"
+#include "contract/errors.hpp"
 #include "contract/number_text.hpp"
+#include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {
 
 using nlohmann::ordered_json;
 
-void declare(Keys& keys, Shape& shape) {
-  keys.choice("shape", shape.kind, shape_names, "Shape of the body.");
-  keys.number(required("radius_m"), shape.radius_m, Range::positive,
-              "Radius of the sphere, or of the capsule's hemispheres and cylinder [m].");
-  const bool capsule = shape.kind == ShapeKind::capsule;
-  keys.number(
-      keys.needed("length_m", capsule), shape.length_m, Range::not_negative,
-      "Length of a capsule's cylinder part [m]: the total length is this plus two radii. Needed for capsules, 0 "
-      "for spheres.");
+namespace {
+
+/// Three lengths.
+void declare_extents(Keys& keys, const char* key, Eigen::Vector3d& extents_m, const char* description) {
+  keys.numbers(keys.needed(key), extents_m, description);
   Reader* reader = keys.reader();
-  if (reader == nullptr || capsule || shape.length_m <= 0 || reader->problems().any_under(reader->path_of("shape")))
-    return;
-  reader->reject("length_m",
-                 "is given for a sphere (only capsules have a cylinder part). Remove it, or use shape: capsule.");
+  if (reader == nullptr || extents_m.minCoeff() > 0.0) return;
+  if (!reader->problems().any_under(reader->path_of(key)))
+    reader->reject(key, "has an entry that is not positive (a length). Give three lengths [m].");
+  extents_m = Eigen::Vector3d::Ones();
+}
+
+/// @throws CaseError if it cannot be read
+std::string bytes_of_mesh_file(const std::string& path) {
+  constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 30;
+  std::error_code error;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || !std::filesystem::is_regular_file(path, error))
+    throw CaseError("it cannot be read. Give the path of an STL, OBJ or PLY file, relative to the case file");
+  if (std::filesystem::file_size(path, error) > most_bytes) throw CaseError("it is larger than 1 GiB");
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The mesh of a shape: a file, or its content as resolved cases have it.
+void declare_mesh(Keys& keys, Shape& shape) {
+  if (ordered_json* resolved = keys.resolved()) (*resolved)["text"] = to_obj(*shape.mesh);
+  if (keys.describes()) {
+    keys.describe("file", {{"type", "string"}},
+                  "Of a mesh: path of an STL, OBJ or PLY file, relative to the case file. Its surface is closed.");
+    keys.describe("text", {{"type", "string"}}, "Of a mesh: the OBJ file itself, as resolved cases have it.");
+  }
+  double unit_m = 1.0;
+  keys.number(keys.needed("unit_m", keys.reader() != nullptr && keys.reader()->has("file")), unit_m, Range::positive,
+              "Of a mesh: the unit of length in its file. Needed beside file.");
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return;
+  shape.mesh = std::make_shared<const TriangleMesh>(box_mesh(Eigen::Vector3d::Ones()));  // where it cannot be read
+  const bool is_file = reader->has("file");
+  if (is_file == reader->has("text"))
+    return reader->reject("file",
+                          "and text are both given or both missing (one holds the mesh). Write file: NAME.stl.");
+  const std::string path = is_file ? file_beside_case(*reader, "file").string() : "";
+  const std::string text = is_file ? "" : reader->text("text");
+  if (reader->problems().any_under(reader->path_of(is_file ? "file" : "text"))) return;
+  try {
+    shape.mesh = std::make_shared<const TriangleMesh>(read_mesh(is_file ? bytes_of_mesh_file(path) : text, unit_m));
+  } catch (const CaseError& error) {
+    if (is_file)
+      reader->reject("file", "is '" + path + "' (" + error.what() + ").");
+    else
+      reader->reject("text", std::string("cannot be used (") + error.what() + ").");
+  }
+}
+
+void declare_part(Keys& keys, ShapePart& part);
+
+/// The keys of a shape that is, or is not, part of another.
+void declare_shape(Keys& keys, Shape& shape, bool is_part) {
+  keys.choice("shape", shape.kind, shape_names, "Shape of the body.");
+  const ShapeKind kind = shape.kind;
+  const bool has_radius = is_round(shape) || kind == ShapeKind::cylinder;
+  if (keys.when(has_radius))
+    keys.number(keys.needed("radius_m"), shape.radius_m, Range::positive,
+                "Radius of the sphere, or of the capsule's hemispheres and cylinder, or of the cylinder [m].");
+  const bool has_length = kind == ShapeKind::capsule || kind == ShapeKind::cylinder;
+  if (keys.when(has_radius))
+    keys.number(keys.needed("length_m", has_length), shape.length_m,
+                kind == ShapeKind::cylinder ? Range::positive : Range::not_negative,
+                "Length of a cylinder, or of a capsule's cylinder part [m]: the total length of a capsule is this plus "
+                "two radii. Needed for both, 0 for spheres.");
+  if (keys.when(kind == ShapeKind::ellipsoid))
+    declare_extents(keys, "semi_axes_m", shape.extents_m, "Semi-axes of an ellipsoid along its own x, y and z [m].");
+  if (keys.when(kind == ShapeKind::box))
+    declare_extents(keys, "edges_m", shape.extents_m, "Edges of a box along its own x, y and z [m].");
+  if (keys.when(kind == ShapeKind::mesh)) declare_mesh(keys, shape);
+  if (!is_part && keys.when(kind == ShapeKind::compound))
+    keys.list<ShapePart>({"parts", Need::in_some_cases}, shape.parts,
+                         "Of a compound: shapes whose union it is, none of them a compound. They may overlap.",
+                         declare_part);
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return;
+  if (kind == ShapeKind::compound && is_part)
+    reader->reject("shape", "is compound, within a compound (parts are simple). Give its parts to the whole.");
+  if (kind == ShapeKind::compound && shape.parts.empty() && !is_part)
+    reader->reject("parts", "is empty or missing (a compound is the union of its parts). Give at least one.");
+  if (kind == ShapeKind::sphere && shape.length_m > 0 && !reader->problems().any_under(reader->path_of("shape")))
+    reader->reject("length_m",
+                   "is given for a sphere (only capsules and cylinders have one). Remove it, or use shape: capsule.");
+  if (has_radius || reader->problems().any_under(reader->path_of(""))) return;
+  shape.radius_m = std::cbrt(volume_m3(shape) / (4.0 / 3.0 * std::numbers::pi));
+}
+
+void declare_part(Keys& keys, ShapePart& part) {
+  declare_shape(keys, part.shape, true);
+  keys.numbers("position_m", part.position_m, "Place of the part in the frame of the whole [m].");
+  declare_orientation(keys, part.orientation_wxyz, "Orientation in the frame of the whole: unit quaternion.");
+}
+
+}  // namespace
+
+void declare(Keys& keys, Shape& shape) { declare_shape(keys, shape, false); }
+
+void declare_mass(Keys& keys, const Shape& shape, double& mass_kg, Inhomogeneity& inhomogeneity) {
+  Reader* reader = keys.reader();
+  const bool has_density = reader != nullptr && reader->has("density_kg_per_m3");
+  if (reader != nullptr && has_density == reader->has("mass_kg"))
+    reader->reject("mass_kg",
+                   "and density_kg_per_m3 are both given, or neither (one follows from the other). Give exactly one.");
+  if (reader != nullptr && !reader->has("mass_kg"))
+    mass_kg = reader->number("density_kg_per_m3", Range::positive, 1.0) * volume_m3(shape);
+  else
+    keys.number(keys.needed("mass_kg"), mass_kg, Range::positive, "Mass [kg].");
+  if (keys.describes())
+    keys.describe("density_kg_per_m3", schema_of_number(Range::positive), "Density, instead of mass_kg.");
+  const bool has_inertia = reader != nullptr ? reader->has("inertia_kg_m2") : !inhomogeneity.inertia_kg_m2.empty();
+  if (keys.when(has_inertia)) {
+    inhomogeneity.inertia_kg_m2.resize(6);
+    keys.numbers(keys.needed("inertia_kg_m2"), Eigen::Map<Eigen::VectorXd>(inhomogeneity.inertia_kg_m2.data(), 6),
+                 "Of a body that is not uniform: inertia about its centre of mass, axes of the shape's own frame: xx, "
+                 "yy, zz, xy, xz, yz. Default: that of a uniform body.");
+    keys.numbers("center_of_mass_m", inhomogeneity.center_of_mass_m,
+                 "Beside inertia_kg_m2: the centre of mass in the shape's own frame [m]. Default: its origin.");
+  } else if (reader != nullptr && reader->has("center_of_mass_m")) {
+    reader->reject("center_of_mass_m", "is given without inertia_kg_m2 (a uniform body has its own). Give both.");
+  }
 }
 
 void declare_direction(Keys& keys, const Key& key, Eigen::Vector3d& direction, const char* description) {
@@ -139,13 +256,14 @@ bool has_prescribed_motion(Keys& keys, SingleBody& body) {
 void declare(Keys& keys, SingleBody& body, double step_s) {
   keys.name(required("name"), body.name, "Unique name.");
   declare(keys, body.shape);
-  keys.number(required("mass_kg"), body.mass_kg, Range::positive, "Mass.");
-  keys.numbers(required("position_m"), body.position_m, "Centre of mass at the start [m].");
+  declare_mass(keys, body.shape, body.mass_kg, body.inhomogeneity);
+  keys.numbers(required("position_m"), body.position_m,
+               "Place of the shape's own frame at the start [m]: of its centre, but for meshes and compounds.");
   declare_orientation(keys, body.orientation_wxyz,
-                      "Orientation at the start: unit quaternion. A capsule lies along its own z axis.");
+                      "Orientation at the start: unit quaternion. Capsules and cylinders lie along their own z axis.");
   const bool is_section = has_prescribed_motion(keys, body);
   if (keys.when(!is_section)) {
-    keys.numbers("velocity_m_per_s", body.velocity_m_per_s, "Velocity at the start.");
+    keys.numbers("velocity_m_per_s", body.velocity_m_per_s, "Velocity of the centre of mass at the start.");
     keys.numbers("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s,
                  "Angular velocity at the start, world frame.");
     keys.choice(

@@ -49,11 +49,18 @@ struct BodyCase : BodySetup {
   std::string model_file;            ///< path; its bodies are still to be read. Empty: none
 };
 
+/// What differs from a uniform density.
+struct Inhomogeneity {
+  std::vector<double> inertia_kg_m2;                           ///< as in BodySpecification; none: uniform
+  Eigen::Vector3d center_of_mass_m = Eigen::Vector3d::Zero();  ///< in the shape's own frame, beside an inertia
+};
+
 /// A bead of a swimmer, in the swimmer's frame; its body is called "swimmer.bead".
 struct Bead {
   std::string name;
   Shape shape;
   double mass_kg = 0.0;
+  Inhomogeneity inhomogeneity;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
 };
@@ -111,8 +118,9 @@ struct Swimmer {
   bool is_of_swarm = false;  ///< placed by section `swarm`, after those of section `swimmers`
 };
 
-/// A body that is not of a swimmer.
+/// A body that is not of a swimmer; shape and place are those of the shape's own frame.
 struct SingleBody : BodySpecification {
+  Inhomogeneity inhomogeneity;
   std::optional<Signal> signal;  ///< by which its prescribed velocities vary in time
 };
 
@@ -165,12 +173,13 @@ struct LubricationCase {
   double roughness_m = 1e-9;  ///< films do not get thinner
 };
 
-/// Section `contact`: bodies that meet each other or a wall rebound.
 /// When a run may end before its last step.
 struct Periodicity {
   double tolerance = 1e-3;  ///< change of every swimmer's motion from one cycle to the next, relative to it
+  std::int64_t cycles = 0;  ///< the most of them, which bounds the steps of the case; 0: no bound
 };
 
+/// Section `contact`: bodies that meet each other or a wall rebound.
 struct ContactCase {
   double restitution = 0.9;
   double friction = 0.3;

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "config/sections/expand.hpp"
 #include "config/sections/sections.hpp"
 #include "config/sections/sweep.hpp"
 #include "config/yaml/yaml_text.hpp"
@@ -131,6 +133,36 @@ void declare_bodies(Keys& keys, Case& the_case) {
   keys.numbers("gravity_m_per_s2", the_case.body.gravity_m_per_s2, "Gravity; weight less buoyancy acts on the bodies.");
 }
 
+/// Of what drives the bodies, and of the groups; 0: none.
+std::int64_t longest_period_steps(const Case& the_case) {
+  std::int64_t longest = 0;
+  for (const NamedGroup& group : the_case.groups) longest = std::max(longest, group.period_steps);
+  for (const DrivenActuator& each : assemble(the_case).drive) longest = std::max(longest, each.signal.period_steps);
+  return longest;
+}
+
+/// The bound by cycles is the default of the bound by steps; if both are given, the smaller one counts.
+void declare_run(Keys& run, Case& the_case) {
+  constexpr std::int64_t most_steps = 1'000'000'000'000;
+  run.section<Periodicity>("until_periodic", the_case.until_periodic,
+                           "The run ends after the first cycle in which every swimmer moves as in the cycle before.",
+                           [](Keys& below, Periodicity& periodicity) {
+                             below.number("tolerance", periodicity.tolerance, Range::positive,
+                                          "Largest change of motion, relative to it.");
+                             below.integer("cycles", periodicity.cycles, Range::not_negative,
+                                           "The most cycles, of the longest period in the case, if the motion does not "
+                                           "become periodic; 0: as many as fit into run.steps.");
+                           });
+  std::int64_t bound = 0;
+  if (run.reader() != nullptr && the_case.until_periodic && the_case.until_periodic->cycles > 0)
+    if (const std::int64_t period = longest_period_steps(the_case); period > 0)
+      bound = std::min(the_case.until_periodic->cycles, most_steps / period) * period;
+  the_case.steps = bound > 0 ? bound : the_case.steps;
+  run.integer(run.needed("steps", bound == 0), the_case.steps, Range::positive,
+              "Number of coupling steps, or the most of them; may be left out with until_periodic.cycles.");
+  if (bound > 0) the_case.steps = std::min(the_case.steps, bound);
+}
+
 void declare(Keys& keys, Case& the_case) {
   keys.name(required("case"), the_case.name, "Name of the case, for people and for the default run directory.");
   if (keys.written_if(!the_case.parameter_set.empty()))
@@ -152,15 +184,7 @@ void declare(Keys& keys, Case& the_case) {
       "Bodies that meet each other or a wall of the domain rebound. Without this section a run in "
       "which bodies meet ends with an error.",
       [](Keys& below, ContactCase& contact) { declare(below, contact); });
-  keys.section(required("run"), "Length of the run.", [&](Keys& run) {
-    run.integer(required("steps"), the_case.steps, Range::positive, "Number of coupling steps, or the most of them.");
-    run.section<Periodicity>("until_periodic", the_case.until_periodic,
-                             "The run ends after the first cycle in which every swimmer moves as in the cycle before.",
-                             [](Keys& below, Periodicity& periodicity) {
-                               below.number("tolerance", periodicity.tolerance, Range::positive,
-                                            "Largest change of motion, relative to it.");
-                             });
-  });
+  keys.section(required("run"), "Length of the run.", [&](Keys& run) { declare_run(run, the_case); });
   keys.section("output", "What is written to the run directory.",
                [&](Keys& output) { declare(output, the_case.output, the_case.steps); });
   keys.section("services", "How the components are started; read by the deploy command.",

@@ -3,12 +3,53 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <unordered_map>
 
 #include "geometry/rotation.hpp"
+#include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {
 namespace {
+
+/// The shape moved by a vector, in its own frame.
+Shape moved(const Shape& shape, const Eigen::Vector3d& by_m) {
+  Shape result = shape;
+  if (by_m.isZero(0.0)) return result;
+  if (shape.kind == ShapeKind::mesh) {
+    result.mesh = std::make_shared<const TriangleMesh>(shape.mesh->vertices_m.colwise() + by_m, shape.mesh->triangles);
+  } else if (shape.kind == ShapeKind::compound) {
+    for (ShapePart& part : result.parts) part.position_m += by_m;
+  } else {
+    const double radius_m = std::cbrt(volume_m3(shape) / (4.0 / 3.0 * std::numbers::pi));
+    result = {.kind = ShapeKind::compound, .radius_m = radius_m, .parts = {{.shape = shape, .position_m = by_m}}};
+  }
+  return result;
+}
+
+bool is_at_the_centre(const ShapePart& part) {
+  return part.position_m.isZero(0.0) && part.orientation_wxyz == Eigen::Vector4d(1, 0, 0, 0);
+}
+
+/// Refers a body to its centre of mass, and gives it its inertia. A compound of one part in its middle is this part.
+void refer_to_centre_of_mass(BodySpecification& body, const Inhomogeneity& inhomogeneity) {
+  if (body.shape.kind == ShapeKind::compound && body.shape.parts.size() == 1 && is_at_the_centre(body.shape.parts[0]))
+    body.shape = Shape(body.shape.parts[0].shape);
+  body.inertia_kg_m2 = inhomogeneity.inertia_kg_m2;
+  Eigen::Vector3d centre_m = inhomogeneity.center_of_mass_m;
+  if (body.inertia_kg_m2.empty()) {
+    if (is_round(body.shape)) return;
+    const VolumeMoments moments = make_solid(body.shape)->moments();
+    centre_m = moments.centre();
+    if (body.shape.kind != ShapeKind::mesh && body.shape.kind != ShapeKind::compound) centre_m.setZero();
+    const Eigen::Matrix3d I =
+        body.mass_kg / moments.volume * moments.moved(Eigen::Matrix3d::Identity(), -centre_m).inertia();
+    body.inertia_kg_m2 = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
+  }
+  if (centre_m.isZero(0.0)) return;
+  body.shape = moved(body.shape, -centre_m);
+  body.position_m += rotation_matrix(body.orientation_wxyz) * centre_m;
+}
 
 void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembly& assembly) {
   const Eigen::Matrix3d R_WS = rotation_matrix(swimmer.orientation_wxyz);
@@ -23,6 +64,7 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
     body.position_m = swimmer.center_m + R_WS * bead.position_m;
     body.orientation_wxyz = bead.orientation_wxyz;
     if (turned) body.orientation_wxyz = product(swimmer.orientation_wxyz, bead.orientation_wxyz);
+    refer_to_centre_of_mass(body, bead.inhomogeneity);
   }
 }
 
@@ -202,6 +244,7 @@ Assembly assemble(const Case& the_case) {
     const std::optional<Signal>& signal = the_case.bodies[i].signal;
     if (signal) assembly.prescribed.push_back({static_cast<int>(assembly.bodies.size()), *signal});
     assembly.bodies.push_back(the_case.bodies[i]);
+    refer_to_centre_of_mass(assembly.bodies.back(), the_case.bodies[i].inhomogeneity);
     assembly.body_paths.push_back("bodies." + std::to_string(i));
   }
   const BodyNumbers numbers = numbers_of(assembly.bodies);

@@ -15,6 +15,8 @@ namespace copepod::coupler {
 
 void declare(Keys& keys, FluidCase& fluid);
 void declare(Keys& keys, Shape& shape);
+/// Mass or density, after the shape.
+void declare_mass(Keys& keys, const Shape& shape, double& mass_kg, Inhomogeneity& inhomogeneity);
 void declare(Keys& keys, SingleBody& body, double step_s);
 void declare(Keys& keys, NamedGroup& group);
 void declare(Keys& keys, NamedSpring& spring);

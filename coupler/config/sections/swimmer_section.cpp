@@ -39,28 +39,15 @@ double half_extent_m(const Bead& bead, const Eigen::Vector3d& direction) {
   return bead.shape.radius_m + (across ? 0.0 : 0.5 * cosine * bead.shape.length_m);
 }
 
-void declare_mass(Keys& keys, Bead& bead) {
-  Reader* reader = keys.reader();
-  const bool has_density = reader != nullptr && reader->has("density_kg_per_m3");
-  if (reader != nullptr && has_density == reader->has("mass_kg"))
-    reader->reject("mass_kg",
-                   "and density_kg_per_m3 are both given, or neither (one follows from the other). Give exactly one.");
-  if (reader != nullptr && !reader->has("mass_kg"))
-    bead.mass_kg = reader->number("density_kg_per_m3", Range::positive, 1.0) * volume_m3(bead.shape);
-  else
-    keys.number(keys.needed("mass_kg"), bead.mass_kg, Range::positive, "Mass [kg], where there are arms.");
-  if (keys.describes())
-    keys.describe("density_kg_per_m3", schema_of_number(Range::positive), "Density, instead of mass_kg.");
-}
-
 void declare_bead(Keys& keys, Bead& bead) {
   keys.name(keys.needed("name"), bead.name, "Name of the bead, where there are arms; its body is NAME.BEAD.");
   declare(keys, bead.shape);
-  declare_mass(keys, bead);
+  declare_mass(keys, bead.shape, bead.mass_kg, bead.inhomogeneity);
   keys.numbers({"position_m", Need::in_some_cases}, bead.position_m,
                "Centre in the swimmer's frame [m]; of all beads or of none.");
-  declare_orientation(keys, bead.orientation_wxyz,
-                      "Orientation in the swimmer's frame: unit quaternion. A capsule lies along its own z axis.");
+  declare_orientation(
+      keys, bead.orientation_wxyz,
+      "Orientation in the swimmer's frame: unit quaternion. Capsules and cylinders lie along their own z axis.");
 }
 
 /// Declares the swimmer's beads; true if they have places, false if their arms place them.

@@ -16,6 +16,8 @@ using nlohmann::ordered_json;
 /// A bead of the shorthand: a capsule lies along the swimmer's z axis or along its x axis.
 void declare_bead_of_row(Keys& keys, Bead& bead) {
   declare(keys, bead.shape);
+  if (keys.reader() != nullptr && !is_round(bead.shape))
+    keys.reader()->reject("shape", "is none of sphere and capsule (the shorthand has these). Give the swimmer arms.");
   const bool is_capsule = bead.shape.kind == ShapeKind::capsule;
   auto orientation =
       z_axis(bead.orientation_wxyz).z() > 0.5 ? BeadOrientation::parallel : BeadOrientation::perpendicular;

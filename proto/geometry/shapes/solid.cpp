@@ -1,8 +1,11 @@
 #include "geometry/shapes/solid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
+
+#include <Eigen/Geometry>
 
 namespace copepod {
 
@@ -66,16 +69,24 @@ std::unique_ptr<Solid> make_solid(const Shape& shape, double unit_m) {
 
 VolumeMoments moments_by_lines(const Solid& solid) {
   constexpr int lines = 512;  // along each of two axes
-  const Eigen::Vector3d high{solid.support(Eigen::Vector3d::UnitX())[0], solid.support(Eigen::Vector3d::UnitY())[1], 0};
-  const Eigen::Vector3d low{solid.support(-Eigen::Vector3d::UnitX())[0], solid.support(-Eigen::Vector3d::UnitY())[1],
-                            0};
-  const Eigen::Vector3d width = (high - low) / lines;
+  // Oblique: faces and edges of a solid are hardly ever along the lines.
+  Eigen::Matrix3d frame;
+  frame.col(2) = Eigen::Vector3d(0.3, 0.5, 0.8).normalized();
+  frame.col(0) = Eigen::Vector3d(0.9, -0.7, 0.1).cross(Eigen::Vector3d(frame.col(2))).normalized();
+  frame.col(1) = Eigen::Vector3d(frame.col(2)).cross(Eigen::Vector3d(frame.col(0)));
+  std::array<double, 2> low{};
+  std::array<double, 2> width{};
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector3d along = frame.col(axis);
+    low[axis] = along.dot(solid.support(-along));
+    width[axis] = (along.dot(solid.support(along)) - low[axis]) / lines;
+  }
   VolumeMoments sum;
   Intervals inside;
   for (int i = 0; i < lines; ++i)
     for (int j = 0; j < lines; ++j) {
-      const Eigen::Vector3d from = low + Eigen::Vector3d((i + 0.5) * width[0], (j + 0.5) * width[1], 0.0);
-      solid.crossings(from, Eigen::Vector3d::UnitZ(), inside);
+      const Eigen::Vector3d from(low[0] + (i + 0.5) * width[0], low[1] + (j + 0.5) * width[1], 0.0);
+      solid.crossings(frame * from, frame.col(2), inside);
       for (const auto& [a, b] : inside) {
         const double volume = (b - a) * width[0] * width[1];
         const Eigen::Vector3d middle = from + 0.5 * (a + b) * Eigen::Vector3d::UnitZ();
@@ -85,7 +96,7 @@ VolumeMoments moments_by_lines(const Solid& solid) {
         sum += {volume, volume * middle, second};
       }
     }
-  return sum;
+  return sum.moved(frame, Eigen::Vector3d::Zero());
 }
 
 }  // namespace copepod

@@ -30,7 +30,7 @@ def main(arguments=None):
 def make_parser():
     """Of what stands before --."""
     parser = argparse.ArgumentParser(
-        prog=_called_as(),
+        prog=called_as("conformance"),
         usage="%(prog)s --role fluid|body [options] -- CMD…",
         description="Plays the coupler of a component, in many short runs, and compares what it does with "
         "docs/protocol.md. Exit code 0: conformant, 1: not, 2: CMD is not a component, or the command line is wrong.",
@@ -62,26 +62,28 @@ def _options(arguments):
     options = parser.parse_args(arguments[:place])
     options.command = arguments[place + 1 :]
     if not options.command:
-        _end("No component is named. Give its command after --, for example: --role fluid -- ./my_fluid")
+        end("No component is named. Give its command after --, for example: --role fluid -- ./my_fluid")
     if shutil.which(options.command[0]) is None:
-        _end(
+        end(
             f"The {options.role} component {shlex.join(options.command)} cannot be started (no such program). "
             "Give its path, or put it in PATH."
         )
     if options.junit and not os.access(Path(options.junit).resolve().parent, os.W_OK):
         problem = f"{options.junit} cannot be written (its folder is missing or read-only). Choose another --junit."
-        _end(problem, _STORAGE_FAILED)
+        end(problem, _STORAGE_FAILED)
     return options
 
 
-def _end(problem, code=_BAD_COMMAND):
+def end(problem, code=_BAD_COMMAND):
+    """Ends a tool of the kit with a message «problem (why). What to do.»"""
     print(f"error: {problem}", file=sys.stderr)
     sys.exit(code)
 
 
-def _called_as():
+def called_as(tool):
+    """How the user started a tool of the kit: by the deploy command or by Python."""
     deploy = os.environ.get("COPEPOD_CALLED_AS")
-    return f"{deploy} conformance" if deploy else "python3 -m copepod_conformance"
+    return f"{deploy} {tool}" if deploy else f"python3 -m copepod_{tool}"
 
 
 def _check(options, folder):
@@ -93,7 +95,7 @@ def _check(options, folder):
     from copepod_conformance.suite import GROUPS, SUITE, Suite, all_checks
 
     if unknown := set(options.only or ()) - set(GROUPS):
-        _end(f"Unknown group of checks: {', '.join(unknown)}. Choose from: {', '.join(GROUPS)}.")
+        end(f"Unknown group of checks: {', '.join(unknown)}. Choose from: {', '.join(GROUPS)}.")
     environment = {**os.environ, SUITE: uuid.uuid4().hex}
     with zmq.Context() as context:
         try:
@@ -101,7 +103,7 @@ def _check(options, folder):
                 options.role, options.command, environment, folder, context, options.patience, options.solver
             )
         except CaseError as error:
-            _end(error)
+            end(error)
         checks = [
             check
             for check in all_checks(subject)

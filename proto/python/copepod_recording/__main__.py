@@ -10,18 +10,11 @@ import sys
 import tempfile
 from pathlib import Path
 
+from copepod_conformance.__main__ import called_as, end
 
 _SHOWN = 10  # differences
 _PATIENCE_S = 600.0  # for a reply
-_BAD_COMMAND, _SOLVER_FAILED, _STORAGE_FAILED, _TERMINATED = 2, 70, 73, 143
-
-
-class Failed(Exception):
-    """Ends the command with an exit code. The text reads "problem (why). What to do."."""
-
-    def __init__(self, code, text):
-        super().__init__(text)
-        self.code = code
+_SOLVER_FAILED, _STORAGE_FAILED, _TERMINATED = 70, 73, 143
 
 
 def main(arguments=None):
@@ -31,21 +24,17 @@ def main(arguments=None):
     try:
         options = _options(arguments)
         return options.action(options) or 0
-    except Failed as error:
-        print(f"error: {error}", file=sys.stderr)
-        return error.code
     except BrokenPipeError:  # the reader of the output has ended, as in `… list RUN_DIR | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as problem:
-        print(f"error: {problem.filename} cannot be used ({problem.strerror}).", file=sys.stderr)
-        return _STORAGE_FAILED
+        end(f"{problem.filename} cannot be used ({problem.strerror}).", _STORAGE_FAILED)
 
 
 def make_parser():
     """Of what stands before --."""
     parser = argparse.ArgumentParser(
-        prog=_called_as(),
+        prog=called_as("recording"),
         description="Lists, counts, draws and replays what a run recorded.",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -87,18 +76,13 @@ def _options(arguments):
     return options
 
 
-def _called_as():
-    deploy = os.environ.get("COPEPOD_CALLED_AS")
-    return f"{deploy} recording" if deploy else "python3 -m copepod_recording"
-
-
 def _open(path):
     from copepod_recording.reader import Recording, UnreadableRecording
 
     try:
         return Recording(path)
     except (OSError, UnreadableRecording) as problem:
-        raise Failed(_STORAGE_FAILED, str(problem)) from None
+        end(problem, _STORAGE_FAILED)
 
 
 def _find(what, options):
@@ -108,7 +92,7 @@ def _find(what, options):
     try:
         return getattr(reader, what)(options.directory, options.attempt)
     except reader.MissingRecording as error:
-        raise Failed(_BAD_COMMAND, str(error)) from None
+        end(error)
 
 
 def _wire(options):
@@ -147,7 +131,7 @@ def _trace(options):
     if not any(timeline.phases for timeline in shown):
         steps = [phase.step for timeline in timelines for phase in timeline.phases if phase.step >= 0]
         found = f"the recorded steps are {min(steps)} to {max(steps)}" if steps else "no step was recorded"
-        raise Failed(_BAD_COMMAND, f"There is nothing to draw ({found}). Choose other --steps.")
+        end(f"There is nothing to draw ({found}). Choose other --steps.")
     out = Path(options.out or Path(options.directory) / "trace.json")
     out.write_text(json.dumps(trace.as_json(shown, wire)))
     print(f"{out}: open it with https://ui.perfetto.dev or chrome://tracing")
@@ -172,15 +156,11 @@ def _replay(options):
     recording = _wire(options)
     script = script_of(recording, options.role)
     if not script.exchanges:
-        raise Failed(
-            _BAD_COMMAND, f"{recording.path} has no requests to the {options.role} component. Record a longer run."
-        )
+        end(f"{recording.path} has no requests to the {options.role} component. Record a longer run.")
     _require_checkpoint(script, recording.path)
     if not options.command or shutil.which(options.command[0]) is None:
         name = " ".join(options.command) or "(none given)"
-        raise Failed(
-            _BAD_COMMAND, f"The {options.role} component {name} cannot be started (no such program). Give its path."
-        )
+        end(f"The {options.role} component {name} cannot be started (no such program). Give its path.")
     differences, number = [], 0
 
     def add(exchange, text):
@@ -194,17 +174,17 @@ def _replay(options):
             component = Component(options.command, dict(os.environ), folder, context, _PATIENCE_S, shows_output=True)
             compared = replay(component, options.role, script, options.tolerance, add)
     except ComponentError as error:
-        raise Failed(int(error.code), str(error)) from None
+        end(error, int(error.code))
     finally:
         for line in differences:
             print(line)
     _print_endings([recording])
     how = f"within a relative difference of {options.tolerance:g}" if options.tolerance else "bit by bit"
     if number:
-        raise Failed(
-            _SOLVER_FAILED,
+        end(
             f"{number} values in {compared} replies differ from the recording (compared {how}; the first "
             f"{min(number, _SHOWN)} above). Another build or solver? --tolerance allows for rounding.",
+            _SOLVER_FAILED,
         )
     print(f"{compared} replies agree {how}")
 
@@ -217,14 +197,13 @@ def _component(options):
     try:
         return serve_recording(options.role, _find("wire_file", options), options.tolerance)
     except ComponentError as error:
-        raise Failed(int(error.code), str(error)) from None
+        end(error, int(error.code))
 
 
 def _require_checkpoint(script, path):
     start = script.restore
     if start is not None and not Path(start.path).parent.exists():
-        raise Failed(
-            _BAD_COMMAND,
+        end(
             f"{path.stem} cannot be replayed (it resumed from {Path(start.path).parent}, which no longer exists: a run "
             "keeps only its last checkpoints). Replay an earlier --attempt, or record a run that is not resumed.",
         )

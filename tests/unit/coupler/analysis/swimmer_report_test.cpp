@@ -63,6 +63,31 @@ TEST(SwimmerReport, MeasuresTheSpeedOfATurnedSwimmerAlongItsOwnAxis) {
   EXPECT_EQ(report["kinematics"]["arms"][1]["bodies"][0], "swimmer.B1");
 }
 
+TEST(SwimmerReport, AveragesTheSpeedOverTheLastFiveCyclesButNotTheFirst) {
+  Swimmer swimmer = three_spheres();
+  swimmer.orientation_wxyz = {std::sqrt(0.5), std::sqrt(0.5), 0, 0};  // z to −y
+  for (Arm& arm : swimmer.arms) arm.drive->signal.stop_step = Signal::never;
+  const auto kinematics_after = [&](std::int64_t cycles) {
+    CycleObserver observer(groups_of(case_of(swimmer)));
+    for (std::int64_t step = 0; step <= cycles * period; ++step) {
+      Kinematics state = MadeUpMotion{}.at(step);
+      const double time = static_cast<double>(step) / period;
+      state.position_m.row(2).array() += 0.01 * cell_m * time * time;  // by 2k + 1 hundredths of a cell in cycle k
+      const Eigen::Matrix3d turn = Eigen::AngleAxisd(pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+      state.position_m = (turn * state.position_m).eval();
+      const Loads none = loads({0, 0, 0}, {0, 0, 0});
+      observer.observe({step, state, none, none, none});
+    }
+    return swimmer_reports(case_of(swimmer), observer)["swimmers"][0]["kinematics"];
+  };
+  EXPECT_FALSE(kinematics_after(3).contains("u_along_mean_m_per_s"));  // two cycles after the first
+  const auto four = kinematics_after(4), eight = kinematics_after(8);
+  EXPECT_NEAR(four["u_along_mean_cells_per_step"].get<double>(), 1e-4 + 0.05 / period, 1e-12);
+  EXPECT_NEAR(four["u_along_spread_cells_per_step"].get<double>(), 0.02 / period, 1e-12);
+  EXPECT_NEAR(eight["u_along_mean_cells_per_step"].get<double>(), 1e-4 + 0.11 / period, 1e-12);
+  EXPECT_NEAR(eight["u_along_spread_cells_per_step"].get<double>(), std::sqrt(10) * 0.01 / period, 1e-12);
+}
+
 TEST(SwimmerReport, CallsASwimmerAtRestThatNeitherMovesNorTurns) {
   const auto rests = [](double drift_cells_per_step, double turn_rad_per_step) {
     MadeUpMotion motion;

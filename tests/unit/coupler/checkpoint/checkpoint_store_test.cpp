@@ -42,6 +42,7 @@ CouplerState state_of(std::int64_t step) {
   sums.last.number = 1;
   sums.last.translation_m = Eigen::Vector3d::Random() / 3.0;
   sums.last.arms = Eigen::Matrix3Xd::Random(3, 2);
+  sums.latest_along_m = Eigen::Vector3d::Random() / 3.0;
   state.swimmers = {sums, CycleSums{}};
   state.balance.from_fluid_N_s = Eigen::Vector3d::Random() / 3.0;
   state.balance.from_drive_J = 1.0 / 7.0;

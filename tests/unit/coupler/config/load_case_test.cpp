@@ -4,8 +4,12 @@
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include "config/sections/sections.hpp"
 #include "config/setups.hpp"
+#include "config/yaml/document.hpp"
+#include "config/yaml/yaml_text.hpp"
 #include "contract/errors.hpp"
 #include "temporary_folder.hpp"
 
@@ -21,6 +25,31 @@ TEST(Step, FollowsFromTheRelaxationTimeAndBack) {
   const double step_s = step_from_relaxation_time(2.0 / 3.0, 1e-6, 7.36e-5);
   EXPECT_NEAR(step_s, 7.54831e-10, 1e-15);
   EXPECT_NEAR(relaxation_time_from_step(step_s, 1e-6, 7.36e-5), 2.0 / 3.0, 1e-15);
+}
+
+TEST(Run, HasAsManyStepsAsItsCyclesIfItEndsOnceItIsPeriodic) {
+  const auto steps = [](const std::string& run) { return with_every_key({"sweep=null", "run=" + run}).content.steps; };
+  EXPECT_EQ(steps("{until_periodic: {cycles: 5}}"), 5 * 4000);  // of the longest period, that of the swimmers
+  EXPECT_EQ(steps("{until_periodic: {cycles: 5}, steps: 15000}"), 15000);
+  EXPECT_EQ(steps("{until_periodic: {cycles: 5}, steps: 30000}"), 5 * 4000);
+  EXPECT_EQ(steps("{until_periodic: {}, steps: 30000}"), 30000);
+  EXPECT_EQ(steps("{until_periodic: {cycles: 900000000000000}}"), 1'000'000'000'000);
+  const LoadedCase groups =
+      with_every_key({"sweep=null", "groups.0.period_steps=7000", "run={until_periodic: {cycles: 2}}"});
+  EXPECT_EQ(groups.content.steps, 14000);
+  EXPECT_EQ(load_case_text(to_yaml(resolved(groups.content)), "again.yaml", {}).content.steps, 14000);
+}
+
+TEST(Run, MustGiveItsStepsIfNoCyclesDo) {
+  const std::string still = "case: still\nfluid: {solver: vacuum}\nstep_s: 1.0e-6\n";
+  for (const std::string run : {"{until_periodic: {cycles: 5}}", "{until_periodic: {}}", "{}"}) {
+    try {
+      load_case_text(still + "run: " + run, "case.yaml", {});
+      ADD_FAILURE() << run;
+    } catch (const CaseInvalid& error) {
+      EXPECT_NE(error.lines()[0].find("run.steps is missing"), std::string::npos) << error.what();
+    }
+  }
 }
 
 TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
