@@ -55,8 +55,8 @@ struct ShapePart {
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
 };
 
-/// Whether a shape is all points within `radius_m` of its core segment: thin films and contacts of our own are between
-/// these.
+/// Whether a shape is all points within `radius_m` of its core segment. Thin films and contacts of our own are those of
+/// such shapes.
 inline bool is_round(const Shape& shape) { return shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule; }
 
 /// Whether it matters how the shape is turned.

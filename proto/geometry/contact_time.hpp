@@ -5,11 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
-
 #include "contract/body_setup.hpp"
-#include "geometry/shapes/solid.hpp"
 
 namespace copepod {
 

@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"

@@ -423,6 +423,12 @@ TEST(ContactLaw, FindsTheDampingRatioOfARestitution) {
   EXPECT_EQ(damping_ratio_of(1.0), 0.0);
 }
 
+// A corner of a cube has an arm of half its diagonal across a side: 1/m_eff = 2 (1/m + 3/m).
+TEST(ContactTime, TakesTheTurningOfOtherShapesIntoAccount) {
+  const BodySpecification cube = shaped("cube", {0, 0, 0}, box({8e-6, 8e-6, 8e-6}));
+  EXPECT_NEAR(largest_inverse_mass_per_kg({cube}) * cube.mass_kg, 8.0, 1e-9);
+}
+
 TEST(ContactTime, CountsSubsteps) {
   BodySetup setup = touching({ball("a", {0, 0, 0}), rod("b", {0, 1, 0})}, 0.5);
   EXPECT_EQ(contact_substeps(setup), 4.0);
