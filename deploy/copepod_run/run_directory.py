@@ -34,10 +34,7 @@ class RunDirectory:
         try:
             found = take_lock(self.lock, _LOCK_PATIENCE_S)
             if found is Lock.HELD:
-                raise Stop(
-                    ExitCode.BAD_CASE,
-                    f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.",
-                )
+                raise _in_use(path)
             if found is Lock.IMPOSSIBLE:
                 say(f"{path} cannot be locked (its file system has no locks). Let no other copepod use this folder.")
             if must_be_empty:  # known only now: another command may have run there while we waited
@@ -139,6 +136,12 @@ def _opened(path: Path) -> int:
         ) from None
 
 
+def _in_use(path: Path | str) -> Stop:
+    return Stop(
+        ExitCode.BAD_CASE, f"{path} is in use (another copepod runs there). Wait for it, or choose another --out."
+    )
+
+
 def _require_empty(path: Path, shown: Path | str) -> None:
     """Raises Stop(2) if there is anything at `path` but an empty folder; Stop(73) if it cannot be read."""
     try:
@@ -180,12 +183,21 @@ def take_lock(descriptor: int, patience_s: float = 0.0) -> Lock:
 def create(name: str, out: str | None) -> RunDirectory:
     """New folder: `out` if given, else runs/<name>, runs/<name>-2, … in the current directory.
 
-    Raises Stop(2) if `out` exists and is not empty.
+    Raises Stop(2) if `out` exists and is not empty, or another command holds it.
     """
     if out is not None:
         path = Path(out)
         _require_utf8(path)
-        _require_empty(path, out)
+        try:
+            _require_empty(path, out)
+        except Stop:
+            with suppress(OSError):  # of a file, or a folder that may not be read
+                descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+                found = take_lock(descriptor)
+                os.close(descriptor)
+                if found is Lock.HELD:
+                    raise _in_use(out) from None
+            raise
         make_folder(path)
         return RunDirectory(path, must_be_empty=True)
     name = folder_name(name)

@@ -156,6 +156,10 @@ class Storage(CommandTest):
         self.assert_ends(session, 2)
         self.assertIn("there exists already", session.last_line)
         self.assertEqual([path.name for path in there.iterdir()], ["summary.json"])
+        fcntl.flock(lock, fcntl.LOCK_EX)  # as a run that has not ended
+        second = self.start("run", "case.yaml", "--out", "there")
+        self.assert_ends(second, 2)
+        self.assertIn("there is in use (another copepod runs there). Wait for it", second.last_line)
 
 
 if __name__ == "__main__":

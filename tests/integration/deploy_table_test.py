@@ -147,7 +147,8 @@ class ResultTable(unittest.TestCase):
             self.assertEqual(line[-4:], ["-6321", "±", "12", "µm/s"])
             self.assertEqual({key: compared(entry)[key].ours for key in steady}, steady)
         self.assertFalse(steady.keys() & compared({"kinematics": KINEMATICS}).keys())
-        self.assertNotIn("last cycles", result_table(SUMMARY, "runs/a"))
+        young = {**SUMMARY, "swimmers": [{"name": "triangle", "kinematics": KINEMATICS}]}
+        self.assertNotIn("last cycles", result_table(young, "runs/a"))
 
     def test_swimmer_without_cycles_says_why(self):
         swimmer = {"name": "idle", "kinematics": {"cycle": None, "note": "nothing drives it periodically"}}

@@ -196,7 +196,8 @@ class ReportOfASweep(CommandTest):
             summary = json.loads(path.read_text())
             summary["swimmers"][0]["u_swim_lattice"] = lag * amplitude
             summary["swimmers"][0]["d1_cells"] = 2.5 + lag if changes else 2.5
-            summary["swimmers"][0]["kinematics"] = {"change_from_last_cycle": {"velocity": change}}
+            last = {"change_from_last_cycle": {"velocity": change}, "u_along_mean_um_per_s": lag * amplitude}
+            summary["swimmers"][0]["kinematics"] = last
             path.write_text(json.dumps(summary))
             parameters = dict(zip(keys, (lag, amplitude)))
             cases.append({"name": name, "member_of": "s", "parameters": parameters, "summary": {}})
