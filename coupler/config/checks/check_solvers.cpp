@@ -136,7 +136,7 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   }
 }
 
-/// Shapes that a solver of ours does not know, and films that are left out.
+/// Shapes that a solver of ours cannot handle, and films that are left out.
 void check_shapes(const Case& the_case, const Assembly& assembly, Problems& problems) {
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
@@ -156,7 +156,7 @@ void check_shapes(const Case& the_case, const Assembly& assembly, Problems& prob
   problems.warning(
       assembly.body_paths[static_cast<std::size_t>(first - assembly.bodies.begin())],
       "body '" + first->name + "' is a " + name_of(shape_names, first->shape.kind) +
-          " (lubrication knows films of spheres and capsules only). Keep other surfaces two cells away, or "
+          " (lubrication is for films of spheres and capsules only). Keep other surfaces two cells away, or "
           "use smaller cells.");
 }
 

@@ -77,7 +77,7 @@ T parsed(std::string_view word, const char* what) {
   T value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end == word.data())
-    fail(std::string(what) + " is no number: '" + std::string(word.substr(0, 40)) + "'");
+    fail(std::string(what) + " is not a number: '" + std::string(word.substr(0, 40)) + "'");
   return value;
 }
 
@@ -137,7 +137,7 @@ Soup read_obj(std::string_view bytes) {
   return soup;
 }
 
-/// What the header of a PLY file says, as far as it matters: vertices and faces, in this order.
+/// A PLY file as its header describes it, as far as it matters: vertices and faces, in this order.
 class PlyFile {
  public:
   explicit PlyFile(std::string_view bytes) : words_(bytes) {
@@ -249,7 +249,7 @@ Soup read_soup(std::string_view bytes) {
   if (start.starts_with("solid") && start.find("facet") != std::string_view::npos) return read_text_stl(bytes);
   const bool is_obj = bytes.starts_with("v ") || start.find("\nv ") != std::string_view::npos;
   if (is_obj && start.find('\0') == std::string_view::npos) return read_obj(bytes);
-  fail("it is no STL, OBJ or PLY file, or it is cut short");
+  fail("it is not an STL, OBJ or PLY file, or it is cut short");
 }
 
 /// One vertex for all corners at the same place.

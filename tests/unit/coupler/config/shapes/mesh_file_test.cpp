@@ -36,7 +36,7 @@ void append_bytes(std::string& bytes, T value) {
 }
 
 std::string tetrahedron_stl(std::uint32_t claimed = 4) {
-  std::string bytes = "solid by a program that does not know better" + std::string(36, ' ');
+  std::string bytes = "solid but in spite of this word it is binary  " + std::string(34, ' ');
   append_bytes(bytes, claimed);
   for (const auto& corners : corner_numbers) {
     for (int i = 0; i < 3; ++i) append_bytes(bytes, 0.0F);
@@ -126,9 +126,9 @@ TEST(MeshFile, IsRefusedWithTheReasonWhereItCannotBeUsed) {
   }();
   const std::vector<RefusedFile> all{
       {"", "it is empty"},
-      {"<!DOCTYPE html><html>v 1</html>", "no STL, OBJ or PLY file"},
-      {tetrahedron_stl(4'000'000'000U), "no STL, OBJ or PLY file, or it is cut short"},
-      {tetrahedron_stl().substr(0, 200), "no STL, OBJ or PLY file, or it is cut short"},
+      {"<!DOCTYPE html><html>v 1</html>", "not an STL, OBJ or PLY file"},
+      {tetrahedron_stl(4'000'000'000U), "not an STL, OBJ or PLY file, or it is cut short"},
+      {tetrahedron_stl().substr(0, 200), "not an STL, OBJ or PLY file, or it is cut short"},
       {tetrahedron_ply(true).substr(0, 260), "it ends before"},
       {"ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n1 2 3\n", "it ends before"},
       {"ply\nformat binary_big_endian 1.0\nelement vertex 1\nend_header\n", "binary_big_endian"},
@@ -136,13 +136,13 @@ TEST(MeshFile, IsRefusedWithTheReasonWhereItCannotBeUsed) {
       {in_one_place, "it has no triangles"},
       {"v 1 2 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"},
       {"v 1 2 inf\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"},
-      {"v 1 2 x\n", "a coordinate is no number: 'x'"},
+      {"v 1 2 x\n", "a coordinate is not a number: 'x'"},
       {"v 1 2 3\nf 1 2 3\n", "a face has a vertex that there is not, number 1 of 1"},
       {"v 1 2 3\nf 0 0 0\n", "a face has a vertex that there is not, number -1 of 1"},
       {without_last, "it is not closed: 3 open edges, the first at (-1, -1, 1) m"},
       {tetrahedron_obj + "f 2 3 4\n", "two triangles have the same edge in the same direction"},
       {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n", "it encloses no volume"},
-      {"solid x\nfacet\nvertex 1 2 3\nvertex 1 2\n", "is no number"},
+      {"solid x\nfacet\nvertex 1 2 3\nvertex 1 2\n", "is not a number"},
       {"solid x\nfacet\nvertex 1 2 3\n", "it ends within a facet"},
   };
   for (const auto& [bytes, words] : all) {
