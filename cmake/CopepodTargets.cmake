@@ -14,13 +14,19 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
-# address includes undefined behaviour and what the fuzz targets need. Both need clang: use the presets.
+# address includes undefined behaviour, and in the libraries that fuzz targets call what libFuzzer needs. Both need
+# clang: use the presets. To compile takes longer than to test: only numerics are optimised, and the checks of each
+# single access are left to the address sanitizer.
 set(COPEPOD_SANITIZER "" CACHE STRING "Build with a sanitizer: address or thread")
-set(sanitizer_address address,undefined,fuzzer-no-link)
+set(sanitizer_address address,undefined)
 set(sanitizer_thread thread)
+set(sanitizer_left_out null,alignment,object-size,pointer-overflow,vptr)
+set(sanitizer_optimised copepod_contract copepod_conversion copepod_body copepod_fluid)
+set(sanitizer_fuzzed copepod_contract copepod_conversion copepod_session copepod_coupler copepod_body)
 if(COPEPOD_SANITIZER)
-  set(sanitizer_flags -fsanitize=${sanitizer_${COPEPOD_SANITIZER}} -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  add_compile_options(${sanitizer_flags})
+  set(sanitizer_flags -fsanitize=${sanitizer_${COPEPOD_SANITIZER}} -fno-sanitize=${sanitizer_left_out}
+    -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_compile_options(-O0 ${sanitizer_flags})
   add_link_options(${sanitizer_flags})
 endif()
 
@@ -49,7 +55,11 @@ endfunction()
 # finds what a source fails to include.
 function(copepod_sources_together target)
   if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set(sources_together 8)
+    if(COPEPOD_SANITIZER)
+      set(sources_together 16)
+    endif()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${sources_together})
     target_compile_options(${target} PRIVATE -Wno-shadow  # of a private name of another source
       $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)  # every source is taken for a header
   endif()
@@ -70,6 +80,12 @@ function(copepod_library name)
   if(ARG_COLD AND CMAKE_BUILD_TYPE STREQUAL "Release")
     target_compile_options(${name} PRIVATE -Og)
     set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
+  endif()
+  if(COPEPOD_SANITIZER AND name IN_LIST sanitizer_optimised)
+    target_compile_options(${name} PRIVATE -O1 -finline-functions)
+  endif()
+  if(COPEPOD_SANITIZER STREQUAL address AND name IN_LIST sanitizer_fuzzed)
+    target_compile_options(${name} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
   target_link_libraries(${name} PUBLIC ${ARG_LINKS})
 endfunction()

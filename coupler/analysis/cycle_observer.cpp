@@ -321,7 +321,7 @@ void CycleObserver::close(const Group& group, CycleSums& sums, const StepRecord&
   cycle.max_speed_along_m_per_s = sums.max_speed_along_m_per_s;
   if (table_ != nullptr) table_->add(group, cycle);
   if (sums.last.number >= 0) {
-    const Eigen::Index kept = std::min<Eigen::Index>(sums.latest_along_m.size(), 4);
+    const Eigen::Index kept = std::min(sums.latest_along_m.size(), most_latest_cycles - 1);
     Eigen::VectorXd latest_m(kept + 1);
     latest_m << sums.latest_along_m.tail(kept), cycle.translation_m.dot(sums.turned * group.axis);
     sums.latest_along_m = latest_m;

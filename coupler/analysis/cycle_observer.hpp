@@ -20,6 +20,8 @@ std::vector<Group> groups_of(const Case& the_case, const Assembly& assembly);
 /// Whether any has a period.
 bool have_cycles(const std::vector<Group>& groups);
 
+constexpr Eigen::Index most_latest_cycles = 5;  ///< of which summaries have mean and spread
+
 /// Sums over the cycle that is being measured, and the last two measured; everything needed to continue bit for bit.
 struct CycleSums {
   std::int64_t number = -1;                              ///< of the cycle being measured; −1: none
@@ -36,7 +38,7 @@ struct CycleSums {
   Eigen::VectorXd max_speed_m_per_s;
   Eigen::VectorXd max_speed_along_m_per_s;
   Cycle last, before_last;
-  Eigen::VectorXd latest_along_m;  ///< way along the own axis in up to five latest cycles, without the very first
+  Eigen::VectorXd latest_along_m;  ///< way along the own axis in up to most_latest_cycles, without the very first
 };
 
 /// Measures every swimmer over each full cycle of its drive, from every step, storing none

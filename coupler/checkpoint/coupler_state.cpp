@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <concepts>
+#include <string_view>
 #include <type_traits>
 
 #include <nlohmann/json.hpp>
@@ -119,7 +120,8 @@ template <typename Members>
 requires std::is_aggregate_v<Members>
 void decode(const ordered_json& json, Members& members) {
   visit_members(members, [&](const char* name, auto& value) {
-    decode(json.value(name, ordered_json::array()), value);  // older versions lack latest_along_m
+    const bool is_new = std::string_view(name) == "latest_along_m";  // states of older versions lack it
+    if (!is_new || json.contains(name)) decode(json.at(name), value);
   });
 }
 

@@ -34,7 +34,10 @@ class RunProcess:
         """Takes what has arrived, after waiting for some; at the end of the process `exit_code` is set."""
         received = os.read(self.descriptor, 65536)
         for event in self._reader.feed(received):
-            self._note(f"copepod: {event['text']}") if event["event"] == "notice" else self._take(event)
+            if event["event"] == "notice":
+                self._note(f"copepod: {event['text']}")
+            else:
+                self._take(event)
         if not received:
             code = self._popen.wait()
             self._stderr.close()

@@ -13,7 +13,7 @@ from copepod_run import hosts
 from copepod_run.errors import ExitCode
 from copepod_run.outcome import describe_exit, judge
 from copepod_run.plan import Plan
-from copepod_run.processes import family_of
+from copepod_run.processes import end_with_parent, family_of
 
 DAEMON_LOST = """
 ORTE has lost communication with a remote daemon.
@@ -70,6 +70,15 @@ class Processes(unittest.TestCase):
                 self.assertEqual(family_of(shell.pid), [shell.pid, grandchild])
             finally:
                 os.kill(grandchild, signal.SIGKILL)
+
+    def test_request_for_a_checkpoint_ends_no_process_that_cannot_answer_it_yet(self):
+        with subprocess.Popen(["sleep", "60"], preexec_fn=lambda: end_with_parent(os.getppid())) as process:
+            try:
+                process.send_signal(signal.SIGUSR1)
+                with self.assertRaises(subprocess.TimeoutExpired):
+                    process.wait(0.2)
+            finally:
+                process.kill()
 
 
 class Connecting(unittest.TestCase):

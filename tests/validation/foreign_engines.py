@@ -222,7 +222,7 @@ def swimmer():
 
 
 def design_a():
-    """Design (a) of the paper at half its resolution, three cycles, in the whole domain (20 minutes with Palabos)."""
+    """Design (a) of the paper at half its resolution, three cycles, in the whole domain."""
     sets = {"cell_size_m": "2.0e-6", "domain_cells": [50, 50, 100], "symmetry_planes": [], "precision": "double"}
     sets = {f"fluid.{key}": value for key, value in sets.items()} | {"run.steps": 21087}
     stroke = {"period_steps": 7029, "phase_lag_steps": 1757, "cycles": 3}

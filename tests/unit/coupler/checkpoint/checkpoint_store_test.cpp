@@ -273,6 +273,12 @@ TEST_F(Store, KnowsHowMuchRoomACheckpointTakes) {
 TEST(CouplerState, RejectsWhatIsIncomplete) {
   auto json = to_json(state_of(5));
   EXPECT_NO_THROW(coupler_state_from_json(json));
+  auto older = json;
+  older["swimmers"][0].erase("latest_along_m");
+  EXPECT_EQ(coupler_state_from_json(older).swimmers[0].latest_along_m.size(), 0);
+  auto without = json;
+  without["previous_loads"].erase("force_N");
+  EXPECT_THROW(coupler_state_from_json(without), StorageError);
   auto odd = json;
   odd["previous_loads"]["force_N"] = {1.0, 2.0};
   EXPECT_THROW(coupler_state_from_json(odd), StorageError);

@@ -14,9 +14,9 @@ namespace copepod::coupler {
 namespace {
 
 /// A ball at 0.75 m along every axis, moved by a metre along x with every step.
-class Bodies : public testing::Test {
+class BodiesFile : public testing::Test {
  protected:
-  Bodies() {
+  BodiesFile() {
     bodies_.resize(1);
     bodies_[0].name = "ball";
     bodies_[0].shape = {ShapeKind::sphere, 0.125, 0.0};
@@ -70,7 +70,7 @@ class Bodies : public testing::Test {
   Loads loads_;
 };
 
-TEST_F(Bodies, HaveAFrameOfTheFirstTheLastAndEveryFourthStepWithItsTime) {
+TEST_F(BodiesFile, HaveAFrameOfTheFirstTheLastAndEveryFourthStepWithItsTime) {
   run(0, 10);
   EXPECT_EQ(frames(), (std::set<std::string>{"step_000000000.vtp", "step_000000004.vtp", "step_000000008.vtp",
                                              "step_000000010.vtp"}));
@@ -78,7 +78,7 @@ TEST_F(Bodies, HaveAFrameOfTheFirstTheLastAndEveryFourthStepWithItsTime) {
   EXPECT_TRUE(center_in("step_000000004.vtp").isApprox(Eigen::Vector3f(4.75F, 0.75F, 0.75F), 1e-6F));
 }
 
-TEST_F(Bodies, AreTurnedAsTheirQuaternionsSay) {
+TEST_F(BodiesFile, AreTurnedAsTheirQuaternionsSay) {
   bodies_[0].shape = {ShapeKind::capsule, 0.125, 1.0};
   kinematics_.orientation_wxyz.col(0) << 0.5, 0.1, 0.7, 0.5;  // a unit vector
   run(0, 1);
@@ -88,7 +88,7 @@ TEST_F(Bodies, AreTurnedAsTheirQuaternionsSay) {
   EXPECT_NEAR((axis.transpose() * arms).maxCoeff(), 0.625F, 1e-6F);
 }
 
-TEST_F(Bodies, OfAResumedRunContinueThoseBeforeItsFirstStep) {
+TEST_F(BodiesFile, OfAResumedRunContinueThoseBeforeItsFirstStep) {
   run(0, 10);
   const std::string undisturbed = list();
   std::filesystem::remove(frame_path("step_000000004.vtp"));
@@ -100,20 +100,20 @@ TEST_F(Bodies, OfAResumedRunContinueThoseBeforeItsFirstStep) {
   EXPECT_EQ(frames(), (std::set<std::string>{"step_000000000.vtp", "step_000000004.vtp"}));
 }
 
-TEST_F(Bodies, OfANewRunReplaceThoseOfAnOlderOne) {
+TEST_F(BodiesFile, OfANewRunReplaceThoseOfAnOlderOne) {
   run(0, 10);
   run(0, 3);
   EXPECT_EQ(frames(), std::set<std::string>{"step_000000000.vtp"});
   EXPECT_EQ(list().find("step_000000008"), std::string::npos);
 }
 
-TEST_F(Bodies, AreFoldedBackIntoAPeriodicDomain) {
+TEST_F(BodiesFile, AreFoldedBackIntoAPeriodicDomain) {
   periodic_length_m_ = {2.0, 0.0, 2.0};
   run(0, 10);
   EXPECT_TRUE(center_in("step_000000004.vtp").isApprox(Eigen::Vector3f(0.75F, 0.75F, 0.75F), 1e-6F));
 }
 
-TEST_F(Bodies, ThatCannotBeWrittenAreAStorageError) {
+TEST_F(BodiesFile, ThatCannotBeWrittenAreAStorageError) {
   std::ofstream(folder_.path("bodies")) << "in the way";
   EXPECT_THROW(run(0, 1), StorageError);
 }

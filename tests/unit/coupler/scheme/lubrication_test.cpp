@@ -9,8 +9,6 @@
 namespace copepod::coupler {
 namespace {
 
-using std::numbers::pi;
-
 constexpr double viscosity_Pa_s = 0.5;
 constexpr double radius_m = 10.0;
 constexpr double roughness_m = 1e-9;
@@ -89,8 +87,9 @@ TEST(Lubrication, OfASphereThatApproachesAWallIsBrenners) {
   // 1/ε + 1/5 ln 1/ε + 0.97 of 6π μ r u [Brenner 1961]
   Bodies bodies = at_the_wall(gap_m);
   bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -2);
-  EXPECT_NEAR(bodies.loads().force_N(2, 0) / (6 * pi * viscosity_Pa_s * radius_m * 2.0) * (gap_m / radius_m), 1.0,
-              1e-4);
+  EXPECT_NEAR(
+      bodies.loads().force_N(2, 0) / (6 * std::numbers::pi * viscosity_Pa_s * radius_m * 2.0) * (gap_m / radius_m), 1.0,
+      1e-4);
   EXPECT_NEAR(bodies.loads().torque_N_m.norm(), 0.0, 1e-6);
 }
 
@@ -100,8 +99,8 @@ TEST(Lubrication, OfASphereThatMovesAlongAWallIsThatOfGoldmanCoxAndBrenner) {
   thin.kinematics.velocity_m_per_s.col(0) = thick.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(1, 0, 0);
   const double force_N = difference(thin.loads().force_N(0, 0), thick.loads().force_N(0, 0));
   const double torque_N_m = difference(thin.loads().torque_N_m(1, 0), thick.loads().torque_N_m(1, 0));
-  EXPECT_NEAR(force_N / (6 * pi * viscosity_Pa_s * radius_m), -8.0 / 15.0 * decades, 1e-3);
-  EXPECT_NEAR(torque_N_m / (8 * pi * viscosity_Pa_s * radius_m * radius_m), 0.1 * decades, 1e-3);
+  EXPECT_NEAR(force_N / (6 * std::numbers::pi * viscosity_Pa_s * radius_m), -8.0 / 15.0 * decades, 1e-3);
+  EXPECT_NEAR(torque_N_m / (8 * std::numbers::pi * viscosity_Pa_s * radius_m * radius_m), 0.1 * decades, 1e-3);
 }
 
 TEST(Lubrication, OfASphereThatTurnsAtAWallIsThatOfGoldmanCoxAndBrenner) {
@@ -111,8 +110,8 @@ TEST(Lubrication, OfASphereThatTurnsAtAWallIsThatOfGoldmanCoxAndBrenner) {
       Eigen::Vector3d(0, 1, 0);
   const double force_N = difference(thin.loads().force_N(0, 0), thick.loads().force_N(0, 0));
   const double torque_N_m = difference(thin.loads().torque_N_m(1, 0), thick.loads().torque_N_m(1, 0));
-  EXPECT_NEAR(force_N / (6 * pi * viscosity_Pa_s * radius_m * radius_m), 2.0 / 15.0 * decades, 1e-3);
-  EXPECT_NEAR(torque_N_m / (8 * pi * viscosity_Pa_s * std::pow(radius_m, 3)), -0.4 * decades, 1e-3);
+  EXPECT_NEAR(force_N / (6 * std::numbers::pi * viscosity_Pa_s * radius_m * radius_m), 2.0 / 15.0 * decades, 1e-3);
+  EXPECT_NEAR(torque_N_m / (8 * std::numbers::pi * viscosity_Pa_s * std::pow(radius_m, 3)), -0.4 * decades, 1e-3);
 }
 
 /// What the pressure −6/5 u·x μ/h² and the shear beside it exert in the part of a film between two spheres that the
@@ -126,7 +125,7 @@ Eigen::Vector2d exerted(double k1, double k2, double gap, double v, double w) {
   double shear1 = 0.0, shear2 = 0.0, pressure = 0.0;  // the last by the curvature of the surface
   for (int i = 0; i < pieces; ++i) {
     const double h = gap + (i + 0.5) * dh;
-    const double area = 2.0 * pi * R * dh * std::min(1.0, 2.0 - h);
+    const double area = 2.0 * std::numbers::pi * R * dh * std::min(1.0, 2.0 - h);
     const double slope = -1.2 * u * viscosity_Pa_s * (1.0 / (h * h) - 2.0 * (h - gap) / (h * h * h));  // mean of dp/dx
     shear1 += area * (-viscosity_Pa_s * v / h - 0.5 * h * slope);
     shear2 += area * (viscosity_Pa_s * v / h - 0.5 * h * slope);
@@ -151,7 +150,7 @@ TEST(Lubrication, OfSlidingAndTurningIsThatOfTheFilmsPressureAndShear) {
         bodies.kinematics.angular_velocity_rad_per_s(1, 0) = w;
         const Eigen::Vector2d expected = exerted(1.0 / large_m, other_m > 0.0 ? 1.0 / other_m : 0.0, gap, v, w);
         const Loads loads = bodies.loads();
-        const double shear = 2.0 * pi * viscosity_Pa_s * large_m * 1e-3;
+        const double shear = 2.0 * std::numbers::pi * viscosity_Pa_s * large_m * 1e-3;
         EXPECT_NEAR(loads.force_N(0, 0), expected[0], shear) << other_m << ' ' << gap << ' ' << v;
         EXPECT_NEAR(loads.torque_N_m(1, 0), expected[1] - large_m * expected[0], large_m * shear)
             << other_m << ' ' << gap << ' ' << v;
@@ -171,7 +170,7 @@ TEST(Lubrication, OfTwoSpheresIsThatOfJeffreyAndOnishi) {
   // approach at W: 6π μ r W (1/4ξ + 9/40 ln 1/ξ), ξ = h/r; past each other at v: 6π μ r v 1/6 ln 1/ξ
   Bodies thin = pair(gap_m), thick = pair(10 * gap_m);
   for (Bodies* bodies : {&thin, &thick}) bodies->kinematics.velocity_m_per_s.col(1) = Eigen::Vector3d(1, 0, -1);
-  const double stokes = 6 * pi * viscosity_Pa_s * radius_m;
+  const double stokes = 6 * std::numbers::pi * viscosity_Pa_s * radius_m;
   const double approach_N = thin.loads().force_N(2, 1) - thick.loads().force_N(2, 1);
   EXPECT_NEAR(approach_N / stokes - radius_m / 4 * (1 / gap_m - 0.1 / gap_m), 9.0 / 40.0 * decades, 1e-3);
   EXPECT_NEAR((thin.loads().force_N(0, 1) - thick.loads().force_N(0, 1)) / stokes, -decades / 6.0, 1e-3);
@@ -323,7 +322,7 @@ TEST(Lubrication, TakesFromASphereThatCrossesAFilmWhatTheoryDemandsHoweverLongTh
   // way in and 5 % more on the way out.
   for (const double velocity_m_per_s : {-1.0, -1e3, 1.0, 1e3}) {
     const double of_a_decade_N_s = impulse_N_s(velocity_m_per_s, 1e-5) - impulse_N_s(velocity_m_per_s, 1e-4);
-    const double exact_N_s = 6 * pi * viscosity_Pa_s * radius_m * radius_m * decades;
+    const double exact_N_s = 6 * std::numbers::pi * viscosity_Pa_s * radius_m * radius_m * decades;
     EXPECT_NEAR(of_a_decade_N_s / exact_N_s, velocity_m_per_s < 0.0 ? 1.0 : -1.0, 0.06) << velocity_m_per_s;
   }
 }
@@ -363,8 +362,8 @@ TEST(Lubrication, OfACapsuleAlongAWallIsThatOfACylinder) {
   for (const double thin_m : {1e-3, 1e-5}) {
     bodies.kinematics.position_m(2, 0) = radius_m + thin_m;
     const double cylinder_N =
-        3 * std::sqrt(2.0) * pi * viscosity_Pa_s * std::pow(radius_m / thin_m, 1.5) * capsule.length_m;
-    const double ends_N = 6 * pi * viscosity_Pa_s * radius_m * radius_m / thin_m;
+        3 * std::sqrt(2.0) * std::numbers::pi * viscosity_Pa_s * std::pow(radius_m / thin_m, 1.5) * capsule.length_m;
+    const double ends_N = 6 * std::numbers::pi * viscosity_Pa_s * radius_m * radius_m / thin_m;
     EXPECT_NEAR(bodies.loads().force_N(2, 0) / (cylinder_N + ends_N), 1.0, 2e-3);
     EXPECT_NEAR(bodies.loads().torque_N_m.norm() / bodies.loads().force_N(2, 0), 0.0, 1e-6);
   }
@@ -386,7 +385,7 @@ TEST(Lubrication, OfCrossedCapsulesIsThatOfTheirCurvatures) {
   crossed.kinematics.orientation_wxyz.col(1) = Eigen::Vector4d(turned, turned, 0, 0);  // along y
   crossed.kinematics.position_m(2, 1) += 2 * radius_m + thin_m;
   crossed.kinematics.velocity_m_per_s.col(1) = Eigen::Vector3d(0, 0, -1);
-  const double force_N = 6 * pi * viscosity_Pa_s * radius_m * radius_m / thin_m;
+  const double force_N = 6 * std::numbers::pi * viscosity_Pa_s * radius_m * radius_m / thin_m;
   EXPECT_NEAR(crossed.loads().force_N(2, 1) / force_N, 1.0, 0.02);
   EXPECT_NEAR(crossed.loads().force_N(2, 0) / force_N, -1.0, 0.02);
 }
