@@ -288,9 +288,9 @@ TriangleMesh welded(const Soup& soup, double unit_m) {
   return {std::move(columns), std::move(corners)};
 }
 
-std::string place_of(const TriangleMesh& mesh, std::int32_t vertex) {
+std::string text_of(const Eigen::Vector3d& place_m) {
   std::string text = "(";
-  for (int axis = 0; axis < 3; ++axis) text += (axis == 0 ? "" : ", ") + rounded_text(mesh.vertices_m(axis, vertex));
+  for (int axis = 0; axis < 3; ++axis) text += (axis == 0 ? "" : ", ") + rounded_text(place_m[axis]);
   return text + ") m";
 }
 
@@ -301,7 +301,7 @@ void check_closed(const TriangleMesh& mesh) {
     for (int i = 0; i < 3; ++i) edges.emplace_back(corners[i], corners[(i + 1) % 3]);
   std::ranges::sort(edges);
   if (const auto twice = std::ranges::adjacent_find(edges); twice != edges.end())
-    fail("two triangles have the same edge in the same direction, at " + place_of(mesh, twice->first) +
+    fail("two triangles have the same edge in the same direction, at " + text_of(mesh.vertices_m.col(twice->first)) +
          " (one of them is turned round, or more than two meet there). Make the normals agree, or the parts separate");
   std::size_t open = 0;
   std::int32_t first = -1;
@@ -310,8 +310,8 @@ void check_closed(const TriangleMesh& mesh) {
     if (open++ == 0) first = a;
   }
   if (open > 0)
-    fail("it is not closed: " + std::to_string(open) + " open edges, the first at " + place_of(mesh, first) +
-         ". Close the holes");
+    fail("it is not closed: " + std::to_string(open) + " open edges, the first at " +
+         text_of(mesh.vertices_m.col(first)) + ". Close the holes");
 }
 
 }  // namespace
@@ -326,6 +326,9 @@ TriangleMesh read_mesh(std::string_view bytes, double unit_m) {
   }
   constexpr double rounding = 1e-12;
   if (!(volume > rounding * std::pow(mesh.bounding_radius_m, 3))) fail("it encloses no volume");
+  if (const auto place_m = enclosed_twice(mesh))
+    fail("it intersects itself: " + text_of(*place_m) +
+         " is enclosed twice, or by a part whose front is inside. Unite its parts, or make the normals agree");
   return mesh;
 }
 

@@ -67,13 +67,17 @@ std::unique_ptr<Solid> make_solid(const Shape& shape, double unit_m) {
   throw std::logic_error("a shape of no kind");
 }
 
-VolumeMoments moments_by_lines(const Solid& solid) {
-  constexpr int lines = 512;  // along each of two axes
-  // Oblique: faces and edges of a solid are hardly ever along the lines.
+Eigen::Matrix3d oblique_frame() {
   Eigen::Matrix3d frame;
   frame.col(2) = Eigen::Vector3d(0.3, 0.5, 0.8).normalized();
   frame.col(0) = Eigen::Vector3d(0.9, -0.7, 0.1).cross(Eigen::Vector3d(frame.col(2))).normalized();
   frame.col(1) = Eigen::Vector3d(frame.col(2)).cross(Eigen::Vector3d(frame.col(0)));
+  return frame;
+}
+
+VolumeMoments moments_by_lines(const Solid& solid) {
+  constexpr int lines = 512;  // along each of two axes
+  const Eigen::Matrix3d frame = oblique_frame();
   std::array<double, 2> low{};
   std::array<double, 2> width{};
   for (int axis = 0; axis < 2; ++axis) {

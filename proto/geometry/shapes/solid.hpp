@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -90,6 +91,13 @@ std::unique_ptr<Solid> make_compound(const std::vector<ShapePart>& parts, double
 
 /// The surface of a box around the origin, of 12 triangles.
 TriangleMesh box_mesh(const Eigen::Vector3d& edges);
+
+/// A rotation none of whose axes is along what shapes usually have: faces and edges are hardly ever along them.
+Eigen::Matrix3d oblique_frame();
+
+/// A place that a closed surface of triangles encloses more than once, or with its front inside: it intersects itself,
+/// or the shells it is made of overlap. Searched along 256 × 256 parallel lines.
+std::optional<Eigen::Vector3d> enclosed_twice(const TriangleMesh& mesh);
 
 /// Integrals of the parts of some parallel lines inside a solid: of any, and also where it overlaps with itself. Good
 /// to about 1e-4 of the volume for compact solids.

@@ -111,6 +111,23 @@ TEST(MeshFile, HasPolygonsCutIntoTriangles) {
   EXPECT_NEAR(moments_by_surface(box).volume, 1.0, 1e-14);
 }
 
+/// A second tetrahedron after the first one, of `size` times its edges, moved by `x` along x.
+std::string two_tetrahedra(double size, double x, bool inside_out) {
+  std::string text = tetrahedron_obj;
+  for (const auto& place : corner_places)
+    text += "v " + std::to_string(size * place[0] + x) + " " + std::to_string(size * place[1]) + " " +
+            std::to_string(size * place[2]) + "\n";
+  for (const auto& corners : corner_numbers)
+    text += "f " + std::to_string(5 + corners[0]) + " " + std::to_string(5 + corners[inside_out ? 2 : 1]) + " " +
+            std::to_string(5 + corners[inside_out ? 1 : 2]) + "\n";
+  return text;
+}
+
+TEST(MeshFile, MayHaveAHoleInsideOrPartsApart) {
+  EXPECT_NEAR(moments_by_surface(read_mesh(two_tetrahedra(0.5, 0.0, true), 1.0)).volume, 8.0 / 3.0 * 0.875, 1e-6);
+  EXPECT_NEAR(moments_by_surface(read_mesh(two_tetrahedra(0.5, 4.0, false), 1.0)).volume, 8.0 / 3.0 * 1.125, 1e-6);
+}
+
 struct RefusedFile {
   std::string bytes;
   const char* words;
@@ -142,6 +159,9 @@ TEST(MeshFile, IsRefusedWithTheReasonWhereItCannotBeUsed) {
       {without_last, "it is not closed: 3 open edges, the first at (-1, -1, 1) m"},
       {tetrahedron_obj + "f 2 3 4\n", "two triangles have the same edge in the same direction"},
       {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n", "it encloses no volume"},
+      {two_tetrahedra(0.5, 0.0, false), "it intersects itself"},
+      {two_tetrahedra(1.0, 0.7, false), "it intersects itself"},
+      {two_tetrahedra(0.5, 4.0, true), "it intersects itself"},
       {"solid x\nfacet\nvertex 1 2 3\nvertex 1 2\n", "is not a number"},
       {"solid x\nfacet\nvertex 1 2 3\n", "it ends within a facet"},
   };
