@@ -1,6 +1,7 @@
 #include <cmath>
 #include <map>
 
+#include <Eigen/Eigenvalues>
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
@@ -29,6 +30,14 @@ void note(ordered_json& notes, const std::string& what, double value) {
   notes.push_back({{"what", what}, {"value", fmt::format("{:.4g}", value)}});
 }
 
+/// A note for each value, with the names of the bodies that have it in place of {}.
+void note_alike(ordered_json& notes, const char* what, const std::map<std::string, std::vector<std::string>>& alike) {
+  for (const auto& [value, names] : alike) {
+    const std::string others = names.size() > 1 ? fmt::format(" and {} more", names.size() - 1) : "";
+    notes.push_back({{"what", fmt::format(fmt::runtime(what), names.front() + others)}, {"value", value}});
+  }
+}
+
 /// Virtual masses by the rule or the case; bodies that are alike share a note.
 void note_virtual_masses(ordered_json& notes, const LoadedCase& loaded) {
   const Case& the_case = loaded.content;
@@ -43,10 +52,26 @@ void note_virtual_masses(ordered_json& notes, const LoadedCase& loaded) {
       value += fmt::format("; none is needed from {:.2g}", virtual_mass_rule(body, the_case).needed_below);
     alike[value + ")"].push_back(body.name);
   }
-  for (const auto& [value, names] : alike) {
-    const std::string others = names.size() > 1 ? fmt::format(" and {} more", names.size() - 1) : "";
-    notes.push_back({{"what", "virtual mass of " + names.front() + others + " [displaced masses]"}, {"value", value}});
+  note_alike(notes, "virtual mass of {} [displaced masses]", alike);
+}
+
+/// What follows from the shapes of bodies that are neither spheres nor capsules; bodies that are alike share a note.
+void note_shapes(ordered_json& notes, const LoadedCase& loaded) {
+  std::map<std::string, std::vector<std::string>> alike;
+  for (const BodySpecification& body : loaded.assembly.bodies) {
+    const Shape& shape = body.shape;
+    if (is_round(shape)) continue;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia_tensor_kg_m2(body));
+    const Eigen::Vector3d moments_kg_m2 = principal.eigenvalues();
+    std::string value = fmt::format("{}, {:.4g} m³, {:.4g} kg, principal moments {:.4g}, {:.4g}, {:.4g} kg m²",
+                                    name_of(shape_names, shape.kind), volume_m3(shape), body.mass_kg, moments_kg_m2[0],
+                                    moments_kg_m2[1], moments_kg_m2[2]);
+    if (loaded.content.fluid.cell_size_m > 0.0)
+      value += fmt::format(", {:.3g} cells thick", thickness_m(shape) / loaded.content.fluid.cell_size_m);
+    if (shape.kind == ShapeKind::mesh) value += fmt::format(", {} triangles", shape.mesh->triangles.cols());
+    alike[value].push_back(body.name);
   }
+  note_alike(notes, "shape of {}", alike);
 }
 
 /// What the bodies make of `contact`.
@@ -84,6 +109,7 @@ ordered_json make_notes(const LoadedCase& loaded) {
     if (fluid.cell_size_m > 0.0)
       note(notes, "rest length of " + swimmer.name + " [cells]", rest_length_m(swimmer) / fluid.cell_size_m);
   }
+  note_shapes(notes, loaded);
   note_virtual_masses(notes, loaded);
   note_contacts(notes, loaded);
   return notes;

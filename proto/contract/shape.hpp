@@ -74,6 +74,10 @@ double bounding_radius_m(const Shape& shape);
 /// [theory_bodies.md]
 double volume_m3(const Shape& shape);
 
+/// Length of the way through the shape along the normal, of which a quarter of its surface has less; of a compound that
+/// of its thinnest part. What has edges is thinner still beside them.
+double thickness_m(const Shape& shape);
+
 /// Inertia tensor about the origin of a uniformly filled shape [kg m²]. Of spheres and capsules, m_c and m_s the masses
 /// of cylinder and half spheres:
 ///   I_zz = m_c r²/2 + 2/5 m_s r²                                                                 (B2), (B4)

@@ -55,6 +55,12 @@ void check_resolution(const FluidCase& fluid, const BodySpecification& body, con
                              ", a slip? Use at least four cells per radius.");
   } else if (radius_cells < 2.0) {
     problems.warning(path, found + "its shape is not resolved). Use smaller cells: four per radius are usual.");
+  } else if (!is_round(body.shape)) {
+    const double thickness_cells = thickness_m(body.shape) / fluid.cell_size_m;
+    if (thickness_cells < 2.0)
+      problems.warning(path, "body '" + body.name + "' is " + rounded_text(thickness_cells) +
+                                 " cells thick where it is thin (such parts are not resolved). Use smaller cells, or "
+                                 "thicker parts.");
   }
 }
 

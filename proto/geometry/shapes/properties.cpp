@@ -39,6 +39,40 @@ double volume_m3(const Shape& shape) {
   return make_solid(shape)->moments().volume;
 }
 
+double thickness_m(const Shape& shape) {
+  if (is_round(shape)) return 2.0 * shape.radius_m;
+  if (shape.kind == ShapeKind::compound) {
+    double thinnest_m = 2.0 * bounding_radius_m(shape);
+    for (const ShapePart& part : shape.parts) thinnest_m = std::min(thinnest_m, thickness_m(part.shape));
+    return thinnest_m;
+  }
+  const auto solid = make_solid(shape);
+  const Surface surface = solid->surface(32);
+  constexpr std::size_t most_tests = 20'000'000;  // of a line with a triangle
+  const std::size_t every = 1 + surface.strip.size() * surface.strip.size() / most_tests;
+  std::vector<std::pair<double, double>> ways;  // length, area
+  double whole = 0.0;
+  Intervals inside;
+  for (std::size_t i = 0; i + 2 < surface.strip.size(); i += every) {
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) = surface.points.col(surface.strip[i + static_cast<std::size_t>(k)]);
+    Eigen::Vector3d normal =
+        Eigen::Vector3d(corners.col(1) - corners.col(0)).cross(Eigen::Vector3d(corners.col(2) - corners.col(0)));
+    const double area = normal.norm();
+    if (area == 0.0) continue;
+    if (i % 2 != 0) normal = -normal;
+    solid->crossings(corners.rowwise().mean(), -normal / area, inside);
+    const auto way = std::ranges::min_element(inside, {}, [](const Interval& part) { return std::abs(part.low); });
+    if (way == inside.end()) continue;
+    ways.emplace_back(way->high, area);
+    whole += area;
+  }
+  std::ranges::sort(ways);
+  for (double thinner = 0.0; const auto& [length_m, area] : ways)
+    if ((thinner += area) >= 0.25 * whole) return length_m;
+  return 0.0;
+}
+
 Eigen::Matrix3d inertia_tensor_kg_m2(const Shape& shape, double mass_kg) {
   if (!is_round(shape)) {
     const VolumeMoments moments = make_solid(shape)->moments();
