@@ -16,6 +16,12 @@ std::vector<LatticeBody> make_bodies(const FluidSetup& setup) {
   return bodies;
 }
 
+std::vector<std::string> names_of_obstacles(const FluidSetup& setup) {
+  std::vector<std::string> names;
+  for (const ObstacleSpecification& obstacle : setup.obstacles) names.push_back(obstacle.name);
+  return names;
+}
+
 }  // namespace
 
 template <class T>
@@ -35,7 +41,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       halo_(domain_, partition_, layout_, communicator),
       moving_walls_(domain_, layout_),
       pressure_faces_(domain_, layout_),
-      map_(domain_, layout_, make_bodies(setup)),
+      map_(domain_, layout_, make_bodies(setup), names_of_obstacles(setup)),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
       films_(setup),
       exchange_momentum_(make_momentum_exchange<T>(setup.moving_boundary, constants_, layout_, map_, films_)),
@@ -370,10 +376,68 @@ void LatticeBoltzmann<T>::restore(const std::string& path) {
 template class LatticeBoltzmann<float>;
 template class LatticeBoltzmann<double>;
 
-std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Communicator& communicator) {
+namespace {
+
+std::unique_ptr<FluidSolver> of_precision(const FluidSetup& setup, Communicator& communicator) {
   if (setup.precision == Precision::single_precision)
     return std::make_unique<LatticeBoltzmann<float>>(setup, communicator);
   return std::make_unique<LatticeBoltzmann<double>>(setup, communicator);
+}
+
+/// Obstacles are bodies after the others, which stay where the setup has them.
+class WithObstacles final : public FluidSolver {
+ public:
+  WithObstacles(const FluidSetup& setup, Communicator& communicator)
+      : obstacles_(setup.obstacles), solver_(of_precision(as_bodies(setup), communicator)) {}
+
+  void exchange(const Kinematics& kinematics, Loads& loads) override {
+    const Eigen::Index bodies = kinematics.bodies();
+    const auto all = bodies + static_cast<Eigen::Index>(obstacles_.size());
+    if (all_.bodies() != all) place(all);
+    all_.step = kinematics.step;
+    all_.position_m.leftCols(bodies) = kinematics.position_m;
+    all_.orientation_wxyz.leftCols(bodies) = kinematics.orientation_wxyz;
+    all_.velocity_m_per_s.leftCols(bodies) = kinematics.velocity_m_per_s;
+    all_.angular_velocity_rad_per_s.leftCols(bodies) = kinematics.angular_velocity_rad_per_s;
+    solver_->exchange(all_, loads);
+    loads.force_N.conservativeResize(Eigen::NoChange, bodies);
+    loads.torque_N_m.conservativeResize(Eigen::NoChange, bodies);
+  }
+  void advance() override { solver_->advance(); }
+  void save(const std::string& path) override { solver_->save(path); }
+  void restore(const std::string& path) override { solver_->restore(path); }
+  SolverSummary summarise() override { return solver_->summarise(); }
+
+ private:
+  /// Round ones as compounds, which have no films.
+  static FluidSetup as_bodies(FluidSetup setup) {
+    for (const ObstacleSpecification& obstacle : setup.obstacles) {
+      const Shape& shape = obstacle.shape;
+      setup.bodies.push_back(is_round(shape) ? Shape{.kind = ShapeKind::compound, .parts = {{.shape = shape}}} : shape);
+    }
+    return setup;
+  }
+  void place(Eigen::Index all) {
+    all_.resize(all);
+    Eigen::Index column = all - static_cast<Eigen::Index>(obstacles_.size());
+    for (const ObstacleSpecification& obstacle : obstacles_) {
+      all_.position_m.col(column) = obstacle.position_m;
+      all_.orientation_wxyz.col(column) = obstacle.orientation_wxyz;
+      all_.velocity_m_per_s.col(column).setZero();
+      all_.angular_velocity_rad_per_s.col(column++).setZero();
+    }
+  }
+
+  std::vector<ObstacleSpecification> obstacles_;
+  std::unique_ptr<FluidSolver> solver_;
+  Kinematics all_;
+};
+
+}  // namespace
+
+std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Communicator& communicator) {
+  if (!setup.obstacles.empty()) return std::make_unique<WithObstacles>(setup, communicator);
+  return of_precision(setup, communicator);
 }
 
 }  // namespace copepod::fluid

@@ -35,6 +35,7 @@ Capabilities capabilities() {
                        "shape:box",
                        "shape:mesh",
                        "shape:compound",
+                       "obstacles",
                        "moving_boundary:bounce_back",
                        "moving_boundary:interpolated",
                        "moving_boundary:central_linear",

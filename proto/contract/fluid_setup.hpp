@@ -64,8 +64,10 @@ struct FieldOutput {
   int compression = 0;                     ///< level of deflate, 1 to 9; 0: none
 };
 
-/// A part of the domain that is solid and never moves; it may reach beyond the faces. It has no loads.
+/// A part of the domain that is solid and never moves; it may reach beyond the faces and into others. It has no loads,
+/// and no film beside it.
 struct ObstacleSpecification {
+  std::string name;
   Shape shape;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};

@@ -61,6 +61,7 @@ void describe(auto& wire, Is<ShapePart> auto& part) {
 }
 
 void describe(auto& wire, Is<ObstacleSpecification> auto& obstacle) {
+  wire("name", obstacle.name);
   wire("shape", obstacle.shape);
   wire("position_m", obstacle.position_m);
   wire("orientation_wxyz", obstacle.orientation_wxyz);

@@ -15,9 +15,9 @@
 namespace copepod::fluid {
 namespace {
 
-/// A sphere and a tilted capsule, or a concave mesh and an ellipsoid, that wander and turn through a small box: across
-/// rank borders, periodic faces, and each other's wakes. Everything that could depend on the decomposition happens
-/// within the steps of the test.
+/// A sphere and a tilted capsule, or a concave mesh and an ellipsoid beside an obstacle, that wander and turn through a
+/// small box: across rank borders, periodic faces, and each other's wakes. Everything that could depend on the
+/// decomposition happens within the steps of the test.
 struct Method {
   Precision precision = Precision::double_precision;
   MovingBoundary moving_boundary = MovingBoundary::bounce_back;
@@ -42,6 +42,8 @@ FluidSetup wandering_bodies(const Method& method) {
   if (method.has_other_shapes)
     setup.bodies = {doubles::voxel_shape({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}}, 2.0, {1.5, 0.7, 0.5}),
                     {.kind = ShapeKind::ellipsoid, .radius_m = 2.4, .extents_m = {1.8, 2.5, 3.0}}};
+  if (method.has_other_shapes && !method.has_open_faces)  // beyond the wall
+    setup.obstacles = {{"ledge", {.kind = ShapeKind::box, .extents_m = {9.0, 3.0, 15.0}}, {8.0, 18.2, 11.0}}};
   return setup;
 }
 

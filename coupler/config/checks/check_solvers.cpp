@@ -137,6 +137,37 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
 }
 
 /// Shapes that a solver of ours cannot handle, and films that are left out.
+/// The part of a domain beyond a symmetry plane is the image of that before it.
+bool crosses_plane(const ObstacleSpecification& obstacle, const FluidCase& fluid) {
+  BodySpecification body;
+  body.shape = obstacle.shape;
+  body.orientation_wxyz = obstacle.orientation_wxyz;
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    if (fluid.symmetry_planes[static_cast<std::size_t>(axis)] &&
+        obstacle.position_m[axis] + extent_m(body, Eigen::Vector3d::Unit(axis)) > 0.5 * domain_length_m(fluid)[axis])
+      return true;
+  return false;
+}
+
+void check_obstacles(const Case& the_case, Problems& problems) {
+  const FluidCase& fluid = the_case.fluid;
+  for (std::size_t i = 0; i < fluid.obstacles.size(); ++i) {
+    const std::string path = "obstacles." + std::to_string(i);
+    const std::string found = "obstacle '" + fluid.obstacles[i].name + "' ";
+    if (computes_no_cells(fluid.solver))
+      problems.error(path, found + "has no effect (solver: " + name_of(solver_names, fluid.solver) +
+                               " has no cells). Use solver: lattice_boltzmann, or remove it.");
+    else if (crosses_plane(fluid.obstacles[i], fluid))
+      problems.error(path, found +
+                               "reaches beyond a symmetry plane (what is there is the image of what is before it). "
+                               "Keep it in the lower half, or compute the whole domain.");
+    else if (the_case.contact)
+      problems.warning(path, found +
+                                 "pushes no body back (contact is between bodies and with walls). A body that "
+                                 "meets it ends the run; write a body with motion: fixed for what they touch.");
+  }
+}
+
 void check_shapes(const Case& the_case, const Assembly& assembly, Problems& problems) {
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
@@ -167,6 +198,7 @@ void check_solvers(const Case& the_case, const Assembly& assembly, Problems& pro
   check_command(fluid.solver == FluidSolverChoice::external, the_case.services.fluid_command, "fluid", problems);
   check_command(the_case.body.solver == BodySolverChoice::external, the_case.services.body_command, "body", problems);
   check_shapes(the_case, assembly, problems);
+  check_obstacles(the_case, problems);
   if (computes_no_cells(fluid.solver)) warn_of_what_is_left_out(the_case, problems);
   if (fluid.solver != FluidSolverChoice::stokes) return;
   if (fluid.no_slip_plane >= 0) check_plane(fluid, assembly, problems);

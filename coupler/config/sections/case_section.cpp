@@ -99,7 +99,7 @@ void declare_set_aside(Keys& keys) {
   describe_sweep(keys);
 }
 
-/// Everything that moves, and what joins and drives it.
+/// Everything solid, and what joins and drives it.
 void declare_bodies(Keys& keys, Case& the_case) {
   const double step_s = the_case.step_s;
   keys.list<Swimmer>(
@@ -110,6 +110,18 @@ void declare_bodies(Keys& keys, Case& the_case) {
       [&](Keys& swimmer, Swimmer& item) { declare(swimmer, item, step_s, true); });
   keys.list<SingleBody>("bodies", the_case.bodies, "Bodies that are not part of a swimmer, of uniform density.",
                         [&](Keys& body, SingleBody& item) { declare(body, item, step_s); });
+  if (keys.written_if(!the_case.fluid.obstacles.empty()))
+    keys.list<ObstacleSpecification>(
+        "obstacles", the_case.fluid.obstacles,
+        "With solver: lattice_boltzmann, solid parts of the domain that never move. They may reach beyond its faces "
+        "and "
+        "into each other; a body that meets one ends the run.",
+        [](Keys& obstacle, ObstacleSpecification& item) {
+          obstacle.name(required("name"), item.name, "Name in messages.");
+          declare(obstacle, item.shape);
+          obstacle.numbers(required("position_m"), item.position_m, "Place of the shape's own frame [m].");
+          declare_orientation(obstacle, item.orientation_wxyz, "Orientation: unit quaternion.");
+        });
   declare_swarm(keys, the_case);
   keys.list<NamedGroup>("groups", the_case.groups,
                         "Bodies whose motion is measured together, cycle by cycle, like that of a swimmer.",

@@ -10,10 +10,12 @@
 
 namespace copepod::fluid {
 
-BodyMap::BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies)
+BodyMap::BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies,
+                 std::vector<std::string> obstacles)
     : domain_(domain),
       layout_(layout),
       bodies_(std::move(bodies)),
+      obstacles_(std::move(obstacles)),
       mapped_(bodies_.size()),
       owner_(static_cast<std::size_t>(layout.cells()), fluid) {}
 
@@ -61,7 +63,7 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     const bool mapped = before.width > 0;
     const bool turned = !body.is_turned_as(before.state);
     if (mapped && before.state.position == body.position && !turned) continue;
-    check_inside(body, b);
+    if (!is_obstacle(index)) check_inside(body, b);
     if (has_started_) check_clear_of_faces(body, b);
     if (mapped && before.free_way.contains(body.position - before.state.position) && !turned) continue;
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
@@ -245,6 +247,7 @@ void BodyMap::hand_over() {
     std::int32_t& owner = owner_[static_cast<std::size_t>(index)];
     if (owner > fluid) {
       const std::int32_t other = owner - 1;
+      check_apart(other, c.body);
       behind_.emplace(index, std::max(other, c.body));
       if (other <= c.body) continue;
       changed_.emplace_back(c.cell(), other);
@@ -259,6 +262,16 @@ void BodyMap::hand_over() {
   std::erase_if(uncovered_, [this](const ChangedCell& u) {
     return owner_[static_cast<std::size_t>(layout_.cell(u.cell()))] != fresh;
   });
+}
+
+/// Both cover a cell.
+void BodyMap::check_apart(std::int32_t body, std::int32_t other) const {
+  if (is_obstacle(body) == is_obstacle(other)) return;
+  const auto [first, last] = std::minmax(body, other);
+  throw SolverError("body " + std::to_string(first) + " met obstacle '" +
+                    obstacles_[static_cast<std::size_t>(last) + obstacles_.size() - bodies_.size()] +
+                    "' (obstacles push nothing back). Keep it away, or make the obstacle a body with motion: fixed, "
+                    "and let bodies rebound (contact: {}).");
 }
 
 void BodyMap::accept_fresh_cells() {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <set>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,13 +40,15 @@ class BodyMap {
     bool operator==(const ChangedCell&) const = default;
   };
 
-  BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies);
+  /// @param obstacles  the last ones of `bodies`: they may reach beyond the faces, and no other may meet them
+  BodyMap(const Domain& domain, const PopulationLayout& layout, std::vector<LatticeBody> bodies,
+          std::vector<std::string> obstacles = {});
 
   /// Maps bodies at their present positions; call after changing `bodies()`.
   /// @param bodies  ascending: all that cover cells of the block or its ghosts, or did in the last update
   /// @return whether any cell of the block or its ghosts changed hands
-  /// @throws SolverError if a centre left the domain through a face that is not periodic, or a moving body
-  /// runs into one. Bodies at rest may intersect a wall from the start.
+  /// @throws SolverError if a centre left the domain through a face that is not periodic, a moving body runs into one,
+  /// or a body meets an obstacle: has a cell in common with it. Bodies at rest may intersect a wall from the start.
   bool update(std::span<const std::int32_t> bodies);
   bool update();  ///< maps all bodies
   /// Turns fresh cells into fluid ones.
@@ -114,6 +117,10 @@ class BodyMap {
   void for_each_image(const Cell& unwrapped, const Visit& visit) const;
   void give_up(const Cell& cell, std::int32_t body);
   void hand_over();
+  [[nodiscard]] bool is_obstacle(std::int32_t body) const {
+    return body >= static_cast<std::int32_t>(bodies_.size() - obstacles_.size());
+  }
+  void check_apart(std::int32_t body, std::int32_t other) const;
   void check_inside(const LatticeBody& body, std::size_t index) const;
   void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;
   /// How far the body's surface is beyond a face.
@@ -122,6 +129,7 @@ class BodyMap {
   const Domain& domain_;
   const PopulationLayout& layout_;
   std::vector<LatticeBody> bodies_;
+  std::vector<std::string> obstacles_;
   std::vector<Footprint> mapped_;
   HugeVector<std::int32_t> owner_;
   std::vector<ChangedCell> uncovered_;

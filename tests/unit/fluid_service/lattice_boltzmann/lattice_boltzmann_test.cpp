@@ -58,5 +58,77 @@ TEST(EstimateLatticeBoltzmann, RefusesRanksThatCannotCutTheDomain) {
   }
 }
 
+/// A sphere in a flow past something solid on the wall below it.
+class Obstacles : public testing::Test {
+ protected:
+  Obstacles() {
+    setup_.domain_cells = {20, 16, 16};
+    for (std::size_t face : {0, 1, 2, 3}) setup_.boundaries[face].kind = BoundaryKind::periodic;
+    setup_.boundaries[4].kind = setup_.boundaries[5].kind = BoundaryKind::no_slip;
+    setup_.body_force_N_per_m3 = {1e-5, 0.0, 0.0};
+    setup_.bodies = {{.radius_m = 2.5}};
+    setup_.film_thickness_m = 1.5;
+    setup_.obstacles = {{"block", {.kind = ShapeKind::box, .extents_m = {5.0, 7.3, 9.0}}, {9.2, 8.1, 0.3}},
+                        {"pearl", {.radius_m = 3.0}, {12.6, 8.0, 2.0}}};
+    kinematics_.resize(1);
+    kinematics_.position_m.col(0) << 4.0, 8.4, 9.7;
+    kinematics_.orientation_wxyz.col(0) << 1, 0, 0, 0;
+    kinematics_.velocity_m_per_s.setZero();
+    kinematics_.angular_velocity_rad_per_s.setZero();
+  }
+
+  std::uint64_t digest_after_20_steps(const FluidSetup& setup, const Kinematics& kinematics) {
+    const auto solver = make_lattice_boltzmann(setup, alone_);
+    for (int step = 0; step < 20; ++step) {
+      solver->exchange(kinematics, loads_);
+      solver->advance();
+    }
+    return solver->summarise().digest;
+  }
+
+  SolverContext context_;
+  SelfCommunicator alone_{context_};
+  FluidSetup setup_ = channel();
+  Kinematics kinematics_;
+  Loads loads_;
+};
+
+TEST_F(Obstacles, AreBodiesThatNeverMoveAndMayReachBeyondFaces) {
+  const std::uint64_t with_obstacles = digest_after_20_steps(setup_, kinematics_);
+  const Loads on_sphere = loads_;
+  ASSERT_EQ(on_sphere.bodies(), 1);
+  FluidSetup bodies = setup_;
+  Kinematics all = kinematics_;
+  all.resize(3);
+  all.velocity_m_per_s.setZero();
+  all.angular_velocity_rad_per_s.setZero();
+  all.position_m.col(0) = kinematics_.position_m.col(0);
+  all.orientation_wxyz.colwise() = Eigen::Vector4d(1, 0, 0, 0);
+  for (Eigen::Index i = 0; const ObstacleSpecification& obstacle : setup_.obstacles) {
+    bodies.bodies.push_back(obstacle.shape);
+    all.position_m.col(++i) = obstacle.position_m;
+  }
+  bodies.obstacles.clear();
+  EXPECT_EQ(with_obstacles, digest_after_20_steps(bodies, all));
+  EXPECT_EQ(on_sphere.force_N.col(0), loads_.force_N.col(0));
+  EXPECT_GT(on_sphere.force_N(0, 0), 0.0);
+  setup_.obstacles.pop_back();
+  EXPECT_NE(with_obstacles, digest_after_20_steps(setup_, kinematics_));
+}
+
+TEST_F(Obstacles, EndTheRunOfABodyThatMeetsThem) {
+  const auto solver = make_lattice_boltzmann(setup_, alone_);
+  try {
+    for (; kinematics_.position_m(2, 0) > 3.0; kinematics_.position_m(2, 0) -= 0.05) {
+      kinematics_.position_m(0, 0) += 0.02;
+      solver->exchange(kinematics_, loads_);
+      solver->advance();
+    }
+    FAIL() << "it went through";
+  } catch (const SolverError& error) {
+    EXPECT_NE(std::string(error.what()).find("body 0 met obstacle 'block'"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace copepod::fluid
