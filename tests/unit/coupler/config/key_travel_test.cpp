@@ -28,6 +28,11 @@ namespace {
 /// message; entries of lists share one. None: the run sets it, or there is one value only.
 using Travels = std::map<std::string, std::vector<std::string>>;
 
+/// Sets the text of a mesh: another tetrahedron than in every_key.yaml.
+std::string other_mesh(const std::string& path) {
+  return path + R"(.text="v 1 1 1\nv -1 -1 1\nv -1 1 -1\nv 1 -1 -2\nf 2 1 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")";
+}
+
 const Travels fluid_travels{
     {"kind", {"fluid.solver=stokes"}},
     {"step_s", {"fluid.relaxation_time=0.7"}},
@@ -56,6 +61,30 @@ const Travels fluid_travels{
     {"bodies.kind", {"bodies.0.shape=capsule"}},
     {"bodies.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
+    {"bodies.extents_m", {"bodies.1.semi_axes_m=[1.0e-6, 2.0e-6, 2.5e-6]"}},
+    {"bodies.mesh", {"bodies.1.shape=mesh", "bodies.1.semi_axes_m=null", other_mesh("bodies.1")}},
+    {"bodies.parts.shape.kind", {"bodies.4.parts.0.shape=capsule"}},
+    {"bodies.parts.shape.radius_m", {"bodies.4.parts.0.radius_m=1.1e-6"}},
+    {"bodies.parts.shape.length_m", {"bodies.4.parts.0.length_m=5.0e-6"}},
+    {"bodies.parts.shape.extents_m", {"bodies.4.parts.1.edges_m=[2.0e-6, 5.0e-6, 2.0e-6]"}},
+    {"bodies.parts.shape.mesh", {"bodies.4.parts.0={shape: mesh, unit_m: 1.0e-6}", other_mesh("bodies.4.parts.0")}},
+    {"bodies.parts.position_m", {"bodies.4.parts.1.position_m=[0, 0, 3.0e-6]"}},
+    {"bodies.parts.orientation_wxyz", {"bodies.4.parts.1.orientation_wxyz=[0.8, 0, 0, 0.6]"}},
+    {"meshes.vertices_m", {"bodies.3.unit_m=2.1e-6"}},
+    {"meshes.triangles", {other_mesh("bodies.3")}},
+    {"obstacles.name", {"obstacles.0.name=ledge"}},
+    {"obstacles.shape.kind",
+     {"obstacles.0={name: step, shape: sphere, radius_m: 1.0e-6, position_m: [44.0e-6, 5.0e-6, 0]}"}},
+    {"obstacles.shape.radius_m", {"obstacles.0.edges_m=[9.0e-6, 4.0e-6, 7.0e-6]"}},
+    {"obstacles.shape.length_m",
+     {"obstacles.0={name: step, shape: capsule, radius_m: 1.0e-6, length_m: 2.0e-6, position_m: [44.0e-6, 5.0e-6, "
+      "0]}"}},
+    {"obstacles.shape.extents_m", {"obstacles.0.edges_m=[9.0e-6, 4.0e-6, 7.0e-6]"}},
+    {"obstacles.shape.mesh",
+     {"obstacles.0={name: step, shape: mesh, unit_m: 1.0e-6, position_m: [44.0e-6, 5.0e-6, 0]}",
+      other_mesh("obstacles.0")}},
+    {"obstacles.position_m", {"obstacles.0.position_m=[44.0e-6, 5.0e-6, 61.0e-6]"}},
+    {"obstacles.orientation_wxyz", {"obstacles.0.orientation_wxyz=[1, 0, 0, 0]"}},
     {"fields.directory", {}},
     {"fields.every_steps", {"output.fields.every_steps=500"}},
     {"fields.mean_start", {"output.fields.mean_over_steps=[8500, 12000]"}},
@@ -78,6 +107,19 @@ const Travels body_travels{
     {"bodies.shape.kind", {"bodies.0.shape=capsule"}},
     {"bodies.shape.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.shape.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
+    {"bodies.shape.extents_m", {"bodies.1.semi_axes_m=[1.0e-6, 2.0e-6, 2.5e-6]"}},
+    {"bodies.shape.mesh", {"bodies.1.shape=mesh", "bodies.1.semi_axes_m=null", other_mesh("bodies.1")}},
+    {"bodies.shape.parts.shape.kind", {"bodies.4.parts.0.shape=capsule"}},
+    {"bodies.shape.parts.shape.radius_m", {"bodies.4.parts.0.radius_m=1.1e-6"}},
+    {"bodies.shape.parts.shape.length_m", {"bodies.4.parts.0.length_m=5.0e-6"}},
+    {"bodies.shape.parts.shape.extents_m", {"bodies.4.parts.1.edges_m=[2.0e-6, 5.0e-6, 2.0e-6]"}},
+    {"bodies.shape.parts.shape.mesh",
+     {"bodies.4.parts.0={shape: mesh, unit_m: 1.0e-6}", other_mesh("bodies.4.parts.0")}},
+    {"bodies.shape.parts.position_m", {"bodies.4.parts.1.position_m=[0, 0, 3.0e-6]"}},
+    {"bodies.shape.parts.orientation_wxyz", {"bodies.4.parts.1.orientation_wxyz=[0.8, 0, 0, 0.6]"}},
+    {"meshes.vertices_m", {"bodies.3.unit_m=2.1e-6"}},
+    {"meshes.triangles", {other_mesh("bodies.3")}},
+    {"bodies.inertia_kg_m2", {"bodies.2.inertia_kg_m2=[2.0e-25, 2.1e-25, 2.2e-25, 1.1e-26, 2.0e-26, 3.0e-26]"}},
     {"bodies.mass_kg", {"bodies.0.mass_kg=4.0e-13"}},
     {"bodies.motion", {"bodies.0.motion=free"}},
     {"bodies.axis", {"bodies.0.axis=[0, 0, 1]"}},
