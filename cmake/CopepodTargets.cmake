@@ -16,7 +16,7 @@ endif()
 
 # address includes undefined behaviour, and in the libraries that fuzz targets call what libFuzzer needs. Both need
 # clang: use the presets. To compile takes longer than to test: only numerics are optimised, and the checks of each
-# single access are left to the address sanitizer.
+# single pointer are left out. Of what these find, the address sanitizer sees an access outside of any object.
 set(COPEPOD_SANITIZER "" CACHE STRING "Build with a sanitizer: address or thread")
 set(sanitizer_address address,undefined)
 set(sanitizer_thread thread)

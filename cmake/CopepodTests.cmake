@@ -1,7 +1,7 @@
 include(GoogleTest)
 
 # What a build with a sanitizer is for: the tests that it builds and runs (.ci/run).
-# The tests left out run longer than all others together, without optimisation, through code that others pass, too.
+# The tests left out take about as long as all others, without optimisation, through code that others pass, too.
 if(COPEPOD_SANITIZER)
   add_custom_target(sanitized_tests)
   string(JOIN ":" COPEPOD_LONG_RUNS Contacts.LetAHeapComeToRest PlaneImages.AreSurfaceAveragesOfTheGreensFunction
