@@ -32,7 +32,7 @@ void check_contact(const BodySetup& setup) {
   }
   for (const BodySpecification& body : setup.bodies) {
     if (is_round(body.shape)) continue;
-    throw CaseError("body '" + body.name + "' has shape " + name_of(shape_names, body.shape.kind) +
+    throw CaseError("body '" + body.name + "' has shape " + word_of(body.shape) +
                     " (contacts of our own are those of spheres and capsules). Use body: {solver: bullet}.");
   }
   for (const WallSpecification& wall : setup.walls) {

@@ -63,9 +63,9 @@ void note_shapes(ordered_json& notes, const LoadedCase& loaded) {
     if (is_round(shape)) continue;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia_tensor_kg_m2(body));
     const Eigen::Vector3d moments_kg_m2 = principal.eigenvalues();
-    std::string value = fmt::format("{}, {:.4g} m³, {:.4g} kg, principal moments {:.4g}, {:.4g}, {:.4g} kg m²",
-                                    name_of(shape_names, shape.kind), volume_m3(shape), body.mass_kg, moments_kg_m2[0],
-                                    moments_kg_m2[1], moments_kg_m2[2]);
+    std::string value =
+        fmt::format("{}, {:.4g} m³, {:.4g} kg, principal moments {:.4g}, {:.4g}, {:.4g} kg m²", word_of(shape),
+                    volume_m3(shape), body.mass_kg, moments_kg_m2[0], moments_kg_m2[1], moments_kg_m2[2]);
     if (loaded.content.fluid.cell_size_m > 0.0)
       value += fmt::format(", {:.3g} cells thick", thickness_m(shape) / loaded.content.fluid.cell_size_m);
     if (shape.kind == ShapeKind::mesh) value += fmt::format(", {} triangles", shape.mesh->triangles.cols());
@@ -222,6 +222,7 @@ ordered_json make_plan(const LoadedCase& loaded) {
       {"silence_s", the_case.services.silence_s}};
   plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},
                       {"body", with_accepted(required_of_body(the_case, make_body_setup(the_case, loaded.assembly)))}};
+  plan["surfaces"] = surfaces_of(loaded);
   plan["setups"] = {{"fluid", in_hex(make_fluid_setup(the_case, loaded.assembly, ""))},
                     {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},

@@ -60,4 +60,7 @@ nlohmann::ordered_json make_plan(const LoadedCase& loaded);
 /// of each case.
 nlohmann::ordered_json make_campaign_plan(const Campaign& campaign);
 
+/// What pages draw: bodies by the numbers of their surfaces, which those of equal shape share, and obstacles.
+nlohmann::ordered_json surfaces_of(const LoadedCase& loaded);
+
 }  // namespace copepod::coupler

@@ -28,7 +28,7 @@ def report(options: Namespace) -> int:
     path = write_report(
         options.directories,
         out,
-        lambda path: plan_of(path).case,
+        lambda path: plan_of(path).drawn_case,
         PaperAdditions(),
         view,
         options.format,

@@ -28,11 +28,11 @@ def watch(options: Namespace) -> int:
 
     def follow(path: Path) -> RunFollower:
         plan = plan_of(path / "case.yaml")  # the coupler is the only parser of cases
-        cases[path] = plan.case
-        return RunFollower(path, plan.case, plan.estimate.get("cells", 0))
+        cases[path] = plan.drawn_case
+        return RunFollower(path, cases[path], plan.estimate.get("cells", 0))
 
     def report(path: Path) -> str:
-        return page_of(path, lambda case: cases.get(case.parent) or plan_of(case).case, PaperAdditions())
+        return page_of(path, lambda case: cases.get(case.parent) or plan_of(case).drawn_case, PaperAdditions())
 
     draw = partial(opening_figures, canvas=Canvas(None), additions=PaperAdditions())
     with WatchServer(directory, options.port, follow, report, draw, say) as server:

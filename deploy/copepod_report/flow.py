@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib import patches
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import PowerNorm
 from matplotlib.ticker import NullLocator
 
 from copepod_report.fields import MEAN, FieldTimes, read_coarse, read_layer, times_in
-from copepod_report.run_record import Body, RunRecord, read_file, z_axis
+from copepod_report.run_record import Body, RunRecord, read_file, rotated
+from copepod_report.scene import surfaces_of
 from copepod_report.style import FLOW, LIGHT, WIDTH_INCHES, colour_bar, new_figure
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import prefix_of, quantity_text
@@ -223,7 +224,7 @@ def _shown(
 ) -> tuple[float, float, float, float]:
     """The box around bodies with a margin, by default as wide as half the box is long, inside the domain."""
     places = np.array([_place_m(run, body, window) for body in bodies])
-    reach = np.array([body.radius_m + 0.5 * body.length_m for body in bodies])[:, None]
+    reach = np.array([body.surface.reach_m for body in bodies])[:, None]
     low, high = (places - reach).min(axis=0), (places + reach).max(axis=0)
     margin = margin_m if margin_m is not None else 0.5 * float((high - low)[list(axes)].max())
     low, high = np.maximum(low - margin, 0.0), np.minimum(high + margin, run.domain_m)
@@ -310,52 +311,70 @@ def _round_ticks(top: float) -> list[float]:
 
 
 def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture) -> None:
-    """Outlines of the bodies, and of their images behind symmetry planes; dashed for those outside the plane."""
+    """Bodies as seen along the normal, and their images behind symmetry planes: only their outlines if they are outside
+    the plane, and of obstacles where they cut it."""
     shown = [picture.along, picture.across]
     for body in run.bodies() if len(run.trajectory) else []:
-        centre, direction = _place_m(run, body, picture.window), _direction(run, body, picture.window)
+        triangles = body.surface.triangles
         colour = LIGHT.beads[body.place % len(LIGHT.beads)]
-        looks: dict[str, Any] = {"facecolor": colour, "edgecolor": LIGHT.paper, "linewidth": 1, "zorder": 5}
-        if not _is_cut(run, body, picture):
-            looks |= {"facecolor": "none", "edgecolor": colour, "linestyle": "--"}
-        for place in _with_images(run, centre, shown):
-            axes.add_patch(_outline(body, 1e6 * place[shown], direction[shown], **looks))
+        for points in _with_images(run, _points_m(run, body, picture.window), shown):
+            if _is_cut(run, body, picture):
+                seen = 1e6 * points[triangles][:, :, shown]
+                axes.add_collection(
+                    PolyCollection(seen, facecolors=colour, edgecolors=colour, linewidths=0.3, zorder=5)
+                )
+                looks = {"colors": LIGHT.paper}
+            else:
+                looks = {"colors": colour, "linestyles": "--"}
+            edges = 1e6 * points[_outline(points, triangles, picture.normal)][:, :, shown]
+            axes.add_collection(LineCollection(edges, linewidths=1, zorder=5, **looks))
+    surfaces = surfaces_of(run.case)
+    for obstacle in run.case["surfaces"]["obstacles"]:
+        surface = surfaces[obstacle["surface"]]
+        points = obstacle["position_m"] + rotated(surface.points_m, obstacle["orientation_wxyz"])
+        cut = 1e6 * _section(points[surface.triangles], picture.normal, picture.at_m)[:, :, shown]
+        axes.add_collection(LineCollection(cut, linewidths=1.5, colors=LIGHT.ink, zorder=4))
 
 
-def _direction(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
-    """Of its z axis, in the middle of a window of steps."""
+def _points_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
+    """Of its surface, turned as in the middle of a window of steps."""
     samples = _samples(run, window)
-    return z_axis(run.trajectory.of(body.name)["orientation_wxyz"][samples[len(samples) // 2]])
+    turn = run.trajectory.of(body.name)["orientation_wxyz"][samples[len(samples) // 2]]
+    return _place_m(run, body, window) + rotated(body.surface.points_m, turn)
 
 
 def _is_cut(run: RunRecord, body: Body, picture: FlowPicture) -> bool:
     """Whether the plane of the picture goes through a body."""
-    reach = body.radius_m + 0.5 * body.length_m * abs(_direction(run, body, picture.window)[picture.normal])
-    return bool(abs(_place_m(run, body, picture.window)[picture.normal] - picture.at_m) <= reach)
+    heights = _points_m(run, body, picture.window)[:, picture.normal]
+    return bool(heights.min() <= picture.at_m <= heights.max())
 
 
-def _with_images(run: RunRecord, centre: np.ndarray, axes: Sequence[int]) -> list[np.ndarray]:
-    """A centre, and its mirror images where planes of symmetry cut the picture."""
-    places = [centre]
+def _with_images(run: RunRecord, points: np.ndarray, axes: Sequence[int]) -> list[np.ndarray]:
+    """Points of a surface, and their mirror images where planes of symmetry cut the picture."""
+    images = [points]
     for axis in axes:
-        if _AXES[axis] in (run.case["fluid"].get("symmetry_planes") or []):
-            length = run.domain_m[axis]
-            for place in list(places):
-                image = place.copy()
-                image[axis] = length - place[axis]
-                if abs(image[axis] - place[axis]) > 1e-6 * length:
-                    places.append(image)
-    return places
+        length = run.domain_m[axis]
+        ends = points[:, axis].min(), points[:, axis].max()
+        if _AXES[axis] in (run.case["fluid"].get("symmetry_planes") or []) and abs(sum(ends) - length) > 1e-3 * length:
+            mirror = np.where(np.arange(3) == axis, -1.0, 1.0)
+            images += [mirror * image + np.where(mirror < 0, length, 0.0) for image in images]
+    return images
 
 
-def _outline(body: Body, centre_um: np.ndarray, direction: np.ndarray, **looks: Any) -> Any:
-    """A circle, or a capsule as a box with round ends, as seen along the normal of the plane."""
-    radius = 1e6 * body.radius_m
-    half = 0.5e6 * body.length_m * float(np.hypot(*direction))
-    if half == 0:
-        return patches.Circle(tuple(centre_um), radius, **looks)
-    angle = np.arctan2(direction[1], direction[0])
-    arc = np.linspace(-np.pi / 2, np.pi / 2, 24)
-    end = np.column_stack([half + radius * np.cos(arc), radius * np.sin(arc)])
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return patches.Polygon(np.vstack([end, -end]) @ turn.T + centre_um, closed=True, **looks)
+def _outline(points: np.ndarray, triangles: np.ndarray, normal: int) -> np.ndarray:
+    """Edges between triangles that are seen along an axis from the front and from the back, shape (edges, 2)."""
+    first, second, third = points[triangles].swapaxes(0, 1)
+    is_front = np.cross(second - first, third - first)[:, normal] > 0
+    edges = np.sort(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    edges, place, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    fronts = np.bincount(place.ravel(), np.tile(is_front, 3))
+    return edges[(fronts > 0) & (fronts < count)]
+
+
+def _section(corners: np.ndarray, normal: int, at_m: float) -> np.ndarray:
+    """Where triangles, shape (triangles, 3, 3), meet a plane normal to an axis: shape (pieces, 2, 3)."""
+    others = corners[:, [1, 2, 0]]
+    crossed = (corners[..., normal] > at_m) != (others[..., normal] > at_m)  # two edges of a triangle, or none
+    start, edge = corners[crossed], (others - corners)[crossed]
+    share = (at_m - start[:, normal]) / edge[:, normal]
+    return (start + share[:, None] * edge).reshape(-1, 2, 3)

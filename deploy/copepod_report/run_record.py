@@ -118,14 +118,18 @@ class RunRecord(RunResult):
         ends = [arm["bodies"] for arm in (arms or [[]])[0] if "bodies" in arm]
         return ["–".join(body.removeprefix(f"{name}.") for body in pair) for pair in ends]
 
+    @cached_property
+    def _bodies(self) -> dict[str, Body]:
+        return bodies_of(self.case)
+
     def bodies(self) -> list[Body]:
         """Those that are in the trajectory, in its order."""
-        known = bodies_of(self.case)
+        known = self._bodies
         return [known[name] for name in self.trajectory.bodies if name in known]
 
     def parameters(self) -> str:
         """What a caption has to give: case, radius, cell size, step, relaxation time, period, Reynolds number."""
-        radii = sorted({body.radius_m for body in self.bodies()})
+        radii = sorted({body.surface.radius_m for body in self.bodies()})
         periods = {swimmer.period for swimmer in self.swimmers if swimmer.period}
         reynolds = [at(entry, "Re_swim") or at(entry, "kinematics.Re") for entry in measured(self.summary)]
         step_s, relaxation_time = self.summary.get("step_s"), at(self.case, "fluid.relaxation_time")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.trajectory import chosen_samples
+from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import prefix_of
 
 MOST_FRAMES = 1000
@@ -17,13 +18,28 @@ BEADS = ("B2", "B1", "B3")  # trailing, middle, leading
 _LEVELS = 65535  # of a 16-bit number
 
 
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Of a body, closed, in the body's frame; bodies of equal shape share one.
+
+    radius_m     of a sphere or capsule, or of a sphere of the same volume
+    points_m     shape (points, 3)
+    triangles    shape (triangles, 3): numbers of points, counter-clockwise seen from outside
+    """
+
+    radius_m: float
+    points_m: np.ndarray
+    triangles: np.ndarray
+
+    @property
+    def reach_m(self) -> float:
+        return float(np.linalg.norm(self.points_m, axis=1).max())
+
+
 @dataclass(frozen=True)
 class Body:
-    """A sphere, or a capsule with a cylinder of this length along its z axis; other shapes: a sphere as large."""
-
     name: str
-    radius_m: float
-    length_m: float
+    surface: Surface
     place: int  # in its swimmer, or among the bodies without one: decides its colour
 
 
@@ -62,19 +78,23 @@ def scene_of(
 
     `case`: as the coupler resolves it; `cell_size_m`: None where there is no lattice; `views`: of the page.
     """
-    known = bodies_of(case)
-    power, prefix = prefix_of(max((body.radius_m for body in known.values()), default=1e-6), -9)
+    surfaces, numbers = surfaces_of(case), case["surfaces"]["bodies"]
+    places = _places_of(case)
+    unknown = next((body for body in samples.bodies if body not in numbers), None)
+    if unknown is not None:
+        raise Stop(ExitCode.BAD_CASE, f"{name} moves a body {unknown} (its case.yaml lacks it). Run the case again.")
+    power, prefix = prefix_of(max((surface.radius_m for surface in surfaces), default=1e-6), -9)
     metres = 10.0**power
-    shown = [known.get(body, Body(body, 0.0, 0.0, 0)) for body in samples.bodies]
     number = {body: index for index, body in enumerate(samples.bodies)}
     arms = [[number[a], number[b]] for a, b in _arms(case) if a in number and b in number]
     return {
         "name": name,
         "unit": f"{prefix}m",
-        "bodies": [
-            {"name": body.name, "radius": body.radius_m / metres, "length": body.length_m / metres}
-            | {"colour": body.place % 3}
-            for body in shown
+        "surfaces": [_packed(surface, metres) for surface in surfaces],
+        "bodies": [{"name": body, "surface": numbers[body], "colour": places[body] % 3} for body in samples.bodies],
+        "obstacles": [
+            {**obstacle, "position": (np.array(obstacle["position_m"]) / metres).tolist()}
+            for obstacle in case["surfaces"]["obstacles"]
         ],
         "arms": arms,
         "up": [-component for component in case.get("gravity_m_per_s2") or [0, 0, 0]],
@@ -106,41 +126,35 @@ def slice_of(speed_m_per_s: np.ndarray, along: int, across: int, low: Sequence[f
 
 def bodies_of(case: Mapping[str, Any]) -> dict[str, Body]:
     """All bodies of a case by their names in its run."""
-    found = {}
+    surfaces, places = surfaces_of(case), _places_of(case)
+    return {name: Body(name, surfaces[number], places[name]) for name, number in case["surfaces"]["bodies"].items()}
+
+
+def surfaces_of(case: Mapping[str, Any]) -> list[Surface]:
+    return [
+        Surface(
+            surface["radius_m"],
+            surface["unit_m"] * np.array(surface["points"], float).reshape(-1, 3),
+            np.array(surface["triangles"], int).reshape(-1, 3),
+        )
+        for surface in case["surfaces"]["surfaces"]
+    ]
+
+
+def _places_of(case: Mapping[str, Any]) -> dict[str, int]:
+    places = {body["name"]: place for place, body in enumerate(case.get("bodies") or [])}
     for swimmer in case.get("swimmers") or []:
-        for place, (name, bead) in enumerate(zip(bead_names(swimmer), swimmer["beads"])):
-            found[f"{swimmer['name']}.{name}"] = bead, place
-    found |= {body["name"]: (body, place) for place, body in enumerate(case.get("bodies") or [])}
+        places |= {f"{swimmer['name']}.{name}": place for place, name in enumerate(bead_names(swimmer))}
+    return places
+
+
+def _packed(surface: Surface, metres: float) -> dict[str, Any]:
+    points = (surface.points_m / metres).astype("<f4")
     return {
-        name: Body(name, radius_m_of(section), float(section["shape"] == "capsule" and section["length_m"]), place)
-        for name, (section, place) in found.items()
+        "radius": surface.radius_m / metres,
+        "points": _text(points),
+        "triangles": _text(surface.triangles.astype("<u4")),
     }
-
-
-def radius_m_of(shape: Mapping[str, Any]) -> float:
-    """Radius of a sphere or capsule of a resolved case, or of a sphere of the same volume; parts are taken as apart."""
-    if shape["shape"] in ("sphere", "capsule"):
-        return float(shape["radius_m"])
-    return float((_volume_m3(shape) / (4 / 3 * math.pi)) ** (1 / 3))
-
-
-def _volume_m3(shape: Mapping[str, Any]) -> float:
-    match shape["shape"]:
-        case "ellipsoid":
-            return float(4 / 3 * math.pi * np.prod(shape["semi_axes_m"]))
-        case "cylinder":
-            return float(math.pi * shape["radius_m"] ** 2 * shape["length_m"])
-        case "box":
-            return float(np.prod(shape["edges_m"]))
-        case "compound":
-            return sum(_volume_m3(part) for part in shape["parts"])
-        case "mesh":
-            rows = [line.split() for line in shape["text"].splitlines()]
-            vertices = shape["unit_m"] * np.array([row[1:4] for row in rows if row[0] == "v"], float)
-            corners = np.array([row[1:4] for row in rows if row[0] == "f"], int) - 1
-            return float(np.linalg.det(vertices[corners]).sum() / 6)
-    length_m = float(shape.get("length_m") or 0.0)
-    return float(math.pi * shape["radius_m"] ** 2 * (length_m + 4 / 3 * shape["radius_m"]))
 
 
 def bead_names(swimmer: Mapping[str, Any]) -> list[str]:

@@ -24,6 +24,7 @@ class Plan:
     steps: int
     case: dict[str, Any]
     case_yaml: str
+    surfaces: dict[str, Any]  # of bodies and obstacles, for pages
     fluid_ranks: int
     fluid_command: list[str] | None  # replaces our fluid service
     body_solver: str  # "own", "bullet", "mujoco" or "external"
@@ -38,6 +39,11 @@ class Plan:
     notes: list[dict[str, str]]
     sweep: dict[str, Any] | None  # of a case that is several: swept keys, and values and settings of each member
     unasked: frozenset[str] = frozenset()  # roles of components that must not be started, not even to ask them
+
+    @property
+    def drawn_case(self) -> dict[str, Any]:
+        """The case, and under `surfaces` what pages draw of it."""
+        return {**self.case, "surfaces": self.surfaces}
 
     def command_of(self, role: str) -> list[str] | None:
         """Replaces our fluid or body service."""
@@ -154,6 +160,7 @@ def parse_plan(text: str) -> Plan:
             steps=int(plan["steps"]),
             case=plan["case"],
             case_yaml=plan["case_yaml"],
+            surfaces=plan["surfaces"],
             fluid_ranks=int(services["fluid"]["ranks"]),
             fluid_command=services["fluid"].get("command"),
             body_solver=services["body"].get("solver", "own"),

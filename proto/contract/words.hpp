@@ -51,13 +51,13 @@ inline constexpr auto compression_names = words<int>("none", "deflate");
 /// Faces by their number in the order of FluidSetup::boundaries.
 inline constexpr auto plane_names = words<int, -1>("none", "x_low", "x_high", "y_low", "y_high", "z_low", "z_high");
 
-inline constexpr std::array shape_names{Choice<ShapeKind>{"sphere", ShapeKind::sphere},
-                                        Choice<ShapeKind>{"capsule", ShapeKind::capsule},
-                                        Choice<ShapeKind>{"ellipsoid", ShapeKind::ellipsoid},
-                                        Choice<ShapeKind>{"cylinder", ShapeKind::cylinder},
-                                        Choice<ShapeKind>{"box", ShapeKind::box},
-                                        Choice<ShapeKind>{"mesh", ShapeKind::mesh},
-                                        Choice<ShapeKind>{"compound", ShapeKind::compound}};
+inline constexpr auto shape_names =
+    words<ShapeKind>("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "compound");
+
+/// What a shape is for its user: one that is not around its centre of mass is a compound of one part.
+inline const char* word_of(const Shape& shape) {
+  return name_of(shape_names, shape.parts.size() == 1 ? shape.parts[0].shape.kind : shape.kind);
+}
 
 inline constexpr auto motion_names = words<MotionKind>("free", "fixed", "prescribed", "axis");
 inline constexpr auto integrator_names = words<Integrator>("semi_implicit_euler", "runge_kutta_4");

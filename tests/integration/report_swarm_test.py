@@ -9,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from surfaces import with_surfaces
 from synthetic_run import STEP_S, write_snapshot, write_swarm
 from copepod_report.fields import read_components
 from copepod_report.pair_distribution import pair_distribution
@@ -20,7 +21,7 @@ from copepod_report.swarm import Swarm
 
 def read_case(path):
     """As the stand-in coupler does."""
-    return json.loads(path.read_text())["case"]
+    return with_surfaces(json.loads(path.read_text())["case"])
 
 
 class SwarmReport(unittest.TestCase):

@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 from copepod_session import CommandTest
+from surfaces import with_surfaces
 from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, kinematics_so_far, paths, read_cycles
 from copepod_report.film import film_of
@@ -26,7 +27,7 @@ from copepod_run.errors import Stop
 
 def read_case(path):
     """As the stand-in coupler does."""
-    return json.loads(path.read_text())["case"]
+    return with_surfaces(json.loads(path.read_text())["case"])
 
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -93,7 +94,7 @@ class Report(CommandTest):
         write_run(self.folder / "other", mean_flow=False)
         case = {"name": "case_lag=30", "member_of": "case", "parameters": {"a.lag": 30}, "summary": {}}
         (self.folder / "lags/results.json").write_text(json.dumps({"cases": [case, {"name": "x", "summary": None}]}))
-        found = collect(self.folder / "lags", lambda path: json.loads(path.read_text())["case"])
+        found = collect(self.folder / "lags", read_case)
         name_apart([*found, RunRecord(self.folder / "other", lambda path: {})])
         self.assertEqual([run.name for run in found], ["case_lag=30"])
         self.assertEqual(found[0].sweep.values, {"a.lag": 30})

@@ -44,7 +44,7 @@ output: {trajectory: {every_steps: 20}, bodies: {every_steps: 0}}
 
 
 def read_case(path):
-    return plan_of(path).case
+    return plan_of(path).drawn_case
 
 
 def content_of(path):

@@ -11,6 +11,7 @@ import numpy as np
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
 from browser import CHROMIUM, Browser
+from surfaces import with_surfaces
 from copepod_report import page, view
 from copepod_report.scene import MOST_SAMPLES, Samples, most_frames, scene_of
 
@@ -75,7 +76,7 @@ def numbers(text, kind):
 
 class Scene(unittest.TestCase):
     def setUp(self):
-        self.scene = scene_of("three beads", CASE, 1e-6, samples_of())
+        self.scene = scene_of("three beads", with_surfaces(CASE), 1e-6, samples_of())
 
     def test_positions_are_exact_to_a_ten_thousandth_of_the_motion(self):
         motion = self.scene["motion"]
@@ -94,8 +95,11 @@ class Scene(unittest.TestCase):
     def test_shapes_arms_and_domain_come_from_the_case(self):
         self.assertEqual(self.scene["unit"], "µm")
         self.assertEqual(self.scene["arms"], [[0, 1], [1, 2]])
-        lengths = [round(body["length"], 9) for body in self.scene["bodies"]]
-        self.assertEqual(lengths, [0, 8, 0])
+        surfaces = [self.scene["surfaces"][body["surface"]] for body in self.scene["bodies"]]
+        points = [numbers(surface["points"], "<f4").reshape(-1, 3) for surface in surfaces]
+        np.testing.assert_allclose(
+            [np.abs(corners).max(axis=0) for corners in points], [[4, 4, 4], [4, 4, 8], [4, 4, 4]]
+        )
         box = self.scene["box"]
         self.assertEqual(box["walls"], ["x_low", "x_high", "y_low"])
         self.assertEqual((box["periodic"], box["symmetry"]), (["z"], ["x"]))
@@ -105,7 +109,9 @@ class Scene(unittest.TestCase):
         rod = {"kind": "distance", "bodies": ["swimmer.B2", "swimmer.B3"], "signal": {"period_steps": 40}}
         hook = {"kind": "hinge", "bodies": ["swimmer.B1", "world"]}
         swimmer = {name: value for name, value in CASE["swimmers"][0].items() if name not in ("arms", "stroke")}
-        scene = scene_of("rods", {**CASE, "swimmers": [swimmer], "joints": [hook, rod]}, 1e-6, samples_of())
+        scene = scene_of(
+            "rods", with_surfaces({**CASE, "swimmers": [swimmer], "joints": [hook, rod]}), 1e-6, samples_of()
+        )
         self.assertIn([0, 2], scene["arms"])
         self.assertEqual(scene["period_steps"], 40)
 
@@ -133,7 +139,7 @@ class InChromium(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="copepod_view_")
         cls.addClassCleanup(folder.cleanup)
         cls.path = Path(folder.name) / "page.html"
-        scene = {**scene_of("three beads", CASE, 1e-6, samples_of()), "flow": None}
+        scene = {**scene_of("three beads", with_surfaces(CASE), 1e-6, samples_of()), "flow": None}
         cls.path.write_text(page.page("A view", [view.figure(scene), view.scripts()]))
 
     def opened(self, **how):

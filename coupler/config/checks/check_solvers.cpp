@@ -136,7 +136,6 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   }
 }
 
-/// Shapes that a solver of ours cannot handle, and films that are left out.
 /// The part of a domain beyond a symmetry plane is the image of that before it.
 bool crosses_plane(const ObstacleSpecification& obstacle, const FluidCase& fluid) {
   BodySpecification body;
@@ -168,11 +167,12 @@ void check_obstacles(const Case& the_case, Problems& problems) {
   }
 }
 
+/// Shapes that a solver of ours cannot handle, and films that are left out.
 void check_shapes(const Case& the_case, const Assembly& assembly, Problems& problems) {
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
     if (is_round(body.shape)) continue;
-    const std::string found = "body '" + body.name + "' is a " + name_of(shape_names, body.shape.kind) + " (";
+    const std::string found = "body '" + body.name + "' has shape " + word_of(body.shape) + " (";
     if (the_case.fluid.solver == FluidSolverChoice::stokes)
       problems.error(assembly.body_paths[i],
                      found + "solver: stokes has spheres only). Use spheres, or solver: lattice_boltzmann.");
@@ -186,7 +186,7 @@ void check_shapes(const Case& the_case, const Assembly& assembly, Problems& prob
   if (the_case.fluid.film_thickness_m == 0.0 || first == assembly.bodies.end()) return;
   problems.warning(
       assembly.body_paths[static_cast<std::size_t>(first - assembly.bodies.begin())],
-      "body '" + first->name + "' is a " + name_of(shape_names, first->shape.kind) +
+      "body '" + first->name + "' has shape " + word_of(first->shape) +
           " (lubrication is for films of spheres and capsules only). Keep other surfaces two cells away, or "
           "use smaller cells.");
 }

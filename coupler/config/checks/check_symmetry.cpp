@@ -85,7 +85,7 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
   }
   if (body.shape.kind == ShapeKind::mesh || body.shape.kind == ShapeKind::compound) {
     problems.error(path,
-                   "body '" + body.name + "' is a " + name_of(shape_names, body.shape.kind) + " on " + plane +
+                   "body '" + body.name + "' has shape " + word_of(body.shape) + " on " + plane +
                        " (whether it is its own mirror image is not known). Put all of it into the lower half, or "
                        "remove the plane.");
   }

@@ -1,4 +1,4 @@
-// The motion of all bodies between its samples, from the packed numbers of a scene, and which body a ray meets.
+// The motion of all bodies between its samples, from the packed numbers of a scene.
 
 const LEVELS = 65535;
 
@@ -77,13 +77,13 @@ class Motion {
   }
 
   /** Opposite corners of what all bodies, with their shapes, sweep. */
-  extent(bodies) {
+  extent(shapes) {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
-    bodies.forEach(({ radius, length }, body) => {
+    shapes.forEach(({ reach }, body) => {
       for (let k = 0; k < 3; k++) {
-        low[k] = Math.min(low[k], this.low[body][k] - radius - length / 2);
-        high[k] = Math.max(high[k], this.low[body][k] + this.span[body][k] + radius + length / 2);
+        low[k] = Math.min(low[k], this.low[body][k] - reach);
+        high[k] = Math.max(high[k], this.low[body][k] + this.span[body][k] + reach);
       }
     });
     return { low, high };
@@ -95,23 +95,3 @@ const plus = (a, b, factor = 1) => a.map((value, k) => value + factor * b[k]);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const scaled = (a, factor) => a.map((value) => value * factor);
 const normalised = (a) => scaled(a, 1 / (Math.hypot(...a) || 1));
-
-/** The z axis of a body in the world, from its unit quaternion (w, x, y, z). */
-function zAxis([w, x, y, z]) {
-  return [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
-}
-
-/** Distance along a ray (`direction`: unit vector) to a sphere or capsule, Infinity if it misses. */
-function distanceToBody(origin, direction, centre, axis, radius, length) {
-  const between = plus(centre, origin, -1);
-  const along = dot(direction, axis);
-  const slope = 1 - along * along;
-  let place = slope > 1e-12 ? (along * dot(between, direction) - dot(between, axis)) / slope : 0;
-  place = Math.max(-length / 2, Math.min(length / 2, place));
-  const nearest = plus(between, axis, place);
-  const distance = dot(nearest, direction);
-  const missed = Math.hypot(...plus(nearest, direction, -distance));
-  return distance > 0 && missed <= radius ? distance - Math.sqrt(radius * radius - missed * missed) : Infinity;
-}
-
-if (typeof module !== "undefined") module.exports = { Motion, bytesOf, distanceToBody, zAxis };

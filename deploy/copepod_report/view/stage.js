@@ -81,6 +81,48 @@ function mirroredTurn([w, ...vector], axes) {
   return [w, ...vector.map((value, k) => (axes.filter((axis) => axis !== k).length % 2 ? -value : value))];
 }
 
+const SMOOTH = Math.cos(0.7); // of the angle between triangles; sharper edges are seen
+
+/** The closed surface of a body, in its frame. */
+class Surface {
+  constructor({ radius, points, triangles }) {
+    this.radius = radius;
+    const numbers = new Float32Array(bytesOf(points).buffer);
+    this.points = Array.from({ length: numbers.length / 3 }, (_, k) => Array.from(numbers.subarray(3 * k, 3 * k + 3)));
+    this.triangles = new Uint32Array(bytesOf(triangles).buffer);
+    this.reach = Math.max(...this.points.map((point) => Math.hypot(...point)));
+  }
+
+  /** `image`: axes along which it is mirrored; `marked`: with two darker quarters around its z axis. */
+  geometry(THREE, image, marked) {
+    const points = this.points.map((point) => point.map((value, k) => (image.includes(k) ? -value : value)));
+    const meeting = points.map(() => []);
+    const faces = [];
+    for (let at = 0; at < this.triangles.length; at += 3) {
+      const corners = [...this.triangles.subarray(at, at + 3)];
+      if (image.length % 2) corners.reverse();
+      const [a, b, c] = corners.map((corner) => points[corner]);
+      const area = cross(plus(b, a, -1), plus(c, a, -1));
+      const middle = plus(plus(a, b), c);
+      faces.push({ corners, area, normal: normalised(area), shade: marked && middle[0] * middle[1] > 0 ? 0.77 : 1 });
+      corners.forEach((corner) => meeting[corner].push(faces[faces.length - 1]));
+    }
+    const attributes = { position: [], normal: [], color: [] };
+    for (const { corners, normal, shade } of faces) {
+      for (const corner of corners) {
+        const alike = meeting[corner].filter((face) => dot(face.normal, normal) > SMOOTH);
+        attributes.position.push(...points[corner]);
+        attributes.normal.push(...normalised(alike.reduce((sum, face) => plus(sum, face.area), [0, 0, 0])));
+        attributes.color.push(shade, shade, shade);
+      }
+    }
+    const geometry = new THREE.BufferGeometry();
+    for (const [name, values] of Object.entries(attributes))
+      geometry.setAttribute(name, new THREE.Float32BufferAttribute(values, 3));
+    return geometry;
+  }
+}
+
 class Stage {
   constructor(THREE, canvas, scene) {
     Object.assign(this, { THREE, scene, canvas });
@@ -90,9 +132,11 @@ class Stage {
     this.world = new THREE.Scene();
     this.light = new THREE.DirectionalLight(0xffffff, 0.5);
     this.world.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.62), this.light);
-    this.colours = { beads: [], arms: null, paths: [], lines: [], faces: [], mirrors: [] };
+    this.colours = { arms: null, lines: [], faces: [], mirrors: [], obstacles: [] };
+    this.surfaces = scene.surfaces.map((surface) => new Surface(surface));
+    this.shapes = scene.bodies.map((body) => this.surfaces[body.surface]);
     this.motion = new Motion(scene.motion, scene.bodies.length);
-    this.extent = this.motion.extent(scene.bodies);
+    this.extent = this.motion.extent(this.shapes);
     this.addBodies();
     this.addDomain();
     this.addPaths();
@@ -108,15 +152,14 @@ class Stage {
   replaceMotion(motion) {
     this.scene.motion = motion;
     this.motion = new Motion(motion, this.scene.bodies.length);
-    this.extent = this.motion.extent(this.scene.bodies);
+    this.extent = this.motion.extent(this.shapes);
     this.addPaths();
   }
 
   /** Instances of a geometry with an entry each in `entries`. */
-  instances(geometry, map, entries) {
-    const material = new this.THREE.MeshLambertMaterial({ map });
-    // Its own geometry: this release of three.js confuses the instances of meshes that share one.
-    const mesh = new this.THREE.InstancedMesh(geometry.clone(), material, entries.length);
+  instances(geometry, entries, look = {}) {
+    const material = new this.THREE.MeshLambertMaterial(look);
+    const mesh = new this.THREE.InstancedMesh(geometry, material, entries.length);
     mesh.frustumCulled = false;
     mesh.userData = entries;
     this.world.add(mesh);
@@ -126,29 +169,34 @@ class Stage {
   addBodies() {
     const { THREE, scene, motion } = this;
     const least = 0.004 * Math.hypot(...plus(this.extent.high, this.extent.low, -1));
-    const detail = scene.bodies.length > 60 ? 12 : 32; // software renderers count triangles
-    const sphere = new THREE.SphereBufferGeometry(1, detail, detail / 2).rotateX(Math.PI / 2);
-    const shaft = new THREE.CylinderBufferGeometry(1, 1, 1, detail, 1, true).rotateX(Math.PI / 2);
-    const map = motion.turns.size ? sectors(THREE) : null; // so that one sees how they turn
-    this.entries = scene.bodies.flatMap(({ radius, length, colour }, body) =>
+    this.entries = scene.bodies.flatMap(({ surface, colour }, body) =>
       imagesOf([motion.sampled(0, body)], scene.box).map((image) => {
-        return { body, image, colour, length, radius: Math.max(radius, least) };
+        return { body, image, colour, surface, scale: Math.max(1, least / this.surfaces[surface].reach) };
       })
     );
-    this.round = [0, 1, 2].map((colour) => {
-      const ends = this.entries.filter((entry) => entry.colour === colour);
-      const all = ends.flatMap((entry) => (entry.length ? [1, -1] : [0]).map((side) => ({ ...entry, side })));
-      return this.instances(sphere, map, all);
+    const alike = new Map();
+    for (const entry of this.entries) {
+      const key = [entry.surface, entry.colour, ...entry.image].join();
+      alike.set(key, [...(alike.get(key) || []), entry]);
+    }
+    const marked = motion.turns.size > 0; // so that one sees how they turn
+    this.beads = [...alike.values()].map((entries) => {
+      const geometry = this.surfaces[entries[0].surface].geometry(THREE, entries[0].image, marked);
+      return this.instances(geometry, entries, { vertexColors: THREE.VertexColors });
     });
-    this.shafts = [0, 1, 2].map((colour) =>
-      this.instances(shaft, map, this.entries.filter((entry) => entry.colour === colour && entry.length))
-    );
-    const thinnest = Math.min(...this.entries.map((entry) => entry.radius));
     const rods = scene.arms.flatMap(([from, to]) =>
       imagesOf([motion.sampled(0, from), motion.sampled(0, to)], scene.box).map((image) => ({ from, to, image }))
     );
-    this.rods = this.instances(shaft, null, rods);
-    this.rods.userData.radius = 0.16 * thinnest;
+    this.rods = this.instances(new THREE.CylinderBufferGeometry(1, 1, 1, 24, 1, true).rotateX(Math.PI / 2), rods);
+    this.rods.userData.radius = 0.16 * Math.max(least, Math.min(...this.shapes.map((shape) => shape.radius)));
+    for (const { surface, position, orientation_wxyz: [w, x, y, z] } of scene.obstacles) {
+      const look = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.7 });
+      const mesh = new THREE.Mesh(this.surfaces[surface].geometry(THREE, [], false), look);
+      mesh.position.fromArray(position);
+      mesh.quaternion.set(x, y, z, w);
+      this.world.add(mesh);
+      this.colours.obstacles.push(mesh);
+    }
   }
 
   /** All bodies and arms as they are at a frame, with its fraction. */
@@ -166,17 +214,10 @@ class Stage {
       mesh.setMatrixAt(number, matrix);
       mesh.instanceMatrix.needsUpdate = true;
     };
-    this.round.forEach((mesh) =>
+    this.beads.forEach((mesh) =>
       mesh.userData.forEach((entry, number) => {
         const { position, orientation } = this.placed(entry);
-        const end = plus(position, zAxis(orientation), (entry.side * entry.length) / 2);
-        put(mesh, number, end, orientation, [entry.radius, entry.radius, entry.radius]);
-      })
-    );
-    this.shafts.forEach((mesh) =>
-      mesh.userData.forEach((entry, number) => {
-        const { position, orientation } = this.placed(entry);
-        put(mesh, number, position, orientation, [entry.radius, entry.radius, entry.length]);
+        put(mesh, number, position, orientation, [entry.scale, entry.scale, entry.scale]);
       })
     );
     const { radius } = this.rods.userData;
@@ -310,11 +351,10 @@ class Stage {
   /** `look`: beads, flow (lists of colours), arms, line, face, mirror. */
   recolour(look) {
     const set = (object, colour) => object.material.color.set(colour);
-    this.round.forEach((mesh, colour) => set(mesh, look.beads[colour]));
-    this.shafts.forEach((mesh, colour) => set(mesh, look.beads[colour]));
+    this.beads.forEach((mesh) => set(mesh, look.beads[mesh.userData[0].colour]));
     this.pathColours = look.beads;
     this.paths.forEach((lines, colour) => set(lines, look.beads[colour]));
-    set(this.rods, look.arms);
+    [this.rods, ...this.colours.obstacles].forEach((object) => set(object, look.arms));
     this.colours.lines.forEach((object) => set(object, look.line));
     this.colours.faces.forEach((object) => set(object, look.face));
     this.colours.mirrors.forEach((object) => set(object, look.mirror));
@@ -371,25 +411,12 @@ class Stage {
     return Math.hypot(...plus(high, low, -1));
   }
 
-  /** The ray through a place in the picture, from (-1, -1) to (1, 1). */
-  ray(x, y, orbit) {
-    const { right, up } = orbit.screen;
-    const slope = Math.tan(FIELD_OF_VIEW / 2);
-    const sideways = plus(scaled(right, x * slope * this.camera.aspect), up, y * slope);
-    return { origin: orbit.eye, direction: normalised(plus(sideways, orbit.outwards, -1)) };
-  }
-
-  /** The entry of the body or image nearest to the eye there, or null. */
-  entryAt(x, y, orbit) {
-    const { origin, direction } = this.ray(x, y, orbit);
-    let [nearest, found] = [Infinity, null];
-    for (const entry of this.entries) {
-      const { position, orientation } = this.placed(entry);
-      const axis = zAxis(orientation);
-      const distance = distanceToBody(origin, direction, position, axis, entry.radius, entry.length);
-      if (distance < nearest) [nearest, found] = [distance, entry];
-    }
-    return found;
+  /** The entry of the body or image nearest to the eye at a place in the picture, from (-1, -1) to (1, 1), or null. */
+  entryAt(x, y) {
+    const ray = new this.THREE.Raycaster();
+    ray.setFromCamera({ x, y }, this.camera);
+    const [nearest] = ray.intersectObjects(this.beads);
+    return nearest ? nearest.object.userData[nearest.instanceId] : null;
   }
 
   /** Where a point of the world is in the picture, in shares of width and height from its upper left corner. */
@@ -397,22 +424,6 @@ class Stage {
     const seen = new this.THREE.Vector3(...point).project(this.camera);
     return { left: (seen.x + 1) / 2, top: (1 - seen.y) / 2 };
   }
-}
-
-/** Four darker sectors. */
-function sectors(THREE) {
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [8, 4];
-  const paint = canvas.getContext("2d");
-  for (let column = 0; column < 8; column++) {
-    for (let row = 0; row < 4; row++) {
-      paint.fillStyle = (column >> 1) % 2 === row >> 1 ? "#ffffff" : "#c4c4c4";
-      paint.fillRect(column, row, 1, 1);
-    }
-  }
-  const texture = new THREE.CanvasTexture(canvas);
-  texture.magFilter = texture.minFilter = THREE.NearestFilter;
-  return texture;
 }
 
 /** Ends of three axes from a corner. */

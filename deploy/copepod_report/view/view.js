@@ -361,7 +361,7 @@ class View {
     const frame = this.canvas.getBoundingClientRect();
     const x = (2 * (event.clientX - frame.left)) / frame.width - 1;
     const y = 1 - (2 * (event.clientY - frame.top)) / frame.height;
-    this.select(this.stage.entryAt(x, y, this.orbit));
+    this.select(this.stage.entryAt(x, y));
   }
 
   select(entry) {

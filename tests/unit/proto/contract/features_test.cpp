@@ -1,11 +1,13 @@
 #include "contract/features.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <regex>
 #include <sstream>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -88,6 +90,31 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"bodies", {[](FluidSetup&) {}, "shape:sphere"}},
     {"bodies.kind", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::capsule; }, "shape:capsule"}},
     {"bodies.length_m", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"bodies.extents_m", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::ellipsoid; }, "shape:ellipsoid"}},
+    {"bodies.mesh", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::mesh; }, "shape:mesh"}},
+    {"bodies.parts",
+     {[](FluidSetup& s) { s.bodies[0].parts.resize(1), s.bodies[0].kind = ShapeKind::compound; }, "shape:compound"}},
+    {"bodies.parts.shape", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::compound; }, "shape:compound"}},
+    {"bodies.parts.position_m", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::compound; }, "shape:compound"}},
+    {"bodies.parts.orientation_wxyz",
+     {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::compound; }, "shape:compound"}},
+    {"meshes", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::mesh; }, "shape:mesh"}},
+    {"meshes.vertices_m", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::mesh; }, "shape:mesh"}},
+    {"meshes.triangles", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::mesh; }, "shape:mesh"}},
+    {"obstacles", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.name", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.position_m", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.orientation_wxyz", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.kind", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.radius_m", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.length_m", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.extents_m", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.mesh", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.parts", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.parts.shape", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.parts.position_m", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.shape.parts.orientation_wxyz", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
     {"fields", {[](FluidSetup& s) { s.fields.every_steps = 10; }, "fields"}},
     {"fields.directory", {[](FluidSetup& s) { s.fields.every_steps = 10; }, "fields"}},
     {"fields.every_steps", {[](FluidSetup& s) { s.fields.every_steps = 10; }, "fields"}},
@@ -114,6 +141,22 @@ const std::map<std::string, Guard<BodySetup>> body_guards{
     {"bodies.shape", {[](BodySetup&) {}, "shape:sphere"}},
     {"bodies.shape.kind", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
     {"bodies.shape.length_m", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::capsule; }, "shape:capsule"}},
+    {"bodies.shape.extents_m",
+     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::ellipsoid; }, "shape:ellipsoid"}},
+    {"bodies.shape.mesh", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::mesh; }, "shape:mesh"}},
+    {"bodies.shape.parts",
+     {[](BodySetup& s) { s.bodies[1].shape.parts.resize(1), s.bodies[1].shape.kind = ShapeKind::compound; },
+      "shape:compound"}},
+    {"bodies.shape.parts.shape",
+     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::compound; }, "shape:compound"}},
+    {"bodies.shape.parts.position_m",
+     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::compound; }, "shape:compound"}},
+    {"bodies.shape.parts.orientation_wxyz",
+     {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::compound; }, "shape:compound"}},
+    {"bodies.inertia_kg_m2", {[](BodySetup& s) { s.bodies[1].inertia_kg_m2.assign(6, 1.0); }, "inertia"}},
+    {"meshes", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::mesh; }, "shape:mesh"}},
+    {"meshes.vertices_m", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::mesh; }, "shape:mesh"}},
+    {"meshes.triangles", {[](BodySetup& s) { s.bodies[1].shape.kind = ShapeKind::mesh; }, "shape:mesh"}},
     {"bodies.motion", {[](BodySetup& s) { s.bodies[1].motion = MotionKind::fixed; }, "motion:fixed"}},
     {"bodies.axis", {[](BodySetup& s) { s.bodies[1].motion = MotionKind::axis; }, "motion:axis"}},
     {"springs", {[](BodySetup& s) { s.springs.resize(1); }, "springs"}},
@@ -212,13 +255,16 @@ const Names body_essentials{"step_s",
                             "threads",
                             "trace_directory"};
 
-/// Paths of all fields of a message, those of its nested messages included.
-void add_fields(const google::protobuf::Descriptor& message, const std::string& prefix, Names& paths) {
+/// Paths of all fields of a message, those of its nested messages included, but for a message within itself.
+void add_fields(const google::protobuf::Descriptor& message, const std::string& prefix, Names& paths,
+                std::vector<const google::protobuf::Descriptor*> around = {}) {
+  if (std::ranges::find(around, &message) != around.end()) return;
+  around.push_back(&message);
   for (int i = 0; i < message.field_count(); ++i) {
     const auto& field = *message.field(i);
     const std::string path = prefix + field.name();
     paths.insert(path);
-    if (field.message_type() != nullptr) add_fields(*field.message_type(), path + ".", paths);
+    if (field.message_type() != nullptr) add_fields(*field.message_type(), path + ".", paths, around);
   }
 }
 
