@@ -15,7 +15,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Closed surface of triangles, as pages draw it: points in the shape's frame are multiples of `unit_m`.
+/// Closed surface of triangles, as pages draw it: points in the shape's frame are multiples of `unit_m`. Only spheres
+/// and capsules have a radius.
 ordered_json surface_of(const Shape& shape, int around) {
   constexpr std::size_t most_triangles = 20'000;
   const auto solid = make_solid(shape);
@@ -38,7 +39,8 @@ ordered_json surface_of(const Shape& shape, int around) {
     const int c = number_of(surface.strip[is_even ? i + 2 : i + 1]);
     if (a != b && b != c && c != a) triangles.insert(triangles.end(), {a, b, c});
   }
-  return {{"radius_m", shape.radius_m}, {"unit_m", unit_m}, {"points", points}, {"triangles", triangles}};
+  const ordered_json radius_m = is_round(shape) ? ordered_json(shape.radius_m) : ordered_json(nullptr);
+  return {{"radius_m", radius_m}, {"unit_m", unit_m}, {"points", points}, {"triangles", triangles}};
 }
 
 template <class Vector>

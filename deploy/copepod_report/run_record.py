@@ -129,7 +129,7 @@ class RunRecord(RunResult):
 
     def parameters(self) -> str:
         """What a caption has to give: case, radius, cell size, step, relaxation time, period, Reynolds number."""
-        radii = sorted({body.surface.radius_m for body in self.bodies()})
+        radii = sorted({radius for body in self.bodies() if (radius := body.surface.radius_m)})
         periods = {swimmer.period for swimmer in self.swimmers if swimmer.period}
         reynolds = [at(entry, "Re_swim") or at(entry, "kinematics.Re") for entry in measured(self.summary)]
         step_s, relaxation_time = self.summary.get("step_s"), at(self.case, "fluid.relaxation_time")

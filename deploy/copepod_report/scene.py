@@ -22,12 +22,12 @@ _LEVELS = 65535  # of a 16-bit number
 class Surface:
     """Of a body, closed, in the body's frame; bodies of equal shape share one.
 
-    radius_m     of a sphere or capsule, or of a sphere of the same volume
+    radius_m     of a sphere or capsule; None for other shapes
     points_m     shape (points, 3)
     triangles    shape (triangles, 3): numbers of points, counter-clockwise seen from outside
     """
 
-    radius_m: float
+    radius_m: float | None
     points_m: np.ndarray
     triangles: np.ndarray
 
@@ -83,7 +83,7 @@ def scene_of(
     unknown = next((body for body in samples.bodies if body not in numbers), None)
     if unknown is not None:
         raise Stop(ExitCode.BAD_CASE, f"{name} moves a body {unknown} (its case.yaml lacks it). Run the case again.")
-    power, prefix = prefix_of(max((surface.radius_m for surface in surfaces), default=1e-6), -9)
+    power, prefix = prefix_of(max((surface.reach_m for surface in surfaces), default=1e-6), -9)
     metres = 10.0**power
     number = {body: index for index, body in enumerate(samples.bodies)}
     arms = [[number[a], number[b]] for a, b in _arms(case) if a in number and b in number]
@@ -151,7 +151,7 @@ def _places_of(case: Mapping[str, Any]) -> dict[str, int]:
 def _packed(surface: Surface, metres: float) -> dict[str, Any]:
     points = (surface.points_m / metres).astype("<f4")
     return {
-        "radius": surface.radius_m / metres,
+        "radius": (surface.radius_m or surface.reach_m) / metres,
         "points": _text(points),
         "triangles": _text(surface.triangles.astype("<u4")),
     }

@@ -108,7 +108,7 @@ void declare_bodies(Keys& keys, Case& the_case) {
       "general any number of beads and arms; without arms, the three-bead shorthand (NAME.B2 trailing, "
       "NAME.B1 middle, NAME.B3 leading in a row, one mass, one kind of spring, one stroke).",
       [&](Keys& swimmer, Swimmer& item) { declare(swimmer, item, step_s, true); });
-  keys.list<SingleBody>("bodies", the_case.bodies, "Bodies that are not part of a swimmer, of uniform density.",
+  keys.list<SingleBody>("bodies", the_case.bodies, "Bodies that are not part of a swimmer.",
                         [&](Keys& body, SingleBody& item) { declare(body, item, step_s); });
   if (keys.written_if(!the_case.fluid.obstacles.empty()))
     keys.list<ObstacleSpecification>(
