@@ -21,13 +21,6 @@ Eigen::Vector3d angular_momentum(const Eigen::Matrix3d& inertia_kg_m2, const Kin
   return R_WB * (inertia_kg_m2 * (R_WB.transpose() * w_WB));
 }
 
-/// The same body with another mass, of the same distribution.
-BodySpecification with_mass(BodySpecification body, double mass_kg) {
-  for (double& number : body.inertia_kg_m2) number *= mass_kg / body.mass_kg;
-  body.mass_kg = mass_kg;
-  return body;
-}
-
 constexpr std::array axes{"x", "y", "z"};
 constexpr double quaternion_tolerance = 1e-3;
 constexpr double largest_turn_rad = 1.0;  // the surface then moves by a radius
@@ -56,7 +49,7 @@ VirtualMass::VirtualMass(const BodySetup& setup, const std::vector<double>& mass
   for (std::size_t body = 0; body < mass_kg.size(); ++body) {
     if (!(mass_kg[body] > 0.0)) continue;
     additions_.push_back({static_cast<Eigen::Index>(body), mass_kg[body],
-                          inertia_tensor_kg_m2(with_mass(setup.bodies[body], mass_kg[body])),
+                          inertia_tensor_kg_m2(setup.bodies[body].shape, mass_kg[body]),
                           mass_kg[body] * setup.gravity_m_per_s2});
     if (averaging == LoadAveraging::none) not_averaged_.push_back(additions_.back().body);
   }
@@ -65,7 +58,11 @@ VirtualMass::VirtualMass(const BodySetup& setup, const std::vector<double>& mass
 BodySetup VirtualMass::enlarged(BodySetup setup) const {
   for (const Addition& addition : additions_) {
     BodySpecification& body = setup.bodies[static_cast<std::size_t>(addition.body)];
-    body = with_mass(std::move(body), body.mass_kg + addition.mass_kg);
+    body.mass_kg += addition.mass_kg;
+    if (body.inertia_kg_m2.empty()) continue;
+    const Eigen::Matrix3d& J = addition.inertia_kg_m2;
+    const std::array added{J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(0, 2), J(1, 2)};
+    for (std::size_t i = 0; i < added.size(); ++i) body.inertia_kg_m2[i] += added[i];
   }
   return setup;
 }

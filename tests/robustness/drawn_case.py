@@ -1,7 +1,8 @@
 """Cases drawn at random: whatever a case may contain, in small domains and for few steps.
 
 Everything is drawn in lattice units (cells, steps, masses of a cell of fluid) and written in SI units. `draw(seed,
-attempt)` is a function of its arguments alone. Some drawn cases are refused by `copepod check`; take another attempt.
+attempt, shapes)` is a function of its arguments alone. Some drawn cases are refused by `copepod check`; take another
+attempt.
 """
 
 import math
@@ -16,9 +17,16 @@ MASS_KG = DENSITY_KG_PER_M3 * CELL_M**3  # of a cell of fluid
 TRIES = 60  # places for a body, before it is left out
 
 
-def draw(seed, attempt=0):
-    """A case as a dictionary, which is YAML when it is written as JSON."""
-    return _Draw(random.Random(f"{seed}/{attempt}"), f"random_{seed}").case
+def draw(seed, attempt=0, shapes=False):
+    """A case as a dictionary, which is YAML when it is written as JSON.
+
+    `shapes`: most bodies have other shapes than spheres and capsules, and there are obstacles.
+    """
+    drawn = _Draw(random.Random(f"{seed}/{attempt}"), f"random_{seed}")
+    if shapes:
+        drawn.replace_shapes()
+        drawn.add_obstacles()
+    return drawn.case
 
 
 def stop_step(case):
@@ -266,6 +274,55 @@ class _Draw:
             entry["axis"] = list(self.direction())
             entry["velocity_m_per_s"] = list(self.speed(self.uniform(-0.02, 0.02)) * np.array(entry["axis"]))
             entry["angular_velocity_rad_per_s"] = [0.0, 0.0, 0.0]
+
+    def replace_shapes(self):
+        """Other shapes, within the same sphere or capsule; our own solver has no contacts of theirs."""
+        self.case.pop("contact", None)
+        for entry in self.case.get("bodies", []):
+            body = next(body for body in self.placed if body.name == entry["name"])
+            if self.chance(0.8):
+                entry |= self._other_shape(body.radius, body.half_length)
+                if entry["shape"] != "cylinder":
+                    entry.pop("radius_m"), entry.pop("length_m", None)
+                if self.chance(0.2):
+                    unit = 0.4 * entry["mass_kg"] * (body.radius * CELL_M) ** 2
+                    entry["inertia_kg_m2"] = [unit, 1.1 * unit, 0.9 * unit, 0.0, 0.1 * unit, 0.0]
+                elif self.chance(0.7):
+                    entry["density_kg_per_m3"] = entry.pop("mass_kg") / (body.volume * CELL_M**3)
+
+    def add_obstacles(self):
+        obstacles = []
+        for number in range(self.rng.choice([0, 1, 2])):
+            for _ in range(TRIES):
+                body = self._shape(f"obstacle_{number}", self.place())
+                if all(self.gap(body, other) > 1.0 for other in self.placed):
+                    break
+            else:
+                continue
+            shape = self._other_shape(body.radius, body.half_length)
+            place = {"position_m": list(body.centre * CELL_M), "orientation_wxyz": _from_z(body.axis)}
+            obstacles.append({"name": body.name, **shape, **place})
+        if obstacles:
+            self.case["obstacles"] = obstacles
+
+    def _other_shape(self, radius, half_length):
+        r, h = radius * CELL_M, half_length * CELL_M
+        narrow = self.uniform(0.7, 1.0)
+        kind = self.rng.choice(["ellipsoid", "cylinder", "box", "mesh", "mesh", "compound"])
+        if kind == "ellipsoid":
+            return {"shape": kind, "semi_axes_m": [narrow * r, r, r + h]}
+        if kind == "cylinder":
+            return {"shape": kind, "radius_m": 0.8 * r, "length_m": 2 * (h + 0.6 * narrow * r)}
+        if kind == "box":
+            return {"shape": kind, "edges_m": [1.1 * narrow * r, 1.1 * r, 2 * h + 1.2 * r]}
+        if kind == "mesh":  # eight faces, of which four may meet in a dent
+            top = self.rng.choice([1.0, -0.2])
+            corners = [(1, 0, 0), (0, narrow, 0), (-1, 0, 0), (0, -narrow, 0), (0, 0, top), (0, 0, -1)]
+            lines = [f"v {x * r / CELL_M} {y * r / CELL_M} {z * (r + h) / CELL_M}" for x, y, z in corners]
+            lines += [f"f {a} {b} 5\nf {b} {a} 6" for a, b in ((1, 2), (2, 3), (3, 4), (4, 1))]
+            return {"shape": kind, "text": "\n".join(lines), "unit_m": CELL_M}
+        ends = [{"radius_m": 0.6 * r, "position_m": [0, 0, side * (h + 0.4 * r)]} for side in (-1, 1)]
+        return {"shape": kind, "parts": [*ends, {"shape": "box", "edges_m": [1.1 * narrow * r, 0.6 * r, 2 * h + r]}]}
 
     def _add_chain(self):
         """Two to four bodies on joints, most of which overlap."""

@@ -4,6 +4,7 @@
     tests/robustness/random_cases.py                             300 cases, each in seven ways
     tests/robustness/random_cases.py --ways local                in five of them, all in one process: four times as fast
     tests/robustness/random_cases.py --seed 36 --count 20 --ways some   as the test suite does
+    tests/robustness/random_cases.py --shapes                    with bodies of all shapes and obstacles
     tests/robustness/random_cases.py --write FILE                one run per case; its seed and digest, to compare with
     tests/robustness/random_cases.py --against FILE              one run per case of the file, by another build
 
@@ -90,11 +91,11 @@ def ways(seed, which):
     return [*local, *(remote if which == "all" else []), resumed]
 
 
-def accepted_case(seed, folder, attempt=None):
+def accepted_case(seed, shapes, folder, attempt=None):
     """(attempt, its file) of the first attempt that `check` accepts, or of a given one if it accepts that."""
     for number in range(MOST_ATTEMPTS) if attempt is None else (attempt,):
         file = folder / "case.yaml"
-        file.write_text(json.dumps(draw(seed, number), indent=1))
+        file.write_text(json.dumps(draw(seed, number, shapes), indent=1))
         if _call([PROGRAMS / "in_process_run", "--plan", file], folder).returncode == 0:
             return number, file
     return None, None
@@ -206,17 +207,17 @@ class Result:
     seconds: float = 0.0
 
 
-def compare(seed, which, keep):
+def compare(seed, shapes, which, keep):
     """Result of a case in the base way and others."""
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="copepod_random_") as name:
         folder = Path(name).resolve()
-        attempt, case = accepted_case(seed, folder)
+        attempt, case = accepted_case(seed, shapes, folder)
         if case is None:
             return Result(seed, -1, "no case", [f"none of {MOST_ATTEMPTS} attempts is accepted"])
         base = run(case, folder / "base", BASE)
         problems = [] if base.code in (0, 70) else [f"exit code {base.code}: {base.reason}"]
-        step = stop_step(draw(seed, attempt))
+        step = stop_step(draw(seed, attempt, shapes))
         for way in ways(seed, which):
             out = folder / str(way).replace(" ", "_")
             if way.resumes:
@@ -231,11 +232,11 @@ def compare(seed, which, keep):
         return Result(seed, attempt, words, problems, time.monotonic() - start)
 
 
-def run_once(seed, attempt, expected):
+def run_once(seed, shapes, attempt, expected):
     """Result of the base run alone, and of its digest against that of a file, if there is one."""
     with tempfile.TemporaryDirectory(prefix="copepod_random_") as name:
         folder = Path(name).resolve()
-        found, case = accepted_case(seed, folder, attempt)
+        found, case = accepted_case(seed, shapes, folder, attempt)
         if case is None:
             return Result(seed, attempt or -1, "refused", ["refused"] if expected != "refused" else [])
         base = run(case, folder / "base", BASE)
@@ -263,16 +264,17 @@ def main():
     parser.add_argument("--keep", type=Path, metavar="DIR", help="copy cases and runs that differ to this folder")
     parser.add_argument("--write", type=Path, metavar="FILE", help="run each case once; write seed, attempt and digest")
     parser.add_argument("--against", type=Path, metavar="FILE", help="run the cases of such a file once, and compare")
+    parser.add_argument("--shapes", action="store_true", help="bodies of all shapes, and obstacles")
     options = parser.parse_args()
     seeds = range(options.seed, options.seed + options.count)
     with ThreadPoolExecutor(options.jobs) as pool:
         if options.against:
             lines = [line.split(" ", 2) for line in options.against.read_text().splitlines()]
-            results = pool.map(lambda line: run_once(int(line[0]), int(line[1]), line[2]), lines)
+            results = pool.map(lambda line: run_once(int(line[0]), options.shapes, int(line[1]), line[2]), lines)
         elif options.write:
-            results = pool.map(lambda seed: run_once(seed, None, None), seeds)
+            results = pool.map(lambda seed: run_once(seed, options.shapes, None, None), seeds)
         else:
-            results = pool.map(lambda seed: compare(seed, options.ways, options.keep), seeds)
+            results = pool.map(lambda seed: compare(seed, options.shapes, options.ways, options.keep), seeds)
         done = []
         for result in results:
             done.append(result)

@@ -103,7 +103,7 @@ double damping_time_s(const BodySpecification& body, const FluidCase& fluid);
 /// Free in at least one direction.
 bool moves_under_loads(const BodySpecification& body);
 
-/// Mass of a body by that of the fluid it displaces.
+/// Mass of a body by that of the fluid it displaces; the same of its inertia about an axis if that is less.
 double mass_ratio(const BodySpecification& body, const FluidCase& fluid);
 
 /// The rule for a body of the case, with four times the virtual mass where only that keeps its rotation stable.

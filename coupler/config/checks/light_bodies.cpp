@@ -3,10 +3,12 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Eigenvalues>
 #include <spdlog/fmt/fmt.h>
 
 #include "config/checks/checks.hpp"
 #include "contract/words.hpp"
+#include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -39,6 +41,34 @@ bool returns_staggered_momentum(MovingBoundary boundary) {
 
 double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
   return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
+}
+
+/// Of the sphere whose load answers a step in velocity as strongly, per displaced mass: 5/3r times the step. The links
+/// through a surface answer with ∫ A (V + Ω × x) dS, A = 1/3 + 2/3 n nᵀ per cell; the most of all V and Ω counts.
+double response_radius_m(const Shape& shape) {
+  if (is_round(shape)) return shape.radius_m;
+  const Surface surface = make_solid(shape)->surface(32);
+  Eigen::Matrix3d pushed = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i + 2 < surface.strip.size(); ++i) {
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) = surface.points.col(surface.strip[i + static_cast<std::size_t>(k)]);
+    const Eigen::Vector3d edge = corners.col(1) - corners.col(0);
+    const Eigen::Vector3d area = 0.5 * edge.cross(Eigen::Vector3d(corners.col(2) - corners.col(0)));
+    if (area.isZero(0.0)) continue;
+    const Eigen::Matrix3d A =
+        area.norm() / 3.0 * Eigen::Matrix3d::Identity() + 2.0 / 3.0 * area * area.transpose() / area.norm();
+    const Eigen::Vector3d x = corners.rowwise().mean();
+    const Eigen::Matrix3d velocity{{0, x[2], -x[1]}, {-x[2], 0, x[0]}, {x[1], -x[0], 0}};  // of Ω × x
+    pushed += A;
+    turned += velocity.transpose() * A * velocity;
+  }
+  using Most = Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d>;
+  const double volume = volume_m3(shape);
+  const Eigen::Matrix3d displaced = volume * Eigen::Matrix3d::Identity();
+  return 5.0 / 3.0 /
+         std::max(Most(pushed, displaced).eigenvalues()[2],
+                  Most(turned, inertia_tensor_kg_m2(shape, volume)).eigenvalues()[2]);
 }
 
 /// A body of a model has its mass from there, and no virtual one.
@@ -76,7 +106,7 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
 }
 
 VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the_case) {
-  const double radius_cells = body.shape.radius_m / the_case.fluid.cell_size_m;
+  const double radius_cells = response_radius_m(body.shape) / the_case.fluid.cell_size_m;
   const double tau = relaxation_time(the_case);
   VirtualMassRule rule = virtual_mass_rule(radius_cells, tau, the_case.load_averaging, the_case.fluid);
   const double late_drag = tau * drag_of_a_step(radius_cells, tau);
@@ -86,7 +116,11 @@ VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the
 }
 
 double mass_ratio(const BodySpecification& body, const FluidCase& fluid) {
-  return body.mass_kg / displaced_kg(body, fluid);
+  const double ratio = body.mass_kg / displaced_kg(body, fluid);
+  if (body.inertia_kg_m2.empty()) return ratio;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> turning(
+      inertia_tensor_kg_m2(body), inertia_tensor_kg_m2(body.shape, displaced_kg(body, fluid)), Eigen::EigenvaluesOnly);
+  return std::min(ratio, turning.eigenvalues()[0]);
 }
 
 double damping_time_s(const BodySpecification& body, const FluidCase& fluid) {
@@ -146,7 +180,7 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
     if (!moves_under_loads(body) || ratio >= rule.needed_below) continue;
     const std::string found =
         fmt::format("body '{}' has {:.3g} times the mass of the fluid that it displaces (", body.name, ratio);
-    const double radius_cells = body.shape.radius_m / the_case.fluid.cell_size_m;
+    const double radius_cells = response_radius_m(body.shape) / the_case.fluid.cell_size_m;
     const double drag = drag_of_a_step(radius_cells, tau);
     const double given = has_model(the_case) ? 0.0 : the_case.virtual_mass.value_or(rule.virtual_mass);
     const bool averages = rule.averaging == LoadAveraging::two_step;
