@@ -141,6 +141,7 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   for (BodySpecification& each : sent.bodies) {  // in the order of all
     while (enlarged->name != each.name) ++enlarged;
     each.mass_kg = enlarged->mass_kg;
+    each.inertia_kg_m2 = enlarged->inertia_kg_m2;
   }
   body_ = components_.make_body(sent, first);
   if (lowers) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
