@@ -8,6 +8,7 @@
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
+#include "geometry/shapes/solid.hpp"
 
 namespace copepod::body {
 
@@ -37,7 +38,7 @@ void check_shape(const BodySpecification& body, const Shape& shape) {
       !(shape.extents_m.minCoeff() > 0.0 && shape.extents_m.allFinite())) {
     reject(body, "its extents are not all positive (a shape needs finite extents > 0). Use positive lengths.");
   }
-  if (shape.kind == ShapeKind::mesh && (shape.mesh == nullptr || !is_positive(volume_m3(shape))))
+  if (shape.kind == ShapeKind::mesh && (shape.mesh == nullptr || !is_positive(make_solid(shape)->moments().volume)))
     reject(body, "its mesh encloses no volume (it is empty, open or inside out). Use a closed mesh.");
   if (shape.kind == ShapeKind::compound && shape.parts.empty())
     reject(body, "it has no parts (a compound needs one). Add a part.");

@@ -69,6 +69,7 @@ void note_shapes(ordered_json& notes, const LoadedCase& loaded) {
     if (loaded.content.fluid.cell_size_m > 0.0)
       value += fmt::format(", {:.3g} cells thick", thickness_m(shape) / loaded.content.fluid.cell_size_m);
     if (shape.kind == ShapeKind::mesh) value += fmt::format(", {} triangles", shape.mesh->triangles.cols());
+    if (loaded.content.fluid.film_thickness_m > 0.0) value += ", no thin films";
     alike[value].push_back(body.name);
   }
   note_alike(notes, "shape of {}", alike);

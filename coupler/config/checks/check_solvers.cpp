@@ -167,7 +167,7 @@ void check_obstacles(const Case& the_case, Problems& problems) {
   }
 }
 
-/// Shapes that a solver of ours cannot handle, and films that are left out.
+/// Shapes that a solver of ours cannot handle.
 void check_shapes(const Case& the_case, const Assembly& assembly, Problems& problems) {
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
@@ -181,14 +181,6 @@ void check_shapes(const Case& the_case, const Assembly& assembly, Problems& prob
                                                  "the body solver resolves contacts of spheres and capsules only). Use "
                                                  "body: {solver: bullet}, or remove contact.");
   }
-  const auto has_film = [](const BodySpecification& body) { return !is_round(body.shape); };
-  const auto first = std::ranges::find_if(assembly.bodies, has_film);
-  if (the_case.fluid.film_thickness_m == 0.0 || first == assembly.bodies.end()) return;
-  problems.warning(
-      assembly.body_paths[static_cast<std::size_t>(first - assembly.bodies.begin())],
-      "body '" + first->name + "' has shape " + word_of(first->shape) +
-          " (lubrication is for films of spheres and capsules only). Keep other surfaces two cells away, or "
-          "use smaller cells.");
 }
 
 }  // namespace

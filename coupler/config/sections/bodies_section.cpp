@@ -105,7 +105,7 @@ void declare_shape(Keys& keys, Shape& shape, bool is_part) {
     reader->reject("length_m",
                    "is given for a sphere (only capsules and cylinders have one). Remove it, or use shape: capsule.");
   if (has_radius || reader->problems().any_under(reader->path_of(""))) return;
-  shape.radius_m = std::cbrt(volume_m3(shape) / (4.0 / 3.0 * std::numbers::pi));
+  shape.radius_m = std::cbrt(make_solid(shape)->moments().volume / (4.0 / 3.0 * std::numbers::pi));
 }
 
 void declare_part(Keys& keys, ShapePart& part) {

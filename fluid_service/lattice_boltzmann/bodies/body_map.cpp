@@ -63,8 +63,10 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     const bool mapped = before.width > 0;
     const bool turned = !body.is_turned_as(before.state);
     if (mapped && before.state.position == body.position && !turned) continue;
-    if (!is_obstacle(index)) check_inside(body, b);
-    if (has_started_) check_clear_of_faces(body, b);
+    if (!is_obstacle(index)) {
+      check_inside(body, b);
+      if (has_started_) check_clear_of_faces(body, b);
+    }
     if (mapped && before.free_way.contains(body.position - before.state.position) && !turned) continue;
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
     Footprint after = footprint(body);

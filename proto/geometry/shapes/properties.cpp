@@ -17,7 +17,8 @@ double spherical_volume_m3(const Shape& shape) {
 }
 
 double cylindrical_volume_m3(const Shape& shape) {
-  return std::numbers::pi * shape.radius_m * shape.radius_m * 2.0 * core_half_length_m(shape);
+  const double length_m = shape.kind == ShapeKind::cylinder ? shape.length_m : 2.0 * core_half_length_m(shape);
+  return std::numbers::pi * shape.radius_m * shape.radius_m * length_m;
 }
 
 }  // namespace
@@ -35,8 +36,7 @@ double bounding_radius_m(const Shape& shape) {
 }
 
 double volume_m3(const Shape& shape) {
-  if (is_round(shape)) return cylindrical_volume_m3(shape) + spherical_volume_m3(shape);
-  return make_solid(shape)->moments().volume;
+  return cylindrical_volume_m3(shape) + (shape.kind == ShapeKind::cylinder ? 0.0 : spherical_volume_m3(shape));
 }
 
 double thickness_m(const Shape& shape) {

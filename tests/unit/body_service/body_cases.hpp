@@ -38,7 +38,8 @@ inline BodySpecification capsule(const std::string& name, const Eigen::Vector3d&
 /// A bead of another shape, as uniform bodies of a case have it.
 inline BodySpecification shaped(const std::string& name, const Eigen::Vector3d& position_m, Shape shape) {
   BodySpecification body = bead(name, position_m);
-  if (shape.kind != ShapeKind::cylinder) shape.radius_m = std::cbrt(volume_m3(shape) * 0.75 / std::numbers::pi);
+  if (shape.kind != ShapeKind::cylinder)
+    shape.radius_m = std::cbrt(make_solid(shape)->moments().volume * 0.75 / std::numbers::pi);
   body.shape = std::move(shape);
   const Eigen::Matrix3d I = inertia_tensor_kg_m2(body.shape, body.mass_kg);
   body.inertia_kg_m2 = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -303,9 +304,8 @@ INSTANTIATE_TEST_SUITE_P(Setups, KeyTravel, testing::Values(true, false),
 
 /// "springs.0.anchors_m=…" is about "springs.[].anchors_m".
 std::string key_of(const std::string& override_text) {
-  std::string key = override_text.substr(0, override_text.find('='));
-  for (std::size_t dot = key.find(".0"); dot != std::string::npos; dot = key.find(".0")) key.replace(dot, 2, ".[]");
-  return key;
+  static const std::regex place("\\.[0-9]+(?=\\.|$)");
+  return std::regex_replace(override_text.substr(0, override_text.find('=')), place, ".[]");
 }
 
 TEST(Keys, OfTheComponentsSectionsAllReachASetup) {

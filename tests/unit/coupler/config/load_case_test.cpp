@@ -16,6 +16,9 @@
 namespace copepod::coupler {
 namespace {
 
+const std::string only_round_bodies =
+    "bodies=[{name: ball, radius_m: 2.0e-6, mass_kg: 5.0e-13, position_m: [8.0e-6, 25.0e-6, 20.0e-6]}]";
+
 LoadedCase with_every_key(const std::vector<std::string>& overrides = {}) {
   return load_case(std::string(CONFIG_TESTS) + "/every_key.yaml", overrides);
 }
@@ -66,7 +69,10 @@ TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
   EXPECT_EQ(setup.body_force_N_per_m3, Eigen::Vector3d(0, 0, 0.25));
   EXPECT_EQ(setup.collision, CollisionKind::trt);
   EXPECT_EQ(setup.precision, Precision::single_precision);
-  ASSERT_EQ(setup.bodies.size(), 7U);
+  ASSERT_EQ(setup.bodies.size(), 11U);
+  EXPECT_EQ(setup.bodies[7].extents_m, Eigen::Vector3d(1e-6, 2e-6, 3e-6));
+  ASSERT_EQ(setup.obstacles.size(), 1U);
+  EXPECT_EQ(setup.obstacles[0].name, "step");
   EXPECT_EQ(setup.bodies[1].kind, ShapeKind::capsule);
   EXPECT_EQ(setup.fields.directory, "/somewhere");
   EXPECT_EQ(setup.fields.every_steps, 1000);
@@ -80,7 +86,7 @@ TEST(Case, OfOlderVersionsIsReadUnlessItHasForces) {
   const std::string path = folder.path("case.yaml");
   std::ifstream present(std::string(CONFIG_TESTS) + "/every_key.yaml");
   std::ofstream(path) << present.rdbuf() << "\nforces: []\n";
-  EXPECT_EQ(load_case(path, {}).assembly.bodies.size(), 7U);
+  EXPECT_EQ(load_case(path, {}).assembly.bodies.size(), 11U);
 }
 
 TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
@@ -89,7 +95,7 @@ TEST(BodySetup, CarriesEverythingThatTheCaseSays) {
   EXPECT_EQ(setup.integrator, Integrator::runge_kutta_4);
   EXPECT_EQ(setup.gravity_m_per_s2, Eigen::Vector3d(0, 0, -9.81));
   EXPECT_EQ(setup.fluid_density_kg_per_m3, 1360);
-  ASSERT_EQ(setup.bodies.size(), 7U);
+  ASSERT_EQ(setup.bodies.size(), 11U);
   EXPECT_EQ(setup.bodies[6].name, "ball");
   EXPECT_EQ(setup.bodies[6].motion, MotionKind::axis);
   EXPECT_TRUE(setup.bodies[6].axis.isApprox(Eigen::Vector3d(0.6, 0, 0.8)));
@@ -115,12 +121,29 @@ TEST(BodySetup, HasNoBuoyancyInVacuum) {
 
 TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
   const LoadedCase loaded = with_every_key();
-  EXPECT_EQ(
-      required_of_fluid(loaded.content, loaded.assembly),
-      (std::set<std::string>{"body_force", "boundary:no_slip", "boundary:pressure", "boundary:velocity", "checkpoint",
-                             "collision:trt", "fields", "fields:selection", "initial_flow:uniform",
-                             "moving_boundary:bounce_back", "precision:single", "refill:equilibrium", "shape:capsule",
-                             "shape:sphere", "solver:lattice_boltzmann", "symmetry_planes", "thin_films"}));
+  EXPECT_EQ(required_of_fluid(loaded.content, loaded.assembly), (std::set<std::string>{"body_force",
+                                                                                       "boundary:no_slip",
+                                                                                       "boundary:pressure",
+                                                                                       "boundary:velocity",
+                                                                                       "checkpoint",
+                                                                                       "collision:trt",
+                                                                                       "fields",
+                                                                                       "fields:selection",
+                                                                                       "initial_flow:uniform",
+                                                                                       "moving_boundary:bounce_back",
+                                                                                       "obstacles",
+                                                                                       "precision:single",
+                                                                                       "refill:equilibrium",
+                                                                                       "shape:box",
+                                                                                       "shape:capsule",
+                                                                                       "shape:compound",
+                                                                                       "shape:cylinder",
+                                                                                       "shape:ellipsoid",
+                                                                                       "shape:mesh",
+                                                                                       "shape:sphere",
+                                                                                       "solver:lattice_boltzmann",
+                                                                                       "symmetry_planes",
+                                                                                       "thin_films"}));
   // The case brings its own body service, which integrates in its own way.
   EXPECT_EQ(required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly)),
             (std::set<std::string>{"actuator:body_force",
@@ -135,6 +158,7 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "contact",
                                    "contact:friction",
                                    "gravity",
+                                   "inertia",
                                    "joint:distance",
                                    "joint:hinge",
                                    "joint:slider",
@@ -143,7 +167,12 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                    "model:mjcf",
                                    "motion:axis",
                                    "motion:free",
+                                   "shape:box",
                                    "shape:capsule",
+                                   "shape:compound",
+                                   "shape:cylinder",
+                                   "shape:ellipsoid",
+                                   "shape:mesh",
                                    "shape:sphere",
                                    "springs",
                                    "walls"}));
@@ -162,7 +191,7 @@ TEST(Requirements, NameThinFilmsOnlyForACaseThatGivesTheirThickness) {
 
 TEST(Requirements, AreFewForOtherSolvers) {
   const auto required = [](const std::string& solver) {
-    const LoadedCase loaded = with_every_key({"fluid.solver=" + solver});
+    const LoadedCase loaded = with_every_key({"fluid.solver=" + solver, "obstacles=null", only_round_bodies});
     return required_of_fluid(loaded.content, loaded.assembly);
   };
   EXPECT_TRUE(required("stokes").contains("solver:stokes"));
@@ -231,7 +260,7 @@ TEST(SolverChoice, TakesACommandInItsOwnLine) {
 
 TEST(SolverChoice, AsksOnlyOurOwnBodiesForTheIntegrator) {
   const auto required = [](const std::string& solver) {
-    const LoadedCase loaded = with_every_key({"services.body.command=[]", "body.solver=" + solver});
+    const LoadedCase loaded = with_every_key({"services.body.command=[]", "body.solver=" + solver, only_round_bodies});
     return required_of_body(loaded.content, make_body_setup(loaded.content, loaded.assembly));
   };
   EXPECT_TRUE(required("own").contains("integrator:runge_kutta_4"));

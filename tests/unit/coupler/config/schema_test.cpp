@@ -65,6 +65,8 @@ const std::vector<std::vector<std::string>> forms{
      "pair_force, "
      "signal: " +
      table + "}}, {drive: {kind: rest_length, signal: " + table + "}}]}}"},
+    {"swimmers.1.beads.0={shape: compound, parts: [{}]}", "obstacles=[{shape: compound, parts: [{}]}]",
+     "swarm={template: {name: pair, beads: [{name: A, shape: compound, parts: [{}]}, {name: B}]}}"},
 };
 
 /// Adds every key that a schema has to a tree, as null: absent, but known or not. @throws for a key that it lacks
