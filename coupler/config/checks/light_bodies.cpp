@@ -37,10 +37,6 @@ bool returns_staggered_momentum(MovingBoundary boundary) {
   return boundary == MovingBoundary::bounce_back || boundary == MovingBoundary::central_linear;
 }
 
-double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
-  return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
-}
-
 /// A body of a model has its mass from there, and no virtual one.
 bool has_model(const Case& the_case) { return !the_case.body.model.text.empty(); }
 
@@ -52,6 +48,10 @@ double overdamped_mass(const BodySpecification& body, const Case& the_case) {
 }
 
 }  // namespace
+
+double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
+  return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
+}
 
 bool moves_under_loads(const BodySpecification& body) {
   return body.motion == MotionKind::free || body.motion == MotionKind::axis;
