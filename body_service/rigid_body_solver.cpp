@@ -227,7 +227,7 @@ void RigidBodySolver::interpolate_drive(const AppliedLoads& applied, double from
   const std::vector<double>& nodes = nodes_;
   applied_in_part_.actuation.resize(actuators_, driving_nodes_);
   for (Eigen::Index node = 0; node < driving_nodes_; ++node) {
-    const double at = from + nodes[static_cast<std::size_t>(node)] * (to - from);
+    const double at = from + nodes[node] * (to - from);
     applied_in_part_.actuation.col(node) = applied.actuation * interpolation_weights(nodes, at);
   }
 }

@@ -50,9 +50,8 @@ class RigidBodySolver final : public BodySolver {
   template <class WorkOn>
   void for_each_block(const WorkOn& work_on) {
     const std::vector<BodyBlock>& blocks = equations_.blocks();
-    team_.share(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t block, int thread) {
-      work_on(blocks[static_cast<std::size_t>(block)], work_[static_cast<std::size_t>(thread)]);
-    });
+    team_.share(static_cast<std::int64_t>(blocks.size()),
+                [&](std::int64_t block, int thread) { work_on(blocks[block], work_[thread]); });
   }
   /// @param work  its state is written
   void write(const BodyBlock& block, TimeIntegrator::Work& work, Kinematics& kinematics) const;

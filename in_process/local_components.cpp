@@ -1,13 +1,11 @@
 #include "local_components.hpp"
 
 #include <atomic>
-#include <optional>
 
 #include <spdlog/spdlog.h>
 
 #include "contract/errors.hpp"
 #include "ranks/distributed_fluid.hpp"
-#include "ranks/rank_failure.hpp"
 #include "ranks/thread_ranks.hpp"
 #include "recording/recorder.hpp"
 #include "rigid_body_solver.hpp"
@@ -29,68 +27,23 @@ void run_follower(fluid::Communicator& ranks) {
   }
 }
 
-/// @param step  used where the error has none
-/// @throws PeerFailed in place of any other exception
-template <class Action>
-auto as_fluid(std::int64_t step, const Action& action) {
-  try {
-    return action();
-  } catch (const PeerFailed&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw PeerFailed(fluid::failure_of_rank(error, 0, step));
-  }
-}
+/// Threads that follow rank 0 until this object ends.
+struct Followers {
+  Followers(int count, SolverContext& context) : ranks(count, context, run_follower) {}
+  Followers(const Followers&) = delete;
+  Followers& operator=(const Followers&) = delete;
+  ~Followers() { fluid::dismiss_followers(ranks.leader()); }
 
-/// The fluid with all its ranks. An exception is thrown as PeerFailed, but for a checkpoint that cannot be written.
-class LocalFluid final : public FluidSolver {
+  fluid::ThreadRanks ranks;
+};
+
+/// The fluid with all its ranks, which outlive the solver.
+class LocalFluid final : private Followers, public fluid::DistributedFluid {
  public:
-  /// @param ranks    1: no threads
+  /// @param count    of ranks; 1: no threads
   /// @param context  of rank 0; outlives this object
-  LocalFluid(const FluidSetup& setup, int ranks, SolverContext& context) : ranks_(ranks, context, run_follower) {
-    as_fluid(step_, [&] {
-      if (ranks == 1)
-        solver_ = fluid::make_rank_solver(setup, ranks_.leader());
-      else
-        solver_ = std::make_unique<fluid::DistributedFluid>(setup, ranks_.leader(), fluid::make_rank_solver);
-    });
-  }
-  LocalFluid(const LocalFluid&) = delete;
-  LocalFluid& operator=(const LocalFluid&) = delete;
-  ~LocalFluid() override {
-    solver_.reset();
-    fluid::dismiss_followers(ranks_.leader());
-  }
-
-  void exchange(const Kinematics& kinematics, Loads& loads) override {
-    step_ = kinematics.step;
-    as_fluid(step_, [&] { solver_->exchange(kinematics, loads); });
-  }
-  void advance() override {
-    as_fluid(step_, [&] { solver_->advance(); });
-  }
-  void save(const std::string& path) override {
-    std::optional<StorageError> problem;
-    as_fluid(step_, [&] {
-      try {
-        solver_->save(path);
-      } catch (const StorageError& error) {
-        problem = error;
-      }
-    });
-    if (problem) throw StorageError(*problem);
-  }
-  void restore(const std::string& path) override {
-    as_fluid(step_, [&] { solver_->restore(path); });
-  }
-  SolverSummary summarise() override {
-    return as_fluid(step_, [&] { return solver_->summarise(); });
-  }
-
- private:
-  fluid::ThreadRanks ranks_;
-  std::unique_ptr<FluidSolver> solver_;
-  std::int64_t step_ = -1;
+  LocalFluid(const FluidSetup& setup, int count, SolverContext& context)
+      : Followers(count, context), DistributedFluid(setup, ranks.leader(), fluid::make_rank_solver) {}
 };
 
 }  // namespace

@@ -37,11 +37,11 @@ void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVector
     const double value = stage.actuation[index];
     if (value == 0.0) continue;
     if (line < 0) {
-      add_actuator_loads(actuators_[static_cast<std::size_t>(index)], value, block.first, stage.state.position_m,
-                         stage.state.orientation_wxyz, force_N, torque_N_m);
+      add_actuator_loads(actuators_[index], value, block.first, stage.state.position_m, stage.state.orientation_wxyz,
+                         force_N, torque_N_m);
       continue;
     }
-    const std::array<int, 2>& ends = block.lines[static_cast<std::size_t>(line)];
+    const std::array<int, 2>& ends = block.lines[line];
     if (stage.lines.length_m[line] == 0.0)
       throw coinciding_ends(static_cast<int>(block.first) + ends[0], static_cast<int>(block.first) + ends[1]);
     pull_together(ends, -value, std::array{e_x[line], e_y[line], e_z[line]}, force);

@@ -25,7 +25,7 @@ struct CentreLines {
     const auto [x, y, z] = components(direction);
     const auto p = components(position_m);
     for (Eigen::Index i = 0; i < lines; ++i) {
-      const auto [A, B] = block.lines[static_cast<std::size_t>(i)];
+      const auto [A, B] = block.lines[i];
       x[i] = p[0][B] - p[0][A];
       y[i] = p[1][B] - p[1][A];
       z[i] = p[2][B] - p[2][A];
@@ -87,7 +87,7 @@ class Weight final : public ForceElement {
  public:
   explicit Weight(const BodySetup& setup) : force_N_(3, static_cast<Eigen::Index>(setup.bodies.size())) {
     for (Eigen::Index body = 0; body < force_N_.cols(); ++body) {
-      const BodySpecification& specification = setup.bodies[static_cast<std::size_t>(body)];
+      const BodySpecification& specification = setup.bodies[body];
       force_N_.col(body) = buoyant_weight(specification.mass_kg, volume_m3(specification.shape),
                                           setup.fluid_density_kg_per_m3, setup.gravity_m_per_s2);
     }

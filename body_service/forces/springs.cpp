@@ -79,7 +79,7 @@ void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&
     const Spring& spring = springs_[index];
     const double length_m = stage.lines.length_m[line];
     if (length_m == 0.0) fail(spring);
-    const std::array<int, 2>& ends = block.lines[static_cast<std::size_t>(line)];
+    const std::array<int, 2>& ends = block.lines[line];
     const auto [A, B] = ends;
     const std::array e{e_x[line], e_y[line], e_z[line]};
     const std::array ddot_AB_m_per_s{v[0][B] - v[0][A], v[1][B] - v[1][A], v[2][B] - v[2][A]};
@@ -104,7 +104,7 @@ Springs::Pull Springs::pull(std::size_t index, Eigen::Index first, const BlockSt
   const Eigen::Index A = spring.body_A - first;
   const Eigen::Index B = spring.body_B - first;
   Pull pull;
-  const Anchors anchors = spring.anchors < 0 ? Anchors{} : anchors_[static_cast<std::size_t>(spring.anchors)];
+  const Anchors anchors = spring.anchors < 0 ? Anchors{} : anchors_[spring.anchors];
   pull.r_A_W_m = rotation_matrix(state.orientation_wxyz.col(A)) * anchors.A_m;
   pull.r_B_W_m = rotation_matrix(state.orientation_wxyz.col(B)) * anchors.B_m;
   pull.d_AB_W_m = (state.position_m.col(B) - state.position_m.col(A)) + (pull.r_B_W_m - pull.r_A_W_m);
@@ -130,7 +130,7 @@ Bends::Bends(const BodySetup& setup) : bends_(setup.bends) {
 void Bends::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&) const {
   const BlockVectors& position_m = stage.state.position_m;
   for (const int index : stage.block.bends) {
-    const BendSpecification& bend = bends_[static_cast<std::size_t>(index)];
+    const BendSpecification& bend = bends_[index];
     const Eigen::Index A = bend.body_A - stage.block.first;
     const Eigen::Index B = bend.body_B - stage.block.first;
     const Eigen::Index C = bend.body_C - stage.block.first;

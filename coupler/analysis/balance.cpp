@@ -17,7 +17,7 @@ void Balance::observe(const StepRecord& record) {
   if (!started_) add_motion(record.kinematics, sums_.start_kg_m_per_s, sums_.start_J);
   started_ = true;
   for (Eigen::Index b = 0; b < record.kinematics.bodies(); ++b) {
-    if (!is_moved(bodies_[static_cast<std::size_t>(b)])) continue;
+    if (!is_moved(bodies_[b])) continue;
     const auto impulse = [&](const Loads& loads) -> Eigen::Vector3d { return loads.force_N.col(b) * step_s_; };
     const auto work_J = [&](const Loads& loads) {
       return step_s_ * (loads.force_N.col(b).dot(record.kinematics.velocity_m_per_s.col(b)) +
@@ -35,7 +35,7 @@ void Balance::observe(const StepRecord& record) {
 /// P = Σ M v,   E = Σ (M v² + ω · I ω)/2
 void Balance::add_motion(const Kinematics& kinematics, Eigen::Vector3d& momentum_kg_m_per_s, double& energy_J) const {
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
-    const BodySpecification& body = bodies_[static_cast<std::size_t>(b)];
+    const BodySpecification& body = bodies_[b];
     if (!is_moved(body)) continue;
     const Eigen::Vector3d v = kinematics.velocity_m_per_s.col(b);
     const Eigen::Vector3d w_B =

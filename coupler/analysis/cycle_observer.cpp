@@ -114,7 +114,7 @@ Group group_of(const std::string& name, const std::vector<int>& numbers, const E
   group.placed_m.resize(3, static_cast<Eigen::Index>(numbers.size()));
   std::vector<BodySpecification> bodies;
   for (const int number : numbers) {
-    const BodySpecification& body = bodies.emplace_back(assembly.bodies[static_cast<std::size_t>(number)]);
+    const BodySpecification& body = bodies.emplace_back(assembly.bodies[number]);
     group.placed_m.col(static_cast<Eigen::Index>(group.body_names.size())) = body.position_m;
     group.body_names.push_back(body.name);
     group.radii_m.push_back(equivalent_radius_m(body.shape));
@@ -258,8 +258,7 @@ void CycleObserver::open(const Group& group, CycleSums& sums, const StepRecord& 
   if (sums.last.number < 0) sums.turned = fit_rigid_motion(group.placed_m, sums.first_position_m).rotation;
   const auto arms = static_cast<Eigen::Index>(group.arms.size());
   sums.first_arm_m.resize(arms);
-  for (Eigen::Index arm = 0; arm < arms; ++arm)
-    sums.first_arm_m[arm] = arm_m(group.arms[static_cast<std::size_t>(arm)], record);
+  for (Eigen::Index arm = 0; arm < arms; ++arm) sums.first_arm_m[arm] = arm_m(group.arms[arm], record);
   for (Eigen::VectorXd* sum : {&sums.arm_m, &sums.arm_cosine_m, &sums.arm_sine_m}) sum->setZero(arms);
   for (Eigen::VectorXd* speed : {&sums.max_speed_m_per_s, &sums.max_speed_along_m_per_s})
     speed->setZero(static_cast<Eigen::Index>(group.bodies.size()));

@@ -98,7 +98,7 @@ double power_with_rounded_omega_W(const Stroke& stroke, int first_body, const Ei
   double power_W = 0.0;
   for (int bead = 0; bead < 3; ++bead) {
     const double speed = record.kinematics.velocity_m_per_s.col(first_body + bead).dot(axis);
-    power_W += force_N[static_cast<std::size_t>(bead)] * speed;
+    power_W += force_N[bead] * speed;
   }
   return power_W;
 }

@@ -105,7 +105,7 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   report["rotation_rad"] = numbers(figures.rotation_rad);
   report["arms"] = ordered_json::array();
   for (Eigen::Index arm = 0; arm < cycle.arms.cols(); ++arm) {
-    const auto& ends = group.arms[static_cast<std::size_t>(arm)];
+    const auto& ends = group.arms[arm];
     const auto name = [&](int body) {
       return group.body_names[static_cast<std::size_t>(std::ranges::find(group.bodies, body) - group.bodies.begin())];
     };
@@ -235,7 +235,7 @@ Eigen::VectorXd nearest_distances_m(const Eigen::Matrix3Xd& points_m, const std:
     if (largest_m > extent_m) return nearest_m;  // no point is further away
     bool grows = false;
     for (Eigen::Index i = 0; i < points; ++i) {
-      double& radius = radius_m[static_cast<std::size_t>(i)];
+      double& radius = radius_m[i];
       if (nearest_m[i] <= radius) continue;  // all points in its ball are known
       radius *= 2.0;
       grows = true;

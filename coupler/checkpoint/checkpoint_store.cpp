@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <fstream>
 #include <map>
@@ -12,6 +11,7 @@
 
 #include "checkpoint/whole_number.hpp"
 #include "contract/errors.hpp"
+#include "contract/words.hpp"
 #include "storage/checksum.hpp"
 #include "system/durable_file.hpp"
 
@@ -22,6 +22,10 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
+constexpr const char* name_start = "step_";
+constexpr const char* draft_name = "unfinished";
+constexpr std::size_t kept = 2;
+constexpr std::array own_names{"fluid.h5", "body.bin", "coupler.json", "manifest.json"};
 constexpr const char* manifest_name = "manifest.json";
 constexpr int format_version = 3;
 
@@ -44,13 +48,6 @@ std::string find_damage_of_file(const fs::path& folder, const ordered_json& file
   return {};
 }
 
-namespace fs = std::filesystem;
-
-constexpr const char* name_start = "step_";
-constexpr const char* draft_name = "unfinished";
-constexpr std::size_t kept = 2;
-constexpr std::array own_names{"fluid.h5", "body.bin", "coupler.json", "manifest.json"};
-
 std::string name_of_step(std::int64_t step) {
   std::array<char, 32> name{};
   std::snprintf(name.data(), name.size(), "%s%09lld", name_start, static_cast<long long>(step));
@@ -59,12 +56,8 @@ std::string name_of_step(std::int64_t step) {
 
 /// Step in a checkpoint's name, −1 if it is not the name of one.
 std::int64_t step_of_name(const std::string& name) {
-  const std::string start = name_start;
-  std::int64_t step = -1;
-  if (!name.starts_with(start)) return -1;
-  const char* end = name.data() + name.size();
-  const auto [stop, error] = std::from_chars(name.data() + start.size(), end, step);
-  return error == std::errc{} && stop == end ? step : -1;
+  if (!name.starts_with(name_start)) return -1;
+  return number_in<std::int64_t>(name.substr(std::string_view(name_start).size())).value_or(-1);
 }
 
 /// Removes a folder of a checkpoint, finished or not. @return false, with nothing removed, if it is a link or holds
@@ -224,13 +217,13 @@ FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> step) const {
     }
     found.skipped.push_back("checkpoint " + folder.string() + " is left out (" + damage + ")");
   }
-  std::string reasons;
-  for (const std::string& reason : found.skipped) reasons += "; " + reason;
+  const std::string reasons = listed(found.skipped, "; ");
   if (step) {
     throw StorageError(folder_.string() + " holds no complete checkpoint of step " + std::to_string(*step) + " (" +
-                       (reasons.empty() ? "there is none" : reasons.substr(2)) + "). Name the step of another one.");
+                       (reasons.empty() ? "there is none" : reasons) + "). Name the step of another one.");
   }
-  throw StorageError(folder_.string() + " holds no checkpoint (none is complete" + reasons +
+  throw StorageError(folder_.string() + " holds no checkpoint (none is complete" +
+                     (reasons.empty() ? "" : "; " + reasons) +
                      "). Start from the beginning, or from a run that has one.");
 }
 

@@ -6,7 +6,6 @@
 
 #include "config/checks/checks.hpp"
 #include "config/placement/geometry.hpp"
-#include "config/yaml/hints.hpp"
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
 #include "contract/words.hpp"
@@ -17,23 +16,12 @@ namespace copepod::coupler {
 
 namespace {
 
-bool can_meet(const BodySpecification& body) {
-  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
-}
-
-Eigen::Vector3d box_m(const FluidCase& fluid) {
-  Eigen::Vector3d length_m;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    length_m[static_cast<Eigen::Index>(axis)] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
-  return length_m;
-}
-
 /// How far bodies can fall: along the domain, or from the highest to the lowest where there is none.
 double height_of_fall_m(const Case& the_case, const Assembly& assembly) {
   const Eigen::Vector3d& gravity = the_case.body.gravity_m_per_s2;
   if (gravity.isZero(0.0)) return 0.0;
   const Eigen::Vector3d down = gravity.normalized();
-  const double along_domain_m = down.cwiseAbs().dot(box_m(the_case.fluid));
+  const double along_domain_m = down.cwiseAbs().dot(domain_length_m(the_case.fluid));
   if (along_domain_m > 0.0) return along_domain_m;
   double lowest_m = -1e300, highest_m = 1e300;
   for (const BodySpecification& body : assembly.bodies) {
@@ -44,9 +32,7 @@ double height_of_fall_m(const Case& the_case, const Assembly& assembly) {
 }
 
 double weight_N(const BodySpecification& body, const Case& the_case) {
-  const FluidCase& fluid = the_case.fluid;
-  const double displaced_kg = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
-  return std::abs(body.mass_kg - displaced_kg) * the_case.body.gravity_m_per_s2.norm();
+  return std::abs(body.mass_kg - displaced_kg(body, the_case.fluid)) * the_case.body.gravity_m_per_s2.norm();
 }
 
 double expected_speed_m_per_s(const BodySpecification& body, const Case& the_case, double height_m) {
@@ -77,7 +63,7 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
   const FluidCase& fluid = the_case.fluid;
   const auto axis = static_cast<Eigen::Index>(face / 2);
   const bool high = face % 2 == 1;
-  const double length_m = box_m(fluid)[axis];
+  const double length_m = domain_length_m(fluid)[axis];
   WallSpecification wall;
   wall.normal = (high ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
   wall.point_m = (high ? length_m : 0.0) * Eigen::Vector3d::Unit(axis);
@@ -106,7 +92,8 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
 void warn_of_open_faces(const Case& the_case, Problems& problems) {
   std::string open;
   for (std::size_t face = 0; face < 6 && !on_lattice(the_case); ++face) {
-    if (box_m(the_case.fluid)[static_cast<Eigen::Index>(face / 2)] == 0.0 || wall_at(the_case, face)) continue;
+    if (domain_length_m(the_case.fluid)[static_cast<Eigen::Index>(face / 2)] == 0.0 || wall_at(the_case, face))
+      continue;
     if (the_case.fluid.boundaries[face].kind == BoundaryKind::periodic) continue;
     open.append(open.empty() ? "" : ", ").append(face_path(face));
   }
@@ -123,7 +110,7 @@ void check_walls_at_start(const Case& the_case, const Assembly& assembly, Proble
       const BodySpecification& body = assembly.bodies[i];
       const double gap_m =
           wall.normal.dot(body.position_m - wall.point_m) - wall.normal.cwiseAbs().dot(half_extents_m(body));
-      if (gap_m >= 0.0 || !can_meet(body)) continue;
+      if (gap_m >= 0.0 || !moves_under_loads(body)) continue;
       problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + length_text(-gap_m) +
                                                  " into a wall (a contact would push it out at once). Move it, or "
                                                  "enlarge domain_cells.");
@@ -152,8 +139,8 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   setup.step_s = the_case.step_s;
   setup.fluid_density_kg_per_m3 = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) continue;
-    setup.periodic_length_m[axis] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+    if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic)
+      setup.periodic_length_m[axis] = domain_length_m(fluid)[static_cast<Eigen::Index>(axis)];
   }
   setup.bodies = assembly.bodies;
   setup.springs = assembly.springs;
@@ -214,8 +201,8 @@ ExpectedContacts expected_contacts(const Case& the_case, const Assembly& assembl
     const double smallest_m = expected.smallest_radius_m;
     expected.smallest_radius_m = smallest_m == 0.0 ? radius_m : std::min(smallest_m, radius_m);
     const double speed_m_per_s =
-        can_meet(body) ? expected_speed_m_per_s(body, the_case, height_m) : body.velocity_m_per_s.norm();
-    if (can_meet(body)) {
+        moves_under_loads(body) ? expected_speed_m_per_s(body, the_case, height_m) : body.velocity_m_per_s.norm();
+    if (moves_under_loads(body)) {
       heaviest_N = std::max(heaviest_N, weight_N(body, the_case));
       moving += 1.0;
     }

@@ -139,12 +139,11 @@ DrivingProtocol::DrivingProtocol(const std::vector<DrivenActuator>& drive) {
 void DrivingProtocol::sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const {
   actuation.resize(static_cast<Eigen::Index>(signals_.size()), static_cast<Eigen::Index>(nodes.size()));
   for (Eigen::Index i = 0; i < actuation.rows(); ++i) {
-    const Signal& signal = signals_[static_cast<std::size_t>(i)];
+    const Signal& signal = signals_[i];
     for (Eigen::Index node = 0; node < actuation.cols(); ++node) {
-      actuation(i, node) = value_of(signal, step, nodes[static_cast<std::size_t>(node)]);
+      actuation(i, node) = value_of(signal, step, nodes[node]);
     }
-    if (actuators_[static_cast<std::size_t>(i)].kind == ActuatorKind::joint_motion)
-      actuation.row(i).array() -= value_of(signal, 0, 0.0);
+    if (actuators_[i].kind == ActuatorKind::joint_motion) actuation.row(i).array() -= value_of(signal, 0, 0.0);
   }
 }
 

@@ -34,12 +34,12 @@ void take_out(const std::vector<PrescribedBody>& prescribed, BodySetup& setup) {
   std::vector<int> number(setup.bodies.size(), -1);
   std::vector<BodySpecification> left;
   for (const Eigen::Index body : all_but(prescribed, setup.bodies.size())) {
-    number[static_cast<std::size_t>(body)] = static_cast<int>(left.size());
-    left.push_back(std::move(setup.bodies[static_cast<std::size_t>(body)]));
+    number[body] = static_cast<int>(left.size());
+    left.push_back(std::move(setup.bodies[body]));
   }
   setup.bodies = std::move(left);
   const auto renumber = [&number](int& body) {
-    if (body >= 0) body = number[static_cast<std::size_t>(body)];
+    if (body >= 0) body = number[body];
   };
   for (SpringSpecification& spring : setup.springs)
     for (int* body : {&spring.body_A, &spring.body_B}) renumber(*body);
@@ -95,7 +95,7 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
   }
   for (std::size_t i = 0; i < prescribed_.size(); ++i) {
     const auto& [number, signal] = prescribed_[i];
-    const BodySpecification& body = bodies_[static_cast<std::size_t>(number)];
+    const BodySpecification& body = bodies_[number];
     const double time_s = signal_sums_[i].steps * step_s_;
     const double factor = value_of(signal, step, 0.0);
     kinematics.position_m.col(number) = body.position_m + time_s * body.velocity_m_per_s;
@@ -107,7 +107,7 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
 
 void PrescribedBodies::check_overlaps(const Kinematics& kinematics) const {
   for (const PrescribedBody& prescribed : prescribed_) {
-    const BodySpecification& A = bodies_[static_cast<std::size_t>(prescribed.body)];
+    const BodySpecification& A = bodies_[prescribed.body];
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       const BodySpecification& B = bodies_[b];
       if (&A == &B || !(overlaps_.depth_m(static_cast<int>(prescribed.body), static_cast<int>(b), kinematics.position_m,

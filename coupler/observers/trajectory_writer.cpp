@@ -26,7 +26,7 @@ class CsvTrajectory final : public TrajectoryFile {
       append(row_, record.step);
       row_ += ',';
       append(row_, time_s);
-      row_ += ',' + body_names_[static_cast<std::size_t>(body)];
+      row_ += ',' + body_names_[body];
       append_all(row_, state.position_m.col(body));
       append_all(row_, state.orientation_wxyz.col(body));
       append_all(row_, state.velocity_m_per_s.col(body));
@@ -37,8 +37,7 @@ class CsvTrajectory final : public TrajectoryFile {
       file_.add(row_);
     }
   }
-  void flush() override { file_.flush(); }
-  TableEnd sync() override { return file_.sync(); }
+  TableFile& table() override { return file_; }
 
  private:
   std::vector<std::string> body_names_;
@@ -72,8 +71,7 @@ class Hdf5Trajectory final : public TrajectoryFile {
                          bytes(state.angular_velocity_rad_per_s), bytes(record.applied.force_N),
                          bytes(record.applied.torque_N_m), bytes(record.drive.force_N)});
   }
-  void flush() override { file_.flush(); }
-  TableEnd sync() override { return file_.sync(); }
+  TableFile& table() override { return file_; }
 
  private:
   Hdf5Table file_;
@@ -103,7 +101,7 @@ void TrajectoryWriter::observe(const StepRecord& record) {
 
 void TrajectoryWriter::finish(const StepRecord& last) {
   if (last_written_ != last.step) add(last);
-  file_->flush();
+  file_->table().flush();
 }
 
 void TrajectoryWriter::add(const StepRecord& record) {

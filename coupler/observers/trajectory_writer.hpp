@@ -20,10 +20,7 @@ class TrajectoryFile {
   virtual ~TrajectoryFile() = default;
 
   virtual void add(const StepRecord& record, double time_s) = 0;
-  /// Hands every sample so far to the operating system.
-  virtual void flush() = 0;
-  /// The same, and waits for the disk. @return where the table ends now
-  virtual TableEnd sync() = 0;
+  virtual TableFile& table() = 0;
 };
 
 /// Writes trajectory.csv or trajectory.h5: position, orientation (w, x, y, z), velocity and angular velocity of every
@@ -50,7 +47,7 @@ class TrajectoryWriter final : public Observer {
 
   /// Hands every sample so far to the operating system and the disk.
   /// @return where the table ends now
-  TableEnd sync() { return file_->sync(); }
+  TableEnd sync() { return file_->table().sync(); }
 
  private:
   void add(const StepRecord& record);

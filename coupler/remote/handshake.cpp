@@ -1,10 +1,12 @@
 #include "remote/handshake.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <random>
 
 #include "contract/errors.hpp"
+#include "contract/words.hpp"
 #include "conversion/limits.hpp"
 
 namespace copepod::coupler {
@@ -51,28 +53,16 @@ Parties::Parties() {
   of(session::Role::body).session.role = session::Role::body;
 }
 
-Party* Parties::by_data_peer(const std::string& peer) {
-  for (Party& party : parties_) {
-    if (party.data_peer == peer) return &party;
-  }
-  return nullptr;
-}
-
-Party* Parties::by_control_peer(const std::string& peer) {
-  for (Party& party : parties_) {
-    if (party.control_peer == peer) return &party;
-  }
-  return nullptr;
+Party* Parties::by_peer(const std::string& peer, std::string Party::*lane) {
+  const auto found = std::ranges::find(parties_, peer, lane);
+  return found == parties_.end() ? nullptr : &*found;
 }
 
 std::string Parties::missing() const {
-  std::string list;
-  for (const Party& party : parties_) {
-    if (party.is_complete()) continue;
-    if (!list.empty()) list += " and ";
-    list += name_of(party.session.role);
-  }
-  return list;
+  std::vector<std::string> roles;
+  for (const Party& party : parties_)
+    if (!party.is_complete()) roles.emplace_back(name_of(party.session.role));
+  return listed(roles, " and ");
 }
 
 Handshake::Handshake(transport::Router& router, Parties& parties, std::string session_token)

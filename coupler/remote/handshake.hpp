@@ -40,9 +40,9 @@ class Parties {
   [[nodiscard]] Party& of(session::Role role) { return parties_[static_cast<std::size_t>(role)]; }
   [[nodiscard]] const Party& of(session::Role role) const { return parties_[static_cast<std::size_t>(role)]; }
 
-  /// The component that one of these names belongs to, or null.
-  [[nodiscard]] Party* by_data_peer(const std::string& peer);
-  [[nodiscard]] Party* by_control_peer(const std::string& peer);
+  /// The component that the name of a lane belongs to, or null.
+  /// @param lane  data_peer or control_peer
+  [[nodiscard]] Party* by_peer(const std::string& peer, std::string Party::*lane);
 
   [[nodiscard]] bool are_complete() const { return parties_[0].is_complete() && parties_[1].is_complete(); }
 

@@ -161,10 +161,10 @@ transport::Duration Link::time_to_next_ping(double now_s) const {
 void Link::handle(const transport::Frame& frame) {
   Party* party = nullptr;
   try {
-    if ((party = parties_.by_data_peer(frame.peer)) != nullptr) {
+    if ((party = parties_.by_peer(frame.peer, &Party::data_peer)) != nullptr) {
       require_entitlement(*party, frame);
       handle_data(*party, frame);
-    } else if ((party = parties_.by_control_peer(frame.peer)) != nullptr) {
+    } else if ((party = parties_.by_peer(frame.peer, &Party::control_peer)) != nullptr) {
       require_entitlement(*party, frame);
       handle_control(*party, frame);
     } else {

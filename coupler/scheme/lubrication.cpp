@@ -24,7 +24,7 @@ Matrix6 moved_to(const Eigen::Vector3d& x) {
 Matrix6 mirroring(const std::array<bool, 3>& mirrored) {
   Eigen::Vector3d sign(1, 1, 1);
   for (Eigen::Index axis = 0; axis < 3; ++axis)
-    if (mirrored[static_cast<std::size_t>(axis)]) sign[axis] = -1.0;
+    if (mirrored[axis]) sign[axis] = -1.0;
   Matrix6 matrix = Matrix6::Zero();
   matrix.diagonal() << sign, sign.prod() * sign;
   return matrix;
@@ -74,8 +74,8 @@ const Loads* Lubrication::loads(const Kinematics& kinematics, const Loads& appli
 
 /// Motion of the two surfaces, about the centre of the first body.
 Lubrication::Vector6 Lubrication::Film::relative(const std::vector<Vector6>& motion) const {
-  const Vector6 own = motion[static_cast<std::size_t>(body)] - wall;
-  return other < 0 ? own : Vector6(own - to_other * motion[static_cast<std::size_t>(other)]);
+  const Vector6 own = motion[body] - wall;
+  return other < 0 ? own : Vector6(own - to_other * motion[other]);
 }
 
 /// M⁻¹; zero for a body that no load moves.
@@ -131,7 +131,7 @@ void Lubrication::add_film(int body, const NearSurface& surface) {
   if (surface.is_body()) {
     film.to_other = moved_to(-surface.core.centre_W_m) * mirroring(surface.mirrored);
   } else {
-    const Boundary& wall = fluid_.boundaries[static_cast<std::size_t>(surface.face)];
+    const Boundary& wall = fluid_.boundaries[surface.face];
     if (wall.kind == BoundaryKind::velocity) film.wall.head<3>() = wall.velocity_m_per_s;
   }
   const Vector6 relative = film.relative(motion_);
@@ -165,10 +165,10 @@ void Lubrication::predict(double duration_s, const Loads& applied, const Loads& 
   };
   for (Film& film : films_) {
     predict_body(film.body);
-    film.response = response_[static_cast<std::size_t>(film.body)];
+    film.response = response_[film.body];
     if (film.other >= 0) {
       predict_body(film.other);
-      const Matrix6& other = response_[static_cast<std::size_t>(film.other)];
+      const Matrix6& other = response_[film.other];
       const bool itself = film.other == film.body;
       if (itself) film.response -= film.to_other * other;
       if (!film.image)
@@ -185,15 +185,14 @@ void Lubrication::solve() {
   for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {
     changes = false;
     for (Film& film : films_) {
-      Vector6& motion = motion_[static_cast<std::size_t>(film.body)];
+      Vector6& motion = motion_[film.body];
       const Vector6 load = -film.answer * (film.relative(motion_) - film.response * film.load);
       const Vector6 change = load - film.load;
       changes = changes || change.norm() > tolerance * load.norm();
       film.load = load;
-      motion += response_[static_cast<std::size_t>(film.body)] * change;
+      motion += response_[film.body] * change;
       if (film.other >= 0 && !film.image)
-        motion_[static_cast<std::size_t>(film.other)] -=
-            response_[static_cast<std::size_t>(film.other)] * film.to_other.transpose() * change;
+        motion_[film.other] -= response_[film.other] * film.to_other.transpose() * change;
     }
   }
 }

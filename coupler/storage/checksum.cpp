@@ -1,8 +1,13 @@
 #include "storage/checksum.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
 #include <fstream>
-#include <optional>
+#include <span>
+#include <unistd.h>
+#include <utility>
 #include <vector>
 
 #define XXH_INLINE_ALL
@@ -11,6 +16,7 @@
 #include "contract/errors.hpp"
 #include "storage/csv_file.hpp"
 #include "storage/hdf5_table.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 
@@ -40,6 +46,37 @@ Checksum checksum_of_start(const std::filesystem::path& file, std::uint64_t byte
     bytes -= static_cast<std::uint64_t>(size);
   }
   return checksum;
+}
+
+TableFile::TableFile(std::string path, const std::optional<TableEnd>& end) : path_(std::move(path)) {
+  if (end) {
+    if (const std::string damage = find_damage(path_, *end); !damage.empty())
+      throw StorageError(damage + " (the run cannot continue it). Restore the file, or start a new run.");
+    bytes_ = end->bytes;
+  }
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file_ < 0) fail("Choose another --out folder.");
+}
+
+TableFile::~TableFile() { ::close(file_); }
+
+TableEnd TableFile::sync() {
+  flush();
+  ::fsync(file_);
+  return {bytes_, checksum_.value()};
+}
+
+void TableFile::write(std::uint64_t position, std::string_view bytes) {
+  if (!write_all(file_, position, std::as_bytes(std::span(bytes)))) fail("Free space on that disk and run again.");
+}
+
+void TableFile::resize(std::uint64_t bytes) {
+  if (::ftruncate(file_, static_cast<off_t>(bytes)) != 0 && bytes > 0)  // 0: a device, for tests
+    fail("Free space on that disk and run again.");
+}
+
+void TableFile::fail(const std::string& remedy) const {
+  throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " + remedy_for(errno, remedy));
 }
 
 std::string find_damage(const std::string& path, const TableEnd& end) {

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -16,39 +15,25 @@ namespace copepod::coupler {
 
 /// A table of a run directory that grows row by row. Only whole lines reach the file, so a run that crashes leaves a
 /// readable one.
-class CsvFile {
+class CsvFile final : public TableFile {
  public:
   /// @param header  first line of a new file, without its end
   /// @param end     where to continue an existing one, without what a run that was interrupted wrote behind it; absent:
   ///                a new file is started
   /// @throws StorageError if the file cannot be written, or is not what it was up to `end`
   CsvFile(const std::string& path, const std::string& header, const std::optional<TableEnd>& end);
-  CsvFile(const CsvFile&) = delete;
-  CsvFile& operator=(const CsvFile&) = delete;
-  ~CsvFile();
+  ~CsvFile() override;
 
   /// Adds a row, given without its end, which reaches the file at the latest with the first row a second later.
   /// @throws StorageError as `flush`
   void add(std::string_view row);
-  /// Hands every row so far to the operating system.
-  /// @throws StorageError if the disk does not take them
-  void flush();
-  /// The same, and waits for the disk.
-  /// @return where the table ends now
-  TableEnd sync();
+  void flush() override;
 
   /// Of what a file holds up to `end`; empty if it ends before, or cannot be read.
   static std::optional<Checksum> checksum_of_start(const std::string& path, const TableEnd& end);
 
  private:
-  void cut_at(std::uint64_t bytes);
-
-  std::string path_;
-  std::uint64_t bytes_ = 0;  ///< in the file
-  Checksum checksum_;        ///< of them
-  int file_ = -1;
   std::string buffer_;
-  std::chrono::steady_clock::time_point flushed_;
 };
 
 /// Appends a number as the shortest text that reads back to the same bits.

@@ -7,14 +7,13 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <limits>
 #include <numeric>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 
 #include "contract/errors.hpp"
-#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -208,16 +207,10 @@ std::uint64_t Hdf5Layout::nodes_at(std::uint64_t level, std::uint64_t group) con
 
 Hdf5Table::Hdf5Table(std::string path, std::vector<Hdf5Column> columns, std::string rows_name,
                      const std::vector<std::string>& rows, const std::optional<TableEnd>& end)
-    : path_(std::move(path)),
+    : TableFile(std::move(path), end),
       columns_(std::move(columns)),
       rows_name_(std::move(rows_name)),
-      rows_(rows.size()),
-      file_(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)),
-      flushed_(std::chrono::steady_clock::now()) {
-  if (file_ < 0) {
-    throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " +
-                       remedy_for(errno, "Choose another --out folder."));
-  }
+      rows_(rows.size()) {
   for (const std::string& name : rows) name_bytes_ = std::max<std::uint64_t>(name_bytes_, name.size());
   constexpr std::uint64_t vector_bytes = 3 * sizeof(double);
   layout_.samples_per_group = std::clamp<std::uint64_t>(chunk_bytes / (rows_ * vector_bytes + 1), 1, 64);
@@ -227,12 +220,7 @@ Hdf5Table::Hdf5Table(std::string path, std::vector<Hdf5Column> columns, std::str
   }
   room_ = room_bytes / layout_.group_bytes() + 1;
   layout_.first_block = (head_bytes + rows_ * name_bytes_ + 7) / 8 * 8;
-  try {
-    end ? continue_from(*end) : create(rows);
-  } catch (const StorageError&) {
-    ::close(file_);
-    throw;
-  }
+  end ? continue_from(*end) : create(rows);
 }
 
 void Hdf5Table::create(const std::vector<std::string>& rows) {
@@ -245,19 +233,14 @@ void Hdf5Table::create(const std::vector<std::string>& rows) {
 }
 
 void Hdf5Table::continue_from(const TableEnd& end) {
-  const std::string damage = find_damage(path_, end);
-  const std::string layout = stored(layout_);
-  if (!damage.empty() || read_bytes(file_, layout_place, layout.size()) != layout) {
-    throw StorageError((damage.empty() ? path_ + " is of other bodies" : damage) +
-                       " (the run cannot continue it). Restore the file, or start a new run.");
-  }
+  if (const std::string layout = stored(layout_); read_bytes(file_, layout_place, layout.size()) != layout)
+    throw StorageError(path_ +
+                       " is of other bodies (the run cannot continue it). Restore the file, or start a new run.");
   checksum_ = *checksum_of_samples(file_, end);
   samples_ = shown_ = end.bytes / layout_.sample_bytes();
   flushed_group_ = newest_group();
-  struct stat status {};
-  if (::fstat(file_, &status) != 0) fail();
   const std::uint64_t size = layout_.group_at(flushed_group_ + 2 * room_ + 1);
-  if (std::cmp_less(status.st_size, size)) resize(size);
+  if (std::filesystem::file_size(path_) < size) resize(size);
   write_head(layout_.group_at(flushed_group_ + room_ + 1));
   resize(size);
   write_counts(flushed_group_);
@@ -272,7 +255,6 @@ Hdf5Table::~Hdf5Table() {
   } catch (const Error&) {
     // The run is failing already; the samples shown before stay as they are.
   }
-  ::close(file_);
 }
 
 void Hdf5Table::add(std::span<const std::span<const std::byte>> values) {
@@ -290,7 +272,8 @@ void Hdf5Table::add(std::span<const std::span<const std::byte>> values) {
   for (const auto& column : values)  // of whole samples only
     checksum_.add({reinterpret_cast<const char*>(column.data()), column.size()});
   ++samples_;
-  if (std::chrono::steady_clock::now() - flushed_ >= std::chrono::seconds(1)) flush();
+  bytes_ += layout_.sample_bytes();
+  if (is_due()) flush();
 }
 
 /// A reader learns how large the file is, then where HDF5's part of it ends, then how many samples there are, and each
@@ -300,13 +283,7 @@ void Hdf5Table::flush() {
   flushed_group_ = newest_group();
   resize(layout_.group_at(flushed_group_ + 2 * room_ + 1));
   write_head(layout_.group_at(flushed_group_ + room_ + 1));
-  flushed_ = std::chrono::steady_clock::now();
-}
-
-TableEnd Hdf5Table::sync() {
-  flush();
-  ::fsync(file_);
-  return {samples_ * layout_.sample_bytes(), checksum_.value()};
+  flushed_ = Clock::now();
 }
 
 std::uint64_t Hdf5Table::newest_group() const {
@@ -388,25 +365,6 @@ void Hdf5Table::write_head(std::uint64_t end_of_file) {
   for (const std::string& each : datasets) head.add(each);
   assert(head.size() <= layout_place);
   write(0, head.pad_to(layout_place).add(stored(layout_)).pad_to(head_bytes).text());
-}
-
-void Hdf5Table::write(std::uint64_t position, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(position));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail();
-    bytes.remove_prefix(static_cast<std::size_t>(count));
-    position += static_cast<std::uint64_t>(count);
-  }
-}
-
-void Hdf5Table::resize(std::uint64_t bytes) {
-  if (::ftruncate(file_, static_cast<off_t>(bytes)) != 0 && bytes > 0) fail();  // 0: a device, for tests
-}
-
-void Hdf5Table::fail() const {
-  throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " +
-                     remedy_for(errno, "Free space on that disk and run again."));
 }
 
 std::optional<Checksum> Hdf5Table::checksum_of_start(const std::string& path, const TableEnd& end) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -60,25 +59,21 @@ struct Hdf5Layout {
 /// changed, and samples count once their numbers are in the file. Readers open it as any HDF5 file, and again to see
 /// more. The same samples give the same bytes, whether a run was interrupted or not. Written without the HDF5 library,
 /// which cannot do this [docs/decisions/trajectories.md].
-class Hdf5Table {
+class Hdf5Table final : public TableFile {
  public:
   /// @param rows_name  of the dataset with the names of the rows
   /// @param end        as for CsvFile; its bytes are those of the samples alone
   /// @throws StorageError if the file cannot be written, or is not what it was up to `end`
   Hdf5Table(std::string path, std::vector<Hdf5Column> columns, std::string rows_name,
             const std::vector<std::string>& rows, const std::optional<TableEnd>& end);
-  Hdf5Table(const Hdf5Table&) = delete;
-  Hdf5Table& operator=(const Hdf5Table&) = delete;
-  ~Hdf5Table();
+  ~Hdf5Table() override;
 
   /// Adds a sample, which readers see at the latest with the first one a second later.
   /// @param values  of each column, last axis fastest
   /// @throws StorageError if the disk does not take it
   void add(std::span<const std::span<const std::byte>> values);
-  /// Shows every sample so far to readers. @throws StorageError
-  void flush();
-  /// The same, and waits for the disk. @return where the table ends now
-  TableEnd sync();
+  /// Shows every sample so far to readers.
+  void flush() override;
 
   /// Of the samples that a file holds up to `end`; empty if it has fewer, or cannot be read.
   static std::optional<Checksum> checksum_of_start(const std::string& path, const TableEnd& end);
@@ -90,12 +85,8 @@ class Hdf5Table {
   void write_nodes(std::uint64_t level, std::uint64_t group);
   void write_counts(std::uint64_t group);
   void write_head(std::uint64_t end_of_file);
-  void write(std::uint64_t position, std::string_view bytes);
-  void resize(std::uint64_t bytes);
   [[nodiscard]] std::uint64_t newest_group() const;
-  [[noreturn]] void fail() const;
 
-  std::string path_;
   std::vector<Hdf5Column> columns_;
   std::string rows_name_;
   std::uint64_t rows_;
@@ -105,9 +96,6 @@ class Hdf5Table {
   std::uint64_t samples_ = 0;
   std::uint64_t shown_ = 0;          ///< samples that readers see
   std::uint64_t flushed_group_ = 0;  ///< the newest one then
-  Checksum checksum_;                ///< of the samples
-  int file_ = -1;
-  std::chrono::steady_clock::time_point flushed_;
 };
 
 }  // namespace copepod::coupler

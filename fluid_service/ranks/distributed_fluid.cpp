@@ -17,55 +17,54 @@ namespace {
 /// Size of the first, usually only, broadcast: all that a step needs, and most paths.
 constexpr std::size_t first_part_bytes = 256;
 
+/// @param setup  as bytes
+template <class Archive, class Any, class Text>
+void visit_command(Archive& archive, Any& command, Text& setup) {
+  archive(command.order);
+  if (command.order == Order::exchange_advance) archive(command.step);
+  if (command.order == Order::construct) archive(setup);
+  if (command.order == Order::save || command.order == Order::restore) archive(command.path);
+}
+
 }  // namespace
 
 void pack(const Command& command, std::vector<std::byte>& message) {
+  const std::string setup = command.order == Order::construct ? conversion::to_bytes(command.setup) : "";
   message.clear();
   Packer packer(message);
-  packer(command.order);
-  if (command.order == Order::exchange_advance) packer(command.step);
-  if (command.order == Order::construct) packer(conversion::to_bytes(command.setup));
-  if (command.order == Order::save || command.order == Order::restore) packer(command.path);
+  visit_command(packer, command, setup);
 }
 
 void unpack(const std::vector<std::byte>& message, Command& command) {
+  std::string setup;
   Unpacker unpacker(message);
-  unpacker(command.order);
-  if (command.order == Order::exchange_advance) unpacker(command.step);
-  if (command.order == Order::construct) {
-    std::string bytes;
-    unpacker(bytes);
-    command.setup = conversion::fluid_setup_from_bytes(bytes);
-  }
-  if (command.order == Order::save || command.order == Order::restore) unpacker(command.path);
+  visit_command(unpacker, command, setup);
+  if (command.order == Order::construct) command.setup = conversion::fluid_setup_from_bytes(setup);
 }
 
 void CommandChannel::send(const Command& command) {
+  if (communicator_.size() == 1) return;
   pack(command, message_);
   broadcast_message();
 }
 
-void CommandChannel::broadcast_message() {
-  if (communicator_.size() == 1) return;
-  const std::uint64_t size = message_.size();
-  const std::size_t inline_size = std::min(message_.size(), first_part_bytes - sizeof(size));
-  first_part_.resize(first_part_bytes);
-  std::memcpy(first_part_.data(), &size, sizeof(size));
-  std::memcpy(first_part_.data() + sizeof(size), message_.data(), inline_size);
-  communicator_.broadcast(first_part_);
-  if (inline_size < message_.size()) communicator_.broadcast(std::span(message_).subspan(inline_size));
+void CommandChannel::receive(Command& command) {
+  message_.clear();
+  broadcast_message();
+  unpack(message_, command);
 }
 
-void CommandChannel::receive(Command& command) {
+void CommandChannel::broadcast_message() {
+  std::uint64_t size = message_.size();
+  const auto in_first_part = [&] { return std::min(message_.size(), first_part_bytes - sizeof(size)); };
   first_part_.resize(first_part_bytes);
+  std::memcpy(first_part_.data(), &size, sizeof(size));
+  std::copy_n(message_.begin(), in_first_part(), first_part_.begin() + sizeof(size));
   communicator_.broadcast(first_part_);
-  std::uint64_t size = 0;
   std::memcpy(&size, first_part_.data(), sizeof(size));
   message_.resize(size);
-  const std::size_t inline_size = std::min(message_.size(), first_part_bytes - sizeof(size));
-  std::memcpy(message_.data(), first_part_.data() + sizeof(size), inline_size);
-  if (inline_size < message_.size()) communicator_.broadcast(std::span(message_).subspan(inline_size));
-  unpack(message_, command);
+  std::copy_n(first_part_.begin() + sizeof(size), in_first_part(), message_.begin());
+  if (in_first_part() < message_.size()) communicator_.broadcast(std::span(message_).subspan(in_first_part()));
 }
 
 template <class Action>
@@ -77,20 +76,22 @@ auto DistributedFluid::on_all_ranks(const Action& action) {
   } catch (const std::exception& error) {
     const FailureReport report = failure_of_rank(error, communicator_.rank(), step_);
     communicator_.report_failure(report);
-    throw Error(report.code, report.reason, report.rank, report.step);
+    throw PeerFailed(report);
   }
+}
+
+template <class Action>
+auto DistributedFluid::carry_out(const Command& command, const Action& action) {
+  return on_all_ranks([&] {
+    channel_.send(command);
+    return action();
+  });
 }
 
 DistributedFluid::DistributedFluid(const FluidSetup& setup, Communicator& communicator,
                                    const RankSolverFactory& make_solver)
     : communicator_(communicator), channel_(communicator) {
-  on_all_ranks([&] {
-    Command command;
-    command.order = Order::construct;
-    command.setup = setup;
-    channel_.send(command);
-    solver_ = make_solver(setup, communicator_);
-  });
+  carry_out({.order = Order::construct, .setup = setup}, [&] { solver_ = make_solver(setup, communicator_); });
 }
 
 DistributedFluid::~DistributedFluid() {
@@ -103,11 +104,7 @@ DistributedFluid::~DistributedFluid() {
 
 void DistributedFluid::exchange(const Kinematics& kinematics, Loads& loads) {
   step_ = kinematics.step;
-  on_all_ranks([&] {
-    Command command;
-    command.order = Order::exchange_advance;
-    command.step = kinematics.step;
-    channel_.send(command);
+  carry_out({.order = Order::exchange_advance, .step = kinematics.step}, [&] {
     advance_due_ = true;
     solver_->exchange(kinematics, loads);
   });
@@ -121,11 +118,7 @@ void DistributedFluid::advance() {
 /// A full disk is thrown on all ranks alike, which are in step and continue.
 void DistributedFluid::save(const std::string& path) {
   std::optional<StorageError> problem;
-  on_all_ranks([&] {
-    Command command;
-    command.order = Order::save;
-    command.path = path;
-    channel_.send(command);
+  carry_out({.order = Order::save, .path = path}, [&] {
     try {
       solver_->save(path);
     } catch (const StorageError& error) {
@@ -136,22 +129,11 @@ void DistributedFluid::save(const std::string& path) {
 }
 
 void DistributedFluid::restore(const std::string& path) {
-  on_all_ranks([&] {
-    Command command;
-    command.order = Order::restore;
-    command.path = path;
-    channel_.send(command);
-    solver_->restore(path);
-  });
+  carry_out({.order = Order::restore, .path = path}, [&] { solver_->restore(path); });
 }
 
 SolverSummary DistributedFluid::summarise() {
-  return on_all_ranks([&] {
-    Command command;
-    command.order = Order::summarise;
-    channel_.send(command);
-    return solver_->summarise();
-  });
+  return carry_out({.order = Order::summarise}, [&] { return solver_->summarise(); });
 }
 
 void dismiss_followers(Communicator& communicator) noexcept {

@@ -28,9 +28,9 @@ enum class Order : std::uint32_t {
 /// An order and what belongs to it.
 struct Command {
   Order order = Order::stop;
-  FluidSetup setup;       ///< of construct
+  FluidSetup setup = {};  ///< of construct
   std::int64_t step = 0;  ///< of exchange_advance; the solver itself distributes the kinematics
-  std::string path;       ///< of save and restore
+  std::string path = {};  ///< of save and restore
 };
 
 /// Broadcasts commands in one small message where they fit, in two otherwise; reuses its buffers.
@@ -60,26 +60,28 @@ using RankSolverFactory = std::function<std::unique_ptr<FluidSolver>(const Fluid
 /// A solver that is spread over ranks, as seen on rank 0: passes every call on to the other ranks
 /// (`follow`) and makes the same call on its own part. Loads and summaries are those of its own part.
 ///
-/// An exception on any rank ends all of them: on another rank it arrives here as PeerFailed, naming the rank;
-/// on this one it is reported to the others and thrown on. `advance` costs no message, since the others
-/// advance by themselves.
-class DistributedFluid final : public FluidSolver {
+/// An exception on any rank ends all of them and is thrown here as PeerFailed, naming the rank; one of this rank is
+/// reported to the others. `advance` costs no message, since the others advance by themselves.
+class DistributedFluid : public FluidSolver {
  public:
   DistributedFluid(const FluidSetup& setup, Communicator& communicator, const RankSolverFactory& make_solver);
   /// Between exchange and advance the other ranks wait for this one's share of the bulk update: ends them by
   /// a failure.
   ~DistributedFluid() override;
 
-  void exchange(const Kinematics& kinematics, Loads& loads) override;
-  void advance() override;
-  void save(const std::string& path) override;
-  void restore(const std::string& path) override;
-  SolverSummary summarise() override;
+  void exchange(const Kinematics& kinematics, Loads& loads) final;
+  void advance() final;
+  void save(const std::string& path) final;
+  void restore(const std::string& path) final;
+  SolverSummary summarise() final;
 
  private:
-  /// Runs `action`; an exception of this rank is reported to the others and thrown on.
+  /// Runs `action`; an exception of this rank is reported to the others.
   template <class Action>
   auto on_all_ranks(const Action& action);
+  /// The same once the other ranks were sent a command.
+  template <class Action>
+  auto carry_out(const Command& command, const Action& action);
 
   Communicator& communicator_;
   CommandChannel channel_;

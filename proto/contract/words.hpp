@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <charconv>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "contract/body_setup.hpp"
@@ -12,6 +15,17 @@ namespace copepod {
 // Numbers in messages: a person reads four significant digits.
 std::string rounded_text(double number);
 std::string length_text(double length_m);  ///< with a unit in which it is readable: "1.5 µm"
+
+/// "a, b, c"
+std::string listed(const std::vector<std::string>& words, const std::string& separator = ", ");
+
+/// The number that a whole text is, without spaces or a plus sign.
+template <typename Number>
+std::optional<Number> number_in(std::string_view text) {
+  Number number{};
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && stop == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
 
 /// Word for an enumerator in case files, feature names and messages.
 template <typename E>

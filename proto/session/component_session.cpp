@@ -1,5 +1,9 @@
 #include "session/component_session.hpp"
 
+#include <vector>
+
+#include "contract/words.hpp"
+
 namespace copepod::session {
 
 namespace {
@@ -87,14 +91,12 @@ ComponentSession welcomed(ComponentSession session, const Welcome& welcome) {
 }
 
 std::string legal_messages(Role role, State state) {
-  std::string list;
+  std::vector<std::string> legal;
   for (const Transition& transition : kTransitions) {
     const bool applies = (transition.roles & only(role)) != 0 && (transition.from & in(state)) != 0;
-    if (!applies || transition.trigger.is_local()) continue;
-    if (!list.empty()) list += ", ";
-    list += name_of(transition.trigger.message);
+    if (applies && !transition.trigger.is_local()) legal.emplace_back(name_of(transition.trigger.message));
   }
-  return list.empty() ? "no message" : list;
+  return legal.empty() ? "no message" : listed(legal);
 }
 
 }  // namespace copepod::session

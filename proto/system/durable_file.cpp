@@ -13,18 +13,6 @@ namespace copepod {
 
 namespace {
 
-/// Writes all bytes, however many calls that takes.
-/// @return false if one failed; errno holds the reason
-bool write_all(int descriptor, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return true;
-}
-
 constexpr std::size_t piece_bytes = 1 << 20;
 
 [[noreturn]] void fail(const std::string& path, int error) {
@@ -33,11 +21,9 @@ constexpr std::size_t piece_bytes = 1 << 20;
 }
 
 bool write_pieces(int file, std::span<const std::byte> content, const std::function<void()>& on_piece) {
-  while (!content.empty()) {
-    const std::size_t piece = std::min(content.size(), piece_bytes);
-    if (!write_all(file, content.first(piece))) return false;
+  for (std::size_t done = 0; done < content.size(); done += piece_bytes) {
+    if (!write_all(file, done, content.subspan(done, std::min(piece_bytes, content.size() - done)))) return false;
     if (on_piece) on_piece();
-    content = content.subspan(piece);
   }
   return true;
 }
@@ -71,6 +57,17 @@ void write_then(const std::string& path, std::span<const std::byte> content, con
 }
 
 }  // namespace
+
+bool write_all(int descriptor, std::uint64_t position, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(position));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+    position += static_cast<std::uint64_t>(written);
+  }
+  return true;
+}
 
 void publish(const std::string& unfinished, const std::string& path) {
   const auto folder = std::filesystem::absolute(path).parent_path();

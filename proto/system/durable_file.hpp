@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -17,6 +18,10 @@ inline std::string remedy_for(int error, const std::string& usual) {
   if (error == EFBIG) return "Raise the limit of the size of files (ulimit -f).";
   return error == EMFILE || error == ENFILE ? "Raise the limit of open files (ulimit -n)." : usual;
 }
+
+/// Writes all bytes at a place of a file, however many calls that takes.
+/// @return false if one failed; errno holds the reason
+bool write_all(int descriptor, std::uint64_t position, std::span<const std::byte> bytes);
 
 /// Writes a file that is complete and on the disk on return; until then `path` keeps what it held before.
 /// @param on_piece  called after every mebibyte, so that a slow disk is not mistaken for a process that hangs

@@ -5,7 +5,6 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <fcntl.h>
 #include <memory>
@@ -15,6 +14,7 @@
 #include <unistd.h>
 
 #include "contract/errors.hpp"
+#include "contract/words.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::transport {
@@ -52,10 +52,8 @@ TcpAddress tcp_address(const std::string& endpoint) {
 
 void check_tcp(const std::string& endpoint) {
   const auto [host, port] = tcp_address(endpoint);
-  int number = 0;
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
-  const bool is_port = error == std::errc{} && end == port.data() + port.size() && number > 0 && number < 65536;
-  if (host.empty() || !is_port) {
+  const int number = number_in<int>(port).value_or(0);
+  if (host.empty() || number <= 0 || number >= 65536) {
     throw CaseError("The endpoint " + endpoint + " is not usable (no host or no port). Write tcp://host:port.");
   }
   if (host == "*") {

@@ -44,18 +44,13 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
                            "needs one such axis and no other wall that moves). Give one axis velocity_m_per_s.");
 }
 
-bool is_loose(const BodySpecification& body) {
-  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
-}
-
 /// Steady forces on fluid and bodies together where no wall, open face, joint or held body takes them up [N].
 Eigen::Vector3d net_force_N(const Case& the_case, const Assembly& assembly) {
   const FluidCase& fluid = the_case.fluid;
-  double fluid_m3 = std::pow(fluid.cell_size_m, 3);
-  for (const std::int64_t cells : fluid.domain_cells) fluid_m3 *= static_cast<double>(cells);
+  double fluid_m3 = domain_length_m(fluid).prod();
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   for (const BodySpecification& body : assembly.bodies) {
-    if (!is_loose(body)) return Eigen::Vector3d::Zero();
+    if (!moves_under_loads(body)) return Eigen::Vector3d::Zero();
     const double displaced_m3 = volume_m3(body.shape);
     force_N += (body.mass_kg - fluid.density_kg_per_m3 * displaced_m3) * the_case.body.gravity_m_per_s2;
     fluid_m3 -= displaced_m3;
@@ -144,7 +139,7 @@ void check_domain(const Case& the_case, Problems& problems) {
 void check_mixture(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   if (fluid.solver != FluidSolverChoice::lattice_boltzmann || assembly.bodies.empty()) return;
-  const auto loose = std::ranges::find_if(assembly.bodies, is_loose);
+  const auto loose = std::ranges::find_if(assembly.bodies, moves_under_loads);
   if (!fluid.body_force_N_per_m3.isZero(0.0) && loose != assembly.bodies.end()) {
     problems.warning("fluid.body_force_N_per_m3",
                      "fluid.body_force_N_per_m3 acts on the fluid alone (body '" + loose->name + "' lacks " +
@@ -153,8 +148,7 @@ void check_mixture(const Case& the_case, const Assembly& assembly, Problems& pro
                          "9 % slower). Use pressure_Pa at the faces, or give bodies a world_force.");
   }
   const Eigen::Vector3d force_N = net_force_N(the_case, assembly);
-  double mass_kg = fluid.density_kg_per_m3 * std::pow(fluid.cell_size_m, 3);
-  for (const std::int64_t cells : fluid.domain_cells) mass_kg *= static_cast<double>(cells);
+  const double mass_kg = fluid.density_kg_per_m3 * domain_length_m(fluid).prod();
   const double gain_lu = force_N.norm() / mass_kg * static_cast<double>(the_case.steps) * the_case.step_s *
                          the_case.step_s / fluid.cell_size_m;
   if (gain_lu < 1e-6) return;

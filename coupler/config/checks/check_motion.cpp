@@ -89,8 +89,8 @@ void judge_pair_force(std::size_t index, const StiffnessBetween& stiffness_betwe
                       const Assembly& assembly, Problems& problems) {
   const DrivenActuator& driven = assembly.drive[index];
   const std::string& path = assembly.signal_paths[index];
-  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_A)];
-  const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(driven.actuator.body_B)];
+  const BodySpecification& A = assembly.bodies[driven.actuator.body_A];
+  const BodySpecification& B = assembly.bodies[driven.actuator.body_B];
   const std::string pair = "'" + A.name + "' and '" + B.name + "'";
   const double force_N = largest_magnitude(driven.signal);
   const double frequency_rad_per_s =
@@ -113,10 +113,10 @@ void judge_pair_force(std::size_t index, const StiffnessBetween& stiffness_betwe
 
 /// A rest length that varies by the gap between its bodies.
 void judge_rest_length(std::size_t index, const Assembly& assembly, Problems& problems) {
-  const SpringSpecification& spring = assembly.springs[static_cast<std::size_t>(assembly.drive_springs[index])];
+  const SpringSpecification& spring = assembly.springs[assembly.drive_springs[index]];
   if (std::min(spring.body_A, spring.body_B) < 0) return;  // reported by check_names
-  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(spring.body_A)];
-  const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(spring.body_B)];
+  const BodySpecification& A = assembly.bodies[spring.body_A];
+  const BodySpecification& B = assembly.bodies[spring.body_B];
   const double gap_m = surface_distance_m(A, B, Eigen::Vector3d::Zero());
   const double shortening_m = -range_of(assembly.drive[index].signal).first / spring.stiffness_N_per_m;
   if (!(shortening_m >= gap_m)) return;
@@ -187,7 +187,7 @@ void check_signals(const Case& the_case, const Assembly& assembly, Problems& pro
                              " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
   };
   for (const auto& [body, signal] : assembly.prescribed)
-    judge_period(signal, assembly.body_paths[static_cast<std::size_t>(body)] + ".motion.prescribed.signal");
+    judge_period(signal, assembly.body_paths[body] + ".motion.prescribed.signal");
   bool cycle_is_run = true;
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const Signal& signal = assembly.drive[i].signal;

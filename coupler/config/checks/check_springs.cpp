@@ -19,8 +19,8 @@ namespace {
 /// @return distance of its ends [m]; 0 if there was something to report
 double length_of_joint(const auto& joint, const std::string& what, const std::string& path, const Assembly& assembly,
                        Problems& problems) {
-  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
-  const BodySpecification& B = assembly.bodies[static_cast<std::size_t>(joint.body_B)];
+  const BodySpecification& A = assembly.bodies[joint.body_A];
+  const BodySpecification& B = assembly.bodies[joint.body_B];
   if (joint.body_A == joint.body_B) {
     problems.error(path + ".bodies", path + ".bodies names '" + A.name + "' twice (" + what +
                                          " needs two ends). Name two different bodies.");
@@ -46,8 +46,7 @@ void check_bends(const Assembly& assembly, Problems& problems) {
       continue;
     }
     const auto arm = [&](int body) -> Eigen::Vector3d {
-      return assembly.bodies[static_cast<std::size_t>(body)].position_m -
-             assembly.bodies[static_cast<std::size_t>(bend.body_B)].position_m;
+      return assembly.bodies[body].position_m - assembly.bodies[bend.body_B].position_m;
     };
     const Eigen::Vector3d a = arm(bend.body_A).normalized();
     const Eigen::Vector3d c = arm(bend.body_C).normalized();
@@ -93,8 +92,7 @@ void check_arms(const Case& the_case, Problems& problems) {
       const auto [A, B] = std::minmax(swimmer.arms[arm].bead_A, swimmer.arms[arm].bead_B);
       if (joined.emplace(A, B).second) continue;
       const std::string path = path_of_swimmer(the_case, i) + ".arms." + std::to_string(arm);
-      problems.warning(path, path + " joins '" + swimmer.beads[static_cast<std::size_t>(A)].name + "' and '" +
-                                 swimmer.beads[static_cast<std::size_t>(B)].name +
+      problems.warning(path, path + " joins '" + swimmer.beads[A].name + "' and '" + swimmer.beads[B].name +
                                  "' like an arm before it (their springs act side by side). Name other beads, or "
                                  "make it one arm.");
     }
@@ -106,7 +104,7 @@ void check_prescribed(const Assembly& assembly, Problems& problems) {
   const auto check = [&](std::initializer_list<int> bodies, const std::string& path) {
     for (const auto& [prescribed, signal] : assembly.prescribed) {
       if (std::ranges::find(bodies, prescribed) == bodies.end()) continue;
-      const std::string& name = assembly.bodies[static_cast<std::size_t>(prescribed)].name;
+      const std::string& name = assembly.bodies[prescribed].name;
       problems.error(path, path + " acts on body '" + name +
                                "' (its motion is a function of time: the coupler moves it, not the body "
                                "component). Remove it, or prescribe constant velocities with motion: prescribed.");
@@ -129,7 +127,7 @@ struct Limiting {
 };
 
 Limiting limiting_of(std::size_t index, const Case& the_case, const Assembly& assembly) {
-  const auto name = [&](int body) { return "'" + assembly.bodies[static_cast<std::size_t>(body)].name + "'"; };
+  const auto name = [&](int body) { return "'" + assembly.bodies[body].name + "'"; };
   if (index < assembly.springs.size()) {
     const SpringSpecification& spring = assembly.springs[index];
     return {"the spring between " + name(spring.body_A) + " and " + name(spring.body_B) + " is too stiff or too damped",
@@ -147,12 +145,6 @@ Limiting limiting_of(std::size_t index, const Case& the_case, const Assembly& as
           "joints." + std::to_string(index)};
 }
 
-bool can_move(const Assembly& assembly, int body) {
-  if (body < 0) return false;
-  const MotionKind motion = assembly.bodies[static_cast<std::size_t>(body)].motion;
-  return motion == MotionKind::free || motion == MotionKind::axis;
-}
-
 /// @return whether the bodies of a joint are two, not prescribed, and one of them can move
 bool check_jointed_bodies(const NamedJoint& named, const JointSpecification& joint, const std::string& path,
                           const Assembly& assembly, Problems& problems) {
@@ -163,13 +155,14 @@ bool check_jointed_bodies(const NamedJoint& named, const JointSpecification& joi
     return false;
   }
   for (const int body : {joint.body_A, joint.body_B}) {
-    if (body < 0 || assembly.bodies[static_cast<std::size_t>(body)].motion != MotionKind::prescribed) continue;
-    problems.error(path, path + " names '" + assembly.bodies[static_cast<std::size_t>(body)].name +
+    if (body < 0 || assembly.bodies[body].motion != MotionKind::prescribed) continue;
+    problems.error(path, path + " names '" + assembly.bodies[body].name +
                              "' (its motion is prescribed, it cannot follow a joint). Use motion: free, fixed or "
                              "axis.");
     return false;
   }
-  if (can_move(assembly, joint.body_A) || can_move(assembly, joint.body_B)) return true;
+  const auto can_move = [&](int body) { return body >= 0 && moves_under_loads(assembly.bodies[body]); };
+  if (can_move(joint.body_A) || can_move(joint.body_B)) return true;
   problems.error(path, path + " joins what cannot move. Remove the joint, or use motion: free.");
   return false;
 }
@@ -179,11 +172,11 @@ void check_length(const JointSpecification& joint, const std::string& path, cons
                   Problems& problems) {
   const auto end_m = [&assembly](int number, const Eigen::Vector3d& anchor_m) -> Eigen::Vector3d {
     if (number < 0) return anchor_m;
-    const BodySpecification& body = assembly.bodies[static_cast<std::size_t>(number)];
+    const BodySpecification& body = assembly.bodies[number];
     return body.position_m + in_world(body, anchor_m);
   };
   constexpr double shortest = 1e-6;  // radii
-  const double radius_m = assembly.bodies[static_cast<std::size_t>(joint.body_A)].shape.radius_m;
+  const double radius_m = assembly.bodies[joint.body_A].shape.radius_m;
   if ((end_m(joint.body_A, joint.anchor_A_m) - end_m(joint.body_B, joint.anchor_B_m)).norm() > shortest * radius_m)
     return;
   problems.error(path + ".anchors_m",
@@ -275,7 +268,7 @@ void check_joints(const Case& the_case, const Assembly& assembly, Problems& prob
   if (the_case.joints.empty()) return;
   const auto named_world = std::ranges::find(assembly.bodies, NamedJoint::world, &BodySpecification::name);
   if (named_world != assembly.bodies.end()) {
-    problems.error(assembly.body_paths[static_cast<std::size_t>(named_world - assembly.bodies.begin())],
+    problems.error(assembly.body_paths[named_world - assembly.bodies.begin()],
                    "a body has the name 'world' (in joints it means no body). Rename it.");
     return;
   }

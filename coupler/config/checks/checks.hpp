@@ -103,6 +103,9 @@ double damping_time_s(const BodySpecification& body, const FluidCase& fluid);
 /// Free in at least one direction.
 bool moves_under_loads(const BodySpecification& body);
 
+/// Mass of the fluid that a body displaces; 0 in vacuum.
+double displaced_kg(const BodySpecification& body, const FluidCase& fluid);
+
 /// Mass of a body by that of the fluid it displaces; the same of its inertia about an axis if that is less.
 double mass_ratio(const BodySpecification& body, const FluidCase& fluid);
 

@@ -39,10 +39,6 @@ bool returns_staggered_momentum(MovingBoundary boundary) {
   return boundary == MovingBoundary::bounce_back || boundary == MovingBoundary::central_linear;
 }
 
-double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
-  return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
-}
-
 /// Of the sphere whose load answers a step in velocity as strongly, per displaced mass: 5/3r times the step. The links
 /// through a surface answer with ∫ A (V + Ω × x) dS, A = 1/3 + 2/3 n nᵀ per cell; the most of all V and Ω counts.
 double response_radius_m(const Shape& shape) {
@@ -82,6 +78,10 @@ double overdamped_mass(const BodySpecification& body, const Case& the_case) {
 }
 
 }  // namespace
+
+double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
+  return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
+}
 
 bool moves_under_loads(const BodySpecification& body) {
   return body.motion == MotionKind::free || body.motion == MotionKind::axis;

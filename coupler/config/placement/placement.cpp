@@ -23,7 +23,7 @@ std::vector<bool> kept_of(std::vector<bool> is_blocked, const std::vector<Touch>
   }
   std::vector<bool> is_kept(is_blocked.size());
   for (std::size_t trial = 0; trial < is_kept.size(); ++trial) {
-    const auto stays = [&](int rival) { return is_kept[static_cast<std::size_t>(rival)]; };
+    const auto stays = [&](int rival) { return is_kept[rival]; };
     is_kept[trial] = !is_blocked[trial] && std::ranges::none_of(rivals[trial], stays);
   }
   return is_kept;
@@ -85,8 +85,8 @@ std::vector<Touch> Placement::touches(const std::vector<Place>& places, std::siz
     const int first = owner(a);
     const int second = owner(b);  // the larger one, unless both are obstacles
     if (first == second || second < static_cast<int>(from)) continue;
-    const BodySpecification& A = bodies[static_cast<std::size_t>(a)];
-    const BodySpecification& B = bodies[static_cast<std::size_t>(b)];
+    const BodySpecification& A = bodies[a];
+    const BodySpecification& B = bodies[b];
     const double distance_m = surface_distance_m(A, B, room_.periodic_length_m, room_.gap_m);
     if (distance_m < room_.gap_m) found.push_back({first, second, distance_m});
   }
@@ -119,13 +119,13 @@ std::vector<Eigen::Vector3d> lattice_of(std::size_t count, const Eigen::Vector3d
                                         const Eigen::Vector3d& spacing_m) {
   std::array<std::size_t, 3> cells{1, 1, 1};
   const auto length_m = [&](Eigen::Index axis) {
-    return (high_m[axis] - low_m[axis]) / static_cast<double>(cells[static_cast<std::size_t>(axis)]);
+    return (high_m[axis] - low_m[axis]) / static_cast<double>(cells[axis]);
   };
   while (cells[0] * cells[1] * cells[2] < count) {
     Eigen::Index longest = 0;
     for (Eigen::Index axis = 1; axis < 3; ++axis)
       if (length_m(axis) / spacing_m[axis] > length_m(longest) / spacing_m[longest]) longest = axis;
-    ++cells[static_cast<std::size_t>(longest)];
+    ++cells[longest];
   }
   const std::size_t all = cells[0] * cells[1] * cells[2];
   std::vector<Eigen::Vector3d> centres;
@@ -134,7 +134,7 @@ std::vector<Eigen::Vector3d> lattice_of(std::size_t count, const Eigen::Vector3d
     const std::array<std::size_t, 3> index{cell % cells[0], cell / cells[0] % cells[1], cell / cells[0] / cells[1]};
     Eigen::Vector3d& centre = centres.emplace_back(low_m);
     for (Eigen::Index axis = 0; axis < 3; ++axis)
-      centre[axis] += length_m(axis) * (static_cast<double>(index[static_cast<std::size_t>(axis)]) + 0.5);
+      centre[axis] += length_m(axis) * (static_cast<double>(index[axis]) + 0.5);
   }
   return centres;
 }

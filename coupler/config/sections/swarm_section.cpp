@@ -374,9 +374,8 @@ std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const P
   std::pair<int, int> last{-1, -1};
   for (const Touch& touch : placement.touches(places)) {
     if (std::exchange(last, {touch.first, touch.second}) == last) continue;  // other beads of the same two
-    const std::string other = touch.first < 0
-                                  ? "another body"
-                                  : "that of line " + std::to_string(rows.lines[static_cast<std::size_t>(touch.first)]);
+    const std::string other =
+        touch.first < 0 ? "another body" : "that of line " + std::to_string(rows.lines[touch.first]);
     reports.add(
         static_cast<std::size_t>(touch.second),
         "the swimmer and " + other + " " + touch_text(touch.distance_m) + " (solid bodies need room). Move one.");

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
-#include "config/yaml/hints.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::coupler {

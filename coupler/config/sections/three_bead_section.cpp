@@ -84,7 +84,7 @@ void place_in_a_row(Swimmer& swimmer, Arm arm) {
   for (int i = 0; i < 2; ++i) {
     arm.bead_A = i;
     arm.bead_B = i + 1;
-    const Bead& A = swimmer.beads[static_cast<std::size_t>(i)];
+    const Bead& A = swimmer.beads[i];
     const Bead& B = swimmer.beads[static_cast<std::size_t>(i) + 1];
     arm.rest_length_m = row.rest_gap_m[i] + (extent_along_m(A) + extent_along_m(B)) / 2.0;
     arm.drive = drive_of(row.stroke, i == 0 ? 0 : row.stroke.phase_lag_steps);

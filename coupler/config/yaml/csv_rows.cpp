@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -59,12 +60,6 @@ std::string visible(std::string_view text) {
   return shown;
 }
 
-std::string joined_by_comma(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ",") + word;
-  return text;
-}
-
 /// Reads one file line by line, and reports the first line that cannot be used.
 class CsvReading {
  public:
@@ -87,7 +82,7 @@ class CsvReading {
         return {};
     }
     if (!rows_.values.empty()) return std::move(rows_);
-    const std::string header = header_ == CsvHeader::required ? "a line " + joined_by_comma(required_) + " and " : "";
+    const std::string header = header_ == CsvHeader::required ? "a line " + listed(required_, ",") + " and " : "";
     reader_.reject(key_, "has no rows (" + rows_.path.string() + "). Write " + header + "a row of numbers for each " +
                              required_.front() + ".");
     return {};
@@ -113,7 +108,7 @@ class CsvReading {
     if (header_ == CsvHeader::required || is_header_of_own_order(*fields)) return take_header(*fields);
     for (std::size_t i = 0; i < required_.size(); ++i) places_.push_back(i);
     const bool has_numbers =
-        std::ranges::any_of(*fields, [](const auto& field) { return number_in(field).has_value(); });
+        std::ranges::any_of(*fields, [](const auto& field) { return finite_number_in(field).has_value(); });
     return has_numbers || fields->size() != required_.size() ? take_row(*fields) : true;
   }
 
@@ -122,8 +117,8 @@ class CsvReading {
   }
 
   bool take_header(const std::vector<std::string>& names) {
-    const std::string columns = joined_by_comma(required_) + (optional_.empty() ? "" : " or with ") +
-                                joined_by_comma(optional_) + (optional_.empty() ? "" : " too");
+    const std::string columns =
+        listed(required_, ",") + (optional_.empty() ? "" : " or with " + listed(optional_, ",") + " too");
     std::vector<std::string> wanted = required_;
     const auto is_there = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
     rows_.has_optional = std::ranges::any_of(optional_, is_there);
@@ -149,7 +144,7 @@ class CsvReading {
                     std::to_string(places_.size()) + " columns). Give one number for each.");
     std::vector<double> values;
     for (const std::size_t place : places_) {
-      const std::optional<double> value = number_in(fields[place]);
+      const std::optional<double> value = finite_number_in(fields[place]);
       const bool has_comma = fields[place].find(',') != std::string::npos;
       if (!value)
         return report("'" + visible(fields[place]) + "' is not a finite number (" +
@@ -182,13 +177,11 @@ std::filesystem::path file_beside_case(Reader& reader, const std::string& key) {
   return (folder / name).lexically_normal();
 }
 
-std::optional<double> number_in(std::string_view text) {
+std::optional<double> finite_number_in(std::string_view text) {
   text = trimmed(text);
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);  // which from_chars does not take
-  double number = 0.0;
-  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  const bool is_number = error == std::errc{} && stop == text.data() + text.size() && std::isfinite(number);
-  return is_number ? std::optional(number) : std::nullopt;
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  const std::optional<double> number = number_in<double>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,

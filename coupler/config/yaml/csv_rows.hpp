@@ -26,7 +26,7 @@ struct CsvRows {
 std::filesystem::path file_beside_case(Reader& reader, const std::string& key);
 
 /// The finite number that a text is, spaces around it and a plus sign before it allowed.
-std::optional<double> number_in(std::string_view text);
+std::optional<double> finite_number_in(std::string_view text);
 
 /// Reads the file that a key names as spreadsheets write it: fields between commas, semicolons or tabs, with or without
 /// quotes and byte-order mark; blank lines and those that start with # are left out. What cannot be used is reported

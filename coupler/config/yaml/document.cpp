@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "config/yaml/yaml_text.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
 
@@ -17,12 +18,10 @@ namespace {
 
 nlohmann::ordered_json number_or_text(const std::string& text) {
   constexpr double countable = 1e15;
-  double number = 0.0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, number);
-  if (error != std::errc{} || stop != end || !std::isfinite(number)) return text;
-  const bool is_whole = number == std::floor(number) && std::abs(number) < countable;
-  return is_whole ? nlohmann::ordered_json(static_cast<std::int64_t>(number)) : nlohmann::ordered_json(number);
+  const std::optional<double> number = number_in<double>(text);
+  if (!number || !std::isfinite(*number)) return text;
+  const bool is_whole = *number == std::floor(*number) && std::abs(*number) < countable;
+  return is_whole ? nlohmann::ordered_json(static_cast<std::int64_t>(*number)) : nlohmann::ordered_json(*number);
 }
 
 std::vector<std::string> split_path(const std::string& path) {
@@ -34,11 +33,8 @@ std::vector<std::string> split_path(const std::string& path) {
 
 /// Item of a list by its position, or by the `name` it carries.
 Value* find_item(Value& list, const std::string& part) {
-  std::size_t index = 0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), index);
-  if (error == std::errc{} && end == part.data() + part.size()) {
-    return index < list.items.size() ? &list.items[index] : nullptr;
-  }
+  if (const auto index = number_in<std::size_t>(part))
+    return *index < list.items.size() ? &list.items[*index] : nullptr;
   for (Value& item : list.items) {
     const Value* name = item.find("name");
     if (name != nullptr && name->text == part) return &item;
@@ -58,12 +54,6 @@ void relocate(Value& value, const Origin& origin) {
     entry.key_origin = origin;
     relocate(entry.value, origin);
   }
-}
-
-std::string as_text(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
-  return text;
 }
 
 /// What warnings of one kind have in common: their text without quoted names, numbers and the place.
@@ -194,11 +184,11 @@ void Document::apply_parameter_set(bool chosen_by_assignment) {
   }
   const Value* set = sets->find(chosen->text);
   if (set == nullptr || set->kind != Value::Kind::mapping) {
-    std::string known;
-    for (const Value::Entry& entry : sets->entries) known += (known.empty() ? "" : ", ") + entry.key;
-    throw CaseInvalid(chosen->origin,
-                      "parameter_set '" + chosen->text +
-                          "' does not exist (parameter_sets has no such mapping). Choose one of: " + known + ".");
+    std::vector<std::string> known;
+    for (const Value::Entry& entry : sets->entries) known.push_back(entry.key);
+    throw CaseInvalid(chosen->origin, "parameter_set '" + chosen->text +
+                                          "' does not exist (parameter_sets has no such mapping). Choose one of: " +
+                                          listed(known) + ".");
   }
   const std::vector<Value::Entry> assignments = set->entries;  // a copy: assign() changes the tree that holds it
   for (const Value::Entry& entry : assignments) assign(entry.key, entry.value);
@@ -258,7 +248,7 @@ Origin Document::locate(const std::string& path) const {
   return found;
 }
 
-CaseInvalid::CaseInvalid(std::vector<std::string> lines) : CaseError(as_text(lines)), lines_(std::move(lines)) {}
+CaseInvalid::CaseInvalid(std::vector<std::string> lines) : CaseError(listed(lines, "\n")), lines_(std::move(lines)) {}
 
 CaseInvalid::CaseInvalid(const Origin& origin, const std::string& message)
     : CaseInvalid(std::vector<std::string>{to_string(origin) + ": error: " + message}) {}

@@ -131,12 +131,6 @@ std::vector<std::string> sections_with(const std::string& key, const std::vector
 
 }  // namespace
 
-std::string listed(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 std::string hint_for(const std::string& key, const std::vector<std::string>& known,
                      const std::vector<std::string>& elsewhere) {
   const Nearest meant = nearest(key, known);

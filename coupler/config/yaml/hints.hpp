@@ -5,9 +5,6 @@
 
 namespace copepod::coupler {
 
-/// "a, b, c"
-std::string listed(const std::vector<std::string>& words);
-
 /// What a user may have meant by a key that a section does not have: the same quantity in another unit or spelling, or
 /// by another of its names; or a key of another section.
 /// @param known      keys of the section

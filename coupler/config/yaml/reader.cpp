@@ -1,7 +1,6 @@
 #include "config/yaml/reader.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "config/yaml/hints.hpp"
@@ -69,16 +68,13 @@ const Value* Reader::wanted(const std::string& key, bool required) {
 }
 
 std::optional<double> Reader::parse_number(const std::string& path, const Value& value, Range range) {
-  double number = 0.0;
-  const char* begin = value.text.data();
-  const char* end = begin + value.text.size();
-  if (begin != end && *begin == '+') ++begin;
-  const auto [stop, error] = std::from_chars(begin, end, number);
-  if (value.kind != Value::Kind::scalar || error != std::errc{} || stop != end || !std::isfinite(number)) {
+  const std::string_view text = value.text;
+  const std::optional<double> number = number_in<double>(text.substr(text.starts_with('+') ? 1 : 0));
+  if (value.kind != Value::Kind::scalar || !number || !std::isfinite(*number)) {
     problems_.error(path, path + " is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
     return {};
   }
-  if ((range == Range::positive && number <= 0) || (range == Range::not_negative && number < 0)) {
+  if ((range == Range::positive && *number <= 0) || (range == Range::not_negative && *number < 0)) {
     problems_.error(path, path + " is " + value.text + " (it must " +
                               (range == Range::positive ? "be positive" : "not be negative") +
                               "). Check sign and value.");
@@ -88,19 +84,17 @@ std::optional<double> Reader::parse_number(const std::string& path, const Value&
 }
 
 std::optional<std::int64_t> Reader::parse_integer(const std::string& path, const Value& value, Range range) {
-  std::int64_t number = 0;
-  const char* end = value.text.data() + value.text.size();
-  const auto [stop, error] = std::from_chars(value.text.data(), end, number);
-  if (value.kind != Value::Kind::scalar || error != std::errc{} || stop != end) {
+  const std::optional<std::int64_t> number = number_in<std::int64_t>(value.text);
+  if (value.kind != Value::Kind::scalar || !number) {
     problems_.error(path, path + " is " + quoted(value) + " (a whole number is needed). Write it like 1000.");
     return {};
   }
   constexpr std::int64_t largest = 1'000'000'000'000'000;  // sums and differences of two stay countable
-  if (number > largest || number < -largest) {
+  if (*number > largest || *number < -largest) {
     problems_.error(path, path + " is " + value.text + " (values in a case do not exceed 10^15). Check its digits.");
     return {};
   }
-  return parse_number(path, value, range) ? std::optional(number) : std::nullopt;
+  return parse_number(path, value, range) ? number : std::nullopt;
 }
 
 double Reader::number(const std::string& key, Range range, std::optional<double> otherwise) {
