@@ -9,13 +9,12 @@ import numpy as np
 from copepod_report.cycles import read_cycles
 from copepod_report.run_status import state_of, status_of
 from copepod_report.scene import Samples, most_frames, scene_of
-from copepod_report.trajectory import COLUMNS, GrowingTrajectory
+from copepod_report.trajectory import GrowingTrajectory
 from copepod_run.figures import MOST_TABLES
 from copepod_run.progress import figures
 from copepod_run.run_directory import read_object
 
-_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s")
-_PLACES = [COLUMNS.index(name) for name in _COLUMNS]
+_SHOWN = slice(0, 11)  # of the columns: time, position, orientation, velocity
 
 
 class TrajectoryFollower:
@@ -38,24 +37,24 @@ class TrajectoryFollower:
 
     def update(self) -> None:
         """Reads what the file has gained."""
-        for sample in self._trajectory.look():
+        newest = None
+        for newest in self._trajectory.look():
             if self._restarts != self._trajectory.restarts:
                 self._start_again()
-            is_kept = sample.number % self._every == 0
-            if not (is_kept or sample.is_newest):
-                continue
-            self._newest = (sample.step, sample.values()[:, _PLACES])
-            if is_kept:
-                self._kept.append(self._newest)
+            if (self.count - 1) % self._every == 0:
+                self._kept.append((newest[0], newest[1]()[:, _SHOWN]))
             if len(self._kept) > 2 * most_frames(len(self._trajectory.bodies)):
                 self._kept = self._kept[::2]
                 self._every *= 2
+        if newest:
+            self._newest = (newest[0], newest[1]()[:, _SHOWN])
 
     def samples(self) -> Samples | None:
         """All that is kept, and the newest; None before the first."""
         if self._newest is None:
             return None
-        steps, kept = zip(*(self._kept if self._newest is self._kept[-1] else [*self._kept, self._newest]))
+        is_kept = self._newest[0] == self._kept[-1][0]
+        steps, kept = zip(*self._kept, *([] if is_kept else [self._newest]))
         values = np.array(kept)
         speed = np.linalg.norm(values[..., 8:11], axis=-1)
         time_s, position_m, orientation_wxyz = values[:, 0, 0], values[..., 1:4], values[..., 4:8]
