@@ -9,9 +9,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from copepod_campaign import programs, results
+from copepod_campaign import results
 from copepod_campaign.entry import Entry, State
-from copepod_campaign.pool import RESTARTS, Pool
+from copepod_campaign.pool import RESTARTS, Pool, keep_copy
 from copepod_campaign.sweep import members_of
 from copepod_run import build
 from copepod_run.checkout import called_as
@@ -84,7 +84,7 @@ def run_items(
         directory = RunDirectory(folder)
         stack.callback(directory.close)
         report("directory", path=str(directory.path), holds="campaign")
-        own_programs = programs.keep_copy(folder)
+        own_programs = keep_copy(folder)
         entries = [Entry(member, folder, own_programs.build) for member in members]
         for entry in entries:
             entry.look(options.rerun_other_builds)

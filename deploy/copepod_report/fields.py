@@ -22,15 +22,6 @@ class FieldTimes:
     has_mean: bool = False
 
 
-@dataclass(frozen=True)
-class FieldLayer:
-    """Velocity in a plane of the lattice; shape (rows, columns, 3): the later axis of the plane first."""
-
-    velocity_m_per_s: np.ndarray
-    first_cell: tuple[int, int, int]  # of the recorded box, x, y, z
-    at_cells: float  # coordinate of the plane along its normal
-
-
 def times_in(path: Path) -> FieldTimes:
     """Nothing without a file. Raises OSError if it is damaged, or being written."""
     if not path.exists():
@@ -41,10 +32,15 @@ def times_in(path: Path) -> FieldTimes:
         return FieldTimes(tuple(steps), MEAN in groups)
 
 
-def read_layer(path: Path, time: str | int, normal: int, coordinate_cells: float) -> FieldLayer:
+def read_layer(
+    path: Path, time: str | int, normal: int, coordinate_cells: float
+) -> tuple[np.ndarray, list[int], float]:
     """The plane normal to an axis (0, 1, 2) nearest to a coordinate; `time`: «mean» or the step of a snapshot.
 
     On a face between two layers of cells it is their mean.
+
+    @return velocity [m/s], shape (rows, columns, 3), the later axis of the plane first; first cell of the recorded box
+            along x, y, z; coordinate of the plane along its normal [cells]
     """
     with _opened(path) as file:
         group = file[_name(time)]
@@ -52,8 +48,9 @@ def read_layer(path: Path, time: str | int, normal: int, coordinate_cells: float
         first = [int(group.attrs.get(f"first_cell_{axis}", 0)) for axis in "xyz"]  # of a part of the domain
         inside = coordinate_cells - first[normal]
         layers = _layers_at(inside, velocity.shape[2 - normal])
-        mean = np.mean([_layer(velocity, normal, layer) for layer in layers], axis=0)
-        return FieldLayer(mean, (first[0], first[1], first[2]), first[normal] + float(np.mean(layers)) + 0.5)
+        before = (slice(None),) * (2 - normal)
+        mean = np.mean([velocity[(*before, layer)] for layer in layers], axis=0)
+        return mean, first, first[normal] + float(np.mean(layers)) + 0.5
 
 
 def read_coarse(path: Path, time: str | int) -> np.ndarray:
@@ -102,9 +99,3 @@ def _layers_at(coordinate_cells: float, cells: int) -> list[int]:
     if abs(coordinate_cells - face) < 1e-6 and 0 < face < cells:
         return [face - 1, face]
     return [min(max(int(coordinate_cells), 0), cells - 1)]
-
-
-def _layer(velocity: Any, normal: int, number: int) -> np.ndarray:
-    index: list[slice | int] = [slice(None)] * 3
-    index[2 - normal] = number
-    return velocity[tuple(index)]

@@ -96,8 +96,9 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     length_m = run.domain_m[normal]
     if not 0 <= at_m <= length_m:
         raise _unusable(f"--at {at_m:g}", run, f"its domain ends at {_AXES[normal]} = {length_m:g} m", "Choose less")
-    layer = read_file(path, lambda path: read_layer(path, time, normal, at_m / run.cell_size_m))
-    velocity = layer.velocity_m_per_s - _velocity_of(run, followed, window)
+    cells = at_m / run.cell_size_m
+    velocity, first_cell, at_cells = read_file(path, lambda path: read_layer(path, time, normal, cells))
+    velocity = velocity - _velocity_of(run, followed, window)
     if across < along:  # the later axis comes first
         velocity = velocity.swapaxes(0, 1)
     if min(velocity.shape[:2]) < 2:
@@ -105,10 +106,10 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     return FlowPicture(
         along,
         across,
-        layer.at_cells * run.cell_size_m,
+        at_cells * run.cell_size_m,
         velocity[..., along],
         velocity[..., across],
-        (layer.first_cell[along], layer.first_cell[across]),
+        (first_cell[along], first_cell[across]),
         (window[0], window[1]),
         view.frame,
         _shown(run, zoomed, window, (along, across), view.margin_m) if zoomed else None,

@@ -32,3 +32,8 @@ def last_cycle(run: Run, swimmer: str, columns: str = "{}_m") -> np.ndarray:
     samples = run.trajectory[[columns.format(axis) for axis in "xyz"]]
     beads = [body for body in samples.index.unique("body") if body.startswith(f"{swimmer}.")]
     return np.array([samples.loc[bead].loc[start : 2 * start - before - 1] for bead in beads])
+
+
+def turn_fraction(angle: float) -> float:
+    """The angle in one turn that starts just below zero, so that nothing is not mistaken for a whole turn [rad]."""
+    return float((angle + 0.1) % (2 * np.pi) - 0.1)

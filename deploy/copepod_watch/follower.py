@@ -77,7 +77,7 @@ class RunFollower:
         state = state_of(self.directory)  # first: what a finished run wrote is then complete
         self._trajectory.update()
         samples = self._trajectory.samples()
-        event = self.last_event()
+        event = read_object(self.directory / "logs" / "progress.json")  # empty before the first
         last = int(samples.steps[-1]) if samples else 0
         status = status_of(self.directory, self.case, state, last)
         is_running = state[0] == "running"
@@ -102,23 +102,20 @@ class RunFollower:
         """«running», «finished», …"""
         return state_of(self.directory)[0]
 
-    def last_event(self) -> dict[str, Any]:
-        """What the command recorded of the coupler's events; empty before the first, and for runs of old releases."""
-        return read_object(self.directory / "logs" / "progress.json")
-
     def _speeds(self) -> list[dict[str, Any]]:
         """Velocity along and across the own axis [m/s] by cycle, of each swimmer, or the mean of a swarm."""
         cycles = read_cycles(self.directory / "cycles.csv")
-        names = ("u_along_m_per_s", "u_across_m_per_s")
+        columns = {"along_m_per_s": "u_along_m_per_s", "across_m_per_s": "u_across_m_per_s"}
         if len(cycles) > MOST_TABLES:
             count = min(len(values["cycle"]) for values in cycles.values())
-            means = [np.mean([values[name][:count] for values in cycles.values()], axis=0) for name in names]
-            return [_speed(f"mean of {len(cycles)}", *means)] if count else []
-        return [_speed(name, *(values[column] for column in names)) for name, values in cycles.items()]
-
-
-def _speed(name: str, along: np.ndarray, across: np.ndarray) -> dict[str, Any]:
-    return {"name": name, "along_m_per_s": along.tolist(), "across_m_per_s": across.tolist()}
+            of_all = (
+                np.mean([values[name][:count] for values in cycles.values()], axis=0) for name in columns.values()
+            )
+            cycles = {f"mean of {len(cycles)}": dict(zip(columns.values(), of_all))} if count else {}
+        return [
+            {"name": name, **{key: values[column].tolist() for key, column in columns.items()}}
+            for name, values in cycles.items()
+        ]
 
 
 def runs_in(directory: Path) -> dict[str, Path]:

@@ -15,9 +15,8 @@ import numpy as np
 from copepod_session import CommandTest
 from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, kinematics_so_far, paths, read_cycles
-from copepod_report.film import film_of
 from copepod_report.flow import View, choose, draw, strongest_plane
-from copepod_report.report import page_of
+from copepod_report.report import film_of, page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
 from copepod_report.style import LIGHT, new_figure, picture_of, svg_of
 from copepod_report.trajectory import Trajectory

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_paper.hydrodynamic_radii import error_percent, is_drag_run, measure, predict
-from copepod_swimmers.theory import geometrical_factor
+from copepod_report.paper import error_percent, geometrical_factor, is_drag_run, measure, predict
 
 ACROSS = [0.5**0.5, 0, 0.5**0.5, 0]
 ALONG = [1, 0, 0, 0]

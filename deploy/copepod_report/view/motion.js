@@ -113,5 +113,3 @@ function distanceToBody(origin, direction, centre, axis, radius, length) {
   const missed = Math.hypot(...plus(nearest, direction, -distance));
   return distance > 0 && missed <= radius ? distance - Math.sqrt(radius * radius - missed * missed) : Infinity;
 }
-
-if (typeof module !== "undefined") module.exports = { Motion, bytesOf, distanceToBody, zAxis };

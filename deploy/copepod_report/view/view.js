@@ -42,10 +42,15 @@ class View {
     this.isAtEnd = live;
     this.visible = { paths: true, flow: true, domain: true };
     this.build();
-    const motion = new Motion(scene.motion, scene.bodies.length);
-    this.slider.max = motion.last;
-    if (live) this.at = motion.last;
+    this.take(scene);
+    if (live) this.at = this.motion.last;
     this.watchPage();
+  }
+
+  take(scene) {
+    this.scene = scene;
+    this.motion = new Motion(scene.motion, scene.bodies.length);
+    this.slider.max = this.motion.last;
   }
 
   build() {
@@ -104,7 +109,7 @@ class View {
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": label });
     this.holder.prepend(this.canvas);
     try {
-      this.stage = new Stage(this.THREE, this.canvas, this.scene);
+      this.stage = new Stage(this.THREE, this.canvas, this.scene, this.motion);
     } catch (problem) {
       this.place.replaceChildren(
         element("p", { class: "missing" }, `The interactive view needs WebGL (${problem.message}). The figures show the run.`)
@@ -157,28 +162,19 @@ class View {
     if (scene.bodies.length !== this.scene.bodies.length || JSON.stringify(scene.box) !== JSON.stringify(this.scene.box)) {
       this.close();
       this.orbit = null;
-      this.scene = scene;
-      this.slider.max = scene.motion.steps.length - 1;
-      this.at = scene.motion.steps.length - 1;
+      this.take(scene);
+      this.at = this.motion.last;
       return this.open();
     }
     const step = this.motion.stepAt(this.at);
-    this.scene.motion = scene.motion;
-    if (this.stage) this.stage.replaceMotion(scene.motion);
-    this.idle = null;
-    this.slider.max = this.motion.last;
+    this.take(scene);
+    if (this.stage) this.stage.replaceMotion(this.motion);
     if (this.isAtEnd && !prefersLittleMotion.matches && this.stage) {
       this.at = this.motion.frameAt(step);
       this.play();
     } else {
       this.goTo(this.isAtEnd ? this.motion.last : this.motion.frameAt(step), this.isAtEnd);
     }
-  }
-
-  get motion() {
-    if (this.stage) return this.stage.motion;
-    this.idle = this.idle || new Motion(this.scene.motion, this.scene.bodies.length);
-    return this.idle;
   }
 
   goTo(at, isAtEnd = at >= this.motion.last) {
@@ -216,15 +212,14 @@ class View {
 
   advance(now) {
     if (!this.playing || !this.stage) return;
-    const seconds = Math.min(1, (now - this.before) / 1000);
     const { motion } = this;
+    const seconds = Math.min(1, (now - this.before) / 1000);
     const pace = this.isAtEnd // catches up with a live run within a second
       ? Math.max(this.stepsPerSecond(), motion.steps[motion.last] - motion.stepAt(this.at))
       : this.stepsPerSecond() * Number(this.speed.value);
     this.before = now;
-    const at = motion.frameAt(motion.stepAt(this.at) + pace * seconds);
-    this.at = at;
-    if (at >= motion.last) {
+    this.at = motion.frameAt(motion.stepAt(this.at) + pace * seconds);
+    if (this.at >= motion.last) {
       this.pause();
       this.isAtEnd = true;
     }
@@ -425,7 +420,7 @@ async function openView(place, scene, live) {
   }
 }
 
-window.copepod = { openView, withUnit, threeDigits, views: [] };
+window.copepod = { openView, withUnit, element, views: [] };
 document.querySelectorAll(".view > script").forEach(async (script) => {
   const stage = script.parentElement.querySelector(".stage");
   window.copepod.views.push(await openView(stage, JSON.parse(script.textContent), false));

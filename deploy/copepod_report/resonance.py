@@ -9,7 +9,7 @@ import numpy as np
 
 from copepod_report.page import table
 from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
-from copepod_report.style import Theme, legend_above, new_figure
+from copepod_report.style import LIGHT, legend_above, new_figure
 from copepod_run.figures import markdown_table
 
 # Shapes of motion (B2, B1, B3) and how many times k and γ act on each; the third, a translation, is never driven.
@@ -152,9 +152,9 @@ def markdown(points: Sequence[ResonancePoint]) -> str:
     return markdown_table(f"{heads} | from the exact motion", map(" | ".join, map(_cells, points)))
 
 
-def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:
+def curve(points: Sequence[ResonancePoint]) -> Any:
     """Amplitude over ω₀/ω: exact steady curve, the damping as strong as that of the first run, and a dot per run."""
-    figure, axes = new_figure(theme, 3.6)
+    figure, axes = new_figure(LIGHT, 3.6)
     first = points[0].exact
     ratios = np.linspace(first.frequency_ratio, points[-1].exact.frequency_ratio, 600)
     exact = []
@@ -162,11 +162,11 @@ def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:
         stiffness, damping = first.stiffness_N_per_m * scale**2, first.damping_N_s_per_m * scale
         swimmer = replace(first, stiffness_N_per_m=stiffness, damping_N_s_per_m=damping)
         exact.append(swimmer.steady_amplitude_m(_BEAD) / swimmer.amplitude_N)
-    axes.plot(ratios, exact, color=theme.beads[0], linewidth=1.4, label="exact, steady")
+    axes.plot(ratios, exact, color=LIGHT.beads[0], linewidth=1.4, label="exact, steady")
     found = [(point.exact.frequency_ratio, point.amplitude_m / point.exact.amplitude_N) for point in points]
-    axes.plot(*np.transpose(found), "o", color=theme.beads[1], markersize=4, label="Copepod, last period")
+    axes.plot(*np.transpose(found), "o", color=LIGHT.beads[1], markersize=4, label="Copepod, last period")
     axes.set(xlabel="ω₀/ω", ylabel="amplitude of B2 per force [m/N]")
-    legend_above(axes, theme)
+    legend_above(axes, LIGHT)
     return figure
 
 
@@ -191,14 +191,14 @@ def section(name: str, points: Sequence[ResonancePoint], figures: Sequence[str])
     )
 
 
-def draw_exact(axes: Any, swimmer: SwimmerRecord, theme: Theme) -> None:
+def draw_exact(axes: Any, swimmer: SwimmerRecord) -> None:
     """The exact motion as dots on the lines of ours, and how far they are apart."""
     exact = VacuumSwimmer.of_case(swimmer.run.case, swimmer.section)
     rest = swimmer.positions()[:, :1]
     motion = rest + exact.displacements_m(swimmer.run.trajectory.steps) / swimmer.run.length_unit[0]
     shown = slice(None, None, max(1, len(swimmer.periods()) // 70))
     for values in motion:
-        axes.plot(swimmer.periods()[shown], values[shown], ".", color=theme.ink, markersize=2.5)
+        axes.plot(swimmer.periods()[shown], values[shown], ".", color=LIGHT.ink, markersize=2.5)
     apart = np.abs(motion - swimmer.positions()).max()
     title = f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away"
-    axes.set_title(title, fontsize=9, loc="left", color=theme.ink)
+    axes.set_title(title, fontsize=9, loc="left", color=LIGHT.ink)

@@ -1,4 +1,5 @@
-"""Radii of beads as the fluid feels them, measured by drag runs, and the theory's speed with them."""
+"""What a report adds for the runs of the paper: its designs by family; radii of beads as the fluid feels them, measured
+by drag runs, and the theory's speed with them; resonance in vacuum."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -6,17 +7,74 @@ from typing import Any
 
 import numpy as np
 
-from copepod_report.page import table
-from copepod_report.run_record import RunRecord, z_axis
+from copepod_report import resonance
+from copepod_report.page import Canvas, table
+from copepod_report.run_record import RunRecord, RunResult, z_axis
+from copepod_report.style import LIGHT, describe, new_figure
 from copepod_run.figures import at, number_text
-from copepod_swimmers.theory import geometrical_factor
+
+# The designs by family: what is changed from one to the next.
+FAMILIES = (
+    ("parallel capsules", "abcdef"),
+    ("perpendicular capsules, wider gaps", "aghijk"),
+    ("perpendicular capsules", "almnop"),
+    ("big spheres", "q"),
+)
 
 Kind = tuple[float, float, str]  # radius [m], distance of its centres [m], orientation
 # Of a swimmer: name, radii [cells], u_swim, and u_GA with the paper's sphere for every capsule and with measured radii.
 Prediction = tuple[str, tuple[float, ...], float, float, float]
-
-
 Radii = dict[Kind, float]  # hydrodynamic radius of each kind of capsule [m]
+
+
+def chapters(runs: Sequence[RunRecord], canvas: Canvas) -> tuple[list[RunRecord], list[str]]:
+    """The runs that remain for sections of their own, and the HTML of sections about the others."""
+    sections = []
+    drags = [run for run in runs if is_drag_run(run)]
+    sweeps = resonance.sweeps_of(runs)
+    shown = [run for members in sweeps.values() for run in members]
+    radii = measure(drags)
+    if radii:
+        shown += drags
+    left = [run for run in runs if run not in shown]
+    if radii:
+        predictions = [row for run in left for row in predict(run, radii)]
+        sections.append(_section(radii, predictions))
+    for name, members in sweeps.items():
+        points = resonance.points_of(members)
+        canvas.write(f"{name}.md", (resonance.markdown(points) + "\n").encode())
+        text = "Amplitude of the trailing bead in vacuum over its natural frequency."
+        drawn = canvas.draw(name, resonance.curve(points), text, wide=True)
+        sections.append(resonance.section(name, points, drawn))
+    return left, sections
+
+
+def speeds_by_family(runs: Sequence[RunResult]) -> Any:
+    """Swimming speed of every design, ours and published, a panel per family; None unless there are several designs."""
+    speeds: dict[str, tuple[float, float | None]] = {}
+    for run in runs:
+        name = run.summary["case"]
+        figures = run.summary.get("swimmers") or []
+        if name.startswith("design_") and figures and figures[0].get("u_swim_lattice"):
+            published = (figures[0].get("published") or {}).get("u_swim_lattice")
+            speeds[name.removeprefix("design_")] = (figures[0]["u_swim_lattice"], published)
+    if len(speeds) < 2:
+        return None
+    widths = [len(letters) + 1 for _, letters in FAMILIES]
+    figure, panels = new_figure(LIGHT, 3.4, ncols=len(FAMILIES), sharey=True, width_ratios=widths)
+    for panel, (title, letters) in zip(panels, FAMILIES):
+        for column, look in enumerate(
+            ({"label": "Copepod", "markersize": 6}, {"label": "published", "markersize": 9, "markerfacecolor": "none"})
+        ):
+            values = [(place, speeds[letter][column]) for place, letter in enumerate(letters) if letter in speeds]
+            points = np.reshape([(place, 1e6 * value) for place, value in values if value is not None], (-1, 2))
+            panel.plot(*points.T, "o", color=LIGHT.beads[column], markeredgewidth=1.5, **look)
+        panel.set_xticks(range(len(letters)), list(letters))
+        panel.set_xlim(-0.7, len(letters) - 0.3)
+        panel.set_title(title.replace(", ", ",\n"), fontsize=9, color=LIGHT.ink, wrap=True)
+    panels[0].set_ylim(bottom=0)
+    describe(panels[0], legend={"loc": "lower left"}, ylabel="u_swim [10⁻⁶ cells/step]")
+    return figure
 
 
 def is_drag_run(run: RunRecord) -> bool:
@@ -51,6 +109,13 @@ def _orientation(body: Mapping[str, Any]) -> str:
     return "parallel" if abs(z_axis(body["orientation_wxyz"])[2]) > 0.5 else "perpendicular"
 
 
+def geometrical_factor(radii: Sequence[float] | np.ndarray, mean_arms: Sequence[float] | np.ndarray) -> float:
+    """K = 3 r₁r₂r₃ / (2 (r₁+r₂+r₃)²) · [1/l̄₁² + 1/l̄₂² − 1/(l̄₁+l̄₂)²]   [paper, eq. (29)]; any one unit of length."""
+    first, second = mean_arms
+    brackets = 1 / first**2 + 1 / second**2 - 1 / (first + second) ** 2
+    return 3 * np.prod(radii) / (2 * np.sum(radii) ** 2) * brackets
+
+
 def predict(run: RunRecord, radii: Radii) -> list[Prediction]:
     """Prediction of every analysed swimmer in a fluid whose beads are all known; the right ω throughout."""
     if run.case["fluid"]["solver"] == "vacuum":
@@ -77,7 +142,7 @@ def error_percent(u_GA: float, u_swim: float) -> float:
     return 100 * abs(u_GA - u_swim) / abs(u_GA)
 
 
-def section(radii: Radii, predictions: Sequence[Prediction]) -> str:
+def _section(radii: Radii, predictions: Sequence[Prediction]) -> str:
     """HTML: measured radii, and how far the theory is off with them and with the paper's sphere for every capsule."""
     kinds = "".join(
         f"<dt>{escape(orientation)} capsule, radius {1e6 * radius:g} µm, {1e6 * length:g} µm between its centres</dt>"
