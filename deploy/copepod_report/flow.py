@@ -198,17 +198,14 @@ def _place_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
 
 def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) -> np.ndarray:
     """Of a frame that moves with the bodies [m/s]: over a window their drift; zero without bodies."""
-    samples = _samples(run, window)
-    velocities = []
-    for body in bodies:
-        motion = run.trajectory.of(body.name)
-        if len(samples) > 1:
-            first, last = samples[0], samples[-1]
-            times = run.trajectory.time_s
-            velocities.append((motion["position_m"][last] - motion["position_m"][first]) / (times[last] - times[first]))
-        else:
-            velocities.append(motion["velocity_m_per_s"][samples[0]])
-    return np.mean(velocities, axis=0) if velocities else np.zeros(3)
+    ends = _samples(run, window)[[0, -1]]
+    motions = [run.trajectory.of(body.name) for body in bodies]
+    if not motions:
+        return np.zeros(3)
+    if ends[0] == ends[1]:
+        return np.mean([motion["velocity_m_per_s"][ends[0]] for motion in motions], axis=0)
+    time_s = np.diff(run.trajectory.time_s[ends])
+    return np.mean([np.diff(motion["position_m"][ends], axis=0)[0] / time_s for motion in motions], axis=0)
 
 
 def _middle_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int], normal: int) -> float:
@@ -231,30 +228,23 @@ def _shown(
     return low[axes[0]], high[axes[0]], low[axes[1]], high[axes[1]]
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """Where the cells of a picture and its edges are [µm]."""
-
-    along: np.ndarray
-    across: np.ndarray
-    box: Sequence[float]
-    shown: Sequence[float]
-    part: tuple[slice, slice]  # the cells that are seen, across and along
-
-
-def _layout(run: RunRecord, picture: FlowPicture) -> _Layout:
+def _layout(
+    run: RunRecord, picture: FlowPicture
+) -> tuple[np.ndarray, np.ndarray, Sequence[float], Sequence[float], tuple[slice, slice]]:
+    """Centres of the cells along and across, edges of the picture and of what is seen of it [µm], and the cells that
+    are seen, across and along."""
     cell = 1e6 * run.cell_size_m
     rows, columns = picture.speed_m_per_s.shape
     left, bottom = (cell * first for first in picture.corner_cells)
     along, across = left + cell * (np.arange(columns) + 0.5), bottom + cell * (np.arange(rows) + 0.5)
     box = [left, left + cell * columns, bottom, bottom + cell * rows]
     shown = [1e6 * edge for edge in picture.shown_m] if picture.shown_m else box
-    return _Layout(along, across, box, shown, (_inside(across, shown[2:]), _inside(along, shown[:2])))
+    return along, across, box, shown, (_inside(across, shown[2:]), _inside(along, shown[:2]))
 
 
 def top_speed_m_per_s(run: RunRecord, picture: FlowPicture) -> float:
     """Where the scale of colours ends: all but the fastest five hundredth of what is seen is slower."""
-    return float(np.quantile(picture.speed_m_per_s[_layout(run, picture).part], 0.998))
+    return float(np.quantile(picture.speed_m_per_s[_layout(run, picture)[-1]], 0.998))
 
 
 def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None) -> Any:
@@ -262,9 +252,7 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
 
     `top_m_per_s`: end of the scale of colours, by default that of this picture.
     """
-    layout = _layout(run, picture)
-    along, across, box, shown, part = layout.along, layout.across, layout.box, layout.shown, layout.part
-    rows_shown, columns_shown = part
+    along, across, box, shown, part = _layout(run, picture)
     height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
     figure, axes = new_figure(LIGHT, min(max(height, 1.8), 7.5))
     axes.grid(False)
@@ -282,7 +270,7 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
     if top > 0:
         velocity = picture.velocity_along_m_per_s[part], picture.velocity_across_m_per_s[part]
         look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}
-        axes.streamplot(along[columns_shown], across[rows_shown], *velocity, **look)
+        axes.streamplot(along[part[1]], across[part[0]], *velocity, **look)
     _draw_bodies(axes, run, picture)
     axes.set(xlim=shown[:2], ylim=shown[2:])
     axes.set(xlabel=f"{_AXES[picture.along]} [µm]", ylabel=f"{_AXES[picture.across]} [µm]")
@@ -339,13 +327,10 @@ def _with_images(run: RunRecord, centre: np.ndarray, axes: Sequence[int]) -> lis
     """A centre, and its mirror images where planes of symmetry cut the picture."""
     places = [centre]
     for axis in axes:
-        if _AXES[axis] in (run.case["fluid"].get("symmetry_planes") or []):
-            length = run.domain_m[axis]
-            for place in list(places):
-                image = place.copy()
-                image[axis] = length - place[axis]
-                if abs(image[axis] - place[axis]) > 1e-6 * length:
-                    places.append(image)
+        length = run.domain_m[axis]
+        is_mirrored = _AXES[axis] in (run.case["fluid"].get("symmetry_planes") or [])
+        if is_mirrored and abs(length - 2 * centre[axis]) > 1e-6 * length:
+            places += [np.where(np.arange(3) == axis, length - centre, place) for place in places]
     return places
 
 

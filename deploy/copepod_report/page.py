@@ -4,7 +4,7 @@ import base64
 import mimetypes
 import re
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -106,11 +106,6 @@ class Canvas:
             ) from None
         self._written.add(path)
         return path
-
-
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A plain table."""
-    return str(HTML.table(heads, rows))
 
 
 def run_section(

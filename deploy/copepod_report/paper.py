@@ -2,13 +2,12 @@
 by drag runs, and the theory's speed with them; resonance in vacuum."""
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
 import numpy as np
 
 from copepod_report import resonance
-from copepod_report.page import Canvas, table
+from copepod_report.page import HTML, Canvas
 from copepod_report.run_record import RunRecord, RunResult, z_axis
 from copepod_report.style import LIGHT, describe, new_figure
 from copepod_run.figures import at, number_text
@@ -144,15 +143,10 @@ def error_percent(u_GA: float, u_swim: float) -> float:
 
 def _section(radii: Radii, predictions: Sequence[Prediction]) -> str:
     """HTML: measured radii, and how far the theory is off with them and with the paper's sphere for every capsule."""
-    kinds = "".join(
-        f"<dt>{escape(orientation)} capsule, radius {1e6 * radius:g} µm, {1e6 * length:g} µm between its centres</dt>"
-        f"<dd>as a sphere of radius {1e6 * value:.2f} µm</dd>"
-        for (radius, length, orientation), value in radii.items()
-    )
+    kinds = [(kind, 1e6 * radius, 1e6 * length, 1e6 * value) for (radius, length, kind), value in radii.items()]
     heads = ("run", "radii [cells]", "u_swim", "u_GA, paper's radii", "off", "u_GA, measured radii", "off")
     rows = []
     for name, cells, u_swim, *theory in predictions:
         errors = ((number_text(u_GA), f"{error_percent(u_GA, u_swim):.1f} %") for u_GA in theory)
         rows.append((name, " ".join(f"{radius:.2f}" for radius in cells), number_text(u_swim), *sum(errors, ())))
-    shown = table(heads, rows) if rows else ""
-    return f"<section><h2>Hydrodynamic radii, and the theory with them</h2><dl>{kinds}</dl>{shown}</section>"
+    return str(HTML.radii_section(kinds, heads, rows))

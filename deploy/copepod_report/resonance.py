@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from html import escape
 from typing import Any
 
 import numpy as np
 
-from copepod_report.page import table
+from copepod_report.page import HTML
 from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
 from copepod_report.style import LIGHT, legend_above, new_figure
 from copepod_run.figures import markdown_table
@@ -184,11 +183,7 @@ def sweeps_of(runs: Sequence[RunRecord]) -> dict[str, list[RunRecord]]:
 def section(name: str, points: Sequence[ResonancePoint], figures: Sequence[str]) -> str:
     """HTML: the resonance curve of a sweep and its table."""
     heads = ("ω₀/ω", "k [N/m]", "amplitude / force [m/N]", "steady [m/N]", "difference", "from the exact motion")
-    return (
-        f"<section><h2>{escape(name)}</h2><div class=\"figures\">{''.join(figures)}</div>"
-        f"<details><summary>All stiffnesses</summary>{table(heads, [_cells(point) for point in points])}</details>"
-        "</section>"
-    )
+    return str(HTML.resonance_section(name, figures, heads, map(_cells, points)))
 
 
 def draw_exact(axes: Any, swimmer: SwimmerRecord) -> None:

@@ -1,18 +1,17 @@
 """Runs of a campaign by name, and their last cycles."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 
 from copepod import Run
+from copepod_report.run_record import members_of
 
 
 def members(campaign: Path, name: str) -> list[Run]:
     """The finished run NAME of a campaign, or the members of the sweep NAME in the order of their values."""
-    cases = json.loads((campaign / "results.json").read_text())["cases"]
-    found = [case for case in cases if name in (case["name"], case["member_of"]) and case["summary"]]
-    return [Run(campaign / case["name"]) for case in found]
+    found = members_of(campaign)
+    return [Run(campaign / run) for run, sweep, case in found if name in (run, sweep.name) and case["summary"]]
 
 
 def radii_m(run: Run) -> np.ndarray:

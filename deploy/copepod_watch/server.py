@@ -18,8 +18,7 @@ from copepod_report.page import page, templates
 from copepod_report.run_record import DAMAGE
 from copepod_report.view import scripts
 from copepod_run.errors import ExitCode, Stop
-from copepod_watch.campaign import CampaignFollower, Draw
-from copepod_watch.follower import RunFollower, runs_in
+from copepod_watch.follower import CampaignFollower, Draw, RunFollower, runs_in
 
 _LOOPBACK = "127.0.0.1"
 _OUR_NAMES = (_LOOPBACK, "localhost")  # another name that leads here is that of a page elsewhere (DNS rebinding)

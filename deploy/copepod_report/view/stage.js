@@ -145,12 +145,17 @@ class Stage {
     );
     this.round = [0, 1, 2].map((colour) => {
       const ends = this.entries.filter((entry) => entry.colour === colour);
-      const all = ends.flatMap((entry) => (entry.length ? [1, -1] : [0]).map((side) => ({ ...entry, side })));
+      const all = ends.flatMap((entry) => {
+        const size = Array(3).fill(entry.radius);
+        return (entry.length ? [1, -1] : [0]).map((side) => ({ ...entry, side, size }));
+      });
       return this.instances(sphere, map, all);
     });
-    this.shafts = [0, 1, 2].map((colour) =>
-      this.instances(shaft, map, this.entries.filter((entry) => entry.colour === colour && entry.length))
-    );
+    this.shafts = [0, 1, 2].map((colour) => {
+      const long = this.entries.filter((entry) => entry.colour === colour && entry.length);
+      const all = long.map((entry) => ({ ...entry, side: 0, size: [entry.radius, entry.radius, entry.length] }));
+      return this.instances(shaft, map, all);
+    });
     const thinnest = Math.min(...this.entries.map((entry) => entry.radius));
     const rods = scene.arms.flatMap(([from, to]) =>
       imagesOf([motion.sampled(0, from), motion.sampled(0, to)], scene.box).map((image) => ({ from, to, image }))
@@ -174,17 +179,11 @@ class Stage {
       mesh.setMatrixAt(number, matrix);
       mesh.instanceMatrix.needsUpdate = true;
     };
-    this.round.forEach((mesh) =>
+    [...this.round, ...this.shafts].forEach((mesh) =>
       mesh.userData.forEach((entry, number) => {
         const { position, orientation } = this.placed(entry);
-        const end = plus(position, zAxis(orientation), (entry.side * entry.length) / 2);
-        put(mesh, number, end, orientation, [entry.radius, entry.radius, entry.radius]);
-      })
-    );
-    this.shafts.forEach((mesh) =>
-      mesh.userData.forEach((entry, number) => {
-        const { position, orientation } = this.placed(entry);
-        put(mesh, number, position, orientation, [entry.radius, entry.radius, entry.length]);
+        const middle = plus(position, zAxis(orientation), (entry.side * entry.length) / 2);
+        put(mesh, number, middle, orientation, entry.size);
       })
     );
     const { radius } = this.rods.userData;

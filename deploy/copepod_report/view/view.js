@@ -264,8 +264,7 @@ class View {
 
   writeTime() {
     const { motion } = this;
-    const [before, after] = [Math.floor(this.at), Math.min(Math.floor(this.at) + 1, motion.last)];
-    const time = motion.time_s[before] + (this.at - before) * (motion.time_s[after] - motion.time_s[before]);
+    const time = motion.between(motion.time_s, this.at);
     const step = Math.round(motion.stepAt(this.at));
     this.slider.value = Math.round(this.at);
     this.clock.textContent = `${withUnit(time, "s")}, step ${step}`;
