@@ -1,6 +1,5 @@
 """fields.h5: the flow at a step or as a mean over steps. The only place where a report reads this file."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,22 +13,17 @@ _COARSE = 24  # points along each axis of a look at the whole domain
 _MOST_VALUES = 8_000_000  # of a component of the velocity that is read whole
 
 
-@dataclass(frozen=True)
-class FieldTimes:
-    """What the velocity is recorded of: the steps of snapshots, and whether there is a mean."""
+def times_in(path: Path) -> tuple[list[int], bool]:
+    """What the velocity is recorded of: the steps of snapshots, and whether there is a mean; nothing without a file.
 
-    steps: tuple[int, ...] = ()
-    has_mean: bool = False
-
-
-def times_in(path: Path) -> FieldTimes:
-    """Nothing without a file. Raises OSError if it is damaged, or being written."""
+    Raises OSError if it is damaged, or being written.
+    """
     if not path.exists():
-        return FieldTimes()
+        return [], False
     with _opened(path) as file:
         groups = [name for name in file if _VELOCITY in file[name]]
         steps = sorted(int(name.removeprefix(_SNAPSHOT)) for name in groups if name.startswith(_SNAPSHOT))
-        return FieldTimes(tuple(steps), MEAN in groups)
+        return steps, MEAN in groups
 
 
 def read_layer(

@@ -9,7 +9,7 @@ from matplotlib import patches
 from matplotlib.colors import PowerNorm
 from matplotlib.ticker import NullLocator
 
-from copepod_report.fields import MEAN, FieldTimes, read_coarse, read_layer, times_in
+from copepod_report.fields import MEAN, read_coarse, read_layer, times_in
 from copepod_report.run_record import Body, RunRecord, read_file, z_axis
 from copepod_report.style import FLOW, LIGHT, WIDTH_INCHES, colour_bar, new_figure
 from copepod_run.errors import ExitCode, Stop
@@ -83,8 +83,7 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     Raises Stop(2) if the run lacks what the view names, Stop(73) if its file is damaged.
     """
     path = run.directory / "fields.h5"
-    times = read_file(path, times_in)
-    found = _time_of(run, view, times)
+    found = _time_of(run, view, *read_file(path, times_in))
     if found is None:
         return None
     time = found
@@ -120,16 +119,16 @@ def _unusable(option: str, run: RunRecord, reason: str, advice: str) -> Stop:
     return Stop(ExitCode.BAD_CASE, f"{option} does not suit {run.name} ({reason}). {advice}.")
 
 
-def _time_of(run: RunRecord, view: View, times: FieldTimes) -> str | int | None:
+def _time_of(run: RunRecord, view: View, snapshots: list[int], has_mean: bool) -> str | int | None:
     """The mean if there is one, else the last snapshot, unless the view names another."""
-    steps = f"steps {', '.join(map(str, times.steps[-8:]))}" if times.steps else "none"
-    if view.time in ("auto", "mean") and times.has_mean:
+    steps = f"steps {', '.join(map(str, snapshots[-8:]))}" if snapshots else "none"
+    if view.time in ("auto", "mean") and has_mean:
         return MEAN
     if view.time in ("auto", "last"):
-        return times.steps[-1] if times.steps else None
+        return snapshots[-1] if snapshots else None
     if view.time == "mean":
         raise _unusable("--time mean", run, f"it has no mean; snapshots: {steps}", "Use last, or one of them")
-    if int(view.time) not in times.steps:
+    if int(view.time) not in snapshots:
         raise _unusable(f"--time {view.time}", run, f"snapshots: {steps}", "Use one of them, last or mean")
     return int(view.time)
 

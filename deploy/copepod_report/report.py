@@ -170,7 +170,7 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
     Raises Stop(2) without ffmpeg, with fewer than two snapshots, or if the run lacks what the view names.
     """
     packages.require(("ffmpeg",), "a film needs it, nothing else does")
-    steps = read_file(run.directory / "fields.h5", times_in).steps
+    steps, _ = read_file(run.directory / "fields.h5", times_in)
     if len(steps) < 2:
         raise Stop(
             ExitCode.BAD_CASE,

@@ -54,7 +54,7 @@ class Swarm:
         self.period_s = float(np.diff(measured[0]["start_s"][:2])[0]) if cycles > 1 else 0.0
         powers = np.array([each["power_W"][:cycles] for each in measured])
         self.power_by_cycle_W = powers.sum(axis=0) if np.isfinite(powers).all() else np.empty(0)
-        self.snapshots = read_file(run.directory / "fields.h5", times_in).steps
+        self.snapshots, _ = read_file(run.directory / "fields.h5", times_in)
         self.moved_m = [centroids_m(each)[: cycles + 1] for each in measured] if cycles > 3 else []
 
     def figures(self) -> Iterator[tuple[str, Any, str]]:

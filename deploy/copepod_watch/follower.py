@@ -109,10 +109,6 @@ class RunFollower:
             "scene": scene,
         }
 
-    def state(self) -> str:
-        """«running», «finished», …"""
-        return state_of(self.directory)[0]
-
     def _speeds(self) -> list[dict[str, Any]]:
         """Velocity along and across the own axis [m/s] by cycle, of each swimmer, or the mean of a swarm."""
         cycles = read_cycles(self.directory / "cycles.csv")

@@ -16,6 +16,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from copepod_report.page import page, templates
 from copepod_report.run_record import DAMAGE
+from copepod_report.run_status import state_of
 from copepod_report.view import scripts
 from copepod_run.errors import ExitCode, Stop
 from copepod_watch.follower import CampaignFollower, Draw, RunFollower, runs_in
@@ -83,7 +84,7 @@ class WatchServer(ThreadingHTTPServer):
         with self._lock:
             followers = dict(self._followers)
         for name, follower in followers.items():
-            state = follower.state()
+            state, _ = state_of(follower.directory)
             if self._states.get(name, "running") == "running" and state != "running":
                 self._announce(f"{follower.name}: {state}; the page stays until Ctrl-C.")
             self._states[name] = state

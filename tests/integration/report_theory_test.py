@@ -47,6 +47,8 @@ class HydrodynamicRadii(unittest.TestCase):
     def test_only_a_lone_fixed_body_is_a_drag_run(self):
         self.assertTrue(is_drag_run(self.runs[0]))
         self.assertFalse(is_drag_run(SimpleNamespace(case={"bodies": [], "swimmers": [{}]})))
+        two = {"bodies": [{"motion": "fixed"}, {"motion": "free"}], "swimmers": []}
+        self.assertFalse(is_drag_run(SimpleNamespace(case=two)))
 
     def test_prediction_scales_with_the_factor_of_the_measured_radii(self):
         """Against (29) by hand: paper's K of three spheres of radius 6, then of 5.2, 4, 4, arms 16."""

@@ -8,19 +8,14 @@ const KEYS =
   "view, or + and −: zoom. Space: play. Comma and full stop: one sample back and forth. N and B: next and previous " +
   "body. Home: reset.";
 
-/** The text of a number for people: three digits. */
-function threeDigits(value) {
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(3)));
-}
-
-/** A duration or a speed in a unit of a good size, from SI. */
+/** A duration or a speed in a unit of a good size, from SI: three digits. */
 function withUnit(value, unit) {
-  const size = Math.abs(value);
-  const found = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]].find(([, factor]) => size >= factor) || ["n", 1e-9];
-  const [prefix, factor] = size === 0 ? ["", 1] : found;
-  return `${threeDigits(value / factor)} ${prefix}${unit}`;
+  if (value === 0) return `0 ${unit}`;
+  const prefixes = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]];
+  const [prefix, factor] = prefixes.find(([, factor]) => Math.abs(value) >= factor) || prefixes[3];
+  const shown = value / factor;
+  const isShort = Math.abs(shown) < 1e5 && Math.abs(shown) >= 1e-3;
+  return `${isShort ? Number(shown.toPrecision(3)) : shown.toExponential(2)} ${prefix}${unit}`;
 }
 
 function element(name, attributes = {}, ...children) {
